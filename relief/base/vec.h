@@ -1,0 +1,111 @@
+// Points, vectors, boxes and rays: plain values, no allocation, no dependency.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace relief {
+
+template <typename T>
+struct Vec3 {
+  T x{}, y{}, z{};
+
+  constexpr T& operator[](std::size_t k) noexcept { return k == 0 ? x : k == 1 ? y : z; }
+  constexpr const T& operator[](std::size_t k) const noexcept { return k == 0 ? x : k == 1 ? y : z; }
+
+  constexpr Vec3& operator+=(Vec3 b) noexcept { return *this = *this + b; }
+  constexpr Vec3& operator-=(Vec3 b) noexcept { return *this = *this - b; }
+  constexpr Vec3& operator*=(T s) noexcept { return *this = *this * s; }
+
+  friend constexpr Vec3 operator+(Vec3 a, Vec3 b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend constexpr Vec3 operator-(Vec3 a, Vec3 b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend constexpr Vec3 operator-(Vec3 a) noexcept { return {-a.x, -a.y, -a.z}; }
+  friend constexpr Vec3 operator*(Vec3 a, T s) noexcept { return {a.x * s, a.y * s, a.z * s}; }
+  friend constexpr Vec3 operator*(T s, Vec3 a) noexcept { return a * s; }
+  friend constexpr Vec3 operator/(Vec3 a, T s) noexcept { return {a.x / s, a.y / s, a.z / s}; }
+  friend constexpr bool operator==(Vec3 a, Vec3 b) noexcept = default;
+};
+
+using Vec3d = Vec3<double>;
+using Vec3f = Vec3<float>;
+
+template <typename T>
+[[nodiscard]] constexpr T dot(Vec3<T> a, Vec3<T> b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <typename T>
+[[nodiscard]] constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <typename T>
+[[nodiscard]] T length(Vec3<T> a) noexcept {
+  return std::sqrt(dot(a, a));
+}
+/// The unit vector along a; a itself where it has no direction (zero, infinite, not a number).
+template <typename T>
+[[nodiscard]] Vec3<T> normalized(Vec3<T> a) noexcept {
+  const T l = length(a);
+  return l > T(0) && std::isfinite(l) ? a / l : a;
+}
+template <typename T>
+[[nodiscard]] bool is_finite(Vec3<T> a) noexcept {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+[[nodiscard]] constexpr Vec3f to_float(Vec3d a) noexcept {
+  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
+}
+[[nodiscard]] constexpr Vec3d to_double(Vec3f a) noexcept { return {double{a.x}, double{a.y}, double{a.z}}; }
+
+/// Axis-aligned box; empty until something is added.
+struct Box3d {
+  Vec3d low = {kFar, kFar, kFar};
+  Vec3d high = {-kFar, -kFar, -kFar};
+
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+  constexpr void add(Vec3d p) noexcept {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  constexpr void add(const Box3d& b) noexcept {
+    add(b.low);
+    add(b.high);
+  }
+  [[nodiscard]] constexpr bool empty() const noexcept { return low.x > high.x; }
+  [[nodiscard]] constexpr bool contains(Vec3d p) const noexcept {
+    return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
+  }
+  [[nodiscard]] constexpr bool meets(const Box3d& b) const noexcept {
+    return low.x <= b.high.x && high.x >= b.low.x && low.y <= b.high.y && high.y >= b.low.y && low.z <= b.high.z &&
+           high.z >= b.low.z;
+  }
+  [[nodiscard]] constexpr Vec3d centre() const noexcept { return (low + high) * 0.5; }
+  [[nodiscard]] constexpr Vec3d extent() const noexcept { return high - low; }
+  /// Squared distance from p, 0 inside.
+  [[nodiscard]] constexpr double distance2(Vec3d p) const noexcept {
+    const auto gap = [](double lo, double hi, double v) { return v < lo ? lo - v : v > hi ? v - hi : 0.0; };
+    const Vec3d d = {gap(low.x, high.x, p.x), gap(low.y, high.y, p.y), gap(low.z, high.z, p.z)};
+    return dot(d, d);
+  }
+};
+
+/// The length of the box's diagonal; 0 for an empty box.
+[[nodiscard]] inline double diagonal(const Box3d& b) noexcept { return b.empty() ? 0.0 : length(b.extent()); }
+
+/// Half line; the direction need not have unit length, distances along it are in its lengths.
+struct Ray3d {
+  Vec3d origin;
+  Vec3d direction;
+};
+
+/// 8-bit colour as files hold it, sRGB.
+struct Rgba8 {
+  std::uint8_t r = 255, g = 255, b = 255, a = 255;
+  friend constexpr bool operator==(Rgba8, Rgba8) noexcept = default;
+};
+
+}  // namespace relief

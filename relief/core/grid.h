@@ -1,0 +1,51 @@
+// The uniform triangular grid on which every tile lies: n intervals per edge, (n+1)(n+2)/2 samples.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace relief {
+
+inline constexpr int kMaxIntervals = 128;
+
+/// A place on the grid: i steps towards corner 1 and j steps towards corner 2, 0 <= i, j and i + j <= n. Its barycentric
+/// weights are (n-i-j, i, j)/n, so corner 0 is (0,0), corner 1 is (n,0), corner 2 is (0,n).
+struct GridPoint {
+  int i = 0, j = 0;
+  friend constexpr bool operator==(GridPoint, GridPoint) noexcept = default;
+};
+
+[[nodiscard]] constexpr std::size_t sample_count(int n) noexcept {
+  return static_cast<std::size_t>(n + 1) * static_cast<std::size_t>(n + 2) / 2;
+}
+/// Row-packed: row j holds the samples (0..n-j, j).
+[[nodiscard]] constexpr std::size_t sample_index(int n, GridPoint p) noexcept {
+  return static_cast<std::size_t>(p.j * (n + 1) - p.j * (p.j - 1) / 2 + p.i);
+}
+/// The integer weights of the three corners; they add up to n.
+[[nodiscard]] constexpr std::array<int, 3> weights(int n, GridPoint p) noexcept { return {n - p.i - p.j, p.i, p.j}; }
+
+/// Grid point with the given integer weights of corners 0, 1, 2.
+[[nodiscard]] constexpr GridPoint from_weights(const std::array<int, 3>& w) noexcept { return {w[1], w[2]}; }
+
+/// Edge k lies opposite corner k and runs from corner (k+1)%3 to corner (k+2)%3; t = 0..n counts along it.
+[[nodiscard]] constexpr GridPoint edge_point(int n, int k, int t) noexcept {
+  std::array<int, 3> w{};
+  w[static_cast<std::size_t>((k + 1) % 3)] = n - t;
+  w[static_cast<std::size_t>((k + 2) % 3)] = t;
+  return from_weights(w);
+}
+[[nodiscard]] constexpr GridPoint corner_point(int n, int corner) noexcept { return edge_point(n, (corner + 2) % 3, 0); }
+
+/// The micro-triangle that holds (u, v), and the weights of its three samples: the paper's "three nearest" (Sec. 3.2).
+/// (u, v) is clamped into the triangle first.
+struct GridCell {
+  std::array<GridPoint, 3> corners;  ///< counter-clockwise seen from outside
+  std::array<double, 3> weights;     ///< add up to 1
+};
+[[nodiscard]] GridCell cell_at(int n, double u, double v) noexcept;
+
+}  // namespace relief

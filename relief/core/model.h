@@ -1,0 +1,38 @@
+// A model as a whole: a snapshot and what is known about it.
+#pragma once
+
+#include <relief/base/unit.h>
+#include <relief/core/snapshot.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace relief {
+
+/// What is claimed about the slabs. Preview: single slabs are sound and the triangles do not intersect. Tolerant: the shell
+/// does not overlap; samples whose fibre meets the surface more than once are flagged. Certified: proven, every fibre once.
+enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
+
+[[nodiscard]] constexpr std::string_view name(Mode mode) noexcept {
+  return mode == Mode::Certified ? "certified" : mode == Mode::Tolerant ? "tolerant" : "preview";
+}
+[[nodiscard]] constexpr std::optional<Mode> mode_from_name(std::string_view text) noexcept {
+  for (const Mode mode : {Mode::Certified, Mode::Tolerant, Mode::Preview})
+    if (text == name(mode)) return mode;
+  return std::nullopt;
+}
+
+struct ModelInfo {
+  Mode mode = Mode::Preview;
+  Unit unit = Unit::Millimetre;
+  std::string source;           ///< file name of the scan, without its folder
+  double source_diagonal = 0;   ///< of the source's bounding box, model units
+};
+
+struct Model {
+  ModelInfo info;
+  SnapshotPtr head;
+};
+
+}  // namespace relief

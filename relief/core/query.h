@@ -1,0 +1,88 @@
+// Every question one can ask of a snapshot. Pure functions; those marked noexcept neither allocate nor lock.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <optional>
+
+namespace relief {
+
+/// A place in the shell: weights of the slab's corners are (1-u-v, u, v); alpha is 0 on the inner triangle, 1 on the outer.
+struct SlabCoord {
+  SlabId slab = kNoSlab;
+  double u = 0, v = 0, alpha = 0;
+};
+
+/// What the last query found; makes the next one quick, never different.
+struct LocateHint {
+  SlabCoord last;
+};
+
+/// Which slab holds the point, and where in it; empty outside all slabs (paper, Sec. 3.1). The slab found last and its
+/// neighbours are tried first, then the hierarchy. A point on a wall belongs to exactly one slab, whatever the hint
+/// (owner rule: see wall_side). (u, v, alpha) reproduce the point within 1e-9 of the slab's size. Two Newton steps when the
+/// hint is one tick old; bisection in double where Newton does not converge.
+[[nodiscard]] std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& hint) noexcept;
+
+/// The coordinates of a point in one given slab, also a little outside it (u, v, 1-u-v >= -margin); empty when alpha is not
+/// within [-margin, 1+margin] or there is no solution.
+[[nodiscard]] std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point,
+                                                      double margin) noexcept;
+
+/// On which side of a wall a point lies: a function of the point and the two fibres alone, taken in order of their numbers,
+/// so both slabs of the wall get the same answer. True: on the side of the slab that runs a -> b counter-clockwise.
+[[nodiscard]] bool wall_side(const SlabMesh& mesh, FibreId a, FibreId b, Vec3d point) noexcept;
+
+/// Whether the slab is the owner of the point by the wall rule alone: alpha in [0, 1] and the right side of all three walls.
+[[nodiscard]] bool owns(const SlabMesh& mesh, SlabId slab, Vec3d point) noexcept;
+
+/// Where one stored sample lies in space; bit-identical for all copies of a shared sample.
+[[nodiscard]] Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
+/// The position a sample of the slab's displacement grid would have with the given alpha.
+[[nodiscard]] Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept;
+/// Unit normal at a sample: the average over the adjacent micro-triangles of all slabs around it, weighted by area (paper,
+/// Sec. 3.4); bit-identical for all copies of a shared sample.
+[[nodiscard]] Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
+
+/// Displacement at (u, v), interpolated from the three nearest samples (paper, Sec. 3.2).
+[[nodiscard]] double displacement_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
+/// A one-channel layer at (u, v), interpolated likewise; `fallback` where the model has no such layer.
+[[nodiscard]] double layer_at(const Snapshot& model, Layer layer, SlabId slab, double u, double v,
+                              double fallback) noexcept;
+/// Colour at (u, v), 0..1; white where the model has none.
+[[nodiscard]] Vec3f colour_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
+
+/// A point of the displaced surface.
+struct SurfacePoint {
+  SlabId slab = kNoSlab;
+  double u = 0, v = 0;
+  double alpha = 0;   ///< the displacement there
+  Vec3d position;     ///< paper, eq. 3: on the fibre at (u, v); on the micro-triangle for closest_point and raycast
+  Vec3d normal;       ///< unit, outwards, interpolated from the three nearest samples
+};
+[[nodiscard]] SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept;
+
+/// What the cursor touches (paper, Sec. 3.3 and 3.4).
+struct Contact {
+  SlabCoord at;          ///< the cursor's own coordinates
+  SurfacePoint surface;  ///< the surface along the cursor's fibre
+  double depth = 0;      ///< penetration along the fibre, model units; 0 when the cursor is above the surface
+  [[nodiscard]] bool touching() const noexcept { return depth > 0; }
+};
+/// Empty outside all slabs.
+[[nodiscard]] std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept;
+
+/// The point of the tessellated surface nearest to p; exact, from nothing; O(log slabs + cells of a few slabs).
+[[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept;
+/// The first crossing of the tessellated surface with the ray, with its distance in lengths of ray.direction.
+struct RayHit {
+  SurfacePoint point;
+  double distance = 0;
+};
+[[nodiscard]] std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept;
+
+/// Whether the copies of every shared sample are bit-identical in all layers, and all values are within their ranges; else
+/// the first offence (Corrupt, naming layer, slab and sample).
+[[nodiscard]] Status validate(const Snapshot& model);
+
+}  // namespace relief

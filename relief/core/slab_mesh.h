@@ -1,0 +1,148 @@
+// The frozen cage: fibres and the slabs between them. Everything that stays when the surface is sculpted.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/vec.h>
+#include <relief/core/grid.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relief {
+
+using FibreId = std::uint32_t;
+using SlabId = std::uint32_t;
+inline constexpr SlabId kNoSlab = 0xffffffffU;
+
+/// The segment from an inner to an outer corner, shared by the slabs around it; model units.
+struct Fibre {
+  Vec3d inner, outer;
+  [[nodiscard]] constexpr Vec3d direction() const noexcept { return outer - inner; }
+};
+
+/// Three fibres counter-clockwise seen from outside; neighbours[k] is the slab across the edge opposite corner k, kNoSlab at
+/// an open edge; n intervals per edge of the displacement tile.
+struct Slab {
+  std::array<FibreId, 3> fibres;
+  std::array<SlabId, 3> neighbours;
+  int intervals = 32;
+};
+
+/// One stored copy of a sample: a grid point of a slab.
+struct SampleCopy {
+  SlabId slab = kNoSlab;
+  GridPoint at;
+};
+
+/// A corner of a slab.
+struct SlabCorner {
+  SlabId slab = kNoSlab;
+  int corner = 0;
+};
+
+/// The six corners of a slab, with what the order-independent evaluation of positions needs (see weighted()).
+struct SlabCorners {
+  std::array<Vec3d, 3> inner, outer;
+  std::array<std::uint8_t, 3> order;  ///< corner numbers by ascending fibre id
+
+  /// Sum of w[k] * ends[k] in order of fibre id: a point on a shared wall gets the same bits from both of its slabs.
+  [[nodiscard]] Vec3d weighted(const std::array<Vec3d, 3>& ends, const std::array<double, 3>& w) const noexcept {
+    return (ends[order[0]] * w[order[0]] + ends[order[1]] * w[order[1]]) + ends[order[2]] * w[order[2]];
+  }
+  /// Point on the interpolated fibre: weighted inner + alpha * (weighted outer - weighted inner) (paper, eq. 3).
+  [[nodiscard]] Vec3d point(const std::array<double, 3>& w, double alpha) const noexcept {
+    const Vec3d in = weighted(inner, w);
+    return in + (weighted(outer, w) - in) * alpha;
+  }
+};
+
+/// Immutable after make(); safe to read from any thread.
+class SlabMesh {
+ public:
+  /// What make() needs of a slab; neighbours are found by it.
+  struct Face {
+    std::array<FibreId, 3> fibres;
+    int intervals = 32;
+  };
+
+  /// Checks counting only (C0): fibre numbers in range and finite, no repeated corner, each edge in at most two slabs that
+  /// run through it in opposite directions, one fan per fibre, n in 1..128 and, for now, equal across each edge. Whether
+  /// slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or fibre.
+  [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
+
+  [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
+  [[nodiscard]] std::span<const Slab> slabs() const noexcept { return slabs_; }
+  [[nodiscard]] SlabId slab_count() const noexcept { return static_cast<SlabId>(slabs_.size()); }
+  [[nodiscard]] int intervals(SlabId s) const noexcept { return slabs_[s].intervals; }
+  [[nodiscard]] SlabCorners corners(SlabId s) const noexcept;
+  /// The box of the six corners, which bounds the slab and every displaced surface in it.
+  [[nodiscard]] const Box3d& box(SlabId s) const noexcept { return boxes_[s]; }
+  /// The box of all slabs.
+  [[nodiscard]] const Box3d& bounds() const noexcept { return bounds_; }
+  /// The slab corners that meet at a fibre, by ascending slab number.
+  [[nodiscard]] std::span<const SlabCorner> fan(FibreId f) const noexcept {
+    return std::span(fans_).subspan(fan_begin_[f], fan_begin_[f + 1] - fan_begin_[f]);
+  }
+  /// Which edge of neighbours[edge] is shared with edge `edge` of s; its grid runs the other way (t' = n - t).
+  [[nodiscard]] int mirror_edge(SlabId s, int edge) const noexcept;
+
+  /// All copies of one sample of a grid with n intervals per edge, this one included, by ascending slab number: one inside a
+  /// slab, up to two on an edge, one per slab of the fan at a corner. Calls visit(SampleCopy).
+  template <typename Visit>
+  void for_each_copy(SlabId s, int n, GridPoint p, Visit&& visit) const {
+    const std::array<int, 3> w = weights(n, p);
+    const int zeros = (w[0] == 0) + (w[1] == 0) + (w[2] == 0);
+    if (zeros == 0) {
+      visit(SampleCopy{s, p});
+    } else if (zeros == 2) {
+      const int corner = w[0] != 0 ? 0 : w[1] != 0 ? 1 : 2;
+      for (const SlabCorner c : fan(slabs_[s].fibres[static_cast<std::size_t>(corner)]))
+        visit(SampleCopy{c.slab, corner_point(n, c.corner)});
+    } else {
+      const int edge = w[0] == 0 ? 0 : w[1] == 0 ? 1 : 2;
+      const SlabId other = slabs_[s].neighbours[static_cast<std::size_t>(edge)];
+      if (other == kNoSlab) {
+        visit(SampleCopy{s, p});
+        return;
+      }
+      const int t = w[static_cast<std::size_t>((edge + 2) % 3)];
+      const SampleCopy twin{other, edge_point(n, mirror_edge(s, edge), n - t)};
+      if (s < other) {
+        visit(SampleCopy{s, p});
+        visit(twin);
+      } else {
+        visit(twin);
+        visit(SampleCopy{s, p});
+      }
+    }
+  }
+
+  /// Hash of fibres and slabs.
+  [[nodiscard]] std::uint64_t content_hash() const noexcept;
+
+  /// One node of the hierarchy over the slabs' boxes; used by the queries.
+  struct Node {
+    Box3d box;
+    std::uint32_t first = 0;  ///< leaf: first entry of `tree_slabs`; inner node: number of the right child (left is next)
+    std::uint32_t count = 0;  ///< leaf: number of slabs; 0 for an inner node
+  };
+  [[nodiscard]] std::span<const Node> tree() const noexcept { return tree_; }
+  [[nodiscard]] std::span<const SlabId> tree_slabs() const noexcept { return tree_slabs_; }
+
+ private:
+  SlabMesh() = default;
+  void build_tree();
+
+  std::vector<Fibre> fibres_;
+  std::vector<Slab> slabs_;
+  std::vector<Box3d> boxes_;
+  Box3d bounds_;
+  std::vector<std::uint32_t> fan_begin_;
+  std::vector<SlabCorner> fans_;
+  std::vector<Node> tree_;
+  std::vector<SlabId> tree_slabs_;
+};
+
+}  // namespace relief

@@ -1,0 +1,166 @@
+// One immutable version of a model: the cage and, layer by layer, the tiles.
+#pragma once
+
+#include <relief/core/slab_mesh.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace relief {
+
+/// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue 0..1;
+/// the others are one number each, with the ranges given.
+enum class Layer : std::uint8_t {
+  Displacement,
+  Colour,
+  Stiffness,        ///< share of the force law's stiffness, 0..1
+  StaticFriction,   ///< coefficient, 0..4
+  DynamicFriction,  ///< coefficient, 0..4
+  Specularity,      ///< 0..1
+  Mask,             ///< 0 free, 1 protected from tools
+  Strata,           ///< alpha of a buried boundary between materials
+};
+inline constexpr int kLayerCount = 8;
+
+[[nodiscard]] constexpr int channels(Layer layer) noexcept { return layer == Layer::Colour ? 3 : 1; }
+/// "displacement", "colour", "stiffness", "static-friction", ...
+[[nodiscard]] std::string_view name(Layer layer) noexcept;
+[[nodiscard]] std::optional<Layer> layer_from_name(std::string_view text) noexcept;
+/// The range of values a layer may hold.
+struct LayerRange {
+  float low, high;
+};
+[[nodiscard]] LayerRange range(Layer layer) noexcept;
+
+/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 floats, each plane padded to a whole number of
+/// 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
+class Tile {
+ public:
+  Tile(int intervals, int channel_count, float value);
+  Tile(const Tile& other);
+  Tile& operator=(const Tile&) = delete;
+  Tile(Tile&&) = delete;
+  Tile& operator=(Tile&&) = delete;
+  ~Tile() = default;
+
+  [[nodiscard]] int intervals() const noexcept { return intervals_; }
+  [[nodiscard]] int channel_count() const noexcept { return channel_count_; }
+  [[nodiscard]] std::size_t size() const noexcept { return sample_count(intervals_); }
+  /// Samples per plane including the padding.
+  [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_); }
+  [[nodiscard]] const float* plane(int channel = 0) const noexcept {
+    return values_.get() + static_cast<std::size_t>(channel) * stride();
+  }
+  [[nodiscard]] float* plane(int channel = 0) noexcept {
+    return values_.get() + static_cast<std::size_t>(channel) * stride();
+  }
+  [[nodiscard]] static constexpr std::size_t padded(int n) noexcept {
+    return (sample_count(n) + 15) / 16 * 16;
+  }
+  [[nodiscard]] std::size_t bytes() const noexcept;
+  /// Equal values, bit for bit.
+  [[nodiscard]] bool same_values(const Tile& other) const noexcept;
+
+ private:
+  struct AlignedDelete {
+    void operator()(float* p) const noexcept;
+  };
+  int intervals_, channel_count_;
+  std::unique_ptr<float[], AlignedDelete> values_;
+};
+using TilePtr = std::shared_ptr<const Tile>;
+
+inline constexpr SlabId kTilesPerPage = 64;
+/// The tiles of 64 consecutive slabs in one layer; the unit of copy-on-write above the tile.
+struct Page {
+  std::array<TilePtr, kTilesPerPage> tiles;
+};
+using PagePtr = std::shared_ptr<const Page>;
+
+class Snapshot;
+using SnapshotPtr = std::shared_ptr<const Snapshot>;
+
+/// Immutable; safe to read from any thread for as long as somebody holds it. Copying one copies pointers to pages.
+class Snapshot {
+ public:
+  /// A model with a displacement of `alpha` everywhere, each tile with its slab's n, and no other layer.
+  [[nodiscard]] static SnapshotPtr make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha = 0.5F);
+
+  [[nodiscard]] const SlabMesh& slab_mesh() const noexcept { return *slab_mesh_; }
+  [[nodiscard]] const std::shared_ptr<const SlabMesh>& shared_slab_mesh() const noexcept { return slab_mesh_; }
+  [[nodiscard]] bool has(Layer layer) const noexcept { return !pages(layer).empty(); }
+  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept {
+    return *pages(layer)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+  }
+  [[nodiscard]] const float* displacement(SlabId s) const noexcept { return tile(Layer::Displacement, s).plane(); }
+  [[nodiscard]] const std::vector<PagePtr>& pages(Layer layer) const noexcept {
+    return pages_[static_cast<std::size_t>(layer)];
+  }
+  /// Equal for equal content (cage, layers, values), whatever the history; O(model).
+  [[nodiscard]] std::uint64_t content_hash() const noexcept;
+  /// Bytes of all tiles.
+  [[nodiscard]] std::size_t bytes() const noexcept;
+
+ private:
+  friend class SnapshotDraft;
+  std::shared_ptr<const SlabMesh> slab_mesh_;
+  std::array<std::vector<PagePtr>, kLayerCount> pages_;
+};
+
+/// Makes the next snapshot from one: tiles are copied when they are first written. One thread.
+class SnapshotDraft {
+ public:
+  explicit SnapshotDraft(SnapshotPtr base);
+
+  /// The tile as it stands in the draft; the displacement of edit() shows here at once.
+  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept;
+  /// The tile for writing: copied from the base the first time, the same one after that. Valid until finish().
+  [[nodiscard]] Tile& edit(Layer layer, SlabId s);
+  /// Adds a layer with m intervals per slab edge (1..128), or replaces it, filled with `value` in every channel.
+  void add_layer(Layer layer, int m, float value);
+  /// Puts a ready tile in place; its intervals and channels must fit the layer.
+  void put(Layer layer, SlabId s, TilePtr tile);
+  [[nodiscard]] const Snapshot& base() const noexcept { return *base_; }
+
+  /// The next snapshot; the draft then continues from it.
+  [[nodiscard]] SnapshotPtr finish();
+
+ private:
+  Page& page_for_writing(Layer layer, SlabId s);
+
+  SnapshotPtr base_;
+  std::shared_ptr<Snapshot> next_;
+  /// Per layer: pages made by this draft since the last finish(), null where the base's page still stands.
+  std::array<std::vector<std::shared_ptr<Page>>, kLayerCount> own_pages_;
+  struct OwnTile {
+    Layer layer;
+    SlabId slab;
+    std::shared_ptr<Tile> tile;
+  };
+  std::vector<OwnTile> own_tiles_;
+};
+
+/// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order. Cost:
+/// the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed throughout.
+template <typename Visit>
+void for_each_change(const Snapshot& from, const Snapshot& to, Visit&& visit) {
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    const auto &a = from.pages(layer), &b = to.pages(layer);
+    for (std::size_t page = 0; page < b.size(); ++page) {
+      if (page < a.size() && a[page] == b[page]) continue;
+      for (SlabId t = 0; t < kTilesPerPage; ++t) {
+        const TilePtr& now = b[page]->tiles[t];
+        if (now && (page >= a.size() || a[page]->tiles[t] != now))
+          visit(layer, static_cast<SlabId>(page) * kTilesPerPage + t);
+      }
+    }
+  }
+}
+
+}  // namespace relief

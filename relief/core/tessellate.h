@@ -1,0 +1,26 @@
+// From a snapshot to vertices and triangles, at full resolution or coarser.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace relief {
+
+/// One vertex per distinct sample (shared samples once), triangles counter-clockwise seen from outside.
+struct Tessellation {
+  std::vector<Vec3d> positions;
+  std::vector<Vec3f> normals;  ///< unit, as sample_normal() of the full resolution
+  std::vector<Vec3f> colours;  ///< 0..1, empty when the model has no colour layer
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// How many levels of detail a grid has: level k takes every 2^k-th sample, as long as 2^k divides n (n = 15 has only 0).
+[[nodiscard]] int level_count(int n) noexcept;
+
+/// Level k of the whole surface, asserted to exist for every slab (0 <= k < level_count(n)).
+[[nodiscard]] Tessellation tessellate(const Snapshot& model, int level = 0);
+
+}  // namespace relief

@@ -1,0 +1,40 @@
+// Devices by name.
+#pragma once
+
+#include <relief/devices/simulated_hand.h>
+#include <relief/haptics/device.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace relief {
+
+/// A recorded path as a device: plays readings one per read(), ignores forces, reports lost at the end.
+class ReplayDevice final : public HapticDevice {
+ public:
+  ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] bool read(DeviceState& state) noexcept override;
+  [[nodiscard]] bool write(Vec3d force) noexcept override;
+
+ private:
+  DeviceInfo info_;
+  std::vector<DeviceState> readings_;
+  std::size_t next_ = 0;
+};
+
+struct DeviceListing {
+  std::string name;         ///< what open_device() takes
+  std::string description;
+};
+[[nodiscard]] std::vector<DeviceListing> list_devices();
+
+/// "sim:hand" or "sim:hand:PRESET". `script` is what the simulated hand does. Error: NotFound, listing the known names.
+[[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
+
+/// The default script for a model nobody scripted: taps and strokes over a box of the given size (device metres).
+[[nodiscard]] HandScript exploring_hand(const Box3d& reach);
+
+}  // namespace relief

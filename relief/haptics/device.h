@@ -1,0 +1,43 @@
+// What Relief knows about a haptic device, and how it talks to one. SI units, axes x right, y up, z towards the user.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/vec.h>
+
+#include <cstdint>
+#include <string>
+
+namespace relief {
+
+/// Nominal limits; user settings never exceed them.
+struct DeviceInfo {
+  std::string name;
+  double max_force = 3.3;         ///< N
+  double max_stiffness = 1250;    ///< N/m
+  double max_damping = 4;         ///< N*s/m
+  double max_force_rate = 2000;   ///< N/s, how fast the commanded force may grow or turn
+  double workspace_radius = 0.075;///< m around the origin
+  bool pull = true;               ///< Relief's thread calls read and write; false: the device's SDK calls Relief
+};
+
+/// One reading.
+struct DeviceState {
+  double t = 0;            ///< s, monotonic, from the device's own start
+  Vec3d position;          ///< m
+  Vec3d velocity;          ///< m/s; used when `has_velocity`, else estimated from positions
+  bool has_velocity = false;
+  std::uint32_t buttons = 0;
+};
+
+/// A device that Relief's servo thread drives. read() and write() are called at 1 kHz by one thread and must not allocate
+/// or lock; both return false when the device is gone.
+class HapticDevice {
+ public:
+  virtual ~HapticDevice() = default;
+  [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
+  [[nodiscard]] virtual bool read(DeviceState& state) noexcept = 0;
+  /// Commands a force on the hand, in N. A safe stop is an explicit zero, never silence.
+  [[nodiscard]] virtual bool write(Vec3d force) noexcept = 0;
+};
+
+}  // namespace relief

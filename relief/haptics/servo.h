@@ -1,0 +1,101 @@
+// The force law: from one reading and one snapshot to one force. A pure function with a small state.
+#pragma once
+
+#include <relief/core/query.h>
+#include <relief/haptics/device.h>
+
+#include <cstdint>
+#include <string_view>
+
+namespace relief {
+
+/// Why a tick's force is not what the law alone would give. Bits of ServoSample::flags and of the flags column of F.csv.
+enum class ServoFault : std::uint32_t {
+  None = 0,
+  BadPosition = 1U << 0U,     ///< not finite, or further from the workspace than any device reaches
+  BadTime = 1U << 1U,         ///< time stood still, ran back, or jumped by more than 50 ms
+  TooFast = 1U << 2U,         ///< the position jumped faster than 10 m/s
+  Latched = 1U << 3U,         ///< a fault happened and the hand has not lifted off since: zero force
+  ForceClamped = 1U << 4U,    ///< |F| was limited to the device's maximum
+  RateClamped = 1U << 5U,     ///< the change of F was limited
+  StiffnessClamped = 1U << 6U,///< a setting was above what the device allows
+  StartInside = 1U << 7U,     ///< the first reading was inside the solid: no force until the tool has left it
+  DeviceLost = 1U << 8U,
+  Overrun = 1U << 9U,         ///< a tick came more than one period late
+  SampleDropped = 1U << 10U,  ///< the telemetry queue was full
+};
+[[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
+[[nodiscard]] std::string_view name(ServoFault fault) noexcept;
+
+/// model = (device - device_origin) / metres_per_unit + model_origin. Axes are the same: no rotation.
+struct Workspace {
+  double metres_per_unit = 1;
+  Vec3d device_origin;  ///< m
+  Vec3d model_origin;   ///< model units
+  [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
+    return (device - device_origin) / metres_per_unit + model_origin;
+  }
+  [[nodiscard]] Vec3d to_device(Vec3d model) const noexcept {
+    return (model - model_origin) * metres_per_unit + device_origin;
+  }
+};
+/// The model's diagonal becomes 0.15 m (or what fits the device), its centre the device's origin.
+[[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept;
+
+struct ForceSettings {
+  double stiffness = 400;  ///< N/m at the hand; clamped to the device's max_stiffness
+  double damping = 1;      ///< N*s/m along the normal; clamped to the device's max_damping; never pulls inwards
+  double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike
+  double max_force = 1e9;  ///< N; clamped to the device's
+};
+
+struct ServoSettings {
+  Workspace workspace;
+  ForceSettings force;
+};
+
+/// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
+struct ServoSample {
+  double t = 0;               ///< s, as the device gave it
+  Vec3d device;               ///< m, as read
+  Vec3d cursor;               ///< model units
+  Vec3d velocity;             ///< m/s, as used
+  bool contact = false;
+  SlabCoord at;               ///< slab kNoSlab outside all slabs
+  double depth = 0;           ///< model units
+  Vec3d contact_point;        ///< surface contact point, model units; the cursor without contact
+  Vec3d normal;               ///< unit outwards; zero without contact
+  Vec3d force;                ///< N, on the hand, after all limits
+  std::uint32_t buttons = 0;
+  std::uint32_t flags = 0;    ///< ServoFault bits
+  std::uint32_t compute_ns = 0;  ///< filled by the servo thread
+  std::uint32_t late_ns = 0;     ///< wake-up error, filled by the servo thread
+};
+
+/// One per device. step() neither allocates, locks nor calls the system. Its result depends only on the settings, the
+/// snapshot and the readings so far.
+class Servo {
+ public:
+  Servo(const ServoSettings& settings, const DeviceInfo& device) noexcept;
+  /// Any input gives a finite force within the limits; bad input gives zero force and latches until a good reading outside
+  /// the solid.
+  [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
+  void set(const ServoSettings& settings) noexcept;
+  [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
+
+ private:
+  ServoSettings settings_;
+  DeviceInfo device_;
+  LocateHint hint_;
+  bool first_ = true;
+  bool latched_ = false;
+  bool clamped_ = false;
+  double last_t_ = 0;
+  Vec3d last_position_;
+  Vec3d velocity_;
+  Vec3d last_force_;
+  bool has_anchor_ = false;
+  Vec3d anchor_;
+};
+
+}  // namespace relief

@@ -1,0 +1,81 @@
+// Runs a Servo at 1 kHz against a device, and counts what the clock did.
+#pragma once
+
+#include <relief/base/spsc_queue.h>
+#include <relief/core/snapshot_channel.h>
+#include <relief/haptics/device.h>
+#include <relief/haptics/servo.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+
+namespace relief {
+
+/// Logarithmic histogram of nanoseconds: 8 bins per power of two from 64 ns to about 17 s.
+class TimeHistogram {
+ public:
+  static constexpr int kBins = 8 * 28;
+  void add(std::uint64_t ns) noexcept;
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+  [[nodiscard]] std::uint64_t max() const noexcept { return max_; }
+  /// The upper border of the bin that holds the share q of all values, 0..1; 0 when empty.
+  [[nodiscard]] std::uint64_t quantile(double q) const noexcept;
+  [[nodiscard]] std::uint64_t bin_count(int bin) const noexcept { return bins_[static_cast<std::size_t>(bin)]; }
+  /// Lower border of a bin, ns.
+  [[nodiscard]] static double bin_low(int bin) noexcept;
+
+ private:
+  std::array<std::uint64_t, kBins> bins_{};
+  std::uint64_t count_ = 0, max_ = 0;
+};
+
+/// Filled by the thread, read after stop().
+struct ServoTimes {
+  TimeHistogram period;   ///< from wake-up to wake-up
+  TimeHistogram late;     ///< wake-up after the due time
+  TimeHistogram compute;  ///< thread CPU time of device read + step + write
+  std::uint64_t ticks = 0;
+  std::uint64_t overruns = 0;   ///< whole periods skipped
+  std::uint64_t dropped = 0;    ///< telemetry samples that found the queue full
+  bool realtime = false;        ///< SCHED_FIFO was granted
+  bool memory_locked = false;   ///< mlockall was granted
+  std::string note;             ///< what was not granted, and why it matters; empty when all was
+};
+
+/// Owns the 1 kHz loop of one pull device: absolute schedule on CLOCK_MONOTONIC, whole periods skipped on overrun, never a
+/// burst; SCHED_FIFO and locked memory when the system grants them. The last command at stop() is an explicit zero.
+class ServoThread {
+ public:
+  /// `device` and `channel` must outlive the thread; `telemetry` may be null.
+  ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
+              SpscQueue<ServoSample>* telemetry);
+  ServoThread(const ServoThread&) = delete;
+  ServoThread& operator=(const ServoThread&) = delete;
+  ~ServoThread();
+
+  /// From one other thread; takes effect within a tick or two. False when the settings queue is full.
+  bool set(const ServoSettings& settings) noexcept;
+  [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
+  void stop() noexcept;
+  /// After stop(), or once running() is false.
+  [[nodiscard]] const ServoTimes& times() const noexcept { return times_; }
+
+ private:
+  void run() noexcept;
+  HapticDevice& device_;
+  Servo servo_;
+  SnapshotChannel::Reader reader_;
+  SpscQueue<ServoSample>* telemetry_;
+  SpscQueue<ServoSettings> settings_;
+  std::atomic<bool> stop_{false}, running_{true};
+  ServoTimes times_;
+  std::thread thread_;
+};
+
+/// The same loop with nothing in it, for comparison: sleeps to each due time for `seconds` on a thread of its own.
+[[nodiscard]] ServoTimes null_loop(double seconds);
+
+}  // namespace relief

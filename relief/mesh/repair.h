@@ -1,0 +1,42 @@
+// From a triangle soup to an oriented manifold, with a report of what was done.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/mesh/triangle_mesh.h>
+
+#include <cstddef>
+#include <string>
+
+namespace relief {
+
+/// What repair() found and did, in counts.
+struct RepairReport {
+  std::size_t welded_vertices = 0;        ///< vertices merged with one at the same position
+  std::size_t unused_vertices = 0;        ///< vertices dropped because no triangle names them
+  std::size_t degenerate_triangles = 0;   ///< dropped: repeated corner, or no area
+  std::size_t duplicate_triangles = 0;    ///< dropped: the same three corners as another
+  std::size_t nonfinite_triangles = 0;    ///< dropped: a corner is infinite or not a number
+  std::size_t turned_triangles = 0;       ///< turned round so that neighbours agree
+  std::size_t turned_parts = 0;           ///< closed parts turned because they were inside out
+  std::size_t split_edges = 0;            ///< edges with more than two triangles, cut apart
+  std::size_t split_vertices = 0;         ///< vertices with more than one fan, duplicated
+  std::size_t cut_seams = 0;              ///< edges cut because the part could not be oriented (Moebius strip)
+  std::size_t parts = 0;                  ///< connected components of the result
+  std::size_t boundary_loops = 0;         ///< open rims of the result
+};
+
+struct Repaired {
+  TriangleMesh mesh;  ///< every edge in one or two triangles that run through it in opposite directions; one fan per vertex
+  RepairReport report;
+};
+
+/// Welds equal positions, drops what has no area, makes the mesh manifold by splitting, orients every part (closed ones
+/// outwards, nested shells of a solid keep the cavity sense), keeps colours. Deterministic. O(n log n).
+/// Errors: Corrupt when no triangle with area is left; Cancelled.
+[[nodiscard]] Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress = {});
+
+/// One line per kind of repair that was made; empty for a clean mesh.
+[[nodiscard]] std::string to_string(const RepairReport& report);
+
+}  // namespace relief

@@ -1,0 +1,94 @@
+// Pictures of a model, drawn with OpenGL 4.5, without a screen.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/core/snapshot.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relief {
+
+/// A perspective camera; right-handed, y up unless `up` says otherwise. Model units, degrees.
+struct Camera {
+  Vec3d eye = {0, 0, 1};
+  Vec3d target;
+  Vec3d up = {0, 1, 0};
+  double field_of_view = 30;  ///< vertical
+};
+/// A camera that sees the whole box: looking from the given azimuth (0 from +z, 90 from +x) and elevation.
+[[nodiscard]] Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up = {0, 1, 0});
+
+/// An 8-bit sRGB picture, rows from the top.
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+/// Errors: Io.
+[[nodiscard]] Status save_png(const Picture& picture, const std::filesystem::path& file);
+
+/// The hand as the picture shows it; lengths in model units.
+struct HandOverlay {
+  Vec3d cursor;
+  Vec3d contact_point;
+  Vec3d force;              ///< N
+  double tool_radius = 0;
+  bool contact = false;
+};
+
+struct DrawSettings {
+  int width = 1280, height = 720;
+  int level = 0;             ///< level of detail: every 2^level-th sample, limited to what each n has
+  int supersample = 2;       ///< edge length of the sub-pixel grid, 1..4
+  int lights = 64;           ///< shadow-mapped environment lights, 1..256; soft shadow, occlusion and diffuse light in one
+  bool slab_wires = false;
+  bool heat_map = false;     ///< displacement as colour, with a legend
+  bool ground = true;        ///< soft floor and background
+  Vec3f base_colour = {0.72F, 0.66F, 0.60F};  ///< sRGB, where the model has no colour layer
+  std::optional<HandOverlay> hand;
+};
+
+/// What the last draw() cost.
+struct DrawStats {
+  std::uint64_t triangles = 0;   ///< drawn in one geometry pass
+  double cpu_seconds = 0;        ///< of the process
+  double wall_seconds = 0;
+  std::uint64_t tiles_uploaded = 0;
+};
+
+/// Owns an EGL context without a surface; used from the thread that made it. Keeps a display cache of tiles and uploads only
+/// those that differ from the last snapshot drawn.
+class Renderer {
+ public:
+  /// Error: Io, saying what of EGL or OpenGL 4.5 is missing and which package brings it.
+  [[nodiscard]] static Result<Renderer> create();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+  ~Renderer();
+
+  /// Full quality.
+  [[nodiscard]] Result<Picture> draw(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
+  /// One quick frame for interactive use: one light, no supersampling; the same geometry. Picture as above.
+  [[nodiscard]] Result<Picture> draw_quick(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
+  /// Signed coverage per pixel: front faces +1, back faces -1, depth test off; 0 everywhere on a closed model without
+  /// cracks. The count of pixels that differ from 0, and of pixels covered.
+  struct Coverage {
+    std::uint64_t covered = 0, cracks = 0;
+  };
+  [[nodiscard]] Result<Coverage> coverage(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
+
+  [[nodiscard]] const DrawStats& stats() const noexcept;
+  /// "llvmpipe (LLVM ...), OpenGL 4.5 ..."
+  [[nodiscard]] const std::string& device() const noexcept;
+
+ private:
+  struct State;
+  explicit Renderer(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relief
