@@ -1,0 +1,109 @@
+// Shells that are right by construction: for tests of everything that stands on core.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace relief::testing {
+
+/// A sphere of slabs: an octahedron, each face cut into 4 `levels` times; 8 * 4^levels slabs. Fibres run radially from the
+/// inner to the outer radius around `centre`.
+inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2,
+                                                    Vec3d centre = {}) {
+  std::vector<Vec3d> points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  std::vector<std::array<FibreId, 3>> faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                                               {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<FibreId, FibreId>, FibreId> middles;
+    const auto middle = [&](FibreId a, FibreId b) {
+      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<FibreId>(points.size()));
+      if (fresh) points.push_back(normalized(points[a] + points[b]));
+      return at->second;
+    };
+    std::vector<std::array<FibreId, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const FibreId ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    faces = std::move(finer);
+  }
+  std::vector<Fibre> fibres;
+  for (const Vec3d p : points) fibres.push_back({centre + p * inner, centre + p * outer});
+  std::vector<SlabMesh::Face> slabs;
+  for (const auto& f : faces) slabs.push_back({f, n});
+  auto mesh = SlabMesh::make(std::move(fibres), slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
+/// A flat open sheet of 2 * cells * cells slabs over [0,1]^2, y up: inner at y = -depth, outer at y = +depth; displacement
+/// 0.5 is the plane y = 0.
+inline std::shared_ptr<const SlabMesh> plane_shell(int cells, int n, double depth = 0.1) {
+  std::vector<Fibre> fibres;
+  const auto id = [&](int x, int z) { return static_cast<FibreId>(z * (cells + 1) + x); };
+  for (int z = 0; z <= cells; ++z)
+    for (int x = 0; x <= cells; ++x) {
+      const double px = double(x) / cells, pz = double(z) / cells;
+      fibres.push_back({{px, -depth, pz}, {px, depth, pz}});
+    }
+  std::vector<SlabMesh::Face> slabs;
+  for (int z = 0; z < cells; ++z)
+    for (int x = 0; x < cells; ++x) {
+      slabs.push_back({{id(x, z), id(x, z + 1), id(x + 1, z + 1)}, n});
+      slabs.push_back({{id(x, z), id(x + 1, z + 1), id(x + 1, z)}, n});
+    }
+  auto mesh = SlabMesh::make(std::move(fibres), slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
+/// A ring of slabs with twisted, uneven walls: a torus of 2 * around * across slabs whose fibres are tilted by up to `tilt`
+/// radians in a repeating pattern. Every slab is sound for tilt <= 0.3, around >= 8, across >= 6.
+inline std::shared_ptr<const SlabMesh> torus_shell(int around, int across, int n, double tilt = 0.2) {
+  std::vector<Fibre> fibres;
+  const auto id = [&](int a, int b) { return static_cast<FibreId>((a % around) * across + b % across); };
+  const double turn = 2 * 3.14159265358979323846;
+  for (int a = 0; a < around; ++a)
+    for (int b = 0; b < across; ++b) {
+      const double p = turn * a / around, q = turn * b / across;
+      const Vec3d out = {std::cos(q) * std::cos(p), std::sin(q), std::cos(q) * std::sin(p)};
+      const Vec3d along = {-std::sin(p), 0, std::cos(p)};
+      const Vec3d about = cross(along, out);
+      const double s = tilt * std::sin(3.0 * a + 5.0 * b), r = tilt * std::cos(2.0 * a - 3.0 * b);
+      const Vec3d d = normalized(out + along * s + about * r);
+      const Vec3d base = Vec3d{std::cos(p), 0, std::sin(p)} * 2.0 + out * 0.8;
+      fibres.push_back({base - d * 0.15, base + d * 0.15});
+    }
+  std::vector<SlabMesh::Face> slabs;
+  for (int a = 0; a < around; ++a)
+    for (int b = 0; b < across; ++b) {
+      slabs.push_back({{id(a, b), id(a + 1, b + 1), id(a + 1, b)}, n});
+      slabs.push_back({{id(a, b), id(a, b + 1), id(a + 1, b + 1)}, n});
+    }
+  auto mesh = SlabMesh::make(std::move(fibres), slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
+/// A snapshot whose displacement is field(p) at each sample, p being the sample's position at alpha 0.5.
+template <typename Field>
+SnapshotPtr displaced(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
+  SnapshotDraft draft(Snapshot::make(mesh));
+  for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+    const int n = mesh->intervals(s);
+    const SlabCorners corners = mesh->corners(s);
+    float* values = draft.edit(Layer::Displacement, s).plane();
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const auto w = weights(n, {i, j});
+        const std::array<double, 3> b = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
+        values[sample_index(n, {i, j})] = static_cast<float>(field(corners.point(b, 0.5)));
+      }
+  }
+  return draft.finish();
+}
+
+}  // namespace relief::testing
