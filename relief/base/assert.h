@@ -1,4 +1,5 @@
-// RELIEF_ASSERT states what the caller owes; it stays on in release builds and ends the program with the place and the words.
+// RELIEF_ASSERT states what the caller owes; it stays on in release builds and ends the program with the place and the
+// words.
 #pragma once
 
 #include <cstdio>

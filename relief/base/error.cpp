@@ -6,8 +6,9 @@ namespace relief {
 
 std::string_view name(Errc code) noexcept {
   static constexpr std::array<std::string_view, 11> kNames = {
-      "InvalidArgument", "NotFound",   "Io",         "Corrupt",           "UnsupportedFormat", "NewerVersion",
-      "NotManifold",     "Unfoldable", "DeviceUnavailable", "DeviceLost", "Cancelled"};
+      "InvalidArgument",   "NotFound",     "Io",          "Corrupt",
+      "UnsupportedFormat", "NewerVersion", "NotManifold", "Unfoldable",
+      "DeviceUnavailable", "DeviceLost",   "Cancelled"};
   return kNames[std::to_underlying(code)];
 }
 

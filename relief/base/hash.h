@@ -8,7 +8,8 @@
 
 namespace relief {
 
-/// Feeds bytes in any cut; the result depends on the bytes only, not on how they were cut into `add` calls of whole values.
+/// Feeds bytes in any cut; the result depends on the bytes only, not on how they were cut into `add` calls of whole
+/// values.
 class Hash64 {
  public:
   void add(std::uint64_t value) noexcept {

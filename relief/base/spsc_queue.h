@@ -9,8 +9,8 @@
 
 namespace relief {
 
-/// Single producer, single consumer. `push` and `pop` are wait-free and never allocate; a full queue refuses, so that the
-/// producer can count what was dropped. Capacity is rounded up to a power of two.
+/// Single producer, single consumer. `push` and `pop` are wait-free and never allocate; a full queue refuses, so that
+/// the producer can count what was dropped. Capacity is rounded up to a power of two.
 template <typename T>
 class SpscQueue {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -11,8 +11,8 @@ namespace relief {
 
 inline constexpr int kMaxIntervals = 128;
 
-/// A place on the grid: i steps towards corner 1 and j steps towards corner 2, 0 <= i, j and i + j <= n. Its barycentric
-/// weights are (n-i-j, i, j)/n, so corner 0 is (0,0), corner 1 is (n,0), corner 2 is (0,n).
+/// A place on the grid: i steps towards corner 1 and j steps towards corner 2, 0 <= i, j and i + j <= n. Its
+/// barycentric weights are (n-i-j, i, j)/n, so corner 0 is (0,0), corner 1 is (n,0), corner 2 is (0,n).
 struct GridPoint {
   int i = 0, j = 0;
   friend constexpr bool operator==(GridPoint, GridPoint) noexcept = default;
@@ -38,7 +38,9 @@ struct GridPoint {
   w[static_cast<std::size_t>((k + 2) % 3)] = t;
   return from_weights(w);
 }
-[[nodiscard]] constexpr GridPoint corner_point(int n, int corner) noexcept { return edge_point(n, (corner + 2) % 3, 0); }
+[[nodiscard]] constexpr GridPoint corner_point(int n, int corner) noexcept {
+  return edge_point(n, (corner + 2) % 3, 0);
+}
 
 /// The micro-triangle that holds (u, v), and the weights of its three samples: the paper's "three nearest" (Sec. 3.2).
 /// (u, v) is clamped into the triangle first.

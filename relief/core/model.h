@@ -10,8 +10,9 @@
 
 namespace relief {
 
-/// What is claimed about the slabs. Preview: single slabs are sound and the triangles do not intersect. Tolerant: the shell
-/// does not overlap; samples whose fibre meets the surface more than once are flagged. Certified: proven, every fibre once.
+/// What is claimed about the slabs. Preview: single slabs are sound and the triangles do not intersect. Tolerant: the
+/// shell does not overlap; samples whose fibre meets the surface more than once are flagged. Certified: proven, every
+/// fibre once.
 enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
 
 [[nodiscard]] constexpr std::string_view name(Mode mode) noexcept {
@@ -26,8 +27,8 @@ enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
 struct ModelInfo {
   Mode mode = Mode::Preview;
   Unit unit = Unit::Millimetre;
-  std::string source;           ///< file name of the scan, without its folder
-  double source_diagonal = 0;   ///< of the source's bounding box, model units
+  std::string source;          ///< file name of the scan, without its folder
+  double source_diagonal = 0;  ///< of the source's bounding box, model units
 };
 
 struct Model {

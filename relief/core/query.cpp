@@ -1,0 +1,610 @@
+#include <relief/core/query.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+using Weights = std::array<double, 3>;
+
+/// Within this distance of a wall, in barycentric terms, wall_side() decides instead of the sign of the weight:
+/// rounding in the solve stays four orders of magnitude below it.
+constexpr double kWallBand = 1e-5;
+
+Weights weights_of(double u, double v) noexcept { return {1 - u - v, u, v}; }
+double least(const Weights& w) noexcept { return std::min({w[0], w[1], w[2]}); }
+
+double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
+
+/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to the point that is asked for, so that nothing is
+/// lost far from the origin.
+struct LinearForm {
+  Vec3d a, b, c, d, e, f;
+  double size2;  ///< squared length scale of the slab
+
+  LinearForm(const SlabCorners& k, Vec3d point) noexcept
+      : a(k.inner[0] - point),
+        b(k.inner[1] - k.inner[0]),
+        c(k.inner[2] - k.inner[0]),
+        d(k.outer[0] - k.inner[0]),
+        e((k.outer[1] - k.inner[1]) - d),
+        f((k.outer[2] - k.inner[2]) - d),
+        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
+};
+
+/// Joint Newton in (u, v, alpha) from a start near the answer. False when it does not settle in a few steps; then the
+/// cold solve decides.
+bool refine(const LinearForm& s, double& u, double& v, double& alpha) noexcept {
+  const double goal2 = s.size2 * 1e-26;
+  for (int step = 0; step < 6; ++step) {
+    const Vec3d along = s.d + s.e * u + s.f * v;
+    const Vec3d miss = s.a + s.b * u + s.c * v + along * alpha;
+    if (dot(miss, miss) <= goal2) return true;
+    const Vec3d ju = s.b + s.e * alpha, jv = s.c + s.f * alpha;
+    const Vec3d uv = cross(ju, jv);
+    const double jacobian = dot(uv, along);
+    if (!(jacobian > 0)) return false;
+    const double scale = 1 / jacobian;
+    const double du = det(miss, jv, along) * scale, dv = det(ju, miss, along) * scale, da = dot(uv, miss) * scale;
+    u -= du;
+    v -= dv;
+    alpha -= da;
+    if (!(std::abs(du) + std::abs(dv) + std::abs(da) < 1)) return false;
+    if (std::abs(du) + std::abs(dv) + std::abs(da) < 1e-15) return true;
+  }
+  const Vec3d miss = s.a + s.b * u + s.c * v + (s.d + s.e * u + s.f * v) * alpha;
+  return dot(miss, miss) <= s.size2 * 1e-20;
+}
+
+/// The paper's cubic f(alpha) = 0, the plane of the alpha-triangle going through the point (Sec. 3.1, eq. 2), and the
+/// weights there.
+struct AlphaCubic {
+  Vec3d i[3], d[3];  // relative to the point
+  double c0, c1, c2, c3;
+
+  AlphaCubic(const SlabCorners& k, Vec3d point) noexcept {
+    for (std::size_t n = 0; n < 3; ++n) {
+      i[n] = k.inner[n] - point;
+      d[n] = k.outer[n] - k.inner[n];
+    }
+    c0 = det(i[0], i[1], i[2]);
+    c1 = det(d[0], i[1], i[2]) + det(i[0], d[1], i[2]) + det(i[0], i[1], d[2]);
+    c2 = det(i[0], d[1], d[2]) + det(d[0], i[1], d[2]) + det(d[0], d[1], i[2]);
+    c3 = det(d[0], d[1], d[2]);
+  }
+  [[nodiscard]] double value(double t) const noexcept { return ((c3 * t + c2) * t + c1) * t + c0; }
+
+  [[nodiscard]] Weights weights(double t) const noexcept {
+    const Vec3d p0 = i[0] + d[0] * t, p1 = i[1] + d[1] * t, p2 = i[2] + d[2] * t;
+    const Vec3d normal = cross(p1 - p0, p2 - p0);
+    const double scale = 1 / dot(normal, normal);
+    const double w1 = dot(normal, cross(p2, p0)) * scale, w2 = dot(normal, cross(p0, p1)) * scale;
+    return {1 - w1 - w2, w1, w2};
+  }
+
+  /// The root between two places of opposite sign. Bisection in double never fails; 60 halvings reach the last bit.
+  [[nodiscard]] double root(double low, double high) const noexcept {
+    const bool rising = value(low) < value(high);
+    for (int step = 0; step < 60 && low < high; ++step) {
+      const double middle = 0.5 * (low + high);
+      if (middle <= low || middle >= high) break;
+      ((value(middle) < 0) == rising ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+  }
+};
+
+/// From nothing: all roots of the cubic in the allowed range, and of those the one whose weights are furthest inside.
+std::optional<SlabCoord> solve_cold(const SlabCorners& corners, SlabId slab, Vec3d point, double margin) noexcept {
+  const AlphaCubic cubic(corners, point);
+  std::array<double, 4> stops{};
+  std::size_t count = 0;
+  stops[count++] = -margin;
+  // Between the stationary points the cubic is monotone.
+  const double qa = 3 * cubic.c3, qb = 2 * cubic.c2, qc = cubic.c1;
+  const double discriminant = qb * qb - 4 * qa * qc;
+  if (discriminant > 0) {
+    const double q = -0.5 * (qb + std::copysign(std::sqrt(discriminant), qb));
+    double r0 = qa != 0 ? q / qa : 0, r1 = q != 0 ? qc / q : 0;
+    if (r0 > r1) std::swap(r0, r1);
+    for (const double r : {r0, r1})
+      if (r > stops[count - 1] && r < 1 + margin) stops[count++] = r;
+  }
+  stops[count++] = 1 + margin;
+
+  SlabCoord best;
+  double best_least = -margin;
+  bool found = false;
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    const double low = cubic.value(stops[k]), high = cubic.value(stops[k + 1]);
+    if (!((low <= 0 && high >= 0) || (low >= 0 && high <= 0))) continue;
+    const double alpha = low == 0 ? stops[k] : high == 0 ? stops[k + 1] : cubic.root(stops[k], stops[k + 1]);
+    const Weights w = cubic.weights(alpha);
+    if (!(least(w) >= best_least)) continue;
+    best_least = least(w);
+    best = {slab, w[1], w[2], alpha};
+    found = true;
+  }
+  if (!found) return std::nullopt;
+  // One polish in all three unknowns: bisection alone leaves the weights with the error of alpha times the fibre's
+  // slant.
+  double u = best.u, v = best.v, alpha = best.alpha;
+  if (refine(LinearForm(corners, point), u, v, alpha) &&
+      std::abs(u - best.u) + std::abs(v - best.v) + std::abs(alpha - best.alpha) < 1e-6)
+    best = {slab, u, v, alpha};
+  return best;
+}
+
+bool inside_alpha(double alpha) noexcept { return alpha >= 0 && alpha <= 1; }
+
+/// The wall rule for one slab and a point whose coordinates in it are known.
+bool owns_at(const SlabMesh& mesh, const SlabCoord& at, Vec3d point) noexcept {
+  if (!inside_alpha(at.alpha)) return false;
+  const Weights w = weights_of(at.u, at.v);
+  const auto& fibres = mesh.slabs()[at.slab].fibres;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (w[k] > kWallBand) continue;
+    if (w[k] < -kWallBand || !wall_side(mesh, fibres[(k + 1) % 3], fibres[(k + 2) % 3], point)) return false;
+  }
+  return true;
+}
+
+/// `near` lies within the band of some wall of its slab: decides which slab owns the point. The candidates are all
+/// slabs around the fibres of those walls, in order of number, whichever of them was met first.
+std::optional<SlabCoord> settle(const SlabMesh& mesh, const SlabCoord& near, Vec3d point) noexcept {
+  const Weights w = weights_of(near.u, near.v);
+  const auto& fibres = mesh.slabs()[near.slab].fibres;
+  std::array<bool, 3> corner{};
+  for (std::size_t k = 0; k < 3; ++k)
+    if (w[k] <= kWallBand) corner[(k + 1) % 3] = corner[(k + 2) % 3] = true;
+
+  SlabCoord owner, fallback;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!corner[k]) continue;
+    for (const SlabCorner c : mesh.fan(fibres[k])) {
+      const auto at = coordinates_in(mesh, c.slab, point, kWallBand);
+      if (!at || !inside_alpha(at->alpha)) continue;
+      if (c.slab < fallback.slab) fallback = *at;
+      if (c.slab < owner.slab && owns_at(mesh, *at, point)) owner = *at;
+    }
+  }
+  if (owner.slab != kNoSlab) return owner;
+  // Beyond an open rim nobody owns the point. Where walls meet in a fibre, rounding can leave a point to no wall's
+  // side: it goes to the slab of the lowest number.
+  if (fallback.slab == kNoSlab) return std::nullopt;
+  const Weights fw = weights_of(fallback.u, fallback.v);
+  const Slab& slab = mesh.slabs()[fallback.slab];
+  for (std::size_t k = 0; k < 3; ++k)
+    if (slab.neighbours[k] == kNoSlab && fw[k] < 0) return std::nullopt;
+  return fallback;
+}
+
+/// Visits the slabs whose boxes hold the point until visit returns true.
+template <typename Visit>
+bool visit_boxes(const SlabMesh& mesh, Vec3d point, Visit&& visit) noexcept {
+  const auto tree = mesh.tree();
+  const auto slabs = mesh.tree_slabs();
+  std::array<std::uint32_t, 64> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t number = stack[--depth];
+    const SlabMesh::Node& node = tree[number];
+    if (!node.box.contains(point)) continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first;
+      stack[depth++] = number + 1;
+      continue;
+    }
+    for (std::uint32_t k = 0; k < node.count; ++k) {
+      const SlabId s = slabs[node.first + k];
+      if (mesh.box(s).contains(point) && visit(s)) return true;
+    }
+  }
+  return false;
+}
+
+/// Value of a one-channel plane in a cell.
+double blend(const float* plane, int n, const GridCell& cell) noexcept {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += cell.weights[k] * double{plane[sample_index(n, cell.corners[k])]};
+  return sum;
+}
+
+Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
+  const auto w = weights(n, at);
+  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
+}
+
+/// The part of a sample's normal that comes from one slab: twice the area vectors of its micro-triangles there, added
+/// counter-clockwise.
+Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  static constexpr std::array<GridPoint, 7> kRing = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
+  const SlabMesh& mesh = model.slab_mesh();
+  const int n = mesh.intervals(slab);
+  const SlabCorners corners = mesh.corners(slab);
+  const float* d = model.displacement(slab);
+  const auto position = [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); };
+  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  const Vec3d centre = position(at);
+  Vec3d sum;
+  Vec3d before;
+  bool have = false;
+  for (const GridPoint step : kRing) {
+    const GridPoint p = {at.i + step.i, at.j + step.j};
+    if (!inside(p)) {
+      have = false;
+      continue;
+    }
+    const Vec3d edge = position(p) - centre;
+    if (have) sum += cross(before, edge);
+    before = edge;
+    have = true;
+  }
+  return sum;
+}
+
+Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += sample_normal(model, slab, cell.corners[k]) * cell.weights[k];
+  return normalized(sum);
+}
+
+/// Weights of the point of triangle abc nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: the seven
+/// regions).
+Weights nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
+  const Vec3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3d bp = p - b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double t = d1 / (d1 - d3);
+    return {1 - t, t, 0};
+  }
+  const Vec3d cp = p - c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double t = d2 / (d2 - d6);
+    return {1 - t, 0, t};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - t, t};
+  }
+  const double scale = 1 / (va + vb + vc);
+  const double v = vb * scale, w = vc * scale;
+  return {1 - v - w, v, w};
+}
+
+/// Calls visit(cell corners, positions) for the micro-triangles of a slab, one strip of two rows at a time; `skip` sees
+/// the box of a strip first and may leave it out.
+template <typename Skip, typename Visit>
+void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const int n = mesh.intervals(slab);
+  const SlabCorners corners = mesh.corners(slab);
+  const float* d = model.displacement(slab);
+  std::array<std::array<Vec3d, kMaxIntervals + 1>, 2> rows;
+  std::array<Box3d, 2> boxes;
+  for (int j = 0; j <= n; ++j) {
+    auto& row = rows[static_cast<std::size_t>(j % 2)];
+    Box3d& box = boxes[static_cast<std::size_t>(j % 2)];
+    box = {};
+    for (int i = 0; i + j <= n; ++i) {
+      row[static_cast<std::size_t>(i)] = sample_position(corners, n, {i, j}, double{d[sample_index(n, {i, j})]});
+      box.add(row[static_cast<std::size_t>(i)]);
+    }
+    if (j == 0) continue;
+    Box3d strip = boxes[0];
+    strip.add(boxes[1]);
+    if (skip(strip)) continue;
+    const auto& lower = rows[static_cast<std::size_t>((j - 1) % 2)];
+    const int b = j - 1;
+    for (int i = 0; i + b < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      visit(std::array<GridPoint, 3>{{{i, b}, {i + 1, b}, {i, j}}}, lower[k], lower[k + 1], row[k]);
+      if (i + j < n)
+        visit(std::array<GridPoint, 3>{{{i + 1, b}, {i + 1, j}, {i, j}}}, lower[k + 1], row[k + 1], row[k]);
+    }
+  }
+}
+
+/// The surface point at given weights of a micro-triangle.
+SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, const GridCell& cell, Vec3d position) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  SurfacePoint point;
+  point.slab = slab;
+  point.position = position;
+  for (std::size_t k = 0; k < 3; ++k) {
+    point.u += cell.weights[k] * cell.corners[k].i / n;
+    point.v += cell.weights[k] * cell.corners[k].j / n;
+  }
+  point.alpha = blend(model.displacement(slab), n, cell);
+  point.normal = cell_normal(model, slab, cell);
+  return point;
+}
+
+std::string where(Layer layer, SlabId slab, GridPoint at) {
+  return std::string(name(layer)) + " of slab " + std::to_string(slab) + " at sample (" + std::to_string(at.i) + ", " +
+         std::to_string(at.j) + ")";
+}
+
+}  // namespace
+
+std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {
+  return solve_cold(mesh.corners(slab), slab, point, margin);
+}
+
+bool wall_side(const SlabMesh& mesh, FibreId a, FibreId b, Vec3d point) noexcept {
+  const Fibre &low = mesh.fibres()[std::min(a, b)], &high = mesh.fibres()[std::max(a, b)];
+  const Vec3d p = point - low.inner;
+  const Vec3d across = high.inner - low.inner, dl = low.direction(), twist = high.direction() - dl;
+  // Gauss-Newton onto the patch across*s + dl*t + twist*s*t; a fixed number of steps, so that both slabs do the same.
+  double s = 0.5, t = 0.5;
+  Vec3d ps, pt, miss;
+  for (int step = 0; step < 4; ++step) {
+    ps = across + twist * t;
+    pt = dl + twist * s;
+    miss = p - (across * s + dl * t + twist * (s * t));
+    if (step == 3) break;
+    const double ss = dot(ps, ps), st = dot(ps, pt), tt = dot(pt, pt), rs = dot(ps, miss), rt = dot(pt, miss);
+    const double d = ss * tt - st * st;
+    if (!(d > 0)) break;
+    s += (rs * tt - rt * st) / d;
+    t += (rt * ss - rs * st) / d;
+  }
+  // cross(ps, pt) points to the right of the way from the lower to the higher fibre, seen from outside.
+  const bool left_of_low_to_high = dot(cross(ps, pt), miss) < 0;
+  return left_of_low_to_high == (a < b);
+}
+
+bool owns(const SlabMesh& mesh, SlabId slab, Vec3d point) noexcept {
+  const auto at = coordinates_in(mesh, slab, point, kWallBand);
+  return at && owns_at(mesh, *at, point);
+}
+
+std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& hint) noexcept {
+  if (!mesh.bounds().contains(point)) return std::nullopt;
+  const auto accept = [&](const SlabCoord& at) -> std::optional<SlabCoord> {
+    std::optional<SlabCoord> owner = at;
+    if (least(weights_of(at.u, at.v)) <= kWallBand) owner = settle(mesh, at, point);
+    if (owner) hint.last = *owner;
+    return owner;
+  };
+  if (hint.last.slab < mesh.slab_count()) {
+    // The slab found last, from the coordinates found last; then those around it.
+    SlabCoord at = hint.last;
+    if (refine(LinearForm(mesh.corners(at.slab), point), at.u, at.v, at.alpha)) {
+      const double inside = least(weights_of(at.u, at.v));
+      if (inside >= -kWallBand && inside_alpha(at.alpha))
+        if (const auto owner = accept(at)) return owner;
+    }
+    for (const SlabId next : mesh.slabs()[hint.last.slab].neighbours) {
+      if (next == kNoSlab || !mesh.box(next).contains(point)) continue;
+      const auto found = coordinates_in(mesh, next, point, kWallBand);
+      if (!found || !inside_alpha(found->alpha)) continue;
+      if (const auto owner = accept(*found)) return owner;
+    }
+  }
+  std::optional<SlabCoord> answer;
+  visit_boxes(mesh, point, [&](SlabId s) {
+    const auto found = coordinates_in(mesh, s, point, kWallBand);
+    if (found && inside_alpha(found->alpha)) answer = accept(*found);
+    return answer.has_value();
+  });
+  return answer;
+}
+
+Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept {
+  return sample_position(mesh.corners(slab), n, at, alpha);
+}
+
+Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  return sample_position(model.slab_mesh().corners(slab), n, at, double{model.displacement(slab)[sample_index(n, at)]});
+}
+
+Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  Vec3d sum;
+  model.slab_mesh().for_each_copy(slab, model.slab_mesh().intervals(slab), at,
+                                  [&](const SampleCopy& copy) { sum += partial_normal(model, copy.slab, copy.at); });
+  return normalized(sum);
+}
+
+double displacement_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  return blend(model.displacement(slab), n, cell_at(n, u, v));
+}
+
+double layer_at(const Snapshot& model, Layer layer, SlabId slab, double u, double v, double fallback) noexcept {
+  if (!model.has(layer)) return fallback;
+  const Tile& tile = model.tile(layer, slab);
+  return blend(tile.plane(), tile.intervals(), cell_at(tile.intervals(), u, v));
+}
+
+Vec3f colour_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
+  if (!model.has(Layer::Colour)) return {1, 1, 1};
+  const Tile& tile = model.tile(Layer::Colour, slab);
+  const GridCell cell = cell_at(tile.intervals(), u, v);
+  return to_float({blend(tile.plane(0), tile.intervals(), cell), blend(tile.plane(1), tile.intervals(), cell),
+                   blend(tile.plane(2), tile.intervals(), cell)});
+}
+
+SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const GridCell cell = cell_at(mesh.intervals(slab), u, v);
+  const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
+  return {slab, u, v, alpha, mesh.corners(slab).point(weights_of(u, v), alpha), cell_normal(model, slab, cell)};
+}
+
+std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept {
+  const auto at = locate(model.slab_mesh(), cursor, hint);
+  if (!at) return std::nullopt;
+  Contact contact{.at = *at, .surface = surface_point(model, at->slab, at->u, at->v), .depth = 0};
+  if (at->alpha < contact.surface.alpha) contact.depth = length(contact.surface.position - cursor);
+  return contact;
+}
+
+SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const auto tree = mesh.tree();
+  double best = std::numeric_limits<double>::infinity();
+  SlabId best_slab = kNoSlab;
+  GridCell best_cell{};
+  Vec3d best_position;
+
+  const auto search_slab = [&](SlabId s) {
+    visit_cells(
+        model, s, [&](const Box3d& strip) { return strip.distance2(p) >= best; },
+        [&](const std::array<GridPoint, 3>& at, Vec3d a, Vec3d b, Vec3d c) {
+          const Weights w = nearest_in_triangle(p, a, b, c);
+          const Vec3d q = a * w[0] + b * w[1] + c * w[2];
+          const double distance2 = dot(p - q, p - q);
+          if (distance2 >= best) return;
+          best = distance2;
+          best_slab = s;
+          best_cell = {at, w};
+          best_position = q;
+        });
+  };
+  struct Entry {
+    std::uint32_t node;
+    double distance2;
+  };
+  std::array<Entry, 64> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = {0, tree[0].box.distance2(p)};
+  while (depth > 0) {
+    const Entry entry = stack[--depth];
+    if (entry.distance2 >= best) continue;
+    const SlabMesh::Node& node = tree[entry.node];
+    if (node.count > 0) {
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const SlabId s = mesh.tree_slabs()[node.first + k];
+        if (mesh.box(s).distance2(p) < best) search_slab(s);
+      }
+      continue;
+    }
+    Entry left = {entry.node + 1, tree[entry.node + 1].box.distance2(p)};
+    Entry right = {node.first, tree[node.first].box.distance2(p)};
+    if (left.distance2 > right.distance2) std::swap(left, right);
+    stack[depth++] = right;
+    stack[depth++] = left;
+  }
+  if (best_slab == kNoSlab) return {};
+  return point_in_cell(model, best_slab, best_cell, best_position);
+}
+
+std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const auto tree = mesh.tree();
+  const Vec3d inverse = {1 / ray.direction.x, 1 / ray.direction.y, 1 / ray.direction.z};
+  double best = std::numeric_limits<double>::infinity();
+  SlabId best_slab = kNoSlab;
+  GridCell best_cell{};
+
+  /// Where the ray enters the box; infinity when it misses.
+  const auto entry = [&](const Box3d& box) {
+    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (ray.direction[k] == 0) {
+        if (ray.origin[k] < box.low[k] || ray.origin[k] > box.high[k]) return std::numeric_limits<double>::infinity();
+        continue;
+      }
+      double t0 = (box.low[k] - ray.origin[k]) * inverse[k], t1 = (box.high[k] - ray.origin[k]) * inverse[k];
+      if (t0 > t1) std::swap(t0, t1);
+      enter = std::max(enter, t0);
+      leave = std::min(leave, t1);
+    }
+    // A little slack for rounding: a box that is touched is opened.
+    return enter <= leave * (1 + 1e-12) ? enter * (1 - 1e-12) : std::numeric_limits<double>::infinity();
+  };
+  const auto search_slab = [&](SlabId s) {
+    visit_cells(
+        model, s, [&](const Box3d& strip) { return !(entry(strip) < best); },
+        [&](const std::array<GridPoint, 3>& at, Vec3d a, Vec3d b, Vec3d c) {
+          const Vec3d ao = a - ray.origin, bo = b - ray.origin, co = c - ray.origin;
+          // Volumes against the three edges: neighbours see the same edge with the opposite sign, so no gap opens.
+          const double wa = det(ray.direction, bo, co), wb = det(ray.direction, co, ao),
+                       wc = det(ray.direction, ao, bo);
+          if (!((wa >= 0 && wb >= 0 && wc >= 0) || (wa <= 0 && wb <= 0 && wc <= 0))) return;
+          const double sum = wa + wb + wc;
+          if (sum == 0) return;
+          const Weights w = {wa / sum, wb / sum, wc / sum};
+          const double t = dot(ao * w[0] + bo * w[1] + co * w[2], ray.direction) / dot(ray.direction, ray.direction);
+          if (!(t >= 0 && t < best)) return;
+          best = t;
+          best_slab = s;
+          best_cell = {at, w};
+        });
+  };
+  std::array<std::uint32_t, 64> stack{};
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t number = stack[--depth];
+    const SlabMesh::Node& node = tree[number];
+    if (!(entry(node.box) < best)) continue;
+    if (node.count > 0) {
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const SlabId s = mesh.tree_slabs()[node.first + k];
+        if (entry(mesh.box(s)) < best) search_slab(s);
+      }
+      continue;
+    }
+    const bool left_first = entry(tree[number + 1].box) <= entry(tree[node.first].box);
+    stack[depth++] = left_first ? node.first : number + 1;
+    stack[depth++] = left_first ? number + 1 : node.first;
+  }
+  if (best_slab == kNoSlab) return std::nullopt;
+  return RayHit{point_in_cell(model, best_slab, best_cell, ray.origin + ray.direction * best), best};
+}
+
+Status validate(const Snapshot& model) {
+  const SlabMesh& mesh = model.slab_mesh();
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!model.has(layer)) continue;
+    const LayerRange allowed = range(layer);
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+      const Tile& tile = model.tile(layer, s);
+      const int n = tile.intervals();
+      if (layer == Layer::Displacement && n != mesh.intervals(s))
+        return fail(Errc::Corrupt, "the displacement tile of slab " + std::to_string(s) + " has the wrong size");
+      for (int c = 0; c < tile.channel_count(); ++c)
+        for (std::size_t i = 0; i < tile.size(); ++i)
+          if (!(tile.plane(c)[i] >= allowed.low && tile.plane(c)[i] <= allowed.high))
+            return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
+                                           std::to_string(tile.plane(c)[i]) + ", outside its range");
+      for (int edge = 0; edge < 3; ++edge)
+        for (int t = 0; t < n; ++t) {
+          const GridPoint at = edge_point(n, edge, t);
+          bool same = true;
+          mesh.for_each_copy(s, n, at, [&](const SampleCopy& copy) {
+            if (copy.slab == s) return;
+            const Tile& other = model.tile(layer, copy.slab);
+            same = same && other.intervals() == n;
+            for (int c = 0; same && c < tile.channel_count(); ++c)
+              same = tile.plane(c)[sample_index(n, at)] == other.plane(c)[sample_index(n, copy.at)];
+          });
+          if (!same) return fail(Errc::Corrupt, "the copies of a shared sample differ: " + where(layer, s, at));
+        }
+    }
+  }
+  return {};
+}
+
+}  // namespace relief

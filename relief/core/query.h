@@ -7,7 +7,8 @@
 
 namespace relief {
 
-/// A place in the shell: weights of the slab's corners are (1-u-v, u, v); alpha is 0 on the inner triangle, 1 on the outer.
+/// A place in the shell: weights of the slab's corners are (1-u-v, u, v); alpha is 0 on the inner triangle, 1 on the
+/// outer.
 struct SlabCoord {
   SlabId slab = kNoSlab;
   double u = 0, v = 0, alpha = 0;
@@ -20,28 +21,30 @@ struct LocateHint {
 
 /// Which slab holds the point, and where in it; empty outside all slabs (paper, Sec. 3.1). The slab found last and its
 /// neighbours are tried first, then the hierarchy. A point on a wall belongs to exactly one slab, whatever the hint
-/// (owner rule: see wall_side). (u, v, alpha) reproduce the point within 1e-9 of the slab's size. Two Newton steps when the
+/// (see owns). (u, v, alpha) reproduce the point within 1e-9 of the slab's size. Two Newton steps when the
 /// hint is one tick old; bisection in double where Newton does not converge.
 [[nodiscard]] std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& hint) noexcept;
 
-/// The coordinates of a point in one given slab, also a little outside it (u, v, 1-u-v >= -margin); empty when alpha is not
-/// within [-margin, 1+margin] or there is no solution.
+/// The coordinates of a point in one given slab, also a little outside it (u, v, 1-u-v >= -margin); empty when alpha is
+/// not within [-margin, 1+margin] or there is no solution.
 [[nodiscard]] std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point,
                                                       double margin) noexcept;
 
-/// On which side of a wall a point lies: a function of the point and the two fibres alone, taken in order of their numbers,
-/// so both slabs of the wall get the same answer. True: on the side of the slab that runs a -> b counter-clockwise.
+/// On which side of a wall a point lies: a function of the point and the two fibres alone, taken in order of their
+/// numbers, so both slabs of the wall get the same answer. True: on the side of the slab that runs a -> b
+/// counter-clockwise.
 [[nodiscard]] bool wall_side(const SlabMesh& mesh, FibreId a, FibreId b, Vec3d point) noexcept;
 
-/// Whether the slab is the owner of the point by the wall rule alone: alpha in [0, 1] and the right side of all three walls.
+/// Whether the slab is the owner of the point: alpha in [0, 1], and for each wall inside it or, within 1e-5 of the wall
+/// in barycentric terms, on its side of it by wall_side().
 [[nodiscard]] bool owns(const SlabMesh& mesh, SlabId slab, Vec3d point) noexcept;
 
 /// Where one stored sample lies in space; bit-identical for all copies of a shared sample.
 [[nodiscard]] Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
 /// The position a sample of the slab's displacement grid would have with the given alpha.
 [[nodiscard]] Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept;
-/// Unit normal at a sample: the average over the adjacent micro-triangles of all slabs around it, weighted by area (paper,
-/// Sec. 3.4); bit-identical for all copies of a shared sample.
+/// Unit normal at a sample: the average over the adjacent micro-triangles of all slabs around it, weighted by area
+/// (paper, Sec. 3.4); bit-identical for all copies of a shared sample.
 [[nodiscard]] Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
 
 /// Displacement at (u, v), interpolated from the three nearest samples (paper, Sec. 3.2).
@@ -56,9 +59,9 @@ struct LocateHint {
 struct SurfacePoint {
   SlabId slab = kNoSlab;
   double u = 0, v = 0;
-  double alpha = 0;   ///< the displacement there
-  Vec3d position;     ///< paper, eq. 3: on the fibre at (u, v); on the micro-triangle for closest_point and raycast
-  Vec3d normal;       ///< unit, outwards, interpolated from the three nearest samples
+  double alpha = 0;  ///< the displacement there
+  Vec3d position;    ///< paper, eq. 3: on the fibre at (u, v); on the micro-triangle for closest_point and raycast
+  Vec3d normal;      ///< unit, outwards, interpolated from the three nearest samples
 };
 [[nodiscard]] SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept;
 
@@ -81,8 +84,8 @@ struct RayHit {
 };
 [[nodiscard]] std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept;
 
-/// Whether the copies of every shared sample are bit-identical in all layers, and all values are within their ranges; else
-/// the first offence (Corrupt, naming layer, slab and sample).
+/// Whether the copies of every shared sample are bit-identical in all layers, and all values are within their ranges;
+/// else the first offence (Corrupt, naming layer, slab and sample).
 [[nodiscard]] Status validate(const Snapshot& model);
 
 }  // namespace relief

@@ -1,0 +1,185 @@
+#include <relief/base/hash.h>
+#include <relief/core/slab_mesh.h>
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+std::string slab_name(std::size_t s) { return "slab " + std::to_string(s); }
+
+/// A side of a slab, sorted so that the two sides of one edge come together.
+struct Side {
+  FibreId low, high;
+  SlabId slab;
+  std::uint8_t edge;
+  bool forward;  ///< runs from the lower to the higher fibre number
+};
+
+}  // namespace
+
+Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face> faces) {
+  if (faces.empty()) return fail(Errc::Corrupt, "the cage has no slabs");
+  if (faces.size() >= kNoSlab / 4) return fail(Errc::Corrupt, "the cage has more than 2^30 slabs");
+  for (std::size_t f = 0; f < fibres.size(); ++f)
+    if (!is_finite(fibres[f].inner) || !is_finite(fibres[f].outer) || fibres[f].inner == fibres[f].outer)
+      return fail(Errc::Corrupt, "fibre " + std::to_string(f) + " has no length or is not finite");
+
+  SlabMesh mesh;
+  mesh.fibres_ = std::move(fibres);
+  mesh.slabs_.resize(faces.size());
+  mesh.boxes_.resize(faces.size());
+  std::vector<Side> sides;
+  sides.reserve(faces.size() * 3);
+  for (std::size_t s = 0; s < faces.size(); ++s) {
+    const Face& face = faces[s];
+    const auto [a, b, c] = face.fibres;
+    if (std::max({a, b, c}) >= mesh.fibres_.size())
+      return fail(Errc::Corrupt, slab_name(s) + " names a fibre that does not exist");
+    if (a == b || b == c || c == a) return fail(Errc::Corrupt, slab_name(s) + " names a fibre twice");
+    if (face.intervals < 1 || face.intervals > kMaxIntervals)
+      return fail(Errc::Corrupt, slab_name(s) + " has " + std::to_string(face.intervals) + " intervals, not 1 to 128");
+    mesh.slabs_[s] = {face.fibres, {kNoSlab, kNoSlab, kNoSlab}, face.intervals};
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const FibreId from = face.fibres[(k + 1U) % 3], to = face.fibres[(k + 2U) % 3];
+      sides.push_back({std::min(from, to), std::max(from, to), static_cast<SlabId>(s), k, from < to});
+      mesh.boxes_[s].add(mesh.fibres_[face.fibres[k]].inner);
+      mesh.boxes_[s].add(mesh.fibres_[face.fibres[k]].outer);
+    }
+    mesh.bounds_.add(mesh.boxes_[s]);
+  }
+
+  std::ranges::sort(sides, {}, [](const Side& x) { return std::tuple(x.low, x.high, x.slab); });
+  for (std::size_t k = 0; k < sides.size();) {
+    std::size_t end = k + 1;
+    while (end < sides.size() && sides[end].low == sides[k].low && sides[end].high == sides[k].high) ++end;
+    if (end - k > 2) return fail(Errc::Corrupt, "more than two slabs share an edge of " + slab_name(sides[k].slab));
+    if (end - k == 2) {
+      const Side &x = sides[k], &y = sides[k + 1];
+      if (x.forward == y.forward)
+        return fail(Errc::Corrupt, slab_name(x.slab) + " and " + slab_name(y.slab) + " face opposite ways");
+      if (mesh.slabs_[x.slab].intervals != mesh.slabs_[y.slab].intervals)
+        return fail(Errc::Corrupt,
+                    slab_name(x.slab) + " and " + slab_name(y.slab) + " share an edge but not their intervals");
+      mesh.slabs_[x.slab].neighbours[x.edge] = y.slab;
+      mesh.slabs_[y.slab].neighbours[y.edge] = x.slab;
+    }
+    k = end;
+  }
+
+  // Fans: which slab corners meet at a fibre, and that they form one fan.
+  mesh.fan_begin_.assign(mesh.fibres_.size() + 1, 0);
+  for (const Slab& slab : mesh.slabs_)
+    for (const FibreId f : slab.fibres) ++mesh.fan_begin_[f + 1];
+  std::partial_sum(mesh.fan_begin_.begin(), mesh.fan_begin_.end(), mesh.fan_begin_.begin());
+  mesh.fans_.resize(faces.size() * 3);
+  std::vector<std::uint32_t> fill(mesh.fan_begin_.begin(), mesh.fan_begin_.end() - 1);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for (int k = 0; k < 3; ++k) mesh.fans_[fill[mesh.slabs_[s].fibres[static_cast<std::size_t>(k)]]++] = {s, k};
+  for (FibreId f = 0; f < mesh.fibres_.size(); ++f) {
+    const auto fan = mesh.fan(f);
+    if (fan.empty()) return fail(Errc::Corrupt, "no slab uses fibre " + std::to_string(f));
+    // Walk across the edges at f, first one way to the end, then the other way from the start.
+    std::size_t met = 1;
+    bool closed = false;
+    for (const int turn : {1, 2}) {
+      SlabCorner at = fan.front();
+      while (!closed && met <= fan.size()) {
+        const int edge = (at.corner + turn) % 3;
+        const SlabId next = mesh.slabs_[at.slab].neighbours[static_cast<std::size_t>(edge)];
+        if (next == kNoSlab) break;
+        const auto& corners = mesh.slabs_[next].fibres;
+        at = {next, static_cast<int>(std::ranges::find(corners, f) - corners.begin())};
+        closed = next == fan.front().slab;
+        if (!closed) ++met;
+      }
+    }
+    if (met != fan.size())
+      return fail(Errc::Corrupt, "the slabs around fibre " + std::to_string(f) + " do not form one fan");
+  }
+  mesh.build_tree();
+  return mesh;
+}
+
+SlabCorners SlabMesh::corners(SlabId s) const noexcept {
+  const auto& id = slabs_[s].fibres;
+  SlabCorners c{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    c.inner[k] = fibres_[id[k]].inner;
+    c.outer[k] = fibres_[id[k]].outer;
+  }
+  c.order = {0, 1, 2};
+  if (id[c.order[0]] > id[c.order[1]]) std::swap(c.order[0], c.order[1]);
+  if (id[c.order[1]] > id[c.order[2]]) std::swap(c.order[1], c.order[2]);
+  if (id[c.order[0]] > id[c.order[1]]) std::swap(c.order[0], c.order[1]);
+  return c;
+}
+
+int SlabMesh::mirror_edge(SlabId s, int edge) const noexcept {
+  const auto k = static_cast<std::size_t>(edge);
+  const FibreId from = slabs_[s].fibres[(k + 1) % 3];
+  const auto& other = slabs_[slabs_[s].neighbours[k]].fibres;
+  // In the neighbour the edge ends at `from`, so it is the one opposite the corner after `from`.
+  for (int m = 0; m < 3; ++m)
+    if (other[static_cast<std::size_t>(m)] == from) return (m + 1) % 3;
+  return 0;
+}
+
+std::uint64_t SlabMesh::content_hash() const noexcept {
+  Hash64 hash;
+  hash.add(fibres_.size());
+  hash.add_values(std::span(fibres_));
+  hash.add(slabs_.size());
+  for (const Slab& slab : slabs_) {
+    for (const FibreId f : slab.fibres) hash.add(f);
+    hash.add(static_cast<std::uint64_t>(slab.intervals));
+  }
+  return hash.value();
+}
+
+void SlabMesh::build_tree() {
+  static constexpr std::uint32_t kLeaf = 2;
+  tree_slabs_.resize(slabs_.size());
+  std::iota(tree_slabs_.begin(), tree_slabs_.end(), 0U);
+  tree_.clear();
+  tree_.reserve(slabs_.size() + slabs_.size() / 2);
+
+  // Median splits along the longest side of the centres' box; depth is at most log2 of the count.
+  struct Range {
+    std::uint32_t begin, end;
+    std::uint32_t parent;  ///< whose right child this is; kNoSlab for the root and left children
+  };
+  std::vector<Range> stack = {{0, slab_count(), kNoSlab}};
+  while (!stack.empty()) {
+    const Range range = stack.back();
+    stack.pop_back();
+    const auto number = static_cast<std::uint32_t>(tree_.size());
+    if (range.parent != kNoSlab) tree_[range.parent].first = number;
+    Node& node = tree_.emplace_back();
+    Box3d centres;
+    for (std::uint32_t k = range.begin; k < range.end; ++k) {
+      node.box.add(boxes_[tree_slabs_[k]]);
+      centres.add(boxes_[tree_slabs_[k]].centre());
+    }
+    if (range.end - range.begin <= kLeaf) {
+      node.first = range.begin;
+      node.count = range.end - range.begin;
+      continue;
+    }
+    const Vec3d size = centres.extent();
+    const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const std::uint32_t middle = range.begin + (range.end - range.begin) / 2;
+    const auto key = [&](SlabId s) { return std::pair(boxes_[s].centre()[axis], s); };
+    std::nth_element(tree_slabs_.begin() + range.begin, tree_slabs_.begin() + middle, tree_slabs_.begin() + range.end,
+                     [&](SlabId a, SlabId b) { return key(a) < key(b); });
+    stack.push_back({middle, range.end, number});
+    stack.push_back({range.begin, middle, kNoSlab});
+  }
+}
+
+}  // namespace relief

@@ -22,8 +22,8 @@ struct Fibre {
   [[nodiscard]] constexpr Vec3d direction() const noexcept { return outer - inner; }
 };
 
-/// Three fibres counter-clockwise seen from outside; neighbours[k] is the slab across the edge opposite corner k, kNoSlab at
-/// an open edge; n intervals per edge of the displacement tile.
+/// Three fibres counter-clockwise seen from outside; neighbours[k] is the slab across the edge opposite corner k,
+/// kNoSlab at an open edge; n intervals per edge of the displacement tile.
 struct Slab {
   std::array<FibreId, 3> fibres;
   std::array<SlabId, 3> neighbours;
@@ -67,9 +67,10 @@ class SlabMesh {
     int intervals = 32;
   };
 
-  /// Checks counting only (C0): fibre numbers in range and finite, no repeated corner, each edge in at most two slabs that
-  /// run through it in opposite directions, one fan per fibre, n in 1..128 and, for now, equal across each edge. Whether
-  /// slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or fibre.
+  /// Checks counting only (C0): fibre numbers in range and finite, no repeated corner, each edge in at most two slabs
+  /// that run through it in opposite directions, one fan per fibre, n in 1..128 and, for now, equal across each edge.
+  /// Whether slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or
+  /// fibre.
   [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
 
   [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
@@ -88,8 +89,8 @@ class SlabMesh {
   /// Which edge of neighbours[edge] is shared with edge `edge` of s; its grid runs the other way (t' = n - t).
   [[nodiscard]] int mirror_edge(SlabId s, int edge) const noexcept;
 
-  /// All copies of one sample of a grid with n intervals per edge, this one included, by ascending slab number: one inside a
-  /// slab, up to two on an edge, one per slab of the fan at a corner. Calls visit(SampleCopy).
+  /// All copies of one sample of a grid with n intervals per edge, this one included, by ascending slab number: one
+  /// inside a slab, up to two on an edge, one per slab of the fan at a corner. Calls visit(SampleCopy).
   template <typename Visit>
   void for_each_copy(SlabId s, int n, GridPoint p, Visit&& visit) const {
     const std::array<int, 3> w = weights(n, p);
@@ -125,7 +126,8 @@ class SlabMesh {
   /// One node of the hierarchy over the slabs' boxes; used by the queries.
   struct Node {
     Box3d box;
-    std::uint32_t first = 0;  ///< leaf: first entry of `tree_slabs`; inner node: number of the right child (left is next)
+    std::uint32_t first =
+        0;  ///< leaf: first entry of `tree_slabs`; inner node: number of the right child (left is next)
     std::uint32_t count = 0;  ///< leaf: number of slabs; 0 for an inner node
   };
   [[nodiscard]] std::span<const Node> tree() const noexcept { return tree_; }

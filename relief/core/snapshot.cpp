@@ -1,0 +1,160 @@
+#include <relief/base/assert.h>
+#include <relief/base/hash.h>
+#include <relief/core/snapshot.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace relief {
+
+namespace {
+constexpr std::array<std::string_view, kLayerCount> kLayerNames = {
+    "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity", "mask", "strata"};
+constexpr std::align_val_t kLine{64};
+
+std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
+}  // namespace
+
+std::string_view name(Layer layer) noexcept { return kLayerNames[static_cast<std::size_t>(layer)]; }
+
+std::optional<Layer> layer_from_name(std::string_view text) noexcept {
+  const auto at = std::ranges::find(kLayerNames, text);
+  if (at == kLayerNames.end()) return std::nullopt;
+  return static_cast<Layer>(at - kLayerNames.begin());
+}
+
+LayerRange range(Layer layer) noexcept {
+  return layer == Layer::StaticFriction || layer == Layer::DynamicFriction ? LayerRange{0, 4} : LayerRange{0, 1};
+}
+
+void Tile::AlignedDelete::operator()(float* p) const noexcept { ::operator delete[](p, kLine); }
+
+Tile::Tile(int intervals, int channel_count, float value)
+    : intervals_(intervals),
+      channel_count_(channel_count),
+      values_(static_cast<float*>(::operator new[](bytes(), kLine))) {
+  std::memset(values_.get(), 0, bytes());
+  for (int c = 0; c < channel_count_; ++c) std::fill_n(plane(c), size(), value);
+}
+
+Tile::Tile(const Tile& other)
+    : intervals_(other.intervals_),
+      channel_count_(other.channel_count_),
+      values_(static_cast<float*>(::operator new[](other.bytes(), kLine))) {
+  std::memcpy(values_.get(), other.values_.get(), bytes());
+}
+
+std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::size_t>(channel_count_) * sizeof(float); }
+
+bool Tile::same_values(const Tile& other) const noexcept {
+  return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ &&
+         std::memcmp(values_.get(), other.values_.get(), bytes()) == 0;
+}
+
+SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha) {
+  auto made = std::make_shared<Snapshot>();
+  auto& pages = made->pages_[static_cast<std::size_t>(Layer::Displacement)];
+  pages.resize(page_count(*slab_mesh));
+  for (std::size_t p = 0; p < pages.size(); ++p) {
+    auto page = std::make_shared<Page>();
+    for (SlabId t = 0; t < kTilesPerPage; ++t) {
+      const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t;
+      if (s < slab_mesh->slab_count()) page->tiles[t] = std::make_shared<const Tile>(slab_mesh->intervals(s), 1, alpha);
+    }
+    pages[p] = std::move(page);
+  }
+  made->slab_mesh_ = std::move(slab_mesh);
+  return made;
+}
+
+std::uint64_t Snapshot::content_hash() const noexcept {
+  Hash64 hash;
+  hash.add(slab_mesh_->content_hash());
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!has(layer)) continue;
+    hash.add(static_cast<std::uint64_t>(k));
+    for (SlabId s = 0; s < slab_mesh_->slab_count(); ++s) {
+      const Tile& t = tile(layer, s);
+      hash.add(static_cast<std::uint64_t>(t.intervals()));
+      for (int c = 0; c < t.channel_count(); ++c) hash.add_values(std::span(t.plane(c), t.size()));
+    }
+  }
+  return hash.value();
+}
+
+std::size_t Snapshot::bytes() const noexcept {
+  std::size_t sum = 0;
+  for (const auto& pages : pages_)
+    for (const PagePtr& page : pages)
+      for (const TilePtr& t : page->tiles)
+        if (t) sum += t->bytes();
+  return sum;
+}
+
+SnapshotDraft::SnapshotDraft(SnapshotPtr base) : base_(std::move(base)), next_(std::make_shared<Snapshot>(*base_)) {
+  for (std::size_t k = 0; k < own_pages_.size(); ++k) own_pages_[k].resize(next_->pages_[k].size());
+}
+
+const Tile& SnapshotDraft::tile(Layer layer, SlabId s) const noexcept { return next_->tile(layer, s); }
+
+SnapshotDraft::OwnPage& SnapshotDraft::page_for_writing(Layer layer, SlabId s) {
+  const auto k = static_cast<std::size_t>(layer);
+  const std::size_t p = s / kTilesPerPage;
+  OwnPage& own = own_pages_[k][p];
+  if (!own.page) {
+    own.page = std::make_shared<Page>(*next_->pages_[k][p]);
+    next_->pages_[k][p] = own.page;
+  }
+  return own;
+}
+
+Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
+  OwnPage& own = page_for_writing(layer, s);
+  TilePtr& tile = own.page->tiles[s % kTilesPerPage];
+  const std::uint64_t bit = std::uint64_t{1} << (s % kTilesPerPage);
+  if ((own.own_tiles & bit) == 0) {
+    tile = std::make_shared<Tile>(*tile);
+    own.own_tiles |= bit;
+  }
+  // The tile was made here as a mutable one, and nobody else has seen it yet.
+  return const_cast<Tile&>(*tile);
+}
+
+void SnapshotDraft::add_layer(Layer layer, int m, float value) {
+  RELIEF_ASSERT(m >= 1 && m <= kMaxIntervals);
+  RELIEF_ASSERT(layer != Layer::Displacement);
+  const auto k = static_cast<std::size_t>(layer);
+  const SlabId count = next_->slab_mesh().slab_count();
+  next_->pages_[k].assign(page_count(next_->slab_mesh()), nullptr);
+  own_pages_[k].assign(next_->pages_[k].size(), {});
+  // Immutable until written, so one tile serves all slabs.
+  const auto blank = std::make_shared<const Tile>(m, channels(layer), value);
+  for (std::size_t p = 0; p < next_->pages_[k].size(); ++p) {
+    auto page = std::make_shared<Page>();
+    for (SlabId t = 0; t < kTilesPerPage; ++t)
+      if (static_cast<SlabId>(p) * kTilesPerPage + t < count) page->tiles[t] = blank;
+    own_pages_[k][p].page = page;
+    next_->pages_[k][p] = std::move(page);
+  }
+}
+
+void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
+  RELIEF_ASSERT(next_->has(layer));
+  RELIEF_ASSERT(tile->channel_count() == channels(layer));
+  RELIEF_ASSERT(tile->intervals() == next_->tile(layer, s).intervals());
+  OwnPage& own = page_for_writing(layer, s);
+  own.page->tiles[s % kTilesPerPage] = std::move(tile);
+  own.own_tiles &= ~(std::uint64_t{1} << (s % kTilesPerPage));
+}
+
+SnapshotPtr SnapshotDraft::finish() {
+  SnapshotPtr finished = next_;
+  base_ = finished;
+  next_ = std::make_shared<Snapshot>(*finished);
+  for (std::size_t k = 0; k < own_pages_.size(); ++k) own_pages_[k].assign(next_->pages_[k].size(), {});
+  return finished;
+}
+
+}  // namespace relief

@@ -13,8 +13,8 @@
 
 namespace relief {
 
-/// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue 0..1;
-/// the others are one number each, with the ranges given.
+/// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue
+/// 0..1; the others are one number each, with the ranges given.
 enum class Layer : std::uint8_t {
   Displacement,
   Colour,
@@ -37,8 +37,8 @@ struct LayerRange {
 };
 [[nodiscard]] LayerRange range(Layer layer) noexcept;
 
-/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 floats, each plane padded to a whole number of
-/// 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
+/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 floats, each plane padded to a whole number
+/// of 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
 class Tile {
  public:
   Tile(int intervals, int channel_count, float value);
@@ -59,9 +59,7 @@ class Tile {
   [[nodiscard]] float* plane(int channel = 0) noexcept {
     return values_.get() + static_cast<std::size_t>(channel) * stride();
   }
-  [[nodiscard]] static constexpr std::size_t padded(int n) noexcept {
-    return (sample_count(n) + 15) / 16 * 16;
-  }
+  [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
   [[nodiscard]] std::size_t bytes() const noexcept;
   /// Equal values, bit for bit.
   [[nodiscard]] bool same_values(const Tile& other) const noexcept;
@@ -131,22 +129,21 @@ class SnapshotDraft {
   [[nodiscard]] SnapshotPtr finish();
 
  private:
-  Page& page_for_writing(Layer layer, SlabId s);
+  /// A page made by this draft since the last finish(); null where the base's page still stands.
+  struct OwnPage {
+    std::shared_ptr<Page> page;
+    std::uint64_t own_tiles = 0;  ///< bit t: tile t was made by edit(), so it may be written
+  };
+  OwnPage& page_for_writing(Layer layer, SlabId s);
 
   SnapshotPtr base_;
   std::shared_ptr<Snapshot> next_;
-  /// Per layer: pages made by this draft since the last finish(), null where the base's page still stands.
-  std::array<std::vector<std::shared_ptr<Page>>, kLayerCount> own_pages_;
-  struct OwnTile {
-    Layer layer;
-    SlabId slab;
-    std::shared_ptr<Tile> tile;
-  };
-  std::vector<OwnTile> own_tiles_;
+  std::array<std::vector<OwnPage>, kLayerCount> own_pages_;
 };
 
-/// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order. Cost:
-/// the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed throughout.
+/// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order.
+/// Cost: the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed
+/// throughout.
 template <typename Visit>
 void for_each_change(const Snapshot& from, const Snapshot& to, Visit&& visit) {
   for (int k = 0; k < kLayerCount; ++k) {

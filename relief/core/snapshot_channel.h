@@ -6,14 +6,14 @@
 #include <array>
 #include <atomic>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 namespace relief {
 
-/// One thread publishes; up to kMaxReaders threads read. A reader pins the snapshot it uses in a slot of its own (a hazard
-/// pointer); the publisher frees a snapshot when it is neither the newest nor pinned. Readers are wait-free: they never
-/// lock, allocate, free or retry without bound. A reader that stalls only makes the list of waiting snapshots longer.
+/// One thread publishes; up to kMaxReaders threads read. A reader pins the snapshot it uses in a slot of its own (a
+/// hazard pointer); the publisher frees a snapshot when it is neither the newest nor pinned. Readers are wait-free:
+/// they never lock, allocate, free or retry without bound. A reader that stalls only makes the list of waiting
+/// snapshots longer.
 class SnapshotChannel {
  public:
   static constexpr int kMaxReaders = 8;

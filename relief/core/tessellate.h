@@ -17,7 +17,8 @@ struct Tessellation {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// How many levels of detail a grid has: level k takes every 2^k-th sample, as long as 2^k divides n (n = 15 has only 0).
+/// How many levels of detail a grid has: level k takes every 2^k-th sample, as long as 2^k divides n (n = 15 has only
+/// 0).
 [[nodiscard]] int level_count(int n) noexcept;
 
 /// Level k of the whole surface, asserted to exist for every slab (0 <= k < level_count(n)).
