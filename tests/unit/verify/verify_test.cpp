@@ -1,0 +1,359 @@
+// Shells that are right pass; shells broken in one way each fail exactly the condition that this way breaks.
+#include <relief/verify/verify.h>
+
+#include <gtest/gtest.h>
+#include <support/shells.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <vector>
+
+namespace relief::verify {
+
+void PrintTo(Condition condition, std::ostream* out) { *out << name(condition); }
+
+namespace {
+
+using Point = std::array<double, 3>;
+using Face = std::array<std::uint32_t, 3>;
+
+struct Parts {
+  std::vector<Point> inner, outer;
+  std::vector<Face> faces;
+
+  void fibre(Point in, Point out) {
+    inner.push_back(in);
+    outer.push_back(out);
+  }
+  /// Puts another shell beside this one, moved and scaled.
+  void add(const Parts& other, Point move = {}, double scale = 1) {
+    const auto first = static_cast<std::uint32_t>(inner.size());
+    const auto at = [&](Point p) {
+      for (std::size_t k = 0; k < 3; ++k) p[k] = p[k] * scale + move[k];
+      return p;
+    };
+    for (std::size_t f = 0; f < other.inner.size(); ++f) fibre(at(other.inner[f]), at(other.outer[f]));
+    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+  }
+  [[nodiscard]] Certificate check() const {
+    return verify::check({.inner = inner, .outer = outer, .triangles = faces});
+  }
+};
+
+/// Coordinates rounded to multiples of 2^-16.
+Parts snapped(const SlabMesh& mesh) {
+  Parts parts;
+  const auto round = [](Vec3d p) {
+    return Point{std::round(p.x * 65536) / 65536, std::round(p.y * 65536) / 65536, std::round(p.z * 65536) / 65536};
+  };
+  for (const Fibre& f : mesh.fibres()) parts.fibre(round(f.inner), round(f.outer));
+  for (const Slab& s : mesh.slabs()) parts.faces.push_back(s.fibres);
+  return parts;
+}
+
+Parts sphere(int levels = 1, double inner = 0.8, double outer = 1.2) {
+  return snapped(*testing::sphere_shell(levels, 1, inner, outer));
+}
+
+/// A tetrahedron between its copies of half and full size.
+Parts tetrahedron(double inner = 0.5) {
+  Parts parts;
+  for (const Point p : {Point{1, 1, 1}, Point{-1, -1, 1}, Point{-1, 1, -1}, Point{1, -1, -1}})
+    parts.fibre({p[0] * inner, p[1] * inner, p[2] * inner}, p);
+  parts.faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return parts;
+}
+
+/// A cube of twelve slabs; its faces are flat, so many of its triangles lie in one plane.
+Parts cube(double inner = 0.5, double outer = 1) {
+  Parts parts;
+  for (int k = 0; k < 8; ++k) {
+    const Point p = {k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};
+    parts.fibre({p[0] * inner, p[1] * inner, p[2] * inner}, {p[0] * outer, p[1] * outer, p[2] * outer});
+  }
+  const std::array<std::array<std::uint32_t, 4>, 6> sides = {
+      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+  for (const auto& s : sides) {
+    parts.faces.push_back({s[0], s[1], s[2]});
+    parts.faces.push_back({s[0], s[2], s[3]});
+  }
+  return parts;
+}
+
+/// One open slab over a triangle in the plane z = height, one thick.
+Parts plate(Point a, Point b, Point c, double thickness = 1) {
+  Parts parts;
+  for (const Point p : {a, b, c}) parts.fibre(p, {p[0], p[1], p[2] + thickness});
+  parts.faces = {{0, 1, 2}};
+  return parts;
+}
+
+std::set<Condition> broken(const Certificate& certificate) {
+  std::set<Condition> conditions;
+  for (const Failure& f : certificate.failures) conditions.insert(f.condition);
+  return conditions;
+}
+
+#define EXPECT_SOUND(certificate)                                   \
+  do {                                                              \
+    const Certificate& c_ = (certificate);                          \
+    EXPECT_TRUE(c_.all());                                          \
+    EXPECT_TRUE(c_.on_lattice);                                     \
+    for (const Failure& f_ : c_.failures) ADD_FAILURE() << f_.what; \
+  } while (false)
+
+TEST(Verify, PassesRightShells) {
+  EXPECT_SOUND(sphere(0).check());
+  EXPECT_SOUND(sphere(3).check());
+  EXPECT_SOUND(tetrahedron().check());
+  EXPECT_SOUND(cube().check());
+  EXPECT_SOUND(snapped(*testing::torus_shell(16, 10, 1)).check());
+  EXPECT_SOUND(snapped(*testing::plane_shell(6, 1)).check());
+}
+
+TEST(Verify, ScaleAndPlaceDoNotMatter) {
+  Parts far;
+  far.add(sphere(2), {0x1p34, -0x1p34, 0x1p33}, 0x1p20);
+  EXPECT_SOUND(far.check());
+  Parts tiny;
+  tiny.add(sphere(2), {}, 0x1p-900);
+  EXPECT_SOUND(tiny.check());
+  Parts huge;
+  huge.add(sphere(2), {}, 0x1p900);
+  EXPECT_SOUND(huge.check());
+}
+
+TEST(Verify, UsesTheWholeLattice) {
+  const double top = 0x1p29;  // the span is 2^30 steps
+  Parts parts = cube(1, top);
+  EXPECT_SOUND(parts.check());
+  parts.outer[7][0] = top + 1;
+  const Certificate wider = parts.check();
+  EXPECT_EQ(broken(wider), std::set{Condition::C0});
+  EXPECT_FALSE(wider.on_lattice);
+}
+
+TEST(Verify, ShellsSideBySideOrInACavityPass) {
+  Parts parts = cube(2, 3);
+  parts.add(cube(), {8, 0, 0});
+  parts.add(sphere());
+  EXPECT_SOUND(parts.check());
+}
+
+TEST(Verify, FindsAFoldAtOneEnd) {
+  Parts parts = sphere();
+  parts.inner[4] = {parts.outer[4][0] * 2, parts.outer[4][1] * 2, parts.outer[4][2] * 2};
+  const Certificate c = parts.check();
+  EXPECT_EQ(c.failures.at(0).condition, Condition::C1);
+  EXPECT_FALSE(c.holds[1]);
+  for (const Failure& f : c.failures) {
+    if (f.condition != Condition::C1) continue;
+    const Face& face = parts.faces[f.a];
+    EXPECT_TRUE(face[0] == 4 || face[1] == 4 || face[2] == 4) << f.what;
+  }
+}
+
+TEST(Verify, FindsAFoldThatNothingElseShows) {
+  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  parts.inner[2] = {4, -8, 0};  // the inner triangle faces down; it meets nothing
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C1});
+  EXPECT_EQ(c.failures.at(0).a, 0U);
+}
+
+TEST(Verify, FindsADipBetweenAllSamples) {
+  // Over alpha the two edges shrink to nothing at 300001 and 300400 of 2^20 and grow again on the other side, so the
+  // Jacobian is negative just between: samples at multiples of 1/256 are all positive.
+  const double steps = 0x1p20, first = 300001, second = 300400;
+  Parts parts;
+  parts.fibre({0, 0, 0}, {0, 0, 4096});
+  parts.fibre({-first, 0, 0}, {steps - first, 0, 4096});
+  parts.fibre({0, -second, 0}, {0, steps - second, 4096});
+  parts.faces = {{0, 1, 2}};
+  for (int k = 0; k <= 256; ++k) {
+    const double at = steps * k / 256;
+    EXPECT_GT((at - first) * (at - second), 0);
+  }
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C1});
+  EXPECT_EQ(c.failure_count[1], 1U);
+
+  parts.inner[2] = {0, -first, 0};  // both at once: the Jacobian touches zero
+  parts.outer[2] = {0, steps - first, 4096};
+  EXPECT_EQ(broken(parts.check()), std::set{Condition::C1});
+}
+
+/// Ten slabs around fibre 0, each turning by `turn`; closed when the last ends where the first begins.
+Parts star(double turn, bool closed) {
+  Parts parts;
+  parts.fibre({0, 0, 0}, {0, 0, 64});
+  const int count = closed ? 10 : 11;
+  for (int k = 0; k < count; ++k) {
+    // Each arm is longer than the one before, so no two ends coincide when the star winds twice.
+    const double x = std::round((4096 + 64 * k) * std::cos(turn * k)),
+                 y = std::round((4096 + 64 * k) * std::sin(turn * k));
+    parts.fibre({x, y, 0}, {x, y, 64});
+  }
+  for (std::uint32_t k = 1; k <= 10; ++k) parts.faces.push_back({0, k, closed && k == 10 ? 1 : k + 1});
+  return parts;
+}
+
+TEST(Verify, FindsAStarWoundTwice) {
+  const double circle = 2 * std::numbers::pi;
+  EXPECT_SOUND(star(circle / 10, true).check());
+  const Certificate c = star(2 * circle / 10, true).check();
+  EXPECT_EQ(broken(c), std::set{Condition::C2});
+  EXPECT_EQ(c.failures.at(0).a, 0U) << "the fibre";
+}
+
+TEST(Verify, FindsAnOpenStarThatCloses) {
+  const double circle = 2 * std::numbers::pi;
+  EXPECT_SOUND(star(circle / 10.5, false).check());
+  const Certificate c = star(circle / 9.5, false).check();
+  EXPECT_EQ(broken(c), std::set{Condition::C2});
+}
+
+TEST(Verify, FindsSheetsPushedIntoEachOther) {
+  Parts parts = snapped(*testing::plane_shell(2, 1));
+  const auto first = static_cast<std::uint32_t>(parts.faces.size());
+  parts.add(snapped(*testing::plane_shell(2, 1)), {0.25, 0.5, 0.25});
+  EXPECT_SOUND(parts.check());
+  for (std::size_t f = 9; f < parts.inner.size(); ++f)
+    if (parts.inner[f][0] < 0.5) parts.inner[f][1] = 0;
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C3});
+  for (const Failure& f : c.failures) EXPECT_TRUE(f.a < first && f.b >= first) << f.what;
+}
+
+TEST(Verify, TouchingCountsAsMeeting) {
+  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  parts.add(plate({2, 2, 2}, {8, 2, 2}, {2, 8, 2}));
+  EXPECT_SOUND(parts.check());
+  parts.inner[3] = {2, 2, 1};  // one corner on the face below
+  EXPECT_EQ(broken(parts.check()), std::set{Condition::C3});
+}
+
+TEST(Verify, CoplanarTrianglesAreComparedInTheirPlane) {
+  Parts beside = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  beside.add(plate({8, 8, 0}, {1, 8, 0}, {8, 1, 0}));  // boxes overlap, triangles do not
+  EXPECT_SOUND(beside.check());
+
+  Parts across = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  across.add(plate({8, 8, 0}, {-1, 8, 0}, {8, -1, 0}));
+  const Certificate c = across.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C3});
+  EXPECT_EQ(c.failure_count[3], 2U) << "inner and outer";
+
+  Parts within = plate({0, 0, 0}, {80, 0, 0}, {0, 80, 0});
+  within.add(plate({10, 10, 0}, {20, 10, 0}, {10, 20, 0}));
+  EXPECT_EQ(broken(within.check()), std::set{Condition::C3});
+}
+
+TEST(Verify, ComparesInnerWithOuterTriangles) {
+  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  parts.add(plate({0, 0, 1}, {8, 0, 1}, {0, 8, 1}));  // its inner triangle is the outer one of the first
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C3});
+  EXPECT_EQ(c.failure_count[3], 1U);
+}
+
+TEST(Verify, FindsAPartInsideAnothersShell) {
+  Parts parts = cube(1, 9);
+  parts.add(cube(0.5, 1), {5, 0, 0});
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C4});
+  EXPECT_EQ(c.failures.at(0).a, 12U);
+  EXPECT_EQ(c.failures.at(0).b, 0U);
+}
+
+TEST(Verify, FindsShellsThatInterleave) {
+  Parts parts = cube(1, 3);  // no surface of one meets a surface of the other, yet the shells overlap
+  parts.add(cube(2, 4));
+  EXPECT_EQ(broken(parts.check()), std::set{Condition::C4});
+}
+
+TEST(Verify, FindsInnerAndOuterSwapped) {
+  Parts parts = sphere();
+  std::swap(parts.inner, parts.outer);
+  const Certificate c = parts.check();
+  EXPECT_EQ(broken(c), std::set{Condition::C1});
+  EXPECT_EQ(c.failure_count[1], parts.faces.size());
+}
+
+TEST(Verify, FindsFaultsOfTheComplex) {
+  const auto only_c0 = [](const Parts& parts, std::uint32_t slab, const char* word) {
+    const Certificate c = parts.check();
+    EXPECT_EQ(broken(c), std::set{Condition::C0});
+    for (std::size_t k = 0; k < 5; ++k) EXPECT_FALSE(c.holds[k]);
+    ASSERT_FALSE(c.failures.empty());
+    EXPECT_EQ(c.failures[0].a, slab) << c.failures[0].what;
+    EXPECT_NE(c.failures[0].what.find(word), std::string::npos) << c.failures[0].what;
+  };
+  Parts repeated = tetrahedron();
+  repeated.faces[3] = repeated.faces[0];
+  only_c0(repeated, 0, "same three");
+
+  Parts reversed = tetrahedron();
+  std::swap(reversed.faces[0][1], reversed.faces[0][2]);
+  only_c0(reversed, 0, "same way");
+
+  Parts twice = tetrahedron();
+  twice.faces[2][1] = twice.faces[2][0];
+  only_c0(twice, 2, "twice");
+
+  Parts range = tetrahedron();
+  range.faces[1][2] = 4;
+  only_c0(range, 1, "fibre 4");
+
+  Parts book = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  book.fibre({8, 8, 0}, {8, 8, 1});
+  book.fibre({9, 9, 0}, {9, 9, 1});
+  book.faces.push_back({2, 1, 3});
+  book.faces.push_back({2, 1, 4});
+  only_c0(book, 0, "3 slabs");
+
+  Parts bow = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});  // two slabs that share one fibre and no wall
+  bow.fibre({-8, 0, 0}, {-8, 0, 1});
+  bow.fibre({0, -8, 0}, {0, -8, 1});
+  bow.faces.push_back({0, 3, 4});
+  only_c0(bow, 0, "one fan");
+
+  Parts unused = tetrahedron();
+  unused.fibre({0, 0, 0}, {0, 0, 0.125});
+  only_c0(unused, 0, "no slab");
+
+  Parts pinched = tetrahedron();
+  pinched.inner[3] = pinched.outer[3];
+  only_c0(pinched, 1, "length");
+
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    Parts wrong = tetrahedron();
+    wrong.outer[2][1] = bad;
+    only_c0(wrong, 0, "finite");
+  }
+
+  Parts uneven = tetrahedron();
+  uneven.inner[0][0] = 0.1;
+  only_c0(uneven, 0, "lattice");
+
+  Parts short_one = tetrahedron();
+  short_one.outer.pop_back();
+  only_c0(short_one, 0, "ends");
+  only_c0(Parts{}, 0, "no slabs");
+}
+
+TEST(Verify, CountsAllFailuresButListsAHundred) {
+  Parts parts;
+  for (int k = 0; k < 150; ++k) parts.add(plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0}), {10.0 * k, 0, 0});
+  std::swap(parts.inner, parts.outer);
+  const Certificate c = parts.check();
+  EXPECT_EQ(c.failure_count[1], 150U);
+  EXPECT_EQ(c.failures.size(), 100U);
+}
+
+}  // namespace
+}  // namespace relief::verify
