@@ -16,6 +16,6 @@ inline std::filesystem::path data_folder() {
 }  // namespace relief::testing
 
 /// Declares `name` as the path of a test file, or skips the test with a word when the folder is missing.
-#define RELIEF_DATA_FILE(name, relative)                                     \
+#define RELIEF_DATA_FILE(name, relative)                                            \
   const std::filesystem::path name = ::relief::testing::data_folder() / (relative); \
   if (!std::filesystem::exists(::relief::testing::data_folder())) GTEST_SKIP() << "skipped: no test data"

@@ -12,8 +12,8 @@
 
 namespace relief::testing {
 
-/// A sphere of slabs: an octahedron, each face cut into 4 `levels` times; 8 * 4^levels slabs. Fibres run radially from the
-/// inner to the outer radius around `centre`.
+/// A sphere of slabs: an octahedron, each face cut into 4 `levels` times; 8 * 4^levels slabs. Fibres run radially from
+/// the inner to the outer radius around `centre`.
 inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2,
                                                     Vec3d centre = {}) {
   std::vector<Vec3d> points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -41,8 +41,8 @@ inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double in
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
 }
 
-/// A flat open sheet of 2 * cells * cells slabs over [0,1]^2, y up: inner at y = -depth, outer at y = +depth; displacement
-/// 0.5 is the plane y = 0.
+/// A flat open sheet of 2 * cells * cells slabs over [0,1]^2, y up: inner at y = -depth, outer at y = +depth;
+/// displacement 0.5 is the plane y = 0.
 inline std::shared_ptr<const SlabMesh> plane_shell(int cells, int n, double depth = 0.1) {
   std::vector<Fibre> fibres;
   const auto id = [&](int x, int z) { return static_cast<FibreId>(z * (cells + 1) + x); };
@@ -61,8 +61,8 @@ inline std::shared_ptr<const SlabMesh> plane_shell(int cells, int n, double dept
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
 }
 
-/// A ring of slabs with twisted, uneven walls: a torus of 2 * around * across slabs whose fibres are tilted by up to `tilt`
-/// radians in a repeating pattern. Every slab is sound for tilt <= 0.3, around >= 8, across >= 6.
+/// A ring of slabs with twisted, uneven walls: a torus of 2 * around * across slabs whose fibres are tilted by up to
+/// `tilt` radians in a repeating pattern. Every slab is sound for tilt <= 0.3, around >= 8, across >= 6.
 inline std::shared_ptr<const SlabMesh> torus_shell(int around, int across, int n, double tilt = 0.2) {
   std::vector<Fibre> fibres;
   const auto id = [&](int a, int b) { return static_cast<FibreId>((a % around) * across + b % across); };

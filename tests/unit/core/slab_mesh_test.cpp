@@ -1,0 +1,108 @@
+#include "support/shells.h"
+
+#include <relief/core/slab_mesh.h>
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <tuple>
+
+namespace relief {
+namespace {
+
+using testing::plane_shell;
+using testing::sphere_shell;
+using testing::torus_shell;
+
+std::vector<Fibre> four_fibres() {
+  return {{{0, 0, 0}, {0, 1, 0}}, {{1, 0, 0}, {1, 1, 0}}, {{0, 0, -1}, {0, 1, -1}}, {{1, 0, -1}, {1, 1, -1}}};
+}
+
+TEST(SlabMesh, NeighboursAndFansAgree) {
+  for (const auto& mesh : {sphere_shell(2, 4), torus_shell(12, 8, 4), plane_shell(5, 4)}) {
+    ASSERT_NE(mesh, nullptr);
+    std::size_t corners = 0;
+    for (FibreId f = 0; f < mesh->fibres().size(); ++f) {
+      SlabId before = 0;
+      for (const SlabCorner c : mesh->fan(f)) {
+        EXPECT_EQ(mesh->slabs()[c.slab].fibres[static_cast<std::size_t>(c.corner)], f);
+        EXPECT_GE(c.slab, before);
+        before = c.slab;
+        ++corners;
+      }
+    }
+    EXPECT_EQ(corners, 3 * mesh->slabs().size());
+    for (SlabId s = 0; s < mesh->slab_count(); ++s)
+      for (int k = 0; k < 3; ++k) {
+        const SlabId other = mesh->slabs()[s].neighbours[static_cast<std::size_t>(k)];
+        if (other == kNoSlab) continue;
+        const int back = mesh->mirror_edge(s, k);
+        EXPECT_EQ(mesh->slabs()[other].neighbours[static_cast<std::size_t>(back)], s);
+      }
+  }
+}
+
+TEST(SlabMesh, CopiesOfASampleAreOnePlace) {
+  for (const auto& mesh : {sphere_shell(1, 5), torus_shell(12, 8, 5), plane_shell(3, 5)})
+    for (SlabId s = 0; s < mesh->slab_count(); ++s)
+      for (int j = 0; j <= 5; ++j)
+        for (int i = 0; i + j <= 5; ++i) {
+          const auto place = [&](SlabId slab, GridPoint p) {
+            const auto w = weights(5, p);
+            return mesh->corners(slab).point({w[0] / 5.0, w[1] / 5.0, w[2] / 5.0}, 0.37);
+          };
+          bool met_itself = false;
+          SlabId before = 0;
+          mesh->for_each_copy(s, 5, {i, j}, [&](const SampleCopy& copy) {
+            EXPECT_EQ(place(copy.slab, copy.at), place(s, {i, j})) << "not bit-identical";
+            EXPECT_GE(copy.slab, before);
+            before = copy.slab;
+            met_itself = met_itself || (copy.slab == s && copy.at == GridPoint{i, j});
+          });
+          EXPECT_TRUE(met_itself);
+        }
+}
+
+TEST(SlabMesh, TreeHoldsEverySlabOnceInsideItsBoxes) {
+  const auto mesh = sphere_shell(3, 4);
+  std::vector<int> seen(mesh->slabs().size(), 0);
+  for (const auto& node : mesh->tree())
+    for (std::uint32_t k = 0; k < node.count; ++k) {
+      const SlabId s = mesh->tree_slabs()[node.first + k];
+      ++seen[s];
+      EXPECT_TRUE(node.box.contains(mesh->box(s).low) && node.box.contains(mesh->box(s).high));
+    }
+  for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST(SlabMesh, RefusesWhatIsNoCage) {
+  using Face = SlabMesh::Face;
+  const auto message = [](std::vector<Fibre> fibres, std::vector<Face> faces) {
+    const auto made = SlabMesh::make(std::move(fibres), faces);
+    return made ? std::string("accepted") : made.error().message;
+  };
+  const Face up{{0, 1, 2}, 4}, right{{1, 3, 2}, 4};
+  EXPECT_EQ(message(four_fibres(), {up, right}), "accepted");
+  EXPECT_EQ(message(four_fibres(), {}), "the cage has no slabs");
+  EXPECT_EQ(message(four_fibres(), {up, {{1, 3, 7}, 4}}), "slab 1 names a fibre that does not exist");
+  EXPECT_EQ(message(four_fibres(), {up, {{1, 3, 3}, 4}}), "slab 1 names a fibre twice");
+  EXPECT_EQ(message(four_fibres(), {up, {{3, 1, 2}, 4}}), "slab 0 and slab 1 face opposite ways");
+  EXPECT_EQ(message(four_fibres(), {up, {{1, 3, 2}, 129}}), "slab 1 has 129 intervals, not 1 to 128");
+  EXPECT_EQ(message(four_fibres(), {up, {{1, 3, 2}, 8}}), "slab 0 and slab 1 share an edge but not their intervals");
+  EXPECT_EQ(message(four_fibres(), {up}), "no slab uses fibre 3");
+  EXPECT_EQ(message(four_fibres(), {up, right, {{2, 1, 0}, 4}}), "more than two slabs share an edge of slab 0");
+  auto bad = four_fibres();
+  bad[1].outer.x = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(message(bad, {up, right}), "fibre 1 has no length or is not finite");
+  bad = four_fibres();
+  bad[2].outer = bad[2].inner;
+  EXPECT_EQ(message(bad, {up, right}), "fibre 2 has no length or is not finite");
+  // Two slabs that touch in one fibre only.
+  auto five = four_fibres();
+  five.push_back({{-1, 0, 0}, {-1, 1, 0}});
+  five.push_back({{-1, 0, 1}, {-1, 1, 1}});
+  EXPECT_EQ(message(five, {up, right, {{0, 4, 5}, 4}}), "the slabs around fibre 0 do not form one fan");
+}
+
+}  // namespace
+}  // namespace relief

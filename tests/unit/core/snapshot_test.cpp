@@ -1,0 +1,106 @@
+#include "support/shells.h"
+
+#include <relief/core/query.h>
+#include <relief/core/snapshot.h>
+#include <relief/core/snapshot_channel.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+namespace relief {
+namespace {
+
+using testing::sphere_shell;
+
+TEST(Snapshot, DraftCopiesOnlyWhatItWrites) {
+  const SnapshotPtr first = Snapshot::make(sphere_shell(3, 8));
+  const std::uint64_t hash = first->content_hash();
+  SnapshotDraft draft(first);
+  draft.edit(Layer::Displacement, 100).plane()[3] = 0.25F;
+  draft.edit(Layer::Displacement, 100).plane()[4] = 0.75F;
+  const SnapshotPtr second = draft.finish();
+  EXPECT_EQ(first->content_hash(), hash);
+  EXPECT_NE(second->content_hash(), hash);
+  EXPECT_EQ(second->displacement(100)[3], 0.25F);
+  EXPECT_EQ(second->displacement(100)[4], 0.75F);
+  EXPECT_EQ(first->displacement(100)[3], 0.5F);
+  int changed = 0;
+  for_each_change(*first, *second, [&](Layer layer, SlabId s) {
+    EXPECT_EQ(layer, Layer::Displacement);
+    EXPECT_EQ(s, 100U);
+    ++changed;
+  });
+  EXPECT_EQ(changed, 1);
+
+  // The draft goes on from what it finished, and what it finished does not change any more.
+  draft.edit(Layer::Displacement, 100).plane()[3] = 0.125F;
+  const SnapshotPtr third = draft.finish();
+  EXPECT_EQ(second->displacement(100)[3], 0.25F);
+  EXPECT_EQ(third->displacement(100)[3], 0.125F);
+}
+
+TEST(Snapshot, LayersComeAndAreFound) {
+  const SnapshotPtr first = Snapshot::make(sphere_shell(1, 4));
+  EXPECT_FALSE(first->has(Layer::Colour));
+  SnapshotDraft draft(first);
+  draft.add_layer(Layer::Colour, 16, 0.5F);
+  draft.edit(Layer::Colour, 3).plane(1)[0] = 1.0F;
+  const SnapshotPtr second = draft.finish();
+  ASSERT_TRUE(second->has(Layer::Colour));
+  EXPECT_EQ(second->tile(Layer::Colour, 3).plane(1)[0], 1.0F);
+  EXPECT_EQ(second->tile(Layer::Colour, 4).plane(1)[0], 0.5F);
+  EXPECT_EQ(second->tile(Layer::Colour, 3).intervals(), 16);
+  int changed = 0;
+  for_each_change(*first, *second, [&](Layer layer, SlabId) { changed += layer == Layer::Colour; });
+  EXPECT_EQ(changed, 32);
+}
+
+TEST(Snapshot, LayerNamesGoBothWays) {
+  for (int k = 0; k < kLayerCount; ++k) EXPECT_EQ(layer_from_name(name(static_cast<Layer>(k))), static_cast<Layer>(k));
+  EXPECT_EQ(layer_from_name("no such layer"), std::nullopt);
+}
+
+TEST(Snapshot, ValidateNamesACrackAndABadValue) {
+  SnapshotDraft draft(Snapshot::make(sphere_shell(1, 4)));
+  draft.edit(Layer::Displacement, 7).plane()[sample_index(4, {2, 0})] = 0.25F;
+  const auto crack = validate(*draft.finish());
+  ASSERT_FALSE(crack);
+  EXPECT_NE(crack.error().message.find("copies of a shared sample differ"), std::string::npos);
+
+  SnapshotDraft other(Snapshot::make(sphere_shell(1, 4)));
+  other.edit(Layer::Displacement, 5).plane()[sample_index(4, {1, 1})] = 1.5F;
+  const auto outside = validate(*other.finish());
+  ASSERT_FALSE(outside);
+  EXPECT_NE(outside.error().message.find("slab 5 holds 1.5"), std::string::npos);
+  EXPECT_TRUE(validate(*Snapshot::make(sphere_shell(1, 4))));
+}
+
+TEST(SnapshotChannel, FreesWhatNobodyPins) {
+  SnapshotPtr model = Snapshot::make(sphere_shell(1, 4));
+  std::weak_ptr<const Snapshot> first = model;
+  SnapshotChannel channel(model);
+  SnapshotDraft draft(model);
+  {
+    SnapshotChannel::Reader reader = channel.reader();
+    EXPECT_EQ(&reader.latest(), model.get());
+    draft.edit(Layer::Displacement, 0).plane()[0] = 0.5F;
+    model = draft.finish();
+    channel.publish(model);
+    EXPECT_FALSE(first.expired()) << "pinned by the reader";
+    EXPECT_EQ(channel.held(), 2U);
+    EXPECT_EQ(&reader.latest(), model.get());
+    draft.edit(Layer::Displacement, 0).plane()[0] = 0.5F;
+    model = draft.finish();
+    channel.publish(model);
+    EXPECT_TRUE(first.expired());
+  }
+  draft.edit(Layer::Displacement, 0).plane()[0] = 0.5F;
+  model = draft.finish();
+  channel.publish(model);
+  EXPECT_EQ(channel.held(), 1U);
+}
+
+}  // namespace
+}  // namespace relief
