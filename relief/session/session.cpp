@@ -1,0 +1,154 @@
+#include <relief/session/session.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+/// CPU time of the calling thread, ns.
+std::uint64_t thread_cpu_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(now.tv_nsec);
+}
+
+/// A second of ticks: the edit thread may be away that long before samples are dropped.
+constexpr std::size_t kTelemetryCapacity = 1024;
+
+}  // namespace
+
+struct Session::State {
+  State(HapticDevice& haptic_device, SnapshotPtr first, ModelFile* model_file, const Settings& session_settings)
+      : settings(session_settings),
+        file(model_file),
+        editor(first),
+        channel(std::move(first)),
+        telemetry(kTelemetryCapacity),
+        servo(haptic_device, channel, session_settings.servo, &telemetry),
+        edit_thread([this] { edit_loop(); }) {}
+
+  void edit_loop() {
+    ServoSample sample;
+    while (true) {
+      // Read before the queue is found empty: what the servo pushed before it ended is then still taken.
+      const bool last_round = stopping.load(std::memory_order_acquire);
+      bool idle = true;
+      while (telemetry.pop(sample)) {
+        idle = false;
+        take(sample);
+      }
+      if (last_round) break;
+      if (idle) std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+    finish_stroke();
+  }
+
+  void take(const ServoSample& sample) {
+    ++stats.samples;
+    stats.contact_samples += sample.contact ? 1U : 0U;
+    if (settings.keep_trace) stats.trace.push_back(sample);
+    const bool pressed = (sample.buttons & 1U) != 0;
+    if (!pressed) {
+      finish_stroke();
+      return;
+    }
+    if (!sample.contact) {
+      last_dab_t = sample.t;
+      return;
+    }
+    if (!editor.in_stroke()) {
+      const std::scoped_lock lock(brush_mutex);
+      brush = brushes[std::min<std::size_t>(sample.buttons >> 8U, brushes.size() - 1)];
+      editor.begin_stroke(brush, std::string(name(brush.tool)));
+      last_dab_t = sample.t - 1 / settings.sculpt.dabs_per_second;
+    }
+    const double elapsed = sample.t - last_dab_t;
+    // Half a tick of slack, so that 1000 and 250 dabs per second come out as every and every fourth tick.
+    if (elapsed < 1 / settings.sculpt.dabs_per_second - 0.5e-3) return;
+    last_dab_t = sample.t;
+    make_dab(sample, elapsed);
+  }
+
+  void make_dab(const ServoSample& sample, double elapsed) {
+    const SculptSettings& s = settings.sculpt;
+    const double span = s.full_depth - s.light_depth;
+    const double pressure = span > 0 ? std::clamp((sample.depth - s.light_depth) / span, 0.0, 1.0) : 1.0;
+    const std::uint64_t start = thread_cpu_ns();
+    const DabResult result = editor.dab({.slab = sample.at.slab,
+                                         .contact = sample.contact_point,
+                                         .cursor = sample.cursor,
+                                         .normal = sample.normal,
+                                         .pressure = pressure,
+                                         .seconds = std::clamp(elapsed, 0.0, 0.1)});
+    channel.publish(editor.head());
+    stats.dab_time.add(thread_cpu_ns() - start);
+    ++stats.dabs;
+    stats.samples_edited += result.samples;
+  }
+
+  void finish_stroke() {
+    if (!editor.in_stroke()) return;
+    if (!editor.end_stroke()) return;
+    ++stats.strokes;
+    if (file == nullptr || !file_status) return;
+    StrokeRecord record;
+    record.label = std::string(name(brush.tool));
+    file_status = file->commit(editor.head(), record);
+  }
+
+  Settings settings;
+  ModelFile* file;
+  Editor editor;
+  SnapshotChannel channel;
+  SpscQueue<ServoSample> telemetry;
+  std::mutex brush_mutex;
+  std::vector<Brush> brushes{1};
+  Brush brush;
+  double last_dab_t = 0;
+  Status file_status;
+  SessionStats stats;
+  std::atomic<bool> stopping{false};
+  bool stopped = false;
+  ServoThread servo;
+  std::thread edit_thread;
+};
+
+Session::Session(HapticDevice& device, SnapshotPtr head, ModelFile* file, const Settings& settings)
+    : state_(std::make_unique<State>(device, std::move(head), file, settings)) {}
+
+Session::~Session() { static_cast<void>(stop()); }
+
+void Session::set_brush(const Brush& brush) { set_brushes({brush}); }
+
+void Session::set_brushes(std::vector<Brush> brushes) {
+  if (brushes.empty()) return;
+  const std::scoped_lock lock(state_->brush_mutex);
+  state_->brushes = std::move(brushes);
+}
+
+SnapshotChannel& Session::channel() noexcept { return state_->channel; }
+bool Session::running() const noexcept { return state_->servo.running(); }
+
+Status Session::stop() {
+  if (!state_->stopped) {
+    state_->stopped = true;
+    state_->servo.stop();
+    state_->stopping.store(true, std::memory_order_release);
+    state_->edit_thread.join();
+    state_->stats.servo = state_->servo.times();
+  }
+  return state_->file_status;
+}
+
+const SnapshotPtr& Session::head() const noexcept { return state_->editor.head(); }
+const SessionStats& Session::stats() const noexcept { return state_->stats; }
+
+}  // namespace relief

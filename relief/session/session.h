@@ -16,25 +16,25 @@ namespace relief {
 /// What a session counted; taken after stop().
 struct SessionStats {
   ServoTimes servo;
-  std::uint64_t samples = 0;         ///< telemetry that reached the edit thread
+  std::uint64_t samples = 0;  ///< telemetry that reached the edit thread
   std::uint64_t contact_samples = 0;
   std::uint64_t dabs = 0;
   std::uint64_t samples_edited = 0;
   std::uint64_t strokes = 0;
-  TimeHistogram dab_time;            ///< thread CPU time of one dab with undo and publishing
-  std::vector<ServoSample> trace;    ///< every sample, when asked for
+  TimeHistogram dab_time;          ///< thread CPU time of one dab with undo and publishing
+  std::vector<ServoSample> trace;  ///< every sample, when asked for
 };
 
 /// How the hand's contact becomes dabs.
 struct SculptSettings {
-  double dabs_per_second = 250;      ///< of contact; the paper used 10
-  double full_depth = 0;             ///< model units: penetration that counts as pressure 1
-  double light_depth = 0;            ///< up to this depth pressure is 0 (paper, Sec. 5)
+  double dabs_per_second = 250;  ///< of contact; the paper used 10
+  double full_depth = 0;         ///< model units: penetration that counts as pressure 1
+  double light_depth = 0;        ///< up to this depth pressure is 0 (paper, Sec. 5)
 };
 
-/// Owns the servo thread and the edit thread. The caller's thread may draw channel() meanwhile. While button 0 of the device
-/// is down and the tip touches, dabs are made with the brush; a stroke lasts from press to release. With a file, each
-/// finished stroke is committed.
+/// Owns the servo thread and the edit thread. The caller's thread may draw channel() meanwhile. While button 0 of the
+/// device is down and the tip touches, dabs are made with the brush; a stroke lasts from press to release. With a file,
+/// each finished stroke is committed.
 class Session {
  public:
   struct Settings {
@@ -50,14 +50,15 @@ class Session {
 
   /// The brush of strokes that begin after the call. Any thread.
   void set_brush(const Brush& brush);
-  /// Brush chosen by the buttons word of the reading at which a stroke begins: bits 8 and up are its number in this list.
+  /// Brush chosen by the buttons word of the reading at which a stroke begins: bits 8 and up are its number in this
+  /// list.
   void set_brushes(std::vector<Brush> brushes);
   [[nodiscard]] SnapshotChannel& channel() noexcept;
   [[nodiscard]] bool running() const noexcept;
   /// Stops the servo, finishes an open stroke, joins both threads. The first error of the file, if any.
   [[nodiscard]] Status stop();
-  [[nodiscard]] const SnapshotPtr& head() const noexcept;   ///< after stop()
-  [[nodiscard]] const SessionStats& stats() const noexcept; ///< after stop()
+  [[nodiscard]] const SnapshotPtr& head() const noexcept;    ///< after stop()
+  [[nodiscard]] const SessionStats& stats() const noexcept;  ///< after stop()
 
  private:
   struct State;
