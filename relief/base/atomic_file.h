@@ -1,0 +1,41 @@
+// A file that appears whole and at once, or not at all.
+#pragma once
+
+#include <relief/base/error.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace relief {
+
+/// Bytes go to a new file beside the target; commit() makes them durable and renames it over the target. Without
+/// commit() the new file is removed and the target stays as it was. Errors name the target: Io.
+class AtomicFile {
+ public:
+  [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& target);
+  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile& operator=(AtomicFile&&) = delete;
+  ~AtomicFile();
+
+  /// Buffered; large blocks go straight through.
+  [[nodiscard]] Status write(std::span<const std::byte> bytes);
+  [[nodiscard]] Status write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
+  [[nodiscard]] Status commit();
+  /// The file that is being written, for libraries that want a name.
+  [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
+
+ private:
+  AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor);
+  [[nodiscard]] Status flush();
+  std::filesystem::path target_, temporary_;
+  int descriptor_;
+  std::string buffer_;
+};
+
+/// Makes a rename inside the folder durable. A folder that cannot be synchronised is no error.
+void sync_folder_of(const std::filesystem::path& file) noexcept;
+
+}  // namespace relief
