@@ -26,7 +26,7 @@ class ReplayDevice final : public HapticDevice {
 };
 
 struct DeviceListing {
-  std::string name;         ///< what open_device() takes
+  std::string name;  ///< what open_device() takes
   std::string description;
 };
 [[nodiscard]] std::vector<DeviceListing> list_devices();

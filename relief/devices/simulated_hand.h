@@ -15,25 +15,27 @@ namespace relief {
 
 /// The device's body, sensor and amplifier. One axis like the other two.
 struct Plant {
-  double mass = 0.045;             ///< kg
-  double viscous = 0.1;            ///< N*s/m
-  double coulomb = 0.26;           ///< N
-  double encoder_step = 55e-6;     ///< m; 0 for a perfect sensor
-  double max_force = 3.3;          ///< N, saturation of the amplifier
-  double slew = 5e3;               ///< N/s
-  double dac_step = 0;             ///< N
-  double lag = 0.5e-3;             ///< s, first order
-  double resonance = 0;            ///< Hz of one structural mode between motor and handle; 0 none
-  double resonance_damping = 0.02; ///< share of critical
-  int delay_ticks = 0;             ///< 0..3, from command to force
-  int substeps = 20;               ///< integration steps per tick, at least 20
+  double mass = 0.045;              ///< kg
+  double viscous = 0.1;             ///< N*s/m
+  double coulomb = 0.26;            ///< N
+  double encoder_step = 55e-6;      ///< m; 0 for a perfect sensor
+  double max_force = 3.3;           ///< N, saturation of the amplifier
+  double slew = 5e3;                ///< N/s; 0 for an amplifier without a limit, likewise for dac_step and lag
+  double dac_step = 0;              ///< N
+  double lag = 0.5e-3;              ///< s, first order
+  double resonance = 0;             ///< Hz of one structural mode between motor and handle, half the mass each; 0 none
+  double resonance_damping = 0.02;  ///< share of critical
+  int delay_ticks = 0;              ///< 0..3, from command to force
+  std::vector<std::uint8_t>
+      jitter;         ///< 0..3 extra ticks of delay, one per command, repeated; the amplifier holds what it had
+  int substeps = 20;  ///< integration steps per tick, at least 20
 };
 
-/// The person: pulls the handle towards a target with a spring and a damper, with tremor.
+/// The person: pulls the handle towards a target with a spring, and damps its motion, with tremor.
 struct Hand {
-  double stiffness = 300;          ///< N/m
-  double damping = 3;              ///< N*s/m
-  double tremor = 0;               ///< m, amplitude of a 10 Hz shake
+  double stiffness = 300;  ///< N/m
+  double damping = 3;      ///< N*s/m against the ground, so that a target may jump
+  double tremor = 0;       ///< m, amplitude of a 10 Hz shake
 };
 
 /// A named plant: "touch-like", "premium-like", "falcon-like", "inverse3-like".
@@ -51,8 +53,16 @@ struct HandTarget {
 };
 using HandScript = std::function<HandTarget(double t)>;
 
-/// Integrates plant and hand over one tick of 1 ms per write(). Deterministic: no clock, no random numbers. The script must
-/// not allocate.
+/// Work since the start, J, each done on the moving parts (so the two losses are negative or zero). Their sum is what
+/// the kinetic energy and the energy in the structure have gained.
+struct WorkDone {
+  double motor = 0;
+  double hand = 0;
+  double viscous = 0, coulomb = 0, structure = 0;  ///< structure: its damper only
+};
+
+/// Integrates plant and hand over one tick of 1 ms per write(). Deterministic: no clock, no random numbers. The script
+/// must not allocate.
 class SimulatedHand final : public HapticDevice {
  public:
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
@@ -60,22 +70,45 @@ class SimulatedHand final : public HapticDevice {
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
   [[nodiscard]] bool write(Vec3d force) noexcept override;
 
-  /// The true state, for tests: position of the handle, velocity, force on it.
-  [[nodiscard]] Vec3d handle_position() const noexcept { return handle_; }
-  [[nodiscard]] Vec3d handle_velocity() const noexcept { return handle_velocity_; }
+  /// The true state, for tests and reports.
+  [[nodiscard]] Vec3d handle_position() const noexcept { return handle_.at; }
+  [[nodiscard]] Vec3d handle_velocity() const noexcept { return handle_.velocity; }
+  /// N, what the motor pushes with now, after delay and amplifier.
+  [[nodiscard]] Vec3d motor_force() const noexcept { return amplifier_; }
+  [[nodiscard]] const WorkDone& work() const noexcept { return work_; }
+  /// J, kinetic and in the structure's spring.
+  [[nodiscard]] double energy() const noexcept;
+  /// Puts the handle there; motor and structure at rest relative to it.
   void set_state(Vec3d position, Vec3d velocity) noexcept;
 
  private:
+  struct Body {
+    Vec3d at, velocity;
+  };
+  struct Command {
+    Vec3d force;
+    std::uint64_t arrives = 0;  ///< tick
+  };
+  void amplify(Vec3d command) noexcept;
+  void move(Vec3d target) noexcept;
+  [[nodiscard]] Vec3d target_at(double t, std::uint32_t& buttons) const noexcept;
+
   DeviceInfo info_;
   Plant plant_;
   Hand hand_;
   HandScript script_;
+  double step_ = 0;                 ///< s, one sub-step
+  double lag_share_ = 1;            ///< of the way that the amplifier goes in one sub-step
+  double spring_ = 0, damper_ = 0;  ///< the structure's, N/m and N*s/m
   std::uint64_t tick_ = 0;
-  Vec3d handle_, handle_velocity_;
-  Vec3d motor_, motor_velocity_;   ///< only with a structural mode
-  Vec3d amplifier_;                ///< force now at the motor
-  std::array<Vec3d, 4> pipeline_{};///< delayed commands
-  HandTarget target_;
+  Body handle_, motor_;                ///< equal without a structural mode
+  Vec3d slewed_, amplifier_;           ///< N, after the slew limit, and after the lag
+  std::array<Command, 8> pipeline_{};  ///< ring of the last commands, by tick
+  Vec3d held_;                         ///< N, the newest command that has arrived
+  std::uint64_t held_tick_ = 0;        ///< when it was given
+  Vec3d target_;
+  std::uint32_t buttons_ = 0;
+  WorkDone work_;
 };
 
 }  // namespace relief

@@ -12,25 +12,25 @@ namespace relief {
 /// Nominal limits; user settings never exceed them.
 struct DeviceInfo {
   std::string name;
-  double max_force = 3.3;         ///< N
-  double max_stiffness = 1250;    ///< N/m
-  double max_damping = 4;         ///< N*s/m
-  double max_force_rate = 2000;   ///< N/s, how fast the commanded force may grow or turn
-  double workspace_radius = 0.075;///< m around the origin
-  bool pull = true;               ///< Relief's thread calls read and write; false: the device's SDK calls Relief
+  double max_force = 3.3;           ///< N
+  double max_stiffness = 1250;      ///< N/m
+  double max_damping = 4;           ///< N*s/m
+  double max_force_rate = 2000;     ///< N/s, how fast the commanded force may grow or turn
+  double workspace_radius = 0.075;  ///< m around the origin
+  bool pull = true;                 ///< Relief's thread calls read and write; false: the device's SDK calls Relief
 };
 
 /// One reading.
 struct DeviceState {
-  double t = 0;            ///< s, monotonic, from the device's own start
-  Vec3d position;          ///< m
-  Vec3d velocity;          ///< m/s; used when `has_velocity`, else estimated from positions
+  double t = 0;    ///< s, monotonic, from the device's own start
+  Vec3d position;  ///< m
+  Vec3d velocity;  ///< m/s; used when `has_velocity`, else estimated from positions
   bool has_velocity = false;
   std::uint32_t buttons = 0;
 };
 
-/// A device that Relief's servo thread drives. read() and write() are called at 1 kHz by one thread and must not allocate
-/// or lock; both return false when the device is gone.
+/// A device that Relief's servo thread drives. read() and write() are called at 1 kHz by one thread and must not
+/// allocate or lock; both return false when the device is gone.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;

@@ -1,0 +1,288 @@
+#include <relief/haptics/servo.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+namespace {
+
+constexpr double kReach = 10;             // m from the workspace's origin; no device's arm is longer
+constexpr double kFarModel = 1e100;       // model units; squares of it are still finite
+constexpr double kFarTime = 1e12;         // s; beyond it a millisecond is lost in the rounding
+constexpr double kMaxGap = 0.05 + 1e-6;   // s; a reading's neighbours may be rounded
+constexpr double kMaxSpeed = 10;          // m/s
+constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
+constexpr double kVelocityFilter = 3e-3;  // s, time constant
+constexpr double kSurfaceJump = 3e-3;     // m
+constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
+constexpr double kHair = 1 - 1e-12;       // keeps rounded forces below their limit
+
+bool denormal(Vec3d v) noexcept {
+  return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
+         std::fpclassify(v.z) == FP_SUBNORMAL;
+}
+
+bool near(Vec3d v, double limit) noexcept {
+  return is_finite(v) && std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
+}
+
+/// Zero for what is not a number or negative.
+double at_most(double value, double limit) noexcept { return value > 0 ? std::min(value, limit) : 0.0; }
+
+}  // namespace
+
+std::string_view name(ServoFault fault) noexcept {
+  switch (fault) {
+    case ServoFault::None:
+      return "none";
+    case ServoFault::BadPosition:
+      return "bad position";
+    case ServoFault::BadTime:
+      return "bad time";
+    case ServoFault::TooFast:
+      return "too fast";
+    case ServoFault::Latched:
+      return "latched";
+    case ServoFault::ForceClamped:
+      return "force clamped";
+    case ServoFault::RateClamped:
+      return "rate clamped";
+    case ServoFault::StiffnessClamped:
+      return "stiffness clamped";
+    case ServoFault::StartInside:
+      return "start inside";
+    case ServoFault::DeviceLost:
+      return "device lost";
+    case ServoFault::Overrun:
+      return "overrun";
+    case ServoFault::SampleDropped:
+      return "sample dropped";
+    case ServoFault::SurfaceJumped:
+      return "surface jumped";
+  }
+  return "unknown";
+}
+
+Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
+  const double size = diagonal(model);
+  if (!(size > 0) || !std::isfinite(size)) return {};
+  const double room = device.workspace_radius > 0 ? std::min(0.15, 2 * device.workspace_radius) : 0.15;
+  return {.metres_per_unit = room / size, .device_origin = {}, .model_origin = model.centre()};
+}
+
+Servo::Servo(const ServoSettings& settings, const DeviceInfo& device) noexcept : settings_(settings), device_(device) {
+  limit_settings();
+}
+
+void Servo::set(const ServoSettings& settings) noexcept {
+  const Workspace &was = settings_.workspace, &now = settings.workspace;
+  const bool moved = was.metres_per_unit != now.metres_per_unit || was.device_origin != now.device_origin ||
+                     was.model_origin != now.model_origin;
+  settings_ = settings;
+  limit_settings();
+  if (!moved) return;
+  let_go();
+  first_ = true;
+  has_position_ = false;
+}
+
+void Servo::limit_settings() noexcept {
+  const ForceSettings& wanted = settings_.force;
+  constexpr double kAny = 1e9;  // for a device that states no limit worth the name
+  const double stiffest = at_most(device_.max_stiffness, kAny), dampest = at_most(device_.max_damping, kAny);
+  limits_.stiffness = at_most(wanted.stiffness, stiffest);
+  limits_.damping = at_most(wanted.damping, dampest);
+  limits_.friction = at_most(wanted.friction, 4);
+  limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
+  limits_.max_force_rate = at_most(device_.max_force_rate, kAny);
+  limits_.clamped = wanted.stiffness > stiffest || wanted.damping > dampest;
+}
+
+void Servo::let_go() noexcept {
+  last_force_ = {};
+  has_anchor_ = false;
+  sliding_ = false;
+}
+
+Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
+  Admitted now;
+  bool timed = false;  // the step from the last reading's time to this one's is good
+  if (!(std::abs(reading.t) <= kFarTime) || std::fpclassify(reading.t) == FP_SUBNORMAL) {
+    now.faults |= bit(ServoFault::BadTime);
+    has_time_ = false;
+  } else {
+    if (has_time_) {
+      const double dt = reading.t - last_t_;
+      timed = dt > 0 && dt <= kMaxGap;
+      if (timed)
+        now.dt = dt;
+      else
+        now.faults |= bit(ServoFault::BadTime);
+    }
+    last_t_ = reading.t;
+    has_time_ = true;
+  }
+
+  const Workspace& space = settings_.workspace;
+  now.has_position = space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit) && !denormal(reading.position) &&
+                     near(reading.position - space.device_origin, kReach) &&
+                     near(space.to_model(reading.position), kFarModel);
+  if (!now.has_position) {
+    now.faults |= bit(ServoFault::BadPosition);
+    has_position_ = false;
+    velocity_ = {};
+    return now;
+  }
+  const Vec3d step = has_position_ ? reading.position - last_position_ : Vec3d{};
+  now.travel = length(step);
+  if (timed && now.travel > kMaxSpeed * now.dt + kSensorStep) now.faults |= bit(ServoFault::TooFast);
+  if (reading.has_velocity) {
+    if (!is_finite(reading.velocity))
+      now.faults |= bit(ServoFault::BadPosition);
+    else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
+      now.faults |= bit(ServoFault::TooFast);
+  }
+  if (now.faults != 0)
+    velocity_ = {};
+  else if (reading.has_velocity)
+    velocity_ = reading.velocity;
+  else  // an implicit step of the filter: right for any dt, and never a division by it
+    velocity_ = (velocity_ * kVelocityFilter + step) / (kVelocityFilter + now.dt);
+  last_position_ = reading.position;
+  has_position_ = true;
+  return now;
+}
+
+bool Servo::inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept {
+  if (contact) return contact->touching();
+  const Box3d& bounds = model.slab_mesh().bounds();
+  if (!bounds.contains(cursor)) return false;
+  // In the box but in no slab: the first surface on the way out shows its back to a tool that is below the slabs.
+  const Vec3d from_centre = cursor - bounds.centre();
+  const Vec3d way = length(from_centre) > 0 ? normalized(from_centre) : Vec3d{0, 1, 0};
+  const std::optional<RayHit> hit = raycast(model, {cursor, way});
+  return hit && dot(hit->point.normal, way) > 0;
+}
+
+// Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters.
+Vec3d Servo::friction(const Snapshot& model, const Contact& contact, Vec3d position, double stiffness,
+                      double normal_force) noexcept {
+  if (!(limits_.friction > 0) || !(stiffness > 0)) {
+    has_anchor_ = false;
+    return {};
+  }
+  const SurfacePoint& at = contact.surface;
+  const auto coefficient = [&](Layer layer) noexcept {
+    return at_most(layer_at(model, layer, at.slab, at.u, at.v, limits_.friction), 4);
+  };
+  const double kinetic = coefficient(Layer::DynamicFriction);
+  const double still = std::max(kinetic, coefficient(Layer::StaticFriction));
+  if (!has_anchor_) {
+    anchor_ = position;
+    has_anchor_ = true;
+    sliding_ = false;
+  }
+  const Vec3d gap = position - anchor_;
+  const Vec3d stretch = gap - at.normal * dot(gap, at.normal);
+  const double pull = stiffness * length(stretch);
+  if (pull <= (sliding_ ? kinetic : still) * normal_force) {
+    sliding_ = false;
+    return stretch * -stiffness;
+  }
+  const Vec3d held = stretch * (kinetic * normal_force / pull);
+  anchor_ = position - held;
+  sliding_ = true;
+  return held * -stiffness;
+}
+
+Vec3d Servo::limited(Vec3d wanted, Vec3d normal, double dt, std::uint32_t& flags) const noexcept {
+  if (const double size = length(wanted); size > limits_.max_force) {
+    wanted *= limits_.max_force / size * kHair;
+    flags |= bit(ServoFault::ForceClamped);
+  }
+  // What may stay of the last force: no pull inwards, and never more than is wanted now.
+  Vec3d start = last_force_;
+  if (const double pull = dot(start, normal); pull < 0) start -= normal * pull;
+  if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
+  const Vec3d change = wanted - start;
+  const double most = limits_.max_force_rate * dt * kHair;
+  if (const double size = length(change); size > most) {
+    flags |= bit(ServoFault::RateClamped);
+    return start + change * (most / size);
+  }
+  return wanted;
+}
+
+ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
+  ServoSample sample;
+  sample.t = reading.t;
+  sample.device = reading.position;
+  sample.buttons = reading.buttons;
+
+  const Admitted now = admit(reading);
+  sample.flags = now.faults;
+  sample.velocity = velocity_;
+  if (now.faults != 0) latched_ = true;
+  if (!now.has_position) {
+    sample.cursor = sample.contact_point = last_cursor_;
+    sample.flags |= bit(ServoFault::Latched);
+    last_depth_ = 0;
+    let_go();
+    return sample;
+  }
+
+  const SlabMesh& mesh = model.slab_mesh();
+  if (&mesh != mesh_ || (hint_.last.slab != kNoSlab && hint_.last.slab >= mesh.slab_count())) hint_ = {};
+  mesh_ = &mesh;
+  const Vec3d cursor = settings_.workspace.to_model(reading.position);
+  const std::optional<Contact> contact = probe(model, cursor, hint_);
+  const bool touching = contact && contact->touching() && std::isfinite(contact->depth);
+  const double depth = touching ? contact->depth * settings_.workspace.metres_per_unit : 0;
+  last_cursor_ = sample.cursor = sample.contact_point = cursor;
+  if (touching) {
+    sample.contact = true;
+    sample.at = contact->at;
+    sample.depth = contact->depth;
+    sample.normal = contact->surface.normal;
+    sample.contact_point = cursor + sample.normal * sample.depth;  // force shading (paper, Sec. 3.4)
+  }
+
+  // Safe state: no force until a good reading outside the solid.
+  if (!first_ && !latched_ && !start_inside_ && depth - last_depth_ > kSteepest * now.travel + kSurfaceJump) {
+    sample.flags |= bit(ServoFault::SurfaceJumped);
+    latched_ = true;
+  }
+  if (first_ || latched_ || start_inside_) {
+    const bool in = inside(model, contact, cursor);
+    if (first_) start_inside_ = in;
+    if (now.faults == 0 && !in) latched_ = start_inside_ = false;
+  }
+  first_ = false;
+  last_depth_ = depth;
+  if (latched_) sample.flags |= bit(ServoFault::Latched);
+  if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
+  if (!touching || latched_ || start_inside_) {
+    let_go();
+    return sample;
+  }
+
+  const SurfacePoint& surface = contact->surface;
+  const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
+  const double stiffness = limits_.stiffness * at_most(share, 1);
+  const double outwards = stiffness * depth - limits_.damping * dot(velocity_, sample.normal);
+  const double normal_force = std::max(0.0, outwards);
+  const Vec3d sideways = friction(model, *contact, reading.position, stiffness, normal_force);
+  if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
+  sample.force = limited(sample.normal * normal_force + sideways, sample.normal, now.dt, sample.flags);
+  if (!is_finite(sample.force)) {  // the model's own numbers are broken here
+    latched_ = true;
+    sample.flags |= bit(ServoFault::Latched);
+    sample.force = {};
+    let_go();
+    return sample;
+  }
+  last_force_ = sample.force;
+  return sample;
+}
+
+}  // namespace relief

@@ -9,20 +9,23 @@
 
 namespace relief {
 
-/// Why a tick's force is not what the law alone would give. Bits of ServoSample::flags and of the flags column of F.csv.
+/// Why a tick's force is not what the law alone would give. Bits of ServoSample::flags and of the flags column of
+/// F.csv.
 enum class ServoFault : std::uint32_t {
   None = 0,
-  BadPosition = 1U << 0U,     ///< not finite, or further from the workspace than any device reaches
-  BadTime = 1U << 1U,         ///< time stood still, ran back, or jumped by more than 50 ms
-  TooFast = 1U << 2U,         ///< the position jumped faster than 10 m/s
-  Latched = 1U << 3U,         ///< a fault happened and the hand has not lifted off since: zero force
-  ForceClamped = 1U << 4U,    ///< |F| was limited to the device's maximum
-  RateClamped = 1U << 5U,     ///< the change of F was limited
-  StiffnessClamped = 1U << 6U,///< a setting was above what the device allows
-  StartInside = 1U << 7U,     ///< the first reading was inside the solid: no force until the tool has left it
+  BadPosition = 1U << 0U,       ///< not finite, denormal, or more than 10 m from the workspace's origin
+  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by more than 50 ms
+  TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
+  Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
+  ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum
+  RateClamped = 1U << 5U,       ///< the change of F was limited
+  StiffnessClamped = 1U << 6U,  ///< a setting was above what the device allows
+  StartInside = 1U << 7U,       ///< the first reading was inside the solid: no force until the tool has left it
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
-  SampleDropped = 1U << 10U,  ///< the telemetry queue was full
+  SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
+  SurfaceJumped = 1U << 11U,  ///< depth grew by over 3 mm more than the hand moved: the model changed, or the tool came
+                              ///< up through the floor of the slabs
 };
 [[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
 [[nodiscard]] std::string_view name(ServoFault fault) noexcept;
@@ -42,10 +45,11 @@ struct Workspace {
 /// The model's diagonal becomes 0.15 m (or what fits the device), its centre the device's origin.
 [[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept;
 
+/// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
   double stiffness = 400;  ///< N/m at the hand; clamped to the device's max_stiffness
   double damping = 1;      ///< N*s/m along the normal; clamped to the device's max_damping; never pulls inwards
-  double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike
+  double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike where the model has no such layers
   double max_force = 1e9;  ///< N; clamped to the device's
 };
 
@@ -56,18 +60,18 @@ struct ServoSettings {
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
 struct ServoSample {
-  double t = 0;               ///< s, as the device gave it
-  Vec3d device;               ///< m, as read
-  Vec3d cursor;               ///< model units
-  Vec3d velocity;             ///< m/s, as used
+  double t = 0;    ///< s, as the device gave it
+  Vec3d device;    ///< m, as read
+  Vec3d cursor;    ///< model units; the last good one when this reading's position is bad
+  Vec3d velocity;  ///< m/s, as used
   bool contact = false;
-  SlabCoord at;               ///< slab kNoSlab outside all slabs
-  double depth = 0;           ///< model units
-  Vec3d contact_point;        ///< surface contact point, model units; the cursor without contact
-  Vec3d normal;               ///< unit outwards; zero without contact
-  Vec3d force;                ///< N, on the hand, after all limits
+  SlabCoord at;         ///< of the cursor; slab kNoSlab without contact
+  double depth = 0;     ///< model units
+  Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
+  Vec3d normal;         ///< unit outwards; zero without contact
+  Vec3d force;          ///< N, on the hand, after all limits
   std::uint32_t buttons = 0;
-  std::uint32_t flags = 0;    ///< ServoFault bits
+  std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
   std::uint32_t late_ns = 0;     ///< wake-up error, filled by the servo thread
 };
@@ -77,25 +81,53 @@ struct ServoSample {
 class Servo {
  public:
   Servo(const ServoSettings& settings, const DeviceInfo& device) noexcept;
-  /// Any input gives a finite force within the limits; bad input gives zero force and latches until a good reading outside
-  /// the solid.
+  /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
+  /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
+  /// From the thread that calls step(). Another workspace starts anew: no force until the tool is outside the solid.
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
 
  private:
+  /// What the settings and the device allow together; every number finite and not negative.
+  struct Limits {
+    double stiffness = 0, damping = 0, friction = 0, max_force = 0, max_force_rate = 0;
+    bool clamped = false;
+  };
+  /// What step() needs of a reading once it has been compared with the one before.
+  struct Admitted {
+    std::uint32_t faults = 0;
+    bool has_position = false;  ///< the position itself is usable
+    double dt = 1e-3;           ///< s, since the last reading
+    double travel = 0;          ///< m, since the last reading
+  };
+  void limit_settings() noexcept;
+  [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
+  /// Whether the tool may be in the material: in a slab below the surface, or below the slabs.
+  [[nodiscard]] static bool inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept;
+  [[nodiscard]] Vec3d friction(const Snapshot& model, const Contact& contact, Vec3d position, double stiffness,
+                               double normal_force) noexcept;
+  /// The force that may follow last_force_ on the way to `wanted`; sets the flags of what it cut.
+  [[nodiscard]] Vec3d limited(Vec3d wanted, Vec3d normal, double dt, std::uint32_t& flags) const noexcept;
+  void let_go() noexcept;
+
   ServoSettings settings_;
   DeviceInfo device_;
+  Limits limits_;
   LocateHint hint_;
+  const SlabMesh* mesh_ = nullptr;  ///< of the last tick; compared only, never followed
   bool first_ = true;
   bool latched_ = false;
-  bool clamped_ = false;
+  bool start_inside_ = false;
+  bool has_time_ = false, has_position_ = false;
   double last_t_ = 0;
-  Vec3d last_position_;
-  Vec3d velocity_;
-  Vec3d last_force_;
-  bool has_anchor_ = false;
-  Vec3d anchor_;
+  Vec3d last_position_;    ///< m
+  Vec3d last_cursor_;      ///< model units
+  double last_depth_ = 0;  ///< m
+  Vec3d velocity_;         ///< m/s
+  Vec3d last_force_;       ///< N
+  bool has_anchor_ = false, sliding_ = false;
+  Vec3d anchor_;  ///< m, where friction holds the tool
 };
 
 }  // namespace relief

@@ -1,0 +1,218 @@
+#include <relief/haptics/servo_thread.h>
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <time.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <system_error>
+
+namespace relief {
+namespace {
+
+constexpr std::uint64_t kPeriod = 1'000'000;  // ns
+constexpr int kPriority = 80;                 // below the kernel's own threads for USB
+
+std::uint64_t clock_ns(clockid_t clock) noexcept {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(now.tv_nsec);
+}
+
+void sleep_until(std::uint64_t due) noexcept {
+  timespec at{};
+  at.tv_sec = static_cast<time_t>(due / 1'000'000'000U);
+  at.tv_nsec = static_cast<long>(due % 1'000'000'000U);
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) == EINTR) {
+  }
+}
+
+std::uint32_t as_u32(std::uint64_t ns) noexcept {
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(ns, 0xffffffffU));
+}
+
+/// Writes to each page of the stack that the loop may use, so that no tick pays for a page fault.
+[[gnu::noinline]] void touch_stack() noexcept {
+  volatile char pages[256 * 1024];
+  for (std::size_t k = 0; k < sizeof pages; k += 4096) pages[k] = 0;
+}
+
+/// With a limit on locked memory, locking the future would make later allocations of the whole program fail.
+bool may_lock_everything() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY) return true;
+  constexpr std::uint64_t kIpcLock = 1U << 14U;  // CAP_IPC_LOCK
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (word == "CapEff:" && status >> word)
+      return word.size() <= 16 && word.find_first_not_of("0123456789abcdef") == std::string::npos &&
+             (std::stoull(word, nullptr, 16) & kIpcLock) != 0;
+  return false;
+}
+
+/// Asks the system for what a 1 kHz thread wants, for the calling thread; memory stays locked until the program ends.
+void prepare_thread(ServoTimes& times) noexcept {
+  try {
+    touch_stack();
+    sched_param priority{};
+    priority.sched_priority = kPriority;
+    times.realtime = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
+    if (!times.realtime) {
+      prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
+      times.note =
+          "no real-time priority (allow rtprio 80 in limits.conf): ticks may come late when the machine is busy";
+    }
+    times.memory_locked = may_lock_everything() && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
+    if (!times.memory_locked) {
+      if (!times.note.empty()) times.note += "; ";
+      times.note += "memory is not locked (allow memlock unlimited in limits.conf): a tick may wait for the disk";
+    }
+  } catch (...) {  // out of memory for a note: go on without it
+  }
+}
+
+/// The absolute schedule: when each tick is due, and what the clock made of it.
+class Schedule {
+ public:
+  explicit Schedule(ServoTimes& times) noexcept : times_(times), due_(clock_ns(CLOCK_MONOTONIC)), woken_(due_) {}
+
+  /// Sleeps to the next due time. Returns how late the thread woke, in ns; whole periods of it are skipped.
+  std::uint64_t wait() noexcept {
+    due_ += kPeriod;
+    sleep_until(due_);
+    const std::uint64_t now = clock_ns(CLOCK_MONOTONIC);
+    const std::uint64_t late = now > due_ ? now - due_ : 0;
+    const std::uint64_t skipped = late / kPeriod;
+    times_.period.add(now - woken_);
+    times_.late.add(late);
+    times_.overruns += skipped;
+    ++times_.ticks;
+    due_ += skipped * kPeriod;
+    woken_ = now;
+    return late;
+  }
+
+ private:
+  ServoTimes& times_;
+  std::uint64_t due_, woken_;
+};
+
+}  // namespace
+
+void TimeHistogram::add(std::uint64_t ns) noexcept {
+  std::size_t bin = 0;
+  if (ns >= 64) {
+    const auto power = static_cast<unsigned>(std::bit_width(ns)) - 1U;
+    bin = std::min<std::size_t>((power - 6U) * 8U + ((ns >> (power - 3U)) & 7U), kBins - 1);
+  }
+  ++bins_[bin];
+  ++count_;
+  max_ = std::max(max_, ns);
+}
+
+double TimeHistogram::bin_low(int bin) noexcept { return std::ldexp(1 + (bin % 8) / 8.0, 6 + bin / 8); }
+
+std::uint64_t TimeHistogram::quantile(double q) const noexcept {
+  if (count_ == 0) return 0;
+  const double wanted = std::clamp(q, 0.0, 1.0) * static_cast<double>(count_);
+  std::uint64_t seen = 0;
+  for (int bin = 0; bin + 1 < kBins; ++bin) {
+    seen += bin_count(bin);
+    if (seen > 0 && static_cast<double>(seen) >= wanted)
+      return std::min(static_cast<std::uint64_t>(bin_low(bin + 1)), max_);
+  }
+  return max_;
+}
+
+ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
+                         SpscQueue<ServoSample>* telemetry)
+    : device_(device),
+      servo_(settings, device.info()),
+      reader_(channel.reader()),
+      telemetry_(telemetry),
+      settings_(16) {
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error&) {
+    times_.note = "the system gave no thread for the servo";
+    running_.store(false, std::memory_order_release);
+  }
+}
+
+ServoThread::~ServoThread() { stop(); }
+
+bool ServoThread::set(const ServoSettings& settings) noexcept { return settings_.push(settings); }
+
+void ServoThread::stop() noexcept {
+  stop_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+}
+
+void ServoThread::run() noexcept {
+  prepare_thread(times_);
+  Schedule schedule(times_);
+  std::uint32_t carried = 0;  // flags that belong to the next sample
+  while (!stop_.load(std::memory_order_acquire)) {
+    const std::uint64_t late = schedule.wait();
+    if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
+
+    const std::uint64_t start = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    for (ServoSettings changed; settings_.pop(changed);) servo_.set(changed);
+    DeviceState reading;
+    ServoSample sample;
+    bool alive = device_.read(reading);
+    if (alive) {
+      sample = servo_.step(reader_.latest(), reading);
+      alive = device_.write(sample.force);
+    }
+    const std::uint64_t compute = clock_ns(CLOCK_THREAD_CPUTIME_ID) - start;
+    times_.compute.add(compute);
+
+    if (!alive) {
+      sample.force = {};
+      sample.flags |= bit(ServoFault::DeviceLost);
+    }
+    sample.flags |= carried;
+    sample.compute_ns = as_u32(compute);
+    sample.late_ns = as_u32(late);
+    carried = 0;
+    if (telemetry_ != nullptr && !telemetry_->push(sample)) {
+      ++times_.dropped;
+      carried = bit(ServoFault::SampleDropped);
+    }
+    if (!alive) break;
+  }
+  // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
+  static_cast<void>(device_.write({}));
+  running_.store(false, std::memory_order_release);
+}
+
+ServoTimes null_loop(double seconds) {
+  ServoTimes times;
+  const auto ticks = static_cast<std::uint64_t>(std::clamp(seconds, 0.0, 3600.0) * 1000);
+  const auto loop = [&times, ticks] {
+    prepare_thread(times);
+    Schedule schedule(times);
+    const std::uint64_t end = clock_ns(CLOCK_MONOTONIC) + ticks * kPeriod;
+    while (clock_ns(CLOCK_MONOTONIC) + kPeriod <= end) {
+      schedule.wait();
+      const std::uint64_t start = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+      times.compute.add(clock_ns(CLOCK_THREAD_CPUTIME_ID) - start);
+    }
+  };
+  try {
+    std::thread(loop).join();
+  } catch (const std::system_error&) {
+    times.note = "the system gave no thread for the null loop";
+  }
+  return times;
+}
+
+}  // namespace relief

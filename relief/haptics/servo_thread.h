@@ -38,15 +38,16 @@ struct ServoTimes {
   TimeHistogram late;     ///< wake-up after the due time
   TimeHistogram compute;  ///< thread CPU time of device read + step + write
   std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;   ///< whole periods skipped
-  std::uint64_t dropped = 0;    ///< telemetry samples that found the queue full
-  bool realtime = false;        ///< SCHED_FIFO was granted
-  bool memory_locked = false;   ///< mlockall was granted
-  std::string note;             ///< what was not granted, and why it matters; empty when all was
+  std::uint64_t overruns = 0;  ///< whole periods skipped
+  std::uint64_t dropped = 0;   ///< telemetry samples that found the queue full
+  bool realtime = false;       ///< SCHED_FIFO was granted
+  bool memory_locked = false;  ///< mlockall was granted
+  std::string note;            ///< what was not granted, and why it matters; empty when all was
 };
 
-/// Owns the 1 kHz loop of one pull device: absolute schedule on CLOCK_MONOTONIC, whole periods skipped on overrun, never a
-/// burst; SCHED_FIFO and locked memory when the system grants them. The last command at stop() is an explicit zero.
+/// Owns the 1 kHz loop of one pull device: absolute schedule on CLOCK_MONOTONIC, whole periods skipped on overrun,
+/// never a burst; SCHED_FIFO and locked memory when the system grants them. The last command at stop() is an explicit
+/// zero.
 class ServoThread {
  public:
   /// `device` and `channel` must outlive the thread; `telemetry` may be null.
