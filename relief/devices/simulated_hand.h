@@ -26,8 +26,8 @@ struct Plant {
   double resonance = 0;             ///< Hz of one structural mode between motor and handle, half the mass each; 0 none
   double resonance_damping = 0.02;  ///< share of critical
   int delay_ticks = 0;              ///< 0..3, from command to force
-  std::vector<std::uint8_t>
-      jitter;         ///< 0..3 extra ticks of delay, one per command, repeated; the amplifier holds what it had
+  /// 0..3 extra ticks of delay, one per command, repeated; the amplifier holds the newest command that has arrived.
+  std::vector<std::uint8_t> jitter = {};
   int substeps = 20;  ///< integration steps per tick, at least 20
 };
 
