@@ -76,8 +76,8 @@ write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/ReliefConfigVersio
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/ReliefConfig.cmake" "${CMAKE_CURRENT_BINARY_DIR}/ReliefConfigVersion.cmake"
   DESTINATION "${RELIEF_CMAKE_DIR}" COMPONENT development)
 
-if(TARGET relief)
-  install(TARGETS relief RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime)
+if(TARGET relief_cli)
+  install(TARGETS relief_cli RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime)
 endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/NOTICE" "${PROJECT_SOURCE_DIR}/README.md"
   DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT runtime)

@@ -8,7 +8,7 @@ Reads the includes of every source file and the link lines of every part, and pr
   - an arrow between parts that ARROWS does not have, directly or through what lies below;
   - a circle of includes between files;
   - an internal header, which is one that cmake/public-headers.txt does not list, used outside its own part and that
-    part's tests;
+    part's tests (those of base are for every source file of the project);
   - a header of another library in a public header, or in a part whose THIRD_PARTY does not name it;
   - a public header that is listed and not there, or the list out of order;
   - a part in the wrong place: every source file lies in relief/<part>/ or relief/<part>/detail/.
@@ -70,8 +70,8 @@ THIRD_PARTY = {
 
 # The public headers, one path per line; these are installed.
 PUBLIC_LIST = "cmake/public-headers.txt"
-# Internal headers that every source file of the project may include, and no public header.
-COMMON = {"relief/base/try.h"}
+# The part whose internal headers every source file of the project may include.
+COMMON = "base"
 
 # Headers of the operating system and the compiler: any source file, no public header.
 SYSTEM = re.compile(
@@ -172,7 +172,7 @@ def check_include(path, target, known, public):
         return
     if path in public:
         yield f"a public header includes {target}, which is not public"
-    elif str(target) not in COMMON and target_part not in (source_part, tested_part(path)):
+    elif target_part not in (COMMON, source_part, tested_part(path)):
         yield f"{target} is internal to {target_part}"
 
 
