@@ -1,0 +1,381 @@
+#include <relief/base/assert.h>
+#include <relief/edit/editor.h>
+#include <relief/edit/kernels.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+struct Sphere {
+  Vec3d centre;
+  double radius;
+};
+
+/// A tile that a dab computes, or that gets a shared sample from one.
+struct Slot {
+  SlabId slab = kNoSlab;
+  const Tile* base = nullptr;  ///< before the dab
+  std::shared_ptr<Tile> tile;  ///< after it; null while nothing has changed
+  std::size_t changes = 0;     ///< samples that differ between the two
+
+  [[nodiscard]] const Tile& now() const noexcept { return tile ? *tile : *base; }
+};
+
+double distance2(Vec3d p, Vec3d a, Vec3d b) noexcept {
+  const Vec3d ab = b - a;
+  const double square = dot(ab, ab);
+  const double t = square > 0 ? std::clamp(dot(p - a, ab) / square, 0.0, 1.0) : 0.0;
+  const Vec3d gap = a + ab * t - p;
+  return dot(gap, gap);
+}
+
+/// False only when no point of the slab lies in the sphere: the slab is within the convex hull of its six corners.
+bool may_meet(const SlabCorners& corners, const Box3d& box, const Sphere& sphere) noexcept {
+  if (box.distance2(sphere.centre) > sphere.radius * sphere.radius) return false;
+  const Vec3d middle = (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
+                        corners.outer[2]) /
+                       6.0;
+  const Vec3d axis = normalized(middle - sphere.centre);
+  double nearest = Box3d::kFar;
+  for (std::size_t k = 0; k < 3; ++k)
+    nearest =
+        std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
+  return nearest <= sphere.radius;
+}
+
+bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcept {
+  Box3d box;
+  for (const Vec3d p : {a.inner, a.outer, b.inner, b.outer}) box.add(p);
+  return box.distance2(sphere.centre) <= sphere.radius * sphere.radius;
+}
+
+bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
+  Vec3d mean;
+  for (std::size_t k = 0; k < 3; ++k) mean += normalized(corners.outer[k] - corners.inner[k]);
+  return dot(mean, normal) > 0;
+}
+
+bool sane(const Brush& brush) noexcept { return std::isfinite(brush.radius) && brush.radius > 0; }
+
+float unit_range(double x) noexcept { return x > 0 ? static_cast<float>(std::min(x, 1.0)) : 0.0F; }
+
+/// The colour grid that the first paint makes: a power of two, at least twice as fine as the displacement, at most 128.
+int colour_intervals(const SlabMesh& mesh) noexcept {
+  int n = 1;
+  for (const Slab& slab : mesh.slabs()) n = std::max(n, slab.intervals);
+  return std::min(static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * n))), kMaxIntervals);
+}
+
+TilePtr clay_tile(int intervals) {
+  auto tile = std::make_shared<Tile>(intervals, 3, 0.0F);
+  for (int c = 0; c < 3; ++c) std::fill_n(tile->plane(c), tile->size(), kClayColour[static_cast<std::size_t>(c)]);
+  return tile;
+}
+
+}  // namespace
+
+struct Editor::Scratch {
+  struct Mark {
+    std::uint32_t dab = 0;   ///< number of the dab that set it
+    std::uint32_t slot = 0;  ///< of the slab in `slots`
+  };
+
+  const detail::Kernels& kernels = detail::best_kernels();
+  std::array<std::unique_ptr<detail::GridTables>, kMaxIntervals + 1> grids;
+  std::map<std::pair<int, int>, detail::Resampling> resamplings;
+
+  std::uint32_t dab = 0;
+  std::vector<std::uint32_t> seen_slabs;  ///< number of the dab that last looked at the slab
+  std::vector<std::uint32_t> seen_fibres;
+  std::vector<Mark> marks;
+  std::vector<SlabId> reached;
+  std::vector<Slot> slots;
+  std::size_t computed = 0;  ///< slots[0 .. computed) are the reached slabs, ascending
+
+  Tile result{kMaxIntervals, 3, 0.0F};
+  Tile displacement{kMaxIntervals, 1, 0.0F};
+  Tile share{kMaxIntervals, 1, 0.0F};
+  Tile mask{kMaxIntervals, 1, 0.0F};
+
+  TilePtr clay;
+  std::optional<SnapshotDraft> draft;  ///< continues from dab to dab
+
+  explicit Scratch(const SlabMesh& mesh)
+      : seen_slabs(mesh.slab_count()), seen_fibres(mesh.fibres().size()), marks(mesh.slab_count()) {}
+
+  const detail::GridTables& grid(int n) {
+    auto& tables = grids[static_cast<std::size_t>(n)];
+    if (!tables) tables = std::make_unique<detail::GridTables>(n);
+    return *tables;
+  }
+
+  /// The tile's values on a grid of m intervals: the tile itself, or `buffer`.
+  const float* on_grid(const Tile& tile, int m, Tile& buffer) {
+    if (tile.intervals() == m) return tile.plane();
+    const auto at = resamplings.try_emplace({tile.intervals(), m}, tile.intervals(), m).first;
+    kernels.resample(at->second, tile.plane(), buffer.plane(), sample_count(m));
+    return buffer.plane();
+  }
+
+  void next_dab() {
+    if (++dab != 0) return;
+    // After 2^32 dabs the old numbers would look new.
+    std::ranges::fill(seen_slabs, 0U);
+    std::ranges::fill(seen_fibres, 0U);
+    std::ranges::fill(marks, Mark{});
+    dab = 1;
+  }
+
+  /// Fills `reached` with the slabs that the tool works on, ascending.
+  void grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal);
+  /// Writes every shared sample of the computed slabs to all its copies. The lowest computed slab owns the value.
+  template <typename BaseTile>
+  void commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile);
+
+ private:
+  [[nodiscard]] bool is_computed(SlabId s) const noexcept { return marks[s].dab == dab && marks[s].slot < computed; }
+  template <typename BaseTile>
+  std::size_t slot_of(SlabId s, const BaseTile& base_tile) {
+    if (marks[s].dab != dab) {
+      marks[s] = {.dab = dab, .slot = static_cast<std::uint32_t>(slots.size())};
+      slots.push_back({.slab = s, .base = &base_tile(s), .tile = nullptr, .changes = 0});
+    }
+    return marks[s].slot;
+  }
+  void copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index, int channel_count);
+};
+
+void Editor::Scratch::grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal) {
+  reached.clear();
+  const double square = sphere.radius * sphere.radius;
+  const auto visit = [&](SlabId s) {
+    if (s == kNoSlab || seen_slabs[s] == dab) return;
+    seen_slabs[s] = dab;
+    const SlabCorners corners = mesh.corners(s);
+    if (s == seed || (may_meet(corners, mesh.box(s), sphere) && faces(corners, normal))) reached.push_back(s);
+  };
+  visit(seed);
+  for (std::size_t next = 0; next < reached.size(); ++next) {
+    const Slab& slab = mesh.slabs()[reached[next]];
+    // The sphere may lie beyond the seed altogether, when the normal leans against the fibres: its neighbours always
+    // count.
+    const bool first = next == 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Fibre& fibre = mesh.fibres()[slab.fibres[k]];
+      const SlabId across = slab.neighbours[k];
+      if (across != kNoSlab && seen_slabs[across] != dab &&
+          (first ||
+           wall_may_meet(mesh.fibres()[slab.fibres[(k + 1) % 3]], mesh.fibres()[slab.fibres[(k + 2) % 3]], sphere)))
+        visit(across);
+      if (seen_fibres[slab.fibres[k]] == dab) continue;
+      seen_fibres[slab.fibres[k]] = dab;
+      if (first || distance2(sphere.centre, fibre.inner, fibre.outer) <= square)
+        for (const SlabCorner corner : mesh.fan(slab.fibres[k])) visit(corner.slab);
+    }
+  }
+  std::ranges::sort(reached);
+}
+
+void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index,
+                                  int channel_count) {
+  const Tile& source = from.now();
+  const Tile& before = to.now();
+  bool same = true;
+  for (int c = 0; c < channel_count; ++c)
+    same = same && std::bit_cast<std::uint32_t>(source.plane(c)[from_index]) ==
+                       std::bit_cast<std::uint32_t>(before.plane(c)[to_index]);
+  if (same) return;
+  if (!to.tile) to.tile = std::make_shared<Tile>(*to.base);
+  bool was_changed = false, is_changed = false;
+  for (int c = 0; c < channel_count; ++c) {
+    float& value = to.tile->plane(c)[to_index];
+    const float base = to.base->plane(c)[to_index];
+    was_changed = was_changed || value != base;
+    value = source.plane(c)[from_index];
+    is_changed = is_changed || value != base;
+  }
+  to.changes += static_cast<std::size_t>(is_changed);
+  to.changes -= static_cast<std::size_t>(was_changed);
+}
+
+template <typename BaseTile>
+void Editor::Scratch::commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile) {
+  for (std::size_t own = 0; own < computed; ++own) {
+    const SlabId s = slots[own].slab;
+    const Slab& slab = mesh.slabs()[s];
+    for (int k = 0; k < 3; ++k) {
+      const SlabId across = slab.neighbours[static_cast<std::size_t>(k)];
+      if (across == kNoSlab) continue;
+      const bool twin_computed = is_computed(across);
+      if (twin_computed && across < s) continue;
+      if (!slots[own].tile && !(twin_computed && slots[marks[across].slot].tile)) continue;
+      const int n = slots[own].base->intervals();
+      const auto& from = grid(n).edges[static_cast<std::size_t>(k)];
+      const auto& to = grid(n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))];
+      const std::size_t twin = slot_of(across, base_tile);
+      for (std::size_t t = 1; t + 1 < from.size(); ++t)
+        copy_sample(slots[own], from[t], slots[twin], to[from.size() - 1 - t], channel_count);
+    }
+  }
+  for (std::size_t own = 0; own < computed; ++own)
+    for (const FibreId fibre : mesh.slabs()[slots[own].slab].fibres) {
+      // Slabs come in ascending order, so the first computed one at a fibre owns it; growth has marked fibres with
+      // `dab`.
+      const auto fan = mesh.fan(fibre);
+      const auto owner = std::ranges::find_if(fan, [&](SlabCorner c) { return is_computed(c.slab); });
+      if (owner->slab != slots[own].slab) continue;
+      if (std::ranges::none_of(fan,
+                               [&](SlabCorner c) { return is_computed(c.slab) && slots[marks[c.slab].slot].tile; }))
+        continue;
+      const int n = slots[own].base->intervals();
+      const std::size_t from = sample_index(n, corner_point(n, owner->corner));
+      for (const SlabCorner c : fan)
+        if (c.slab != owner->slab) {
+          const std::size_t to = slot_of(c.slab, base_tile);
+          copy_sample(slots[own], from, slots[to], sample_index(n, corner_point(n, c.corner)), channel_count);
+        }
+    }
+}
+
+Editor::Editor(SnapshotPtr head)
+    : head_(std::move(head)), history_{head_}, scratch_(std::make_shared<Scratch>(head_->slab_mesh())) {}
+
+void Editor::begin_stroke(const Brush& brush, std::string label) {
+  RELIEF_ASSERT(!in_stroke_);
+  RELIEF_ASSERT(sane(brush));
+  brush_ = brush;
+  label_ = std::move(label);
+  in_stroke_ = true;
+}
+
+DabResult Editor::dab(const Dab& dab) {
+  RELIEF_ASSERT(in_stroke_);
+  const Snapshot& model = *head_;
+  const SlabMesh& mesh = model.slab_mesh();
+  const Vec3d up = normalized(dab.normal);
+  if (dab.slab >= mesh.slab_count() || !is_finite(dab.contact) || !is_finite(dab.cursor) || !is_finite(up) ||
+      std::abs(dot(up, up) - 1) > 1e-6 || !std::isfinite(dab.pressure) || !std::isfinite(dab.seconds))
+    return {};
+  Scratch& scratch = *scratch_;
+  const detail::Kernels& kernels = scratch.kernels;
+  const double radius = brush_.radius;
+  const bool carving = brush_.tool == Tool::Carve;
+  const bool painting = brush_.tool == Tool::Paint;
+  // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
+  const double band = brush_.resilience > 0 && std::isfinite(brush_.resilience) ? brush_.resilience : 0.0;
+  const Vec3d origin = carving ? dab.cursor + up * band : dab.contact;
+  const Sphere sphere = {carving ? origin + up * radius : origin, radius};
+  const float strength = unit_range(brush_.strength);
+  const float intensity = strength * unit_range(dab.pressure);
+  const auto amount = static_cast<float>(double{strength} * std::clamp(dab.seconds, 0.0, 1e9));
+
+  scratch.next_dab();
+  scratch.grow(mesh, dab.slab, sphere, up);
+
+  const Layer layer = painting ? Layer::Colour : Layer::Displacement;
+  const int channel_count = channels(layer);
+  const bool fresh_layer = !model.has(layer);
+  if (fresh_layer && !scratch.clay) scratch.clay = clay_tile(colour_intervals(mesh));
+  const auto base_tile = [&](SlabId s) -> const Tile& { return fresh_layer ? *scratch.clay : model.tile(layer, s); };
+  const bool masked = model.has(Layer::Mask);
+
+  scratch.slots.clear();
+  scratch.computed = scratch.reached.size();
+  for (const SlabId s : scratch.reached) {
+    const Tile& base = base_tile(s);
+    const int n = base.intervals();
+    const std::size_t count = base.size(), stride = base.stride();
+    const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
+    const float* mask = masked ? scratch.on_grid(model.tile(Layer::Mask, s), n, scratch.mask) : nullptr;
+    float* result = scratch.result.plane();
+    if (painting) {
+      const float* displacement = scratch.on_grid(model.tile(Layer::Displacement, s), n, scratch.displacement);
+      float* share = scratch.share.plane();
+      kernels.cone(frame, intensity, displacement, share, count);
+      if (mask != nullptr) kernels.fade(mask, share, count);
+      for (int c = 0; c < 3; ++c)
+        kernels.blend(share, unit_range(double{brush_.colour[static_cast<std::size_t>(c)]}), base.plane(c),
+                      result + static_cast<std::size_t>(c) * stride, count);
+    } else {
+      if (carving)
+        kernels.carve(frame, to_float(up), base.plane(), result, count);
+      else
+        kernels.deposit(frame, amount, base.plane(), result, count);
+      if (mask != nullptr) kernels.protect(mask, base.plane(), result, count);
+    }
+    const std::size_t changes = kernels.count_changes(base.plane(), result, stride, channel_count, count);
+    Slot slot{.slab = s, .base = &base, .tile = nullptr, .changes = changes};
+    if (changes != 0) {
+      slot.tile = std::make_shared<Tile>(base);
+      for (int c = 0; c < channel_count; ++c)
+        std::memcpy(slot.tile->plane(c), result + static_cast<std::size_t>(c) * stride, count * sizeof(float));
+    }
+    scratch.marks[s] = {.dab = scratch.dab, .slot = static_cast<std::uint32_t>(scratch.slots.size())};
+    scratch.slots.push_back(std::move(slot));
+  }
+  scratch.commit(mesh, channel_count, base_tile);
+
+  DabResult result{.slabs = scratch.computed, .samples = 0};
+  for (const Slot& slot : scratch.slots) result.samples += slot.changes;
+  if (result.samples == 0) return result;
+
+  if (!scratch.draft || &scratch.draft->base() != head_.get()) scratch.draft.emplace(head_);
+  if (fresh_layer) {
+    scratch.draft->add_layer(layer, scratch.clay->intervals(), 0.0F);
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) scratch.draft->put(layer, s, scratch.clay);
+  }
+  for (Slot& slot : scratch.slots)
+    if (slot.tile) scratch.draft->put(layer, slot.slab, std::move(slot.tile));
+  head_ = scratch.draft->finish();
+  return result;
+}
+
+bool Editor::end_stroke() {
+  RELIEF_ASSERT(in_stroke_);
+  in_stroke_ = false;
+  scratch_->draft.reset();
+  if (head_ == history_[position_]) return false;
+  history_.resize(position_ + 1);
+  labels_.resize(position_);
+  history_.push_back(head_);
+  labels_.push_back(std::move(label_));
+  ++position_;
+  return true;
+}
+
+void Editor::cancel_stroke() {
+  RELIEF_ASSERT(in_stroke_);
+  in_stroke_ = false;
+  scratch_->draft.reset();
+  head_ = history_[position_];
+}
+
+bool Editor::undo() {
+  if (in_stroke_ || position_ == 0) return false;
+  head_ = history_[--position_];
+  return true;
+}
+
+bool Editor::redo() {
+  if (in_stroke_ || position_ + 1 == history_.size()) return false;
+  head_ = history_[++position_];
+  return true;
+}
+
+std::string_view Editor::undo_label() const noexcept {
+  return position_ > 0 ? labels_[position_ - 1] : std::string_view{};
+}
+
+std::string_view Editor::redo_label() const noexcept {
+  return position_ < labels_.size() ? labels_[position_] : std::string_view{};
+}
+
+}  // namespace relief
