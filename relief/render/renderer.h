@@ -35,33 +35,33 @@ struct Picture {
 struct HandOverlay {
   Vec3d cursor;
   Vec3d contact_point;
-  Vec3d force;              ///< N
+  Vec3d force;  ///< N
   double tool_radius = 0;
   bool contact = false;
 };
 
 struct DrawSettings {
   int width = 1280, height = 720;
-  int level = 0;             ///< level of detail: every 2^level-th sample, limited to what each n has
-  int supersample = 2;       ///< edge length of the sub-pixel grid, 1..4
-  int lights = 64;           ///< shadow-mapped environment lights, 1..256; soft shadow, occlusion and diffuse light in one
+  int level = 0;        ///< level of detail: every 2^level-th sample, limited to what each n has
+  int supersample = 2;  ///< edge length of the sub-pixel grid, 1..4
+  int lights = 64;      ///< shadow-mapped environment lights, 1..256; soft shadow, occlusion and diffuse light in one
   bool slab_wires = false;
-  bool heat_map = false;     ///< displacement as colour, with a legend
-  bool ground = true;        ///< soft floor and background
+  bool heat_map = false;                      ///< displacement as colour, with a legend
+  bool ground = true;                         ///< soft floor and background
   Vec3f base_colour = {0.72F, 0.66F, 0.60F};  ///< sRGB, where the model has no colour layer
   std::optional<HandOverlay> hand;
 };
 
 /// What the last draw() cost.
 struct DrawStats {
-  std::uint64_t triangles = 0;   ///< drawn in one geometry pass
-  double cpu_seconds = 0;        ///< of the process
+  std::uint64_t triangles = 0;  ///< drawn in one geometry pass
+  double cpu_seconds = 0;       ///< of the process
   double wall_seconds = 0;
   std::uint64_t tiles_uploaded = 0;
 };
 
-/// Owns an EGL context without a surface; used from the thread that made it. Keeps a display cache of tiles and uploads only
-/// those that differ from the last snapshot drawn.
+/// Owns an EGL context without a surface; used from the thread that made it. Keeps a display cache of tiles and uploads
+/// only those that differ from the last snapshot drawn.
 class Renderer {
  public:
   /// Error: Io, saying what of EGL or OpenGL 4.5 is missing and which package brings it.
