@@ -1,0 +1,332 @@
+// One dab of each tool: against the paper's flood fill, and the promises a sculptor relies on.
+#include "edit_support.h"
+#include "flood_fill.h"
+
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::apply;
+using testing::bumps;
+using testing::dab_near;
+using testing::displaced;
+using testing::for_each_sample;
+using testing::valid;
+using testing::Values;
+
+double largest_gap(const Values& a, const Values& b) {
+  double gap = 0;
+  for (std::size_t s = 0; s < a.size(); ++s)
+    for (std::size_t k = 0; k < a[s].size(); ++k) gap = std::max(gap, std::abs(a[s][k] - b[s][k]));
+  return gap;
+}
+
+struct Case {
+  std::shared_ptr<const SlabMesh> mesh;
+  Vec3d at;
+  double radius, depth;
+};
+
+std::vector<Case> cases(int n) {
+  return {{testing::sphere_shell(1, n), {0.3, 0.9, 0.2}, 0.45, 0.06},
+          {testing::torus_shell(12, 8, n), {2.6, 0.4, 0.3}, 0.4, 0.05},
+          {testing::plane_shell(4, n), {0.45, 0, 0.55}, 0.3, 0.04}};
+}
+
+class Reference : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Intervals, Reference, ::testing::Values(1, 2, 15, 32));
+
+TEST_P(Reference, CarveIsThePapersClip) {
+  for (const Case& c : cases(GetParam())) {
+    const SnapshotPtr model = displaced(c.mesh, bumps);
+    const Brush brush{.tool = Tool::Carve, .radius = c.radius, .resilience = 0.01};
+    const Dab dab = dab_near(*model, c.at, c.depth);
+    Editor editor(model);
+    const DabResult result = apply(editor, brush, dab);
+    const Values want = testing::reference_displacement(*model, brush, dab);
+    EXPECT_LE(largest_gap(testing::values_of(*editor.head(), Layer::Displacement), want), 1e-5);
+    if (GetParam() >= 15) {
+      EXPECT_GT(result.samples, 20U);
+    }
+    EXPECT_TRUE(valid(*editor.head()));
+  }
+}
+
+TEST_P(Reference, DepositIsThePapersCone) {
+  for (const Case& c : cases(GetParam())) {
+    const SnapshotPtr model = displaced(c.mesh, bumps);
+    const Brush brush{.tool = Tool::Deposit, .radius = c.radius, .strength = 0.8};
+    const Dab dab = dab_near(*model, c.at, 0, 1, 0.1);
+    Editor editor(model);
+    const DabResult result = apply(editor, brush, dab);
+    const Values want = testing::reference_displacement(*model, brush, dab);
+    EXPECT_LE(largest_gap(testing::values_of(*editor.head(), Layer::Displacement), want), 1e-5);
+    if (GetParam() >= 15) {
+      EXPECT_GT(result.samples, 20U);
+    }
+    EXPECT_TRUE(valid(*editor.head()));
+  }
+}
+
+TEST_P(Reference, PaintIsThePapersBlend) {
+  for (const Case& c : cases(GetParam())) {
+    Editor editor(displaced(c.mesh, bumps));
+    const Brush first{.tool = Tool::Paint, .radius = c.radius * 0.8, .strength = 0.9, .colour = {0.1F, 0.9F, 0.4F}};
+    apply(editor, first, dab_near(*editor.head(), c.at + Vec3d{0.05, 0.05, 0}, 0));
+    const SnapshotPtr model = editor.head();
+    if (!model->has(Layer::Colour)) continue;  // n = 1 may have no texel within the brush
+    const Brush brush{.tool = Tool::Paint, .radius = c.radius, .strength = 0.7, .colour = {1, 0.2F, 0}};
+    const Dab dab = dab_near(*model, c.at, 0, 0.6);
+    apply(editor, brush, dab);
+    for (int channel = 0; channel < 3; ++channel)
+      EXPECT_LE(largest_gap(testing::values_of(*editor.head(), Layer::Colour, channel),
+                            testing::reference_colour(*model, brush, dab, channel)),
+                1e-5);
+    EXPECT_TRUE(valid(*editor.head()));
+  }
+}
+
+TEST(Carve, LeavesTheToolsSphereBehind) {
+  const auto mesh = testing::sphere_shell(2, 32);
+  for (const double radius : {0.2, 0.5, 5.0, 5000.0}) {
+    Editor editor(Snapshot::make(mesh));
+    const SnapshotPtr before = editor.head();
+    const Dab dab = dab_near(*before, {0.4, 0.8, 0.3}, 0.03);
+    apply(editor, {.tool = Tool::Carve, .radius = radius}, dab);
+    const Vec3d centre = dab.cursor + dab.normal * radius;
+    std::size_t cut = 0;
+    for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
+      if (editor.head()->displacement(s)[k] == before->displacement(s)[k]) return;
+      ++cut;
+      EXPECT_NEAR(length(sample_position(*editor.head(), s, at) - centre), radius, 1e-5 * 0.4);
+    });
+    EXPECT_GT(cut, 100U);
+  }
+}
+
+TEST(Carve, ResilientBandIsNotCut) {
+  Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
+  const SnapshotPtr before = editor.head();
+  const Brush brush{.tool = Tool::Carve, .radius = 0.3, .resilience = 0.05};
+  const Vec3d at = {0.4, 0, 0.61};
+  EXPECT_EQ(apply(editor, brush, dab_near(*before, at, 0.049)).samples, 0U);
+  EXPECT_EQ(editor.head(), before);
+  EXPECT_EQ(editor.undo_count(), 0U);
+  EXPECT_GT(apply(editor, brush, dab_near(*before, at, 0.06)).samples, 0U);
+  // The cut is as deep as the cursor went beyond the band.
+  EXPECT_NEAR(closest_point(*editor.head(), {0.4, -0.02, 0.61}).position.y, -0.01, 1e-3);
+}
+
+TEST(Carve, StopsAtTheFloorOfTheSlab) {
+  const auto mesh = testing::plane_shell(3, 15);
+  Editor editor(Snapshot::make(mesh));
+  apply(editor, {.tool = Tool::Carve, .radius = 0.3}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0.25));
+  float least = 1;
+  for_each_sample(
+      *mesh, [&](SlabId s, std::size_t k, GridPoint) { least = std::min(least, editor.head()->displacement(s)[k]); });
+  EXPECT_EQ(least, 0.0F);
+  EXPECT_TRUE(valid(*editor.head()));
+}
+
+TEST(Carve, AnotherDabInTheSamePlaceChangesNothing) {
+  Editor editor(displaced(testing::torus_shell(12, 8, 31), bumps));
+  const Brush brush{.tool = Tool::Carve, .radius = 0.4};
+  const Dab dab = dab_near(*editor.head(), {2.6, 0.4, 0.3}, 0.05);
+  EXPECT_GT(apply(editor, brush, dab).samples, 0U);
+  const SnapshotPtr once = editor.head();
+  EXPECT_EQ(apply(editor, brush, dab).samples, 0U);
+  EXPECT_EQ(editor.head(), once);
+}
+
+TEST(Deposit, RaisesTheCentreAtStrengthTimesRadiusPerSecondAndStopsAtTheTop) {
+  const auto mesh = testing::plane_shell(2, 32, 0.1);
+  Editor editor(Snapshot::make(mesh));
+  const Brush brush{.tool = Tool::Deposit, .radius = 0.2, .strength = 0.5};
+  apply(editor, brush, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 0.1));
+  EXPECT_NEAR(closest_point(*editor.head(), {0.5, 0.05, 0.5}).position.y, 0.5 * 0.2 * 0.1, 1e-6);
+  apply(editor, brush, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 1e6));
+  EXPECT_NEAR(closest_point(*editor.head(), {0.5, 0.2, 0.5}).position.y, 0.1, 1e-7);
+  EXPECT_TRUE(valid(*editor.head()));
+}
+
+TEST(Paint, MakesTheColourLayerAndFallsOffLinearly) {
+  const auto mesh = testing::plane_shell(2, 15);
+  Editor editor(Snapshot::make(mesh));
+  const Brush brush{.tool = Tool::Paint, .radius = 0.25, .strength = 1, .colour = {0, 0, 1}};
+  const Dab dab = dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 0.8);
+  apply(editor, brush, dab);
+  const Snapshot& model = *editor.head();
+  ASSERT_TRUE(model.has(Layer::Colour));
+  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 32);
+  for (SlabId s = 0; s < mesh->slab_count(); ++s)
+    for (int j = 0; j <= 32; ++j)
+      for (int i = 0; i + j <= 32; ++i) {
+        const Vec3d p = sample_position(*mesh, s, 32, {i, j}, 0.5);
+        const double share = 0.8 * std::max(0.0, 1 - length(p - dab.contact) / 0.25);
+        for (std::size_t c = 0; c < 3; ++c)
+          EXPECT_NEAR(double(model.tile(Layer::Colour, s).plane(int(c))[sample_index(32, {i, j})]),
+                      double(brush.colour[c]) * share + double(kClayColour[c]) * (1 - share), 1e-6);
+      }
+  ASSERT_TRUE(editor.undo());
+  EXPECT_FALSE(editor.head()->has(Layer::Colour));
+}
+
+TEST(Paint, ColourGridIsCappedAt128) {
+  Editor editor(Snapshot::make(testing::plane_shell(1, 100)));
+  apply(editor, {.tool = Tool::Paint, .radius = 0.3}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0));
+  ASSERT_TRUE(editor.head()->has(Layer::Colour));
+  EXPECT_EQ(editor.head()->tile(Layer::Colour, 0).intervals(), 128);
+}
+
+TEST(Mask, ProtectsInProportion) {
+  const auto mesh = testing::plane_shell(4, 31);
+  for (const int mask_grid : {31, 16}) {
+    SnapshotDraft draft(Snapshot::make(mesh));
+    draft.add_layer(Layer::Mask, mask_grid, 0);
+    // Free for x < 0.25, protected for x >= 0.75, between in proportion.
+    for (SlabId s = 0; s < mesh->slab_count(); ++s)
+      for (int j = 0; j <= mask_grid; ++j)
+        for (int i = 0; i + j <= mask_grid; ++i) {
+          const double x = sample_position(*mesh, s, mask_grid, {i, j}, 0.5).x;
+          draft.edit(Layer::Mask, s).plane()[sample_index(mask_grid, {i, j})] =
+              static_cast<float>(std::clamp(2 * x - 0.5, 0.0, 1.0));
+        }
+    const SnapshotPtr masked = draft.finish(), plain = Snapshot::make(mesh);
+    const Dab dab = dab_near(*plain, {0.5, 0, 0.5}, 0.05, 1, 0.1);
+    for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
+      const Brush brush{.tool = tool, .radius = 0.7};
+      Editor a(masked), b(plain);
+      apply(a, brush, dab);
+      apply(b, brush, dab);
+      EXPECT_TRUE(valid(*a.head()));
+      for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
+        const double x = sample_position(*mesh, s, 31, at, 0.5).x;
+        const double free = 1 - std::clamp(2 * x - 0.5, 0.0, 1.0);
+        const float whole = b.head()->displacement(s)[k] - 0.5F, part = a.head()->displacement(s)[k] - 0.5F;
+        // A coarser mask bends within one of its cells of the two corners of the ramp.
+        const double slack = mask_grid == 31 ? 1e-6 : 0.02;
+        EXPECT_NEAR(double(part), double(whole) * free, std::abs(double(whole)) * slack + 1e-6);
+        if (x > 0.78) {
+          EXPECT_EQ(part, 0.0F);
+        }
+      });
+    }
+    Editor painter(masked);
+    apply(painter, {.tool = Tool::Paint, .radius = 0.7, .colour = {0, 0, 0}}, dab);
+    EXPECT_LT(colour_at(*painter.head(), dab.slab, 0.3, 0.3).x, kClayColour.x);
+    const SurfacePoint kept = closest_point(*painter.head(), {0.9, 0, 0.5});
+    EXPECT_EQ(colour_at(*painter.head(), kept.slab, kept.u, kept.v).x, kClayColour.x);
+  }
+}
+
+TEST(Dab, CountsChangedSamplesOncePerCopy) {
+  for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
+    const auto mesh = testing::sphere_shell(2, 15);
+    Editor editor(displaced(mesh, bumps));
+    const Brush first{.tool = Tool::Paint, .radius = 0.4, .colour = {1, 0, 0}};
+    apply(editor, first, dab_near(*editor.head(), {0.3, 0.9, 0.2}, 0));
+    const SnapshotPtr before = editor.head();
+    const DabResult result = apply(editor, {.tool = tool, .radius = 0.3, .colour = {0, 1, 0}},
+                                   dab_near(*before, {0.3, 0.9, 0.2}, 0.05, 1, 0.1));
+    const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
+    std::size_t differ = 0;
+    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+      const Tile &a = before->tile(layer, s), &b = editor.head()->tile(layer, s);
+      std::size_t here = 0;
+      for (std::size_t k = 0; k < a.size(); ++k) {
+        bool differs = false;
+        for (int c = 0; c < channels(layer); ++c) differs = differs || a.plane(c)[k] != b.plane(c)[k];
+        here += differs ? 1 : 0;
+      }
+      // Tiles that stay as they are stay shared.
+      EXPECT_EQ(here == 0, &a == &b);
+      differ += here;
+    }
+    EXPECT_EQ(result.samples, differ);
+    EXPECT_GT(differ, 0U);
+  }
+}
+
+TEST(Dab, HostileNumbersChangeNothing) {
+  const SnapshotPtr model = Snapshot::make(testing::sphere_shell(1, 15));
+  const double nan = std::nan(""), inf = HUGE_VAL;
+  const Dab good = dab_near(*model, {0, 1, 0}, 0.05, 1, 0.1);
+  for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
+    Editor editor(model);
+    editor.begin_stroke({.tool = tool, .radius = 0.3});
+    for (const double bad : {nan, inf, -inf}) {
+      std::vector<Dab> dabs(8, good);
+      dabs[0].contact.x = bad;
+      dabs[1].cursor.y = bad;
+      dabs[2].normal.z = bad;
+      dabs[3].pressure = bad;
+      dabs[4].seconds = bad;
+      dabs[5].normal = {};
+      dabs[6].slab = kNoSlab;
+      dabs[7].slab = model->slab_mesh().slab_count();
+      for (const Dab& dab : dabs) EXPECT_EQ(editor.dab(dab).samples, 0U);
+    }
+    EXPECT_EQ(editor.head(), model);
+    Dab wild = good;
+    wild.contact = wild.cursor = {1e300, -1e300, 1e300};
+    EXPECT_EQ(editor.dab(wild).samples, 0U);
+    wild = good;
+    wild.seconds = 1e300;
+    wild.pressure = 1e300;
+    editor.dab(wild);
+    EXPECT_TRUE(valid(*editor.head()));
+    editor.end_stroke();
+  }
+  for (const double radius : {1e-300, 1e-12, 1e12, 1e300}) {
+    Editor editor(model);
+    editor.begin_stroke({.tool = Tool::Carve, .radius = radius});
+    editor.dab(good);
+    editor.end_stroke();
+    EXPECT_TRUE(valid(*editor.head()));
+  }
+}
+
+TEST(Dab, RandomDabsKeepEveryPromise) {
+  std::mt19937 random(20020527);
+  std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
+  for (const auto& mesh : {testing::sphere_shell(1, 15), testing::torus_shell(10, 6, 7), testing::double_pyramid(5, 8),
+                           testing::plane_shell(3, 1), testing::thin_plate(4, 6, 0.3)}) {
+    Editor editor(displaced(mesh, bumps));
+    const std::uint64_t start = editor.head()->content_hash();
+    for (int k = 0; k < 60; ++k) {
+      const Tool tool = static_cast<Tool>(k % 3);
+      const Vec3d p = Vec3d{both(random), both(random), both(random)} * 2.0;
+      const Brush brush{.tool = tool,
+                        .radius = 0.02 + unit(random),
+                        .strength = unit(random),
+                        .colour = {float(unit(random)), float(unit(random)), float(unit(random))},
+                        .resilience = 0.02 * unit(random)};
+      const SnapshotPtr before = editor.head();
+      apply(editor, brush, dab_near(*before, p, 0.2 * unit(random), unit(random), unit(random)));
+      ASSERT_TRUE(valid(*editor.head())) << name(tool) << " dab " << k;
+      for_each_sample(*mesh, [&](SlabId s, std::size_t i, GridPoint) {
+        const float a = before->displacement(s)[i], b = editor.head()->displacement(s)[i];
+        if (tool == Tool::Carve) {
+          ASSERT_LE(b, a);
+        }
+        if (tool == Tool::Deposit) {
+          ASSERT_GE(b, a);
+        }
+        if (tool == Tool::Paint) {
+          ASSERT_EQ(b, a);
+        }
+      });
+    }
+    const std::uint64_t end = editor.head()->content_hash();
+    while (editor.undo()) {
+    }
+    EXPECT_EQ(editor.head()->content_hash(), start);
+    while (editor.redo()) {
+    }
+    EXPECT_EQ(editor.head()->content_hash(), end);
+  }
+}
+
+}  // namespace
+}  // namespace relief
