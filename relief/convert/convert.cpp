@@ -1,0 +1,310 @@
+#include <relief/base/try.h>
+#include <relief/convert/convert.h>
+#include <relief/convert/decimate.h>
+#include <relief/convert/lattice.h>
+#include <relief/convert/reach.h>
+#include <relief/convert/sampling.h>
+#include <relief/convert/shell.h>
+#include <relief/convert/source_surface.h>
+#include <relief/core/tessellate.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <new>
+#include <numeric>
+#include <string_view>
+
+namespace relief {
+namespace {
+
+using namespace detail;
+
+/// Adds phases to a report: CPU time of the whole process from one call to the next.
+class Stopwatch {
+ public:
+  explicit Stopwatch(std::vector<ConvertReport::Phase>& phases) : phases_(phases) {}
+  void phase_done(std::string_view name) {
+    const std::clock_t now = std::clock();
+    phases_.push_back({std::string(name), double(now - last_) / CLOCKS_PER_SEC});
+    last_ = now;
+  }
+
+ private:
+  std::vector<ConvertReport::Phase>& phases_;
+  std::clock_t last_ = std::clock();
+};
+
+std::string number(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+std::string place(Vec3d p) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "(%g, %g, %g)", p.x, p.y, p.z);
+  return text.data();
+}
+
+Status check(const ConvertSettings& settings) {
+  const auto outside = [](std::string_view what, const std::string& value, std::string_view range) {
+    return fail(Errc::InvalidArgument, std::string(what) + " is " + value + "; it must be " + std::string(range) + ".");
+  };
+  if (settings.slabs < 4 || settings.slabs > 1'000'000)
+    return outside("the number of slabs", std::to_string(settings.slabs), "4 to 1000000");
+  if (settings.intervals < 1 || settings.intervals > kMaxIntervals)
+    return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
+  if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
+    return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
+  if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
+    return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
+  return {};
+}
+
+double diagonal_of(const Box3d& box) noexcept {
+  const Vec3d e = box.extent();
+  return std::hypot(e.x, e.y, e.z);
+}
+
+/// Leaves the smallest parts out when even their least number of slabs is more than `most`; says how many.
+std::size_t drop_small_parts(const std::vector<Vec3d>& points, std::vector<Face>& faces, std::size_t most) {
+  const Parts parts = find_parts(points.size(), faces);
+  if (4 * std::size_t{parts.count} <= most) return 0;
+  std::vector<double> areas(parts.count, 0);
+  std::vector<std::size_t> sizes(parts.count, 0);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const Vec3d a = points[faces[f][0]];
+    areas[parts.of_face[f]] += length(cross(points[faces[f][1]] - a, points[faces[f][2]] - a));
+    ++sizes[parts.of_face[f]];
+  }
+  std::vector<std::uint32_t> order(parts.count);
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return areas[a] > areas[b]; });
+  std::vector<std::uint8_t> keep(parts.count, 0);
+  std::size_t used = 0, dropped = 0;
+  for (const std::uint32_t part : order) {
+    used += std::min<std::size_t>(4, sizes[part]);
+    keep[part] = used <= most || part == order.front();
+    dropped += keep[part] == 0;
+  }
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    if (keep[parts.of_face[f]] != 0) faces[kept++] = faces[f];
+  faces.resize(kept);
+  return dropped;
+}
+
+struct CageSettings {
+  std::size_t target;
+  int intervals;
+  double longest;  ///< lattice steps
+};
+
+struct Cage {
+  std::shared_ptr<const SlabMesh> mesh;
+  std::size_t dropped = 0;
+};
+
+/// Base mesh, fibres and shell in preview mode.
+Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face>& faces, const SourceSurface& source,
+                        const Lattice& lattice, const CageSettings& settings, const Progress& progress,
+                        Stopwatch& stopwatch) {
+  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
+  const BaseMesh base = decimate(points, faces, settings.target, progress);
+  if (progress.cancelled()) return cancelled();
+  stopwatch.phase_done("decimate");
+  progress("shell", 0);
+  const Fibres wanted = wanted_fibres(base, source, settings.longest);
+  Shell shell = build_shell(base, wanted, progress);
+  if (progress.cancelled()) return cancelled();
+  stopwatch.phase_done("shell");
+  if (shell.faces.empty())
+    return fail(Errc::Unfoldable,
+                "no slab can stand on the surface near " + place(lattice.origin + shell.dropped_at * lattice.step) +
+                    ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
+  std::vector<Fibre> fibres(shell.ends[kInner].size());
+  for (std::size_t v = 0; v < fibres.size(); ++v)
+    fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
+  std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(shell.faces.size());
+  for (const Face& f : shell.faces) slabs.push_back({f, settings.intervals});
+  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
+  return Cage{std::make_shared<const SlabMesh>(std::move(mesh)), shell.dropped};
+}
+
+void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {
+  std::vector<double> lengths;
+  for (const Fibre& fibre : mesh.fibres()) lengths.push_back(length(fibre.direction()) / diagonal);
+  std::sort(lengths.begin(), lengths.end());
+  report.thickness_min = lengths.front();
+  report.thickness_median = lengths[lengths.size() / 2];
+}
+
+Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
+                                   const Progress& progress) {
+  Conversion result;
+  ConvertReport& report = result.report;
+  Stopwatch stopwatch(report.phases);
+  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
+
+  RELIEF_TRY(auto repaired, repair(source, progress));
+  result.mended = std::move(repaired.mesh);
+  report.repair = repaired.report;
+  report.source_triangles = result.mended.triangles.size();
+  stopwatch.phase_done("repair");
+
+  const Box3d box = bounds(result.mended);
+  const double diagonal = diagonal_of(box);
+  if (!std::isfinite(diagonal) || diagonal < 1e-280 || diagonal > 1e140)
+    return fail(Errc::Corrupt,
+                "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
+  const Lattice lattice = Lattice::around(box, settings.thickness * diagonal);
+  std::vector<Vec3d> points;
+  points.reserve(result.mended.positions.size());
+  for (const Vec3d p : result.mended.positions) points.push_back(lattice.to_lattice(p));
+  const SourceSurface surface(points, result.mended.triangles);
+  stopwatch.phase_done("hierarchy");
+
+  const auto target = static_cast<std::size_t>(settings.slabs);
+  std::vector<Face> faces = result.mended.triangles;
+  report.dropped_parts = drop_small_parts(points, faces, 16 * target);
+  const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
+  RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
+  const std::shared_ptr<const SlabMesh>& mesh = cage.mesh;
+  report.slabs = mesh->slab_count();
+  report.dropped_slabs = cage.dropped;
+  report_thickness(*mesh, diagonal, report);
+
+  progress("sample", 0);
+  SnapshotDraft draft(Snapshot::make(mesh));
+  {
+    const SampleNumbers numbers(*mesh, settings.intervals);
+    const auto field = sample_alpha(*mesh, numbers, surface, lattice, progress);
+    if (progress.cancelled()) return cancelled();
+    report.fibres_cast = numbers.count();
+    report.hits_single = field.single;
+    report.hits_none = field.none;
+    report.hits_several = field.several;
+    const int n = settings.intervals;
+    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+      float* const values = draft.edit(Layer::Displacement, s).plane();
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i) values[sample_index(n, {i, j})] = field.values[numbers.of(s, {i, j})];
+    }
+  }
+  result.model.head = draft.finish();
+  stopwatch.phase_done("sample");
+
+  if (!result.mended.colours.empty()) {
+    progress("colour", 0);
+    const int m =
+        settings.colour_intervals > 0
+            ? settings.colour_intervals
+            : std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * settings.intervals))));
+    const SampleNumbers numbers(*mesh, m);
+    const auto field = sample_colour(*result.model.head, numbers, surface, lattice, result.mended, progress);
+    if (progress.cancelled()) return cancelled();
+    draft.add_layer(Layer::Colour, m, 1.0F);
+    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+      Tile& tile = draft.edit(Layer::Colour, s);
+      for (int j = 0; j <= m; ++j)
+        for (int i = 0; i + j <= m; ++i) {
+          const auto& colour = field.values[numbers.of(s, {i, j})];
+          for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
+        }
+    }
+    result.model.head = draft.finish();
+    stopwatch.phase_done("colour");
+  }
+
+  progress("measure", 0);
+  const Distances distances = measure_distances(*result.model.head, surface, lattice);
+  report.distance_rms = distances.rms * lattice.step / diagonal;
+  report.distance_max = distances.max * lattice.step / diagonal;
+  result.model.info = {.mode = Mode::Preview, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
+  stopwatch.phase_done("measure");
+  if (progress.cancelled()) return cancelled();
+  progress("measure", 1);
+  return result;
+}
+
+}  // namespace
+
+Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings, const Progress& progress) {
+  RELIEF_CHECK(check(settings));
+  try {
+    return convert_checked(source, settings, progress);
+  } catch (const std::bad_alloc&) {
+    return fail(Errc::InvalidArgument, "there is not enough memory for " + std::to_string(source.triangles.size()) +
+                                           " triangles and " + std::to_string(settings.slabs) + " slabs.");
+  }
+}
+
+TriangleMesh to_mesh(const Snapshot& model, int level) {
+  Tessellation surface = tessellate(model, level);
+  TriangleMesh mesh;
+  mesh.positions = std::move(surface.positions);
+  mesh.triangles = std::move(surface.triangles);
+  const auto byte = [](float v) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(double(v), 0.0, 1.0) * 255));
+  };
+  mesh.colours.reserve(surface.colours.size());
+  for (const Vec3f c : surface.colours) mesh.colours.push_back({byte(c.x), byte(c.y), byte(c.z), 255});
+  return mesh;
+}
+
+std::string to_slabs_text(const SlabMesh& mesh) {
+  std::array<char, 320> line{};
+  std::snprintf(line.data(), line.size(), "relief-slabs 1\nfibres %zu\n", mesh.fibres().size());
+  std::string text = line.data();
+  for (const auto& [in, out] : mesh.fibres()) {
+    std::snprintf(line.data(), line.size(), "%.17g %.17g %.17g %.17g %.17g %.17g\n", in.x, in.y, in.z, out.x, out.y,
+                  out.z);
+    text += line.data();
+  }
+  std::snprintf(line.data(), line.size(), "slabs %zu\n", mesh.slabs().size());
+  text += line.data();
+  const auto neighbour = [](SlabId s) { return s == kNoSlab ? std::int64_t{-1} : std::int64_t{s}; };
+  for (const Slab& s : mesh.slabs()) {
+    std::snprintf(line.data(), line.size(), "%u %u %u %lld %lld %lld %d\n", s.fibres[0], s.fibres[1], s.fibres[2],
+                  static_cast<long long>(neighbour(s.neighbours[0])),
+                  static_cast<long long>(neighbour(s.neighbours[1])),
+                  static_cast<long long>(neighbour(s.neighbours[2])), s.intervals);
+    text += line.data();
+  }
+  return text;
+}
+
+std::string to_string(const ConvertReport& report) {
+  std::array<char, 400> line{};
+  std::string text = to_string(report.repair);
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  const double cast = std::max(1.0, double(report.fibres_cast));
+  std::snprintf(line.data(), line.size(),
+                "%zu triangles became %zu slabs\n"
+                "%zu fibres: %.2f %% meet the source once, %.2f %% never, %.2f %% several times\n"
+                "distance to the source, of its diagonal: rms %.2e, greatest %.2e\n"
+                "thickness, of the diagonal: least %.2e, median %.2e\n",
+                report.source_triangles, report.slabs, report.fibres_cast, 100 * double(report.hits_single) / cast,
+                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.distance_rms,
+                report.distance_max, report.thickness_min, report.thickness_median);
+  text += line.data();
+  if (report.dropped_parts > 0)
+    text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
+  if (report.dropped_slabs > 0)
+    text += std::to_string(report.dropped_slabs) + " slabs were left out where the source meets itself\n";
+  double seconds = 0;
+  for (const ConvertReport::Phase& phase : report.phases) seconds += phase.seconds;
+  std::snprintf(line.data(), line.size(), "%.2f s of CPU:", seconds);
+  text += line.data();
+  for (const ConvertReport::Phase& phase : report.phases) {
+    std::snprintf(line.data(), line.size(), " %s %.2f", phase.name.c_str(), phase.seconds);
+    text += line.data();
+  }
+  return text + "\n";
+}
+
+}  // namespace relief

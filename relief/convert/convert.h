@@ -9,33 +9,37 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace relief {
 
 struct ConvertSettings {
-  int slabs = 200;              ///< target; 4 .. 1,000,000
-  int intervals = 32;           ///< n, 1..128; the paper used 15
-  int colour_intervals = 0;     ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
-  double thickness = 0.1;       ///< longest fibre, share of the source's diagonal
+  int slabs = 200;     ///< target; 4 .. 1,000,000
+  int intervals = 32;  ///< n, 1..128; the paper used 15
+  int colour_intervals =
+      0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
+  double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
 };
 
 /// What was made, and how long it took.
 struct ConvertReport {
   RepairReport repair;
-  std::size_t source_triangles = 0;   ///< after repair
+  std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
-  std::size_t fibres_cast = 0;        ///< distinct samples
-  std::size_t hits_single = 0;        ///< fibres that met the source exactly once
-  std::size_t hits_none = 0;          ///< filled from their neighbours
-  std::size_t hits_several = 0;       ///< the crossing that agrees with the neighbours was taken
-  double distance_rms = 0;            ///< displaced samples to the source, share of the diagonal
+  std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
+  std::size_t dropped_slabs = 0;  ///< left out because the source meets itself there
+  std::size_t fibres_cast = 0;    ///< distinct samples
+  std::size_t hits_single = 0;    ///< fibres that met the source exactly once
+  std::size_t hits_none = 0;      ///< filled from their neighbours
+  std::size_t hits_several = 0;   ///< the crossing that agrees with the neighbours was taken
+  double distance_rms = 0;  ///< displaced surface to the source, share of the diagonal, on an even choice of points
   double distance_max = 0;
-  double thickness_min = 0;           ///< shortest fibre, share of the diagonal
+  double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
   struct Phase {
     std::string name;
-    double seconds;                   ///< thread CPU time summed over all threads
+    double seconds;  ///< thread CPU time summed over all threads
   };
   std::vector<Phase> phases;
 };
@@ -46,11 +50,11 @@ struct Conversion {
   TriangleMesh mended;  ///< the repaired source, the surface that the displacement was sampled from
 };
 
-/// Preview mode: decimates the source to the target, gives every vertex a direction that all its faces see and depths at
-/// which every slab passes the closed-form Jacobian condition and no two of its triangles intersect, then samples the
-/// displacement along the fibres. Fibre ends lie on a lattice whose step is a power of two. The result does not depend on
-/// the number of threads. Errors: Corrupt (nothing usable in the source), NotManifold, Unfoldable (no valid depths at any
-/// count up to 16 times the target), InvalidArgument, Cancelled.
+/// Preview mode: decimates the source to the target, gives every vertex a direction that all its faces see and depths
+/// at which every slab passes the closed-form Jacobian condition and no two of its triangles intersect, then samples
+/// the displacement along the fibres. Fibre ends lie on a lattice whose step is a power of two. The result does not
+/// depend on the number of threads. Errors: Corrupt (nothing usable in the source), NotManifold, Unfoldable (no valid
+/// depths at any count up to 16 times the target), InvalidArgument, Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

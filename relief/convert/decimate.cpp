@@ -1,0 +1,654 @@
+#include <relief/convert/decimate.h>
+#include <relief/convert/directions.h>
+#include <relief/convert/triangle_grid.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace relief::detail {
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffffU;
+
+/// Sum of squared distances to planes, weighted by area: p'Ap + 2b'p + c.
+struct Quadric {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  Vec3d b;
+  double c = 0;
+
+  void add_plane(Vec3d n, Vec3d on, double weight) noexcept {
+    const double d = -dot(n, on);
+    xx += weight * n.x * n.x, xy += weight * n.x * n.y, xz += weight * n.x * n.z;
+    yy += weight * n.y * n.y, yz += weight * n.y * n.z, zz += weight * n.z * n.z;
+    b += n * (weight * d);
+    c += weight * d * d;
+  }
+  Quadric& operator+=(const Quadric& q) noexcept {
+    xx += q.xx, xy += q.xy, xz += q.xz, yy += q.yy, yz += q.yz, zz += q.zz;
+    b += q.b;
+    c += q.c;
+    return *this;
+  }
+  [[nodiscard]] double trace() const noexcept { return xx + yy + zz; }
+  [[nodiscard]] Vec3d times(Vec3d p) const noexcept {
+    return {xx * p.x + xy * p.y + xz * p.z, xy * p.x + yy * p.y + yz * p.z, xz * p.x + yz * p.y + zz * p.z};
+  }
+  [[nodiscard]] double error(Vec3d p) const noexcept { return std::max(0.0, dot(p, times(p)) + 2 * dot(b, p) + c); }
+
+  /// The place of least error, drawn towards `near` with a thousandth of the trace where the planes leave it open.
+  [[nodiscard]] Vec3d optimum(Vec3d near) const noexcept {
+    const double pull = 1e-3 * trace() + std::numeric_limits<double>::min();
+    const double a = xx + pull, d = yy + pull, f = zz + pull;
+    const Vec3d right = -(b + times(near));  // solved for the step from `near`
+    const double m00 = d * f - yz * yz, m01 = xz * yz - xy * f, m02 = xy * yz - xz * d;
+    const double m11 = a * f - xz * xz, m12 = xy * xz - a * yz, m22 = a * d - xy * xy;
+    const double det = a * m00 + xy * m01 + xz * m02;
+    if (!(det > 0)) return near;
+    return near + Vec3d{m00 * right.x + m01 * right.y + m02 * right.z, m01 * right.x + m11 * right.y + m12 * right.z,
+                        m02 * right.x + m12 * right.y + m22 * right.z} /
+                      det;
+  }
+};
+
+/// 1 for an equilateral triangle, 0 for one without area.
+double shape_of(Vec3d a, Vec3d b, Vec3d c, double twice_area) noexcept {
+  const double edges = dot(b - a, b - a) + dot(c - b, c - b) + dot(a - c, a - c);
+  return edges > 0 ? 3.4641016151377544 * twice_area / edges : 0;
+}
+
+struct Guards {
+  double normal;  ///< least cosine between a face before and after
+  double shape;
+  double visibility;
+  bool apart;  ///< no two faces may come to meet
+};
+
+class Collapser {
+ public:
+  Collapser(std::span<const Vec3d> points, std::span<const Face> faces) : at_(points.begin(), points.end()) {
+    faces_.assign(faces.begin(), faces.end());
+    alive_ = faces_.size();
+    build_fans();
+    mark_rims();
+    build_quadrics();
+    stamp_.assign(at_.size(), 0);
+    mark_.assign(at_.size(), 0);
+  }
+
+  /// False when cancelled.
+  bool run(std::size_t target, const Guards& guards, bool exact, const Progress& progress, double from, double to);
+  void to_lattice();
+  /// Moves vertices that hardly see their faces towards their neighbours, where that helps and brings no faces to meet.
+  void ease(double visibility);
+
+  [[nodiscard]] std::size_t alive() const noexcept { return alive_; }
+  [[nodiscard]] BaseMesh result() const;
+
+ private:
+  struct Fan {
+    std::uint32_t begin = 0, count = 0, room = 0;
+  };
+  struct Candidate {
+    double cost;
+    std::uint32_t u, v, stamp_u, stamp_v;
+    bool weighed;  ///< cost already holds the penalty for bad shape and visibility
+    // The heap of the standard library keeps the greatest on top; equal costs go by number.
+    friend bool operator<(const Candidate& a, const Candidate& b) noexcept {
+      if (a.cost != b.cost) return a.cost > b.cost;
+      return a.u != b.u ? a.u > b.u : a.v > b.v;
+    }
+  };
+  /// Faces as they would be if u and v (which may be the same) stood at p.
+  struct Change {
+    std::uint32_t u, v;
+    Vec3d p;
+  };
+
+  void build_fans();
+  void mark_rims();
+  void build_quadrics();
+  void build_grid();
+  void fill_queue();
+  void push(std::uint32_t u, std::uint32_t v);
+
+  [[nodiscard]] std::span<const std::uint32_t> fan(std::uint32_t v) const noexcept {
+    return std::span(pool_).subspan(fans_[v].begin, fans_[v].count);
+  }
+  [[nodiscard]] bool has(std::uint32_t f, std::uint32_t v) const noexcept {
+    return faces_[f][0] == v || faces_[f][1] == v || faces_[f][2] == v;
+  }
+  [[nodiscard]] std::array<Vec3d, 3> corners(std::uint32_t f) const noexcept {
+    return {at_[faces_[f][0]], at_[faces_[f][1]], at_[faces_[f][2]]};
+  }
+  [[nodiscard]] std::array<Vec3d, 3> corners(std::uint32_t f, const Change& change) const noexcept {
+    std::array<Vec3d, 3> c{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = faces_[f][k];
+      c[k] = v == change.u || v == change.v ? change.p : at_[v];
+    }
+    return c;
+  }
+  /// A face that the change takes away: it has both u and v.
+  [[nodiscard]] bool vanishes(std::uint32_t f, const Change& change) const noexcept {
+    return change.u != change.v && has(f, change.u) && has(f, change.v);
+  }
+  template <typename Visit>
+  void for_star(const Change& change, Visit&& visit) const {
+    for (const std::uint32_t f : fan(change.u))
+      if (!vanishes(f, change)) visit(f);
+    if (change.u == change.v) return;
+    for (const std::uint32_t f : fan(change.v))
+      if (!vanishes(f, change)) visit(f);
+  }
+
+  bool link_allows(std::uint32_t u, std::uint32_t v);
+  [[nodiscard]] double shape_after(const Change& change, const Guards& guards) const;
+  [[nodiscard]] double visibility_at(std::uint32_t w) const;
+  [[nodiscard]] double visibility_at(std::uint32_t w, const Change& change) const;
+  [[nodiscard]] double visibility_after(const Change& change, double wanted);
+  [[nodiscard]] bool winds_once(const Change& change) const;
+  [[nodiscard]] std::size_t meetings(const Change* change, std::uint32_t u, std::uint32_t v, std::size_t stop_at);
+  [[nodiscard]] std::size_t meetings_after(const Change& change, std::size_t stop_at) {
+    return meetings(&change, change.u, change.v, stop_at);
+  }
+  /// The penalty (1 for the best shapes) of a permitted change, or nothing.
+  [[nodiscard]] std::optional<double> weigh(const Change& change, const Guards& guards);
+  void apply(const Change& change);
+  void moved(std::uint32_t v);
+
+  std::vector<Vec3d> at_;
+  std::vector<Face> faces_;  // a dead face has kNone as its first corner
+  std::vector<Quadric> quadrics_;
+  std::vector<Fan> fans_;
+  std::vector<std::uint32_t> pool_;
+  std::vector<std::uint8_t> rim_;
+  std::vector<std::uint32_t> stamp_, mark_;
+  std::uint32_t mark_round_ = 0;
+  std::vector<Candidate> queue_;
+  std::size_t alive_ = 0;
+  bool exact_ = false;
+  TriangleGrid grid_;
+  std::size_t grid_alive_ = 0, grid_entries_ = 0;
+  mutable std::vector<Vec3d> normals_;
+  std::vector<std::uint32_t> ring_;
+};
+
+void Collapser::build_fans() {
+  fans_.assign(at_.size(), {});
+  for (const Face& f : faces_)
+    for (const std::uint32_t v : f) ++fans_[v].room;
+  std::uint32_t begin = 0;
+  for (Fan& fan : fans_) {
+    fan.begin = begin;
+    begin += fan.room;
+  }
+  pool_.resize(begin);
+  for (std::uint32_t f = 0; f < faces_.size(); ++f)
+    for (const std::uint32_t v : faces_[f]) pool_[fans_[v].begin + fans_[v].count++] = f;
+}
+
+void Collapser::mark_rims() {
+  // An edge of one face only: its far corner is met once among the fan of the near one.
+  rim_.assign(at_.size(), 0);
+  for (std::uint32_t v = 0; v < at_.size(); ++v) {
+    for (const std::uint32_t f : fan(v)) {
+      const std::size_t k = faces_[f][0] == v ? 0 : faces_[f][1] == v ? 1 : 2;
+      const std::uint32_t next = faces_[f][(k + 1) % 3];
+      int met = 0;
+      for (const std::uint32_t g : fan(v)) met += has(g, next);
+      if (met == 1) rim_[v] = rim_[next] = 1;
+    }
+  }
+}
+
+void Collapser::build_quadrics() {
+  quadrics_.assign(at_.size(), {});
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    const auto [a, b, c] = corners(f);
+    const Vec3d n = cross(b - a, c - a);
+    const double twice_area = length(n);
+    if (!(twice_area > 0)) continue;
+    for (const std::uint32_t v : faces_[f]) quadrics_[v].add_plane(n / twice_area, a, twice_area / 6);
+    // A rim is held in place by a plane through it, square to its face.
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t u = faces_[f][k], v = faces_[f][(k + 1) % 3];
+      if (rim_[u] == 0 || rim_[v] == 0) continue;
+      int met = 0;
+      for (const std::uint32_t g : fan(u)) met += has(g, v);
+      if (met != 1) continue;
+      const Vec3d across = normalized(cross(at_[v] - at_[u], n));
+      const double weight = dot(at_[v] - at_[u], at_[v] - at_[u]);
+      quadrics_[u].add_plane(across, at_[u], weight);
+      quadrics_[v].add_plane(across, at_[u], weight);
+    }
+  }
+}
+
+void Collapser::push(std::uint32_t u, std::uint32_t v) {
+  if (u > v) std::swap(u, v);
+  Quadric q = quadrics_[u];
+  q += quadrics_[v];
+  const Vec3d middle = (at_[u] + at_[v]) * 0.5;
+  const Vec3d edge = at_[v] - at_[u];
+  const double edge2 = dot(edge, edge);
+  Vec3d p = q.optimum(middle);
+  if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
+  const double cost = q.error(p) + 5e-5 * q.trace() * edge2 + 1e-12 * std::sqrt(edge2);
+  queue_.push_back({cost, u, v, stamp_[u], stamp_[v], false});
+  std::push_heap(queue_.begin(), queue_.end());
+}
+
+void Collapser::fill_queue() {
+  queue_.clear();
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    if (faces_[f][0] == kNone) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t u = faces_[f][k], v = faces_[f][(k + 1) % 3];
+      bool first = u < v;
+      if (!first && rim_[u] != 0 && rim_[v] != 0) {
+        int met = 0;
+        for (const std::uint32_t g : fan(u)) met += has(g, v);
+        first = met == 1;
+      }
+      if (first) push(u, v);
+    }
+  }
+}
+
+bool Collapser::link_allows(std::uint32_t u, std::uint32_t v) {
+  ++mark_round_;
+  std::size_t shared_faces = 0;
+  for (const std::uint32_t f : fan(u)) {
+    if (has(f, v)) {
+      ++shared_faces;
+      for (const std::uint32_t w : faces_[f])
+        if (w != u && w != v && fans_[w].count <= (rim_[w] != 0 ? 1U : 3U)) return false;
+    }
+    for (const std::uint32_t w : faces_[f]) mark_[w] = mark_round_;
+  }
+  if (shared_faces == 0 || (shared_faces == 2 && rim_[u] != 0 && rim_[v] != 0)) return false;
+  // Neighbours of both: exactly the far corners of the shared faces.
+  mark_[u] = mark_[v] = 0;
+  std::size_t shared = 0;
+  for (const std::uint32_t f : fan(v))
+    for (const std::uint32_t w : faces_[f])
+      if (mark_[w] == mark_round_) {
+        mark_[w] = 0;
+        ++shared;
+      }
+  return shared == shared_faces && fans_[u].count + fans_[v].count <= 26;
+}
+
+// The least shape among the new faces; 0 when one breaks a guard.
+double Collapser::shape_after(const Change& change, const Guards& guards) const {
+  double least = 1, before = 1;
+  bool good = true;
+  for_star(change, [&](std::uint32_t f) {
+    if (!good) return;
+    const auto [a, b, c] = corners(f);
+    const auto [p, q, r] = corners(f, change);
+    const Vec3d old_normal = cross(b - a, c - a), normal = cross(q - p, r - p);
+    const double old_size = length(old_normal), size = length(normal);
+    if (!(size > 0) || (old_size > 0 && dot(normal, old_normal) < guards.normal * size * old_size)) {
+      good = false;
+      return;
+    }
+    least = std::min(least, shape_of(p, q, r, size));
+    before = std::min(before, shape_of(a, b, c, old_size));
+  });
+  return good && (least >= guards.shape || least > 0.9 * before) ? least : 0;
+}
+
+double Collapser::visibility_at(std::uint32_t w) const { return visibility_at(w, {kNone, kNone, {}}); }
+
+double Collapser::visibility_at(std::uint32_t w, const Change& change) const {
+  normals_.clear();
+  const auto add = [&](std::uint32_t f) {
+    const auto [a, b, c] = corners(f, change);
+    const Vec3d n = cross(b - a, c - a);
+    const double size = length(n);
+    if (size > 0) {
+      normals_.push_back(n / size);
+      return true;
+    }
+    return false;
+  };
+  if (w == change.u || w == change.v) {
+    bool good = true;
+    for_star(change, [&](std::uint32_t f) { good = add(f) && good; });
+    if (!good) return -1;
+  } else {
+    for (const std::uint32_t f : fan(w))
+      if (!vanishes(f, change) && !add(f)) return -1;
+  }
+  Vec3d sum{};
+  for (const Vec3d n : normals_) sum += n;
+  return best_direction(normals_).visibility;
+}
+
+// The least visibility of the vertex and its ring after the change, or -1 as soon as one is worse than both `wanted`
+// and what it is now.
+double Collapser::visibility_after(const Change& change, double wanted) {
+  double least = visibility_at(change.u, change);
+  if (least < wanted) {
+    const double before = std::min(visibility_at(change.u), visibility_at(change.v));
+    if (least <= before) return -1;
+  }
+  ring_.clear();
+  for_star(change, [&](std::uint32_t f) {
+    for (const std::uint32_t w : faces_[f])
+      if (w != change.u && w != change.v) ring_.push_back(w);
+  });
+  std::sort(ring_.begin(), ring_.end());
+  ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
+  for (const std::uint32_t w : ring_) {
+    const double visibility = visibility_at(w, change);
+    if (visibility < wanted && visibility < visibility_at(w)) return -1;
+    least = std::min(least, visibility);
+  }
+  return std::max(least, 0.01);
+}
+
+bool Collapser::winds_once(const Change& change) const {
+  normals_.clear();
+  std::array<std::pair<std::uint32_t, std::uint32_t>, 64> link;
+  std::size_t count = 0;
+  for_star(change, [&](std::uint32_t f) {
+    const auto [a, b, c] = corners(f, change);
+    normals_.push_back(normalized(cross(b - a, c - a)));
+    const std::size_t k = faces_[f][0] == change.u || faces_[f][0] == change.v   ? 0
+                          : faces_[f][1] == change.u || faces_[f][1] == change.v ? 1
+                                                                                 : 2;
+    if (count < link.size()) link[count++] = {faces_[f][(k + 1) % 3], faces_[f][(k + 2) % 3]};
+  });
+  if (count == 0 || count == link.size()) return false;
+  const Vec3d d = best_direction(normals_).d;
+  std::uint32_t first = link[0].first;
+  bool open = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    bool ends = false;
+    for (std::size_t j = 0; j < count; ++j) ends = ends || link[j].second == link[i].first;
+    if (!ends) {
+      first = link[i].first;
+      open = true;
+    }
+  }
+  const auto side = [&](std::uint32_t w) {
+    return w == first ? 0.0 : dot(d, cross(at_[first] - change.p, at_[w] - change.p));
+  };
+  int turns = 0;
+  for (std::size_t i = 0; i < count; ++i) turns += side(link[i].first) < 0 && side(link[i].second) >= 0;
+  return turns == (open ? 0 : 1);
+}
+
+// How many pairs of a face around u and v (as they would be after the change, if one is given) and another face that
+// shares no vertex with it meet.
+std::size_t Collapser::meetings(const Change* change, std::uint32_t u, std::uint32_t v, std::size_t stop_at) {
+  const Change still = {u, v, {}};
+  const auto position = [&](std::uint32_t f) { return change != nullptr ? corners(f, *change) : corners(f); };
+  Box3d box;
+  const auto for_faces = [&](auto&& visit) {
+    if (change != nullptr) {
+      for_star(*change, visit);
+      return;
+    }
+    for (const std::uint32_t f : fan(u)) visit(f);
+    if (u != v)
+      for (const std::uint32_t f : fan(v))
+        if (!vanishes(f, still)) visit(f);
+  };
+  for_faces([&](std::uint32_t f) {
+    for (const Vec3d p : position(f)) box.add(p);
+  });
+  std::size_t count = 0;
+  grid_.query(box, [&](std::uint32_t g) {
+    if (faces_[g][0] == kNone || has(g, u) || has(g, v)) return true;
+    const auto other = corners(g);
+    Box3d other_box;
+    for (const Vec3d p : other) other_box.add(p);
+    if (!other_box.meets(box)) return true;
+    const LatticeTriangle t = {snap(other[0]), snap(other[1]), snap(other[2])};
+    for_faces([&](std::uint32_t f) {
+      if (count >= stop_at) return;
+      for (const std::uint32_t w : faces_[f])
+        if (w != u && w != v && has(g, w)) return;
+      const auto mine = position(f);
+      Box3d my_box;
+      for (const Vec3d p : mine) my_box.add(p);
+      if (my_box.meets(other_box) && triangles_meet({snap(mine[0]), snap(mine[1]), snap(mine[2])}, t)) ++count;
+    });
+    return count < stop_at;
+  });
+  return count;
+}
+
+std::optional<double> Collapser::weigh(const Change& change, const Guards& guards) {
+  const double shape = shape_after(change, guards);
+  if (!(shape > 0)) return std::nullopt;
+  if (!exact_) return 1.0;
+  const double visibility = visibility_after(change, guards.visibility);
+  if (visibility < 0 || !winds_once(change)) return std::nullopt;
+  if (guards.apart) {
+    const std::size_t after = meetings_after(change, 1);
+    if (after > 0) {
+      const std::size_t before = meetings(nullptr, change.u, change.v, std::numeric_limits<std::size_t>::max());
+      if (before == 0 || meetings_after(change, before) >= before) return std::nullopt;
+    }
+  }
+  return 1 / std::sqrt(std::max(0.01, std::min(1.0, shape * 1.5)) * std::max(0.01, visibility));
+}
+
+void Collapser::moved(std::uint32_t v) {
+  if (!exact_) return;
+  for (const std::uint32_t f : fan(v)) {
+    Box3d box;
+    for (const Vec3d p : corners(f)) box.add(p);
+    grid_.insert(f, box);
+  }
+}
+
+void Collapser::apply(const Change& change) {
+  const std::uint32_t u = change.u, v = change.v;
+  if (u == v) {
+    at_[u] = change.p;
+    moved(u);
+    return;
+  }
+  quadrics_[u] += quadrics_[v];
+  at_[u] = change.p;
+  if (rim_[v] != 0) rim_[u] = 1;
+  // The new fan: what both had, less the faces between them.
+  std::array<std::uint32_t, 64> list;
+  std::size_t count = 0;
+  for (const std::uint32_t f : fan(u)) {
+    if (!has(f, v)) {
+      list[count++] = f;
+      continue;
+    }
+    const Face gone = faces_[f];
+    for (const std::uint32_t w : gone) {
+      if (w == u || w == v) continue;
+      Fan& other = fans_[w];
+      std::uint32_t* const first = pool_.data() + other.begin;
+      std::uint32_t* const hit = std::find(first, first + other.count, f);
+      std::copy(hit + 1, first + other.count, hit);
+      --other.count;
+    }
+    faces_[f][0] = kNone;
+    --alive_;
+  }
+  for (const std::uint32_t f : fan(v)) {
+    if (faces_[f][0] == kNone) continue;
+    for (std::uint32_t& w : faces_[f])
+      if (w == v) w = u;
+    list[count++] = f;
+  }
+  Fan& mine = fans_[u];
+  if (count > mine.room && count <= fans_[v].room) std::swap(mine, fans_[v]);
+  if (count > mine.room) {
+    mine.begin = static_cast<std::uint32_t>(pool_.size());
+    mine.room = static_cast<std::uint32_t>(count);
+    pool_.resize(pool_.size() + count);
+  }
+  std::copy_n(list.begin(), count, pool_.begin() + mine.begin);
+  mine.count = static_cast<std::uint32_t>(count);
+  fans_[v].count = 0;
+  ++stamp_[u];
+  ++stamp_[v];
+  moved(u);
+}
+
+void Collapser::build_grid() {
+  Box3d all;
+  double edges = 0;
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    if (faces_[f][0] == kNone) continue;
+    const auto [a, b, c] = corners(f);
+    all.add(a), all.add(b), all.add(c);
+    edges += length(b - a);
+  }
+  if (all.empty()) return;
+  grid_.reset(all, 1.5 * edges / double(std::max<std::size_t>(alive_, 1)), faces_.size());
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    if (faces_[f][0] == kNone) continue;
+    Box3d box;
+    for (const Vec3d p : corners(f)) box.add(p);
+    grid_.insert(f, box);
+  }
+  grid_alive_ = alive_;
+  grid_entries_ = grid_.entry_count();
+}
+
+bool Collapser::run(std::size_t target, const Guards& guards, bool exact, const Progress& progress, double from,
+                    double to) {
+  exact_ = exact;
+  if (alive_ <= target) return true;
+  if (exact_) build_grid();
+  fill_queue();
+  const std::size_t start = alive_;
+  std::size_t steps = 0;
+  while (alive_ > target && !queue_.empty()) {
+    if ((++steps & 255U) == 0) {
+      if (progress.cancelled()) return false;
+      if ((steps & 16383U) == 0)
+        progress("decimate", from + (to - from) * double(start - alive_) / double(start - target));
+    }
+    std::pop_heap(queue_.begin(), queue_.end());
+    const Candidate next = queue_.back();
+    queue_.pop_back();
+    const std::uint32_t u = next.u, v = next.v;
+    if (next.stamp_u != stamp_[u] || next.stamp_v != stamp_[v] || fans_[u].count == 0 || fans_[v].count == 0) continue;
+    if (!link_allows(u, v)) continue;
+
+    Quadric q = quadrics_[u];
+    q += quadrics_[v];
+    const Vec3d middle = (at_[u] + at_[v]) * 0.5;
+    const Vec3d edge = at_[v] - at_[u];
+    Vec3d best = q.optimum(middle);
+    if (dot(best - middle, best - middle) > 2.25 * dot(edge, edge)) best = middle;
+    const std::array<Vec3d, 3> places = {best, at_[u], at_[v]};
+    for (const Vec3d place : places) {
+      const Change change = {u, v, exact_ ? to_double(snap(place)) : place};
+      const auto penalty = weigh(change, guards);
+      if (!penalty) continue;
+      if (exact_ && !next.weighed) {
+        const double cost = (q.error(change.p) + 5e-5 * q.trace() * dot(edge, edge) + 1e-12 * length(edge)) * *penalty;
+        if (!queue_.empty() && cost > queue_.front().cost) {
+          queue_.push_back({cost, u, v, next.stamp_u, next.stamp_v, true});
+          std::push_heap(queue_.begin(), queue_.end());
+          break;
+        }
+      }
+      apply(change);
+      // Every neighbour once.
+      ++mark_round_;
+      mark_[u] = mark_round_;
+      for (const std::uint32_t f : fan(u))
+        for (const std::uint32_t w : faces_[f])
+          if (mark_[w] != mark_round_) {
+            mark_[w] = mark_round_;
+            push(u, w);
+          }
+      if (exact_ && (2 * alive_ < grid_alive_ || grid_.entry_count() > 3 * grid_entries_)) build_grid();
+      break;
+    }
+  }
+  return true;
+}
+
+void Collapser::to_lattice() {
+  for (Vec3d& p : at_) p = to_double(snap(p));
+}
+
+BaseMesh Collapser::result() const {
+  BaseMesh mesh;
+  std::vector<std::uint32_t> number(at_.size(), kNone);
+  for (const Face& f : faces_) {
+    if (f[0] == kNone) continue;
+    Face g{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (number[f[k]] == kNone) {
+        number[f[k]] = static_cast<std::uint32_t>(mesh.points.size());
+        mesh.points.push_back(snap(at_[f[k]]));
+      }
+      g[k] = number[f[k]];
+    }
+    mesh.faces.push_back(g);
+  }
+  return mesh;
+}
+
+void Collapser::ease(double visibility) {
+  exact_ = true;
+  build_grid();
+  for (int round = 0; round < 12; ++round) {
+    std::size_t count = 0;
+    for (std::uint32_t v = 0; v < at_.size(); ++v) {
+      if (fans_[v].count == 0) continue;
+      const double before = visibility_at(v);
+      if (before >= visibility) continue;
+      Vec3d sum{};
+      double neighbours = 0;
+      for (const std::uint32_t f : fan(v))
+        for (const std::uint32_t w : faces_[f])
+          if (w != v) {
+            sum += at_[w];
+            ++neighbours;
+          }
+      for (const double share : {0.25, 0.5, 0.9}) {
+        const Change change = {v, v, to_double(snap(at_[v] + (sum / neighbours - at_[v]) * share))};
+        if (visibility_at(v, change) < before + 0.01 || visibility_after(change, visibility) < 0) continue;
+        if (meetings_after(change, 1) > 0) continue;
+        apply(change);
+        ++count;
+        break;
+      }
+    }
+    if (count == 0) break;
+  }
+}
+
+}  // namespace
+
+BaseMesh decimate(std::span<const Vec3d> points, std::span<const Face> faces, std::size_t target,
+                  const Progress& progress) {
+  Collapser collapser(points, faces);
+  const std::size_t near = std::max<std::size_t>(4 * target, 4000);
+  const Guards fine = {.normal = 0.2, .shape = 0.05, .visibility = 0, .apart = false};
+  if (!collapser.run(near, fine, false, progress, 0, 0.7)) return {};
+  collapser.to_lattice();
+  const Guards strict = {.normal = 0.2, .shape = 0.1, .visibility = 0.2, .apart = true};
+  const Guards loose = {.normal = 0, .shape = 0.03, .visibility = 0.08, .apart = true};
+  const Guards last = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = true};
+  for (const Guards& guards : {strict, loose, last})
+    if (!collapser.run(target, guards, true, progress, 0.7, 1)) return {};
+  // Where the source meets itself no collapse may pass; beyond 16 times the target it must.
+  const Guards any = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = false};
+  if (!collapser.run(16 * target, any, true, progress, 0.9, 1)) return {};
+  collapser.ease(0.1);
+  return collapser.result();
+}
+
+}  // namespace relief::detail

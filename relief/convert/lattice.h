@@ -1,0 +1,55 @@
+// The integer lattice on which all fibre ends lie, and the exact predicates on it.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <array>
+#include <cstdint>
+
+namespace relief::detail {
+
+using LatticePoint = Vec3<std::int32_t>;
+
+/// A uniform lattice whose step is a power of two and whose origin is a multiple of the step, so that every lattice
+/// point is a double without rounding. Coordinates of the shell lie in [0, 2^25].
+struct Lattice {
+  Vec3d origin;
+  double step = 1;
+
+  static constexpr int kBits = 25;
+  static constexpr double kSpan = 33554432.0;  ///< 2^25
+
+  /// The finest lattice that holds the box widened by `room` on every side, but not finer than the box's own doubles.
+  [[nodiscard]] static Lattice around(const Box3d& box, double room) noexcept;
+
+  [[nodiscard]] Vec3d to_lattice(Vec3d p) const noexcept { return (p - origin) * (1 / step); }
+  [[nodiscard]] Vec3d to_model(LatticePoint p) const noexcept {
+    return origin + Vec3d{double(p.x), double(p.y), double(p.z)} * step;
+  }
+};
+
+/// The nearest lattice point, kept within [0, 2^25].
+[[nodiscard]] LatticePoint snap(Vec3d lattice_coordinates) noexcept;
+[[nodiscard]] constexpr Vec3d to_double(LatticePoint p) noexcept { return {double(p.x), double(p.y), double(p.z)}; }
+
+/// The sign of the volume of (a, b, c, d): 1 when d lies on the side from which a, b, c run counter-clockwise. Exact.
+[[nodiscard]] int orientation(LatticePoint a, LatticePoint b, LatticePoint c, LatticePoint d) noexcept;
+
+/// The sign of the determinant of three differences of lattice points. Exact.
+[[nodiscard]] int determinant_sign(LatticePoint a, LatticePoint b, LatticePoint c) noexcept;
+
+using LatticeTriangle = std::array<LatticePoint, 3>;
+
+/// Whether two closed triangles have a point in common, touching and coplanar ones included. Exact.
+[[nodiscard]] bool triangles_meet(const LatticeTriangle& a, const LatticeTriangle& b) noexcept;
+
+/// What is wrong with the Jacobian of a slab.
+enum class JacobianFault : std::uint8_t { None, Inner, Outer, Between };
+
+/// Whether the Jacobian is positive in the whole closed slab; names the place where it is not. Closed form, exact.
+[[nodiscard]] JacobianFault jacobian_fault(const LatticeTriangle& inner, const LatticeTriangle& outer) noexcept;
+
+/// Whether p lies in the convex hull of the slab's six corners, rim included. Exact.
+[[nodiscard]] bool in_hull(const LatticeTriangle& inner, const LatticeTriangle& outer, LatticePoint p) noexcept;
+
+}  // namespace relief::detail

@@ -1,0 +1,165 @@
+#include <relief/convert/lattice.h>
+#include <relief/convert/source_surface.h>
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace relief::detail {
+namespace {
+
+constexpr double kMiddle = Lattice::kSpan / 2;
+constexpr double kScale = 2 / Lattice::kSpan;  // the lattice becomes [-1, 1]
+
+Vec3f to_scene(Vec3d p) noexcept { return to_float((p - Vec3d{kMiddle, kMiddle, kMiddle}) * kScale); }
+
+struct Hits {
+  RTCIntersectContext context;  // first, so that the filter can reach the rest
+  std::array<std::uint32_t, kMostCrossings> triangles;
+  std::size_t count;
+};
+
+// Notes the triangle and lets the ray go on.
+void note_hit(const RTCFilterFunctionNArguments* arguments) {
+  auto* const hits = reinterpret_cast<Hits*>(arguments->context);
+  if (hits->count < hits->triangles.size())
+    hits->triangles[hits->count++] = RTCHitN_primID(arguments->hit, arguments->N, 0);
+  arguments->valid[0] = 0;
+}
+
+// Squared distance from p to a triangle [Ericson, Real-Time Collision Detection, 5.1.5].
+double distance2(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
+  const Vec3d ab = b - a, ac = c - a, ap = p - a;
+  const auto to = [&](Vec3d q) { return dot(p - q, p - q); };
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return to(a);
+  const Vec3d bp = p - b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return to(b);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return to(a + ab * (d1 / (d1 - d3)));
+  const Vec3d cp = p - c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return to(c);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return to(a + ac * (d2 / (d2 - d6)));
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return to(b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))));
+  const double scale = 1 / (va + vb + vc);
+  return to(a + ab * (vb * scale) + ac * (vc * scale));
+}
+
+}  // namespace
+
+struct SourceSurface::Scene {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+};
+
+SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces)
+    : points_(points), faces_(faces), scene_(std::make_unique<Scene>()) {
+  scene_->device = rtcNewDevice(nullptr);
+  scene_->scene = rtcNewScene(scene_->device);
+  rtcSetSceneFlags(scene_->scene,
+                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+  rtcSetSceneBuildQuality(scene_->scene, RTC_BUILD_QUALITY_LOW);
+  RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* const vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
+  auto* const indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), faces.size()));
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    const Vec3f p = to_scene(points[v]);
+    for (std::size_t k = 0; k < 3; ++k) vertices[3 * v + k] = p[k];
+  }
+  for (std::size_t f = 0; f < faces.size(); ++f) std::copy(faces[f].begin(), faces[f].end(), indices + 3 * f);
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(scene_->scene);
+}
+
+SourceSurface::~SourceSurface() {
+  rtcReleaseScene(scene_->scene);
+  rtcReleaseDevice(scene_->device);
+}
+
+void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const {
+  found.count = 0;
+  const double size = length(direction);
+  if (!(size > 0) || !(to > from)) return;
+  // The float ray reaches a little beyond; the exact places decide.
+  const double slack = 64.0 / size;
+  const Vec3f start = to_scene(origin + direction * (from - slack));
+  const Vec3f along = to_float(direction * kScale);
+  RTCRayHit ray{};
+  ray.ray.org_x = start.x, ray.ray.org_y = start.y, ray.ray.org_z = start.z;
+  ray.ray.dir_x = along.x, ray.ray.dir_y = along.y, ray.ray.dir_z = along.z;
+  ray.ray.tnear = 0;
+  ray.ray.tfar = static_cast<float>(to - from + 2 * slack);
+  ray.ray.mask = ~0U;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  Hits hits;
+  rtcInitIntersectContext(&hits.context);
+  hits.context.filter = note_hit;
+  hits.count = 0;
+  rtcIntersect1(scene_->scene, &hits.context, &ray);
+
+  for (std::size_t k = 0; k < hits.count; ++k) {
+    const Face& f = faces_[hits.triangles[k]];
+    const Vec3d a = points_[f[0]] - origin, b = points_[f[1]] - origin, c = points_[f[2]] - origin;
+    const Vec3d n = relief::cross(b - a, c - a);
+    const double steep = dot(n, direction);
+    if (!(std::abs(steep) > 1e-9 * length(n) * size)) continue;  // edge-on: its neighbours are met as well
+    const double t = dot(n, a) / steep;
+    if (!(t >= from && t <= to)) continue;
+    const Vec3d p = direction * t;
+    std::array<double, 3> w = {dot(n, relief::cross(b - p, c - p)), dot(n, relief::cross(c - p, a - p)),
+                               dot(n, relief::cross(a - p, b - p))};
+    for (double& weight : w) weight = std::max(0.0, weight);
+    const double sum = w[0] + w[1] + w[2];
+    for (double& weight : w) weight = sum > 0 ? weight / sum : 1.0 / 3;
+    found.items[found.count++] = {t, hits.triangles[k], w, steep > 0};
+  }
+  std::sort(found.items.begin(), found.items.begin() + static_cast<std::ptrdiff_t>(found.count),
+            [](const Crossing& x, const Crossing& y) { return x.t != y.t ? x.t < y.t : x.triangle < y.triangle; });
+  // Two faces of one edge, met in the same place and the same sense, are one crossing.
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < found.count; ++k) {
+    bool again = false;
+    for (std::size_t j = kept; j-- > 0 && found.items[k].t - found.items[j].t < slack / 32;)
+      again = again || found.items[j].front == found.items[k].front;
+    if (!again) found.items[kept++] = found.items[k];
+  }
+  found.count = kept;
+}
+
+double SourceSurface::distance(Vec3d p) const {
+  struct Search {
+    const SourceSurface* surface;
+    Vec3d p;
+    double best2;
+  } search{this, p, std::numeric_limits<double>::infinity()};
+  const auto visit = [](RTCPointQueryFunctionArguments* arguments) {
+    auto& s = *static_cast<Search*>(arguments->userPtr);
+    const Face& f = s.surface->faces_[arguments->primID];
+    const double d2 = distance2(s.p, s.surface->points_[f[0]], s.surface->points_[f[1]], s.surface->points_[f[2]]);
+    if (!(d2 < s.best2)) return false;
+    s.best2 = d2;
+    arguments->query->radius = static_cast<float>(std::sqrt(d2) * kScale * (1 + 1e-6)) + 1e-7F;
+    return true;
+  };
+  const Vec3f q = to_scene(p);
+  RTCPointQuery query{};
+  query.x = q.x, query.y = q.y, query.z = q.z;
+  query.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene_->scene, &query, &context, visit, &search);
+  return std::sqrt(search.best2);
+}
+
+}  // namespace relief::detail

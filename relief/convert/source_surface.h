@@ -1,0 +1,53 @@
+// The repaired source as something that rays can be cast at.
+#pragma once
+
+#include <relief/base/vec.h>
+#include <relief/convert/decimate.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace relief::detail {
+
+/// A crossing of a line with the source, at origin + t * direction.
+struct Crossing {
+  double t = 0;
+  std::uint32_t triangle = 0;
+  std::array<double, 3> weights{};  ///< of the triangle's corners
+  bool front = false;               ///< the line leaves through the front: normal . direction > 0
+};
+
+inline constexpr std::size_t kMostCrossings = 64;
+struct Crossings {
+  std::array<Crossing, kMostCrossings> items;
+  std::size_t count = 0;
+  [[nodiscard]] std::span<const Crossing> all() const noexcept { return std::span(items).first(count); }
+};
+
+/// A hierarchy over the source's triangles (Embree). Coordinates are lattice coordinates; the search runs in float
+/// about the middle of the lattice, places are computed anew in double. Queries may run on many threads at once.
+class SourceSurface {
+ public:
+  /// Points and faces must outlive it.
+  SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces);
+  ~SourceSurface();
+  SourceSurface(const SourceSurface&) = delete;
+  SourceSurface& operator=(const SourceSurface&) = delete;
+
+  /// All crossings with from <= t <= to by ascending t; what passes through an edge or a corner counts once. At most
+  /// kMostCrossings, those met first by the search.
+  void cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const;
+
+  /// The distance from p to the nearest triangle, in lattice steps.
+  [[nodiscard]] double distance(Vec3d p) const;
+
+ private:
+  struct Scene;
+  std::span<const Vec3d> points_;
+  std::span<const Face> faces_;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,83 @@
+// A uniform grid over boxes that come and go: which of them may meet a given box.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace relief::detail {
+
+/// Boxes are entered under a number and never taken out: a number stands in every cell that one of its boxes met, so
+/// the caller tests what it is given once more. Rebuild when many entries are stale.
+class TriangleGrid {
+ public:
+  void reset(const Box3d& all, double cell, std::size_t numbers) {
+    low_ = all.low;
+    const Vec3d extent = all.extent();
+    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / 128);
+    for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<int>(extent[k] / cell_) + 1;
+    heads_.assign(
+        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
+        kEnd);
+    entries_.clear();
+    seen_.assign(numbers, 0);
+    round_ = 0;
+  }
+
+  void insert(std::uint32_t number, const Box3d& box) {
+    for_each_cell(box, [&](std::size_t cell) {
+      entries_.push_back({number, heads_[cell]});
+      heads_[cell] = static_cast<std::uint32_t>(entries_.size() - 1);
+    });
+  }
+
+  /// Calls visit(number) once per number that may meet the box; stops when visit returns false.
+  template <typename Visit>
+  void query(const Box3d& box, Visit&& visit) {
+    ++round_;
+    bool go_on = true;
+    for_each_cell(box, [&](std::size_t cell) {
+      for (std::uint32_t e = heads_[cell]; go_on && e != kEnd; e = entries_[e].next) {
+        if (seen_[entries_[e].number] == round_) continue;
+        seen_[entries_[e].number] = round_;
+        go_on = visit(entries_[e].number);
+      }
+    });
+  }
+
+  [[nodiscard]] std::size_t entry_count() const noexcept { return entries_.size(); }
+
+ private:
+  static constexpr std::uint32_t kEnd = 0xffffffffU;
+  struct Entry {
+    std::uint32_t number, next;
+  };
+
+  template <typename Visit>
+  void for_each_cell(const Box3d& box, Visit&& visit) const {
+    std::array<int, 3> from{}, to{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[k] = std::clamp(static_cast<int>((box.low[k] - low_[k]) / cell_), 0, size_[k] - 1);
+      to[k] = std::clamp(static_cast<int>((box.high[k] - low_[k]) / cell_), 0, size_[k] - 1);
+    }
+    for (int z = from[2]; z <= to[2]; ++z)
+      for (int y = from[1]; y <= to[1]; ++y)
+        for (int x = from[0]; x <= to[0]; ++x)
+          visit((static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
+                    static_cast<std::size_t>(size_[0]) +
+                static_cast<std::size_t>(x));
+  }
+
+  Vec3d low_;
+  double cell_ = 1;
+  std::array<int, 3> size_{1, 1, 1};
+  std::vector<std::uint32_t> heads_;
+  std::vector<Entry> entries_;
+  std::vector<std::uint64_t> seen_;
+  std::uint64_t round_ = 0;
+};
+
+}  // namespace relief::detail
