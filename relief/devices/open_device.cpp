@@ -58,21 +58,22 @@ HandScript exploring_hand(const Box3d& reach) {
   const Vec3d centre = reach.empty() ? Vec3d{} : reach.centre();
   const Vec3d half = reach.empty() ? Vec3d{} : reach.extent() * 0.5;
   return [centre, half](double t) -> HandTarget {
-    // One place after the other, 1.5 s each: travel around the box, press in, stroke sideways, press again, lift off.
-    constexpr double kVisit = 1.5;
+    // One place after the other, 2 s each: travel around the box, press in, stroke there and back, lift off.
+    constexpr double kVisit = 2;
     const double visit = std::floor(std::max(t, 0.0) / kVisit);
     const double at = std::max(t, 0.0) - visit * kVisit;
     const int index = static_cast<int>(std::fmod(visit, 1e6));
     const Vec3d here = direction(index), from = index > 0 ? direction(index - 1) : here;
 
-    const double travelled = ease(at / 0.4);
-    Vec3d way = from * (1 - travelled) + here * travelled;
-    way = length(way) > 1e-3 ? normalized(way) : here;
-    const Vec3d side = normalized(cross(here, std::abs(here.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
-    const double stroke = ease((at - 0.65) / 0.3) - 2 * ease((at - 0.95) / 0.3);
-    if (at >= 0.4) way = normalized(here + side * (0.3 * stroke * (1 - ease((at - 1.3) / 0.2))));
-
-    const double press = ease((at - 0.4) / 0.25) * (1 - ease((at - 1.3) / 0.2));
+    Vec3d way = here;
+    if (const double angle = std::acos(std::clamp(dot(from, here), -1.0, 1.0)); at < 0.7 && std::sin(angle) > 1e-6) {
+      const double share = ease(at / 0.7);
+      way = (from * std::sin((1 - share) * angle) + here * std::sin(share * angle)) / std::sin(angle);
+    } else if (at >= 0.7) {
+      const Vec3d side = normalized(cross(here, std::abs(here.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
+      way = normalized(here + side * (0.3 * (ease((at - 0.95) / 0.35) - ease((at - 1.35) / 0.35))));
+    }
+    const double press = ease((at - 0.7) / 0.3) * (1 - ease((at - 1.7) / 0.3));
     const double out = 1.2 - 0.5 * press;
     return {.position = centre + Vec3d{way.x * half.x, way.y * half.y, way.z * half.z} * out, .buttons = 0};
   };

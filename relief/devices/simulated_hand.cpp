@@ -148,12 +148,15 @@ void SimulatedHand::move(Vec3d target) noexcept {
   const bool two = spring_ > 0;
   // Twice a body's mass over h: its momentum's change is inertia * (midpoint velocity - velocity before).
   const double inertia = (two ? 0.5 : 1.0) * plant_.mass / half;
-  const double grip = hand_.damping + hand_.stiffness * half;  // what the hand adds per midpoint velocity
-  const double joint = damper_ + spring_ * half;               // likewise the structure
+  // A hand that pulls as hard as it will is a constant force for this sub-step.
+  const bool strained = length(target - handle_.at) * hand_.stiffness > hand_.max_force;
+  const Vec3d hand_pull = shortened((target - handle_.at) * hand_.stiffness, hand_.max_force);
+  const double give = strained ? 0.0 : hand_.stiffness * half;
+  const double grip = hand_.damping + give;       // what the hand adds per midpoint velocity
+  const double joint = damper_ + spring_ * half;  // likewise the structure
 
   // Handle: (inertia + grip + joint) v2 = pull2 + joint v1. Motor: (inertia + viscous + joint) v1 = pull1 + joint v2 -
   // friction.
-  const Vec3d hand_pull = (target - handle_.at) * hand_.stiffness;
   Vec3d push = motor_.velocity * inertia + amplifier_;
   double resistance = inertia + plant_.viscous;
   Vec3d handle_push;
@@ -184,8 +187,7 @@ void SimulatedHand::move(Vec3d target) noexcept {
     const Vec3d sway = handle_middle - middle;
     work_.structure -= damper_ * dot(sway, sway) * h;
   }
-  const Vec3d hand_force =
-      (target - handle_.at - handle_middle * half) * hand_.stiffness - handle_middle * hand_.damping;
+  const Vec3d hand_force = hand_pull - handle_middle * grip;
   work_.hand += dot(hand_force, handle_middle) * h;
 
   motor_.velocity = stuck ? Vec3d{} : middle * 2 - motor_.velocity;

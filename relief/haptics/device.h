@@ -11,7 +11,7 @@ namespace relief {
 
 /// Nominal limits; user settings never exceed them.
 struct DeviceInfo {
-  std::string name;
+  std::string name = {};
   double max_force = 3.3;           ///< N
   double max_stiffness = 1250;      ///< N/m
   double max_damping = 4;           ///< N*s/m

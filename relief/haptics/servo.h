@@ -33,8 +33,8 @@ enum class ServoFault : std::uint32_t {
 /// model = (device - device_origin) / metres_per_unit + model_origin. Axes are the same: no rotation.
 struct Workspace {
   double metres_per_unit = 1;
-  Vec3d device_origin;  ///< m
-  Vec3d model_origin;   ///< model units
+  Vec3d device_origin = {};  ///< m
+  Vec3d model_origin = {};   ///< model units
   [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
     return (device - device_origin) / metres_per_unit + model_origin;
   }
@@ -54,8 +54,8 @@ struct ForceSettings {
 };
 
 struct ServoSettings {
-  Workspace workspace;
-  ForceSettings force;
+  Workspace workspace = {};
+  ForceSettings force = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.

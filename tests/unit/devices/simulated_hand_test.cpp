@@ -1,0 +1,255 @@
+// The plant's self-checks: a simulator that is wrong makes every test that uses it worthless.
+#include <relief/devices/simulated_hand.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace relief {
+namespace {
+
+/// Only a mass and a viscous damper; perfect sensor and amplifier.
+PlantPreset bare(double mass, double viscous) {
+  return {.name = "bare",
+          .plant = {.mass = mass,
+                    .viscous = viscous,
+                    .coulomb = 0,
+                    .encoder_step = 0,
+                    .max_force = 1e9,
+                    .slew = 0,
+                    .dac_step = 0,
+                    .lag = 0},
+          .info = {}};
+}
+const Hand kNobody = {.stiffness = 0, .damping = 0, .max_force = 0, .tremor = 0};
+HandTarget at_origin(double /*t*/) { return {}; }
+
+TEST(Plant, FreeDecayFollowsTheClosedForm) {
+  SimulatedHand hand(bare(0.045, 0.1), kNobody, at_origin);
+  hand.set_state({}, {0.2, -0.1, 0.05});
+  for (int k = 1; k <= 1000; ++k) {
+    ASSERT_TRUE(hand.write({}));
+    const double left = std::exp(-0.1 / 0.045 * 1e-3 * k);
+    ASSERT_NEAR(hand.handle_velocity().x, 0.2 * left, 1e-9);
+    ASSERT_NEAR(hand.handle_position().y, -0.1 * 0.045 / 0.1 * (1 - left), 1e-9);
+  }
+}
+
+TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
+  PlantPreset preset = bare(0.045, 0);
+  preset.plant.coulomb = 0.26;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  hand.set_state({}, {0.3, 0, 0});
+  for (int k = 0; k < 200; ++k) ASSERT_TRUE(hand.write({}));
+  EXPECT_EQ(hand.handle_velocity(), Vec3d{});
+  EXPECT_NEAR(hand.handle_position().x, 0.045 * 0.3 * 0.3 / (2 * 0.26), 1e-6);
+  // And below the break-away force nothing moves.
+  const Vec3d rest = hand.handle_position();
+  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(hand.write({0, 0.259, 0}));
+  EXPECT_EQ(hand.handle_position(), rest);
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({0, 0.27, 0}));
+  EXPECT_GT(hand.handle_position().y, rest.y);
+}
+
+TEST(Plant, EnergyBalanceWithoutAWall) {
+  for (const double resonance : {0.0, 80.0}) {
+    PlantPreset preset = {.name = "all", .plant = {}, .info = {}};
+    preset.plant.resonance = resonance;
+    SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 2e-3}, [](double t) {
+      return HandTarget{{0.03 * std::sin(7 * t), 0.02 * std::cos(5 * t), 0.01 * t}, 0};
+    });
+    const double start = hand.energy();
+    for (int k = 0; k < 3000; ++k) ASSERT_TRUE(hand.write({}));
+    const WorkDone& work = hand.work();
+    EXPECT_LT(std::abs(work.motor + work.hand + work.viscous + work.coulomb + work.structure - (hand.energy() - start)),
+              3 * 1e-9);
+    EXPECT_GT(work.hand, 1e-3) << "the hand has to have moved something";
+    EXPECT_LT(work.viscous, 0);
+    EXPECT_LT(work.coulomb, 0);
+    EXPECT_EQ(work.structure < 0, resonance > 0);
+  }
+}
+
+/// Energy that a sampled spring of stiffness k leaves in the plant after 4 s, less what it began with; the lossless
+/// limit is where this changes sign.
+double gained(double k, int delay) {
+  PlantPreset preset = bare(1, 1);
+  preset.plant.delay_ticks = delay;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  hand.set_state({0.01, 0, 0}, {});
+  DeviceState state;
+  // The largest total energy over the first and over the last second: phases do not matter.
+  double first = 0, last = 0;
+  for (int tick = 0; tick < 4000; ++tick) {
+    EXPECT_TRUE(hand.read(state));
+    const double energy = hand.energy() + 0.5 * k * dot(state.position, state.position);
+    if (tick < 1000) first = std::max(first, energy);
+    if (tick >= 3000) last = std::max(last, energy);
+    EXPECT_TRUE(hand.write(state.position * -k));
+  }
+  return last - first;
+}
+
+double lossless_limit(double low, double high, int delay) {
+  for (int step = 0; step < 24; ++step) (gained((low + high) / 2, delay) > 0 ? high : low) = (low + high) / 2;
+  return (low + high) / 2;
+}
+
+TEST(Plant, LosslessLimitOfASampledWall) {
+  // 2b/T = 2000 N/m for b = 1 N*s/m and T = 1 ms; one tick of delay divides it by three.
+  EXPECT_NEAR(lossless_limit(1000, 3000, 0), 2000, 0.005 * 2000);
+  EXPECT_NEAR(lossless_limit(300, 1500, 1), 2000.0 / 3, 0.005 * 2000 / 3);
+}
+
+TEST(Plant, EncoderRoundsTheReadingOnly) {
+  PlantPreset preset = bare(0.045, 0);
+  preset.plant.encoder_step = 55e-6;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  hand.set_state({1.234e-3, -7e-6, 0}, {});
+  DeviceState state;
+  ASSERT_TRUE(hand.read(state));
+  EXPECT_DOUBLE_EQ(state.position.x, 22 * 55e-6);
+  EXPECT_EQ(state.position.y, 0);
+  EXPECT_EQ(hand.handle_position().x, 1.234e-3);
+  EXPECT_FALSE(state.has_velocity);
+}
+
+TEST(Plant, AmplifierSaturatesRoundsAndLags) {
+  PlantPreset preset = bare(1e6, 0);  // so heavy that only the amplifier moves
+  preset.plant.max_force = 3.3;
+  SimulatedHand saturated(preset, kNobody, at_origin);
+  ASSERT_TRUE(saturated.write({6, 8, 0}));
+  EXPECT_NEAR(saturated.motor_force().x, 3.3 * 0.6, 1e-12);
+  EXPECT_NEAR(saturated.motor_force().y, 3.3 * 0.8, 1e-12);
+
+  preset.plant.dac_step = 0.25;
+  SimulatedHand coarse(preset, kNobody, at_origin);
+  ASSERT_TRUE(coarse.write({1.1, -0.1, 0.13}));
+  EXPECT_EQ(coarse.motor_force(), (Vec3d{1.0, 0, 0.25}));
+
+  preset.plant.dac_step = 0;
+  preset.plant.slew = 1000;
+  SimulatedHand slow(preset, kNobody, at_origin);
+  ASSERT_TRUE(slow.write({3, 0, 0}));
+  EXPECT_NEAR(slow.motor_force().x, 1, 1e-12);
+
+  preset.plant.slew = 0;
+  preset.plant.lag = 0.5e-3;
+  SimulatedHand lagging(preset, kNobody, at_origin);
+  ASSERT_TRUE(lagging.write({1, 0, 0}));
+  EXPECT_NEAR(lagging.motor_force().x, 1 - std::exp(-2.0), 1e-12);
+  ASSERT_TRUE(lagging.write({std::numeric_limits<double>::infinity(), 0, 0}));
+  EXPECT_TRUE(is_finite(lagging.motor_force()));
+}
+
+TEST(Plant, DelayAndJitterHoldTheNewestCommandThatArrived) {
+  PlantPreset preset = bare(1e6, 0);
+  for (int delay = 0; delay <= 3; ++delay) {
+    preset.plant.delay_ticks = delay;
+    SimulatedHand hand(preset, kNobody, at_origin);
+    for (int k = 1; k <= 10; ++k) {
+      ASSERT_TRUE(hand.write({double(k), 0, 0}));
+      EXPECT_EQ(hand.motor_force().x, std::max(0, k - delay));
+    }
+  }
+  preset.plant.delay_ticks = 1;
+  preset.plant.jitter = {0, 2, 0, 0};
+  SimulatedHand hand(preset, kNobody, at_origin);
+  // Command k is given at tick k - 1 and arrives at k + jitter[k - 1]: the second is overtaken by the third.
+  const double expected[] = {0, 1, 1, 3, 4, 5, 5, 7};
+  for (int k = 1; k <= 8; ++k) {
+    ASSERT_TRUE(hand.write({double(k), 0, 0}));
+    EXPECT_EQ(hand.motor_force().x, expected[k - 1]) << k;
+  }
+}
+
+TEST(Plant, ResonanceRingsAtItsFrequency) {
+  PlantPreset preset = bare(0.1, 0);
+  preset.plant.resonance = 80;
+  preset.plant.resonance_damping = 0.02;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  ASSERT_TRUE(hand.write({5, 0, 0}));  // a knock on the motor
+  // The sum moves on evenly; the difference between handle and motor rings. The reading is the motor.
+  int crossings = 0;
+  double last = 0, first_at = 0, last_at = 0;
+  DeviceState state;
+  for (int k = 0; k < 500; ++k) {
+    ASSERT_TRUE(hand.write({}));
+    ASSERT_TRUE(hand.read(state));
+    const double bent = hand.handle_position().x - state.position.x;
+    if (k > 0 && (bent > 0) != (last > 0)) {
+      const double when = k - bent / (bent - last);
+      if (crossings == 0) first_at = when;
+      last_at = when;
+      ++crossings;
+    }
+    last = bent;
+  }
+  ASSERT_GT(crossings, 20);
+  EXPECT_NEAR((crossings - 1) / (2e-3 * (last_at - first_at)), 80 * std::sqrt(1 - 0.02 * 0.02), 0.4);
+}
+
+TEST(Hand, ComesToTheTargetAndTrembles) {
+  SimulatedHand hand(bare(0.045, 0.1), {.stiffness = 300, .damping = 3, .tremor = 1e-3},
+                     [](double t) { return HandTarget{{0.02, t > 0.5 ? 0.01 : 0.0, 0}, t > 0.5 ? 1U : 0U}; });
+  EXPECT_EQ(hand.handle_velocity(), Vec3d{});
+  DeviceState state;
+  double low = 1, high = -1;
+  for (int k = 0; k < 2000; ++k) {
+    ASSERT_TRUE(hand.write({}));
+    ASSERT_TRUE(hand.read(state));
+    EXPECT_EQ(state.buttons, state.t > 0.5 ? 1U : 0U);
+    EXPECT_NEAR(state.t, 1e-3 * (k + 1), 1e-12);
+    if (k > 1000) {
+      low = std::min(low, state.position.x);
+      high = std::max(high, state.position.x);
+    }
+  }
+  EXPECT_NEAR(hand.handle_position().y, 0.01, 2e-3);
+  EXPECT_NEAR((low + high) / 2, 0.02, 2e-4);
+  // The answer of mass, damper and spring to a shake of 1 mm at 10 Hz.
+  const double w = 2 * std::numbers::pi * 10, through = 300 / std::hypot(300 - 0.045 * w * w, 3.1 * w);
+  EXPECT_NEAR((high - low) / 2, through * 1e-3, 2e-5);
+}
+
+TEST(Hand, NeverPullsHarderThanItWill) {
+  SimulatedHand hand(bare(0.045, 0), {.stiffness = 300, .damping = 0, .max_force = 2, .tremor = 0},
+                     [](double) { return HandTarget{{1, 0, 0}, 0}; });
+  hand.set_state({}, {});
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({}));
+  EXPECT_NEAR(hand.handle_velocity().x, 2 / 0.045 * 0.1, 1e-9);
+  EXPECT_NEAR(hand.work().hand, hand.energy(), 1e-12);
+}
+
+TEST(Hand, IsDeterministic) {
+  const auto run = [] {
+    SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3},
+                       [](double t) { return HandTarget{{0.02 * std::sin(9 * t), 0, 0.01 * t}, 0}; });
+    std::vector<DeviceState> path(500);
+    for (DeviceState& state : path) {
+      EXPECT_TRUE(hand.read(state));
+      EXPECT_TRUE(hand.write({0, 2 * std::sin(500 * state.t), 0}));
+    }
+    return path;
+  };
+  const auto a = run(), b = run();
+  for (std::size_t k = 0; k < a.size(); ++k)
+    EXPECT_EQ(std::memcmp(&a[k].position, &b[k].position, sizeof(Vec3d)), 0) << k;
+}
+
+TEST(Presets, AreCompleteAndSafe) {
+  ASSERT_EQ(plant_presets().size(), 4U);
+  for (const PlantPreset& preset : plant_presets()) {
+    EXPECT_TRUE(preset.name.ends_with("-like")) << preset.name;
+    EXPECT_EQ(preset.info.max_force, preset.plant.max_force) << preset.name;
+    EXPECT_GE(preset.info.max_stiffness, 400) << preset.name << " must take the default stiffness";
+    EXPECT_GE(preset.plant.substeps, 20);
+  }
+}
+
+}  // namespace
+}  // namespace relief

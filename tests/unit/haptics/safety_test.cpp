@@ -1,0 +1,300 @@
+// The safe state: whatever a device says, the force is finite, within the limits, and zero after a fault until
+// lift-off.
+#include "support/shells.h"
+
+#include <relief/haptics/servo.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::plane_shell;
+using testing::sphere_shell;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+const Workspace kSpace = {.metres_per_unit = 0.1};
+const ServoSettings kSettings = {.workspace = kSpace, .force = {.stiffness = 400, .damping = 1, .friction = 0.3}};
+
+SnapshotPtr unit_sphere() {
+  static const SnapshotPtr model = displaced(sphere_shell(2, 16), [](Vec3d p) { return (1 / length(p) - 0.8) / 0.4; });
+  return model;
+}
+
+DeviceState reading(double t, Vec3d cursor) {
+  DeviceState state;
+  state.t = t;
+  state.position = kSpace.to_device(cursor);
+  return state;
+}
+
+struct Fault {
+  std::string name;
+  std::function<void(DeviceState&)> spoil;
+  ServoFault expected;
+};
+
+class SafeState : public ::testing::TestWithParam<Fault> {};
+
+TEST_P(SafeState, ZeroAtOnceAndUntilLiftOff) {
+  const SnapshotPtr model = unit_sphere();
+  Servo servo(kSettings, DeviceInfo{});
+  const Vec3d above = {0, 0, 1.02}, pressed = {0, 0, 0.97};
+  static_cast<void>(servo.step(*model, reading(0.999, above)));
+  static_cast<void>(servo.step(*model, reading(1.000, above)));
+  ServoSample felt;
+  for (int k = 1; k <= 10; ++k) felt = servo.step(*model, reading(1 + 1e-3 * k, {0, 0, 1.02 - 5e-3 * k}));
+  ASSERT_GT(felt.force.z, 0.5);
+  ASSERT_EQ(felt.flags & bit(ServoFault::Latched), 0U);
+
+  DeviceState bad = reading(1.011, pressed);
+  GetParam().spoil(bad);
+  felt = servo.step(*model, bad);
+  EXPECT_EQ(felt.force, Vec3d{});
+  EXPECT_NE(felt.flags & bit(GetParam().expected), 0U);
+  EXPECT_NE(felt.flags & bit(ServoFault::Latched), 0U);
+  EXPECT_TRUE(is_finite(felt.cursor) && is_finite(felt.contact_point) && is_finite(felt.normal));
+  EXPECT_TRUE(is_finite(felt.velocity) && std::isfinite(felt.depth));
+
+  // Still inside: good readings, no force. Times go on from wherever the bad one went.
+  double t = std::isfinite(bad.t) && std::abs(bad.t) < 1e6 ? bad.t : 1.02;
+  for (int k = 0; k < 50; ++k) {
+    t += 1e-3;
+    felt = servo.step(*model, reading(t, pressed));
+    EXPECT_EQ(felt.force, Vec3d{}) << k;
+    EXPECT_NE(felt.flags & bit(ServoFault::Latched), 0U) << k;
+  }
+  // Lift off, and it feels again.
+  for (int k = 0; k < 10; ++k) felt = servo.step(*model, reading(t += 1e-3, {0, 0, 0.97 + 5e-3 * (k + 1)}));
+  EXPECT_FALSE(felt.contact);
+  EXPECT_EQ(felt.flags, 0U);
+  for (int k = 0; k < 10; ++k) felt = servo.step(*model, reading(t += 1e-3, {0, 0, 1.02 - 5e-3 * (k + 1)}));
+  EXPECT_GT(felt.force.z, 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Readings, SafeState,
+    ::testing::Values(Fault{"NaN", [](DeviceState& s) { s.position.y = kNan; }, ServoFault::BadPosition},
+                      Fault{"AllNaN", [](DeviceState& s) { s.position = {kNan, kNan, kNan}; }, ServoFault::BadPosition},
+                      Fault{"Infinity", [](DeviceState& s) { s.position.x = -kInf; }, ServoFault::BadPosition},
+                      Fault{"Denormal", [](DeviceState& s) { s.position.x = 1e-310; }, ServoFault::BadPosition},
+                      Fault{"Huge", [](DeviceState& s) { s.position.z = 1e30; }, ServoFault::BadPosition},
+                      Fault{"Largest", [](DeviceState& s) { s.position.z = std::numeric_limits<double>::max(); },
+                            ServoFault::BadPosition},
+                      Fault{"OutOfReach", [](DeviceState& s) { s.position.z = 11; }, ServoFault::BadPosition},
+                      Fault{"TimeStands", [](DeviceState& s) { s.t = 1.010; }, ServoFault::BadTime},
+                      Fault{"TimeRunsBack", [](DeviceState& s) { s.t = 0.5; }, ServoFault::BadTime},
+                      Fault{"TimeJumps", [](DeviceState& s) { s.t += 0.06; }, ServoFault::BadTime},
+                      Fault{"TimeIsNaN", [](DeviceState& s) { s.t = kNan; }, ServoFault::BadTime},
+                      Fault{"TimeIsInfinite", [](DeviceState& s) { s.t = kInf; }, ServoFault::BadTime},
+                      Fault{"TimeIsHuge", [](DeviceState& s) { s.t = 1e30; }, ServoFault::BadTime},
+                      Fault{"Jump", [](DeviceState& s) { s.position.x += 0.02; }, ServoFault::TooFast},
+                      Fault{"OwnVelocityNaN",
+                            [](DeviceState& s) {
+                              s.has_velocity = true;
+                              s.velocity.y = kNan;
+                            },
+                            ServoFault::BadPosition},
+                      Fault{"OwnVelocityTooHigh",
+                            [](DeviceState& s) {
+                              s.has_velocity = true;
+                              s.velocity.y = -30;
+                            },
+                            ServoFault::TooFast}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Safety, StartInsideGivesNoForceUntilTheToolHasLeft) {
+  const SnapshotPtr model = unit_sphere();
+  // In a slab below the surface, and in the middle where no slab is.
+  for (const Vec3d start : {Vec3d{0, 0, 0.95}, Vec3d{0, 0, 0.5}, Vec3d{0.1, -0.2, 0.1}, Vec3d{}}) {
+    Servo servo(kSettings, DeviceInfo{});
+    double t = 0;
+    ServoSample felt;
+    bool left = false;
+    for (double z = start.z; z < 1.05; z += 0.01) {
+      felt = servo.step(*model, reading(t += 1e-3, {start.x, start.y, z}));
+      EXPECT_EQ(felt.force, Vec3d{}) << z;
+      left = length(felt.cursor) > 1.001;
+      if (!left && length(felt.cursor) < 0.999) {
+        EXPECT_NE(felt.flags & bit(ServoFault::StartInside), 0U) << z;
+      }
+    }
+    ASSERT_TRUE(left);
+    EXPECT_EQ(felt.flags, 0U);
+    for (double z = 1.05; z > 0.95; z -= 0.005) felt = servo.step(*model, reading(t += 1e-3, {start.x, start.y, z}));
+    EXPECT_GT(length(felt.force), 0.5) << "and then it feels";
+  }
+}
+
+TEST(Safety, ComingUpThroughTheFloorGivesNoForce) {
+  const SnapshotPtr model = unit_sphere();
+  Servo servo(kSettings, DeviceInfo{});
+  double t = 0;
+  for (double z = 1.05; z > 0.6; z -= 0.005) {
+    const ServoSample felt = servo.step(*model, reading(t += 1e-3, {0, 0, z}));
+    if (z > 0.85 && z < 0.95) {
+      EXPECT_GT(felt.force.z, 1);
+    }
+    if (z < 0.75) {
+      EXPECT_EQ(felt.force, Vec3d{}) << "below the slabs nothing holds the tool";
+    }
+  }
+  std::uint32_t seen = 0;
+  for (double z = 0.6; z < 0.99; z += 0.005) {
+    const ServoSample felt = servo.step(*model, reading(t += 1e-3, {0, 0, z}));
+    EXPECT_EQ(felt.force, Vec3d{}) << z;
+    seen |= felt.flags;
+  }
+  EXPECT_NE(seen & bit(ServoFault::SurfaceJumped), 0U);
+}
+
+TEST(Safety, AModelReplacedUnderTheToolLatches) {
+  const SnapshotPtr full = unit_sphere();
+  const SnapshotPtr carved = displaced(sphere_shell(2, 16), [](Vec3d p) { return (0.9 / length(p) - 0.8) / 0.4; });
+  Servo servo(kSettings, DeviceInfo{});
+  double t = 0;
+  for (double z = 1.0; z > 0.89; z -= 0.002) static_cast<void>(servo.step(*carved, reading(t += 1e-3, {0, 0, z})));
+  EXPECT_GT(servo.step(*carved, reading(t += 1e-3, {0, 0, 0.89})).force.z, 0.1);
+  const ServoSample felt = servo.step(*full, reading(t += 1e-3, {0, 0, 0.89}));
+  EXPECT_EQ(felt.force, Vec3d{}) << "10 mm of material appeared at once";
+  EXPECT_NE(felt.flags & bit(ServoFault::SurfaceJumped), 0U);
+  EXPECT_EQ(servo.step(*full, reading(t += 1e-3, {0, 0, 0.89})).force, Vec3d{});
+}
+
+TEST(Safety, MaterialThatGrowsSlowlyIsFelt) {
+  // A deposit raises the surface under a resting tool by 0.1 mm at a time: that is feeling, no fault.
+  Servo servo(kSettings, DeviceInfo{});
+  double t = 0, last = 0;
+  for (int k = 0; k < 20; ++k) {
+    const double radius = 0.9 + 1e-3 * k;
+    const SnapshotPtr model =
+        displaced(sphere_shell(1, 8, 0.6), [&](Vec3d p) { return (radius / length(p) - 0.6 / 0.9) / (0.6 / 0.9); });
+    const ServoSample felt = servo.step(*model, reading(t += 1e-3, {0, 0, 0.9005}));
+    EXPECT_EQ(felt.flags, 0U);
+    EXPECT_GE(felt.force.z, last);
+    last = felt.force.z;
+  }
+  EXPECT_GT(last, 0.3);
+}
+
+TEST(Safety, AnotherWorkspaceStartsAnew) {
+  const SnapshotPtr model = unit_sphere();
+  Servo servo(kSettings, DeviceInfo{});
+  static_cast<void>(servo.step(*model, reading(0.001, {0, 0, 1.05})));
+  ServoSettings moved = kSettings;
+  moved.workspace.model_origin = {0, 0, -0.1};
+  servo.set(moved);
+  const ServoSample felt = servo.step(*model, reading(0.002, {0, 0, 1.05}));
+  EXPECT_TRUE(felt.contact);
+  EXPECT_EQ(felt.force, Vec3d{});
+  EXPECT_NE(felt.flags & bit(ServoFault::StartInside), 0U);
+}
+
+TEST(Safety, SettingsThatAreNoNumbersGiveNoForce) {
+  const SnapshotPtr model = unit_sphere();
+  const auto press = [&](const ServoSettings& settings, const DeviceInfo& device) {
+    Servo servo(settings, device);
+    static_cast<void>(servo.step(*model, reading(0, {0, 0, 1.01})));
+    return servo.step(*model, reading(0.001, {0, 0, 0.98}));
+  };
+  EXPECT_GT(press(kSettings, DeviceInfo{}).force.z, 0.5);
+  for (const double bad : {kNan, -kInf, -5.0}) {
+    ServoSettings settings = kSettings;
+    settings.force.stiffness = settings.force.damping = settings.force.friction = bad;
+    EXPECT_EQ(press(settings, DeviceInfo{}).force, Vec3d{});
+    settings = kSettings;
+    settings.force.max_force = bad;
+    EXPECT_EQ(press(settings, DeviceInfo{}).force, Vec3d{});
+    settings = kSettings;
+    settings.workspace.metres_per_unit = bad;
+    EXPECT_EQ(press(settings, DeviceInfo{}).force, Vec3d{});
+    DeviceInfo device;
+    device.max_force = bad;
+    EXPECT_EQ(press(kSettings, device).force, Vec3d{});
+  }
+  ServoSettings settings = kSettings;
+  settings.force.stiffness = kInf;
+  EXPECT_LE(length(press(settings, DeviceInfo{}).force), DeviceInfo{}.max_force);
+}
+
+TEST(Safety, LimitsHoldThroughAMillionHostileReadings) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr int kSteps = 50'000;
+#else
+  constexpr int kSteps = 1'000'000;
+#endif
+  const SnapshotPtr model = unit_sphere();
+  const SnapshotPtr other = displaced(sphere_shell(1, 5), [](Vec3d p) { return 0.3 + 0.2 * p.x; });
+  const DeviceInfo device;
+  Servo servo(kSettings, device);
+  std::mt19937_64 random(2026);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto chance = [&](std::uint64_t one_in) { return random() % one_in == 0; };
+  const auto any_double = [&] {
+    const std::uint64_t bits = random();
+    double value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  };
+  double t = 0, last = 0;
+  Vec3d cursor = {0, 0, 1.1};
+  int forces = 0, faults = 0;
+  for (int k = 0; k < kSteps; ++k) {
+    double dt = chance(4) ? 1e-3 * (1 + unit(random)) : 1e-3;
+    cursor += Vec3d{unit(random), unit(random), unit(random)} * (chance(10) ? 0.05 : 5e-3);
+    if (length(cursor) > 1.2 || chance(200)) cursor = normalized(cursor) * 1.02;
+    if (length(cursor) < 0.8) cursor = normalized(cursor + Vec3d{0, 0, 1e-9}) * 0.95;
+    DeviceState state = reading(t += dt, cursor);
+    state.has_velocity = chance(5);
+    state.velocity = Vec3d{unit(random), unit(random), unit(random)} * 8.0;
+    if (chance(300)) {
+      double& victim = chance(3) ? state.t : chance(3) ? state.velocity[random() % 3] : state.position[random() % 3];
+      victim = chance(2) ? any_double() : chance(2) ? kNan : kInf;
+    }
+    if (chance(5000)) {
+      ServoSettings settings = kSettings;
+      settings.force = {.stiffness = any_double(),
+                        .damping = any_double(),
+                        .friction = any_double(),
+                        .max_force = chance(2) ? 3 * std::abs(unit(random)) : any_double()};
+      servo.set(settings);
+    } else if (chance(300)) {
+      servo.set(kSettings);
+    }
+    const ServoSample felt = servo.step(chance(5000) ? *other : *model, state);
+    const double force = length(felt.force);
+    ASSERT_TRUE(std::isfinite(force)) << k;
+    const double most = servo.settings().force.max_force;
+    ASSERT_LE(force, std::min(device.max_force, most > 0 ? most : 0)) << k;
+    const double rate = device.max_force_rate * (felt.flags == 0 ? std::min(dt, 0.05) : 0.05);
+    ASSERT_LE(force, last + rate + 1e-12) << k;
+    ASSERT_GE(dot(felt.force, felt.normal), -1e-12) << k;
+    ASSERT_TRUE(is_finite(felt.cursor) && is_finite(felt.contact_point) && is_finite(felt.velocity)) << k;
+    if ((felt.flags & (bit(ServoFault::Latched) | bit(ServoFault::StartInside))) != 0) {
+      ASSERT_EQ(felt.force, Vec3d{}) << k;
+      ++faults;
+    }
+    if (!felt.contact) {
+      ASSERT_EQ(felt.force, Vec3d{}) << k;
+      ASSERT_EQ(felt.at.slab, kNoSlab) << k;
+    }
+    forces += force > 0 ? 1 : 0;
+    last = force;
+  }
+  EXPECT_GT(forces, kSteps / 20) << "the readings must not be all bad";
+  EXPECT_GT(faults, kSteps / 1000);
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,299 @@
+// What a hand feels on surfaces whose answer is known in closed form.
+#include "support/shells.h"
+
+#include <relief/haptics/servo.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::plane_shell;
+using testing::sphere_shell;
+
+/// A device so strong that no limit is in the way of the law.
+DeviceInfo strong_device() {
+  return {.name = "strong", .max_force = 1e3, .max_stiffness = 1e5, .max_damping = 100, .max_force_rate = 1e9};
+}
+
+ServoSettings settings_with(double stiffness, double damping = 0, double friction = 0, double metres_per_unit = 0.1) {
+  return {.workspace = {.metres_per_unit = metres_per_unit},
+          .force = {.stiffness = stiffness, .damping = damping, .friction = friction}};
+}
+
+/// The sphere of radius 1, sampled finely.
+SnapshotPtr fine_sphere() {
+  return displaced(sphere_shell(2, 64), [](Vec3d p) { return (1 / length(p) - 0.8) / 0.4; });
+}
+
+SnapshotPtr flat_plane(int cells = 4, int n = 8) {
+  return displaced(plane_shell(cells, n), [](Vec3d) { return 0.5; });
+}
+
+/// Drives a servo along cursor positions in model units, 1 ms apart.
+class Driver {
+ public:
+  Driver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
+  ServoSample at(const Snapshot& model, Vec3d cursor, double dt = 1e-3) {
+    t_ += dt;
+    DeviceState state;
+    state.t = t_;
+    state.position = servo_.settings().workspace.to_device(cursor);
+    return servo_.step(model, state);
+  }
+  Servo& servo() { return servo_; }
+
+ private:
+  Servo servo_;
+  double t_ = 0;
+};
+
+TEST(Force, IsProportionalToDepthOnASphere) {
+  const SnapshotPtr model = fine_sphere();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const double degree = std::numbers::pi / 180;
+  for (int k = 0; k < 2000; ++k) {
+    const Vec3d way = normalized(Vec3d{unit(random), unit(random), unit(random)} + Vec3d{1e-3, 0, 0});
+    const double depth = 0.02 + 0.03 * (unit(random) + 1);
+    Driver hand(settings_with(400), strong_device());
+    EXPECT_FALSE(hand.at(*model, way * 1.01).contact);
+    const ServoSample felt = hand.at(*model, way * (1 - depth), 0.02);
+    ASSERT_TRUE(felt.contact);
+    EXPECT_EQ(felt.flags, 0U);
+    EXPECT_NEAR(length(felt.force), 400 * depth * 0.1, 1e-3 * 400 * depth * 0.1);
+    EXPECT_LT(std::acos(std::min(1.0, dot(normalized(felt.force), way))), 0.1 * degree);
+    EXPECT_NEAR(length(felt.normal), 1, 1e-12);
+    EXPECT_NEAR(felt.depth, depth, 1e-3 * depth);
+    EXPECT_LT(length(felt.contact_point - (felt.cursor + felt.normal * felt.depth)), 1e-12);
+  }
+}
+
+TEST(Force, IsContinuousAcrossSlabBorders) {
+  const SnapshotPtr model = fine_sphere();
+  Driver hand(settings_with(400), strong_device());
+  static_cast<void>(hand.at(*model, {0, 0.1, 1.05}));
+  const double step = 1e-3;  // rad, and model units per tick: 0.1 m/s at the hand
+  Vec3d last;
+  std::vector<SlabId> slabs;
+  for (int k = 0; k < 6284; ++k) {
+    const double turn = k * step, r = k < 40 ? 1.04 - 0.0025 * k : 0.94;
+    const Vec3d cursor = {r * std::sin(turn), 0.1 * r, r * std::cos(turn)};
+    const ServoSample felt = hand.at(*model, cursor);
+    if (k > 40) {
+      ASSERT_TRUE(felt.contact) << k;
+      // The force turns with the path, by |F| * step, and keeps its size: 2.2 N.
+      EXPECT_LT(length(felt.force - last), 1.5 * 2.4 * step) << "tick " << k << " slab " << felt.at.slab;
+      if (slabs.empty() || slabs.back() != felt.at.slab) slabs.push_back(felt.at.slab);
+    }
+    last = felt.force;
+  }
+  EXPECT_GT(slabs.size(), 12U) << "the path has to cross borders to show anything";
+}
+
+TEST(Force, RowWithoutContactHasNoSlabAndNoForce) {
+  const SnapshotPtr model = flat_plane();
+  Driver hand(settings_with(400, 1, 0.5), strong_device());
+  for (const Vec3d cursor : {Vec3d{0.5, 0.05, 0.5}, Vec3d{0.5, 3, 0.5}, Vec3d{7, 0.01, 0.5}}) {
+    const ServoSample felt = hand.at(*model, cursor, 0.04);
+    EXPECT_FALSE(felt.contact);
+    EXPECT_EQ(felt.at.slab, kNoSlab);
+    EXPECT_EQ(felt.depth, 0);
+    EXPECT_EQ(felt.force, Vec3d{});
+    EXPECT_EQ(felt.normal, Vec3d{});
+    EXPECT_EQ(felt.contact_point, felt.cursor);
+  }
+}
+
+TEST(Force, DampingActsAlongTheNormalAndNeverPullsIn) {
+  const SnapshotPtr model = flat_plane();
+  Driver hand(settings_with(400, 2), strong_device());
+  double y = 0.02, deepest = 0;
+  double most_over_spring = 0;
+  bool eased = false;
+  for (int k = 0; k < 400; ++k) {
+    // Down at 0.03 m/s, along x at 0.05 m/s, then up at 1 m/s.
+    const bool down = k < 200;
+    y += down ? -3e-4 : 1e-2;
+    const ServoSample felt = hand.at(*model, {0.2 + 5e-4 * std::min(k, 300), y, 0.5});
+    if (!felt.contact) continue;
+    EXPECT_EQ(felt.force.x, 0);
+    EXPECT_EQ(felt.force.z, 0);
+    EXPECT_GE(felt.force.y, 0);
+    const double spring = 400 * felt.depth * 0.1;
+    if (down) most_over_spring = std::max(most_over_spring, felt.force.y - spring);
+    if (!down && felt.force.y < spring) eased = true;
+    deepest = std::max(deepest, felt.depth);
+  }
+  EXPECT_NEAR(deepest, 0.04, 1e-3);
+  EXPECT_NEAR(most_over_spring, 2 * 0.03, 1e-3) << "damping times the speed of the hand along the normal";
+  EXPECT_TRUE(eased);
+}
+
+TEST(Force, VelocityEstimateIsRightForIrregularTicks) {
+  const SnapshotPtr model = flat_plane();
+  Driver hand(settings_with(400), strong_device());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> gap(2e-4, 5e-3);
+  double t = 0;
+  Vec3d estimate;
+  for (int k = 0; k < 200; ++k) {
+    const double dt = gap(random);
+    t += dt;
+    estimate = hand.at(*model, {0.2 * t, 1.0 + 0.5 * t, 0}, dt).velocity;
+  }
+  EXPECT_NEAR(estimate.x, 0.02, 1e-9);
+  EXPECT_NEAR(estimate.y, 0.05, 1e-9);
+
+  DeviceState state;
+  state.t = t + 1e-3;
+  state.position = hand.servo().settings().workspace.to_device({0.2 * t, 1.0 + 0.5 * t, 0});
+  state.velocity = {0.3, -0.2, 0.1};
+  state.has_velocity = true;
+  EXPECT_EQ(hand.servo().step(*model, state).velocity, state.velocity) << "the device's own velocity comes first";
+}
+
+TEST(Force, LimitsHoldAndAreFlagged) {
+  const SnapshotPtr model = flat_plane();
+  const DeviceInfo device = {.name = "weak", .max_force = 3.3, .max_stiffness = 1000, .max_force_rate = 500};
+  ServoSettings settings = settings_with(5000);
+  settings.force.max_force = 2;
+  Driver hand(settings, device);
+  static_cast<void>(hand.at(*model, {0.5, 0.01, 0.5}));
+  double last = 0;
+  std::uint32_t seen = 0;
+  for (int k = 0; k < 20; ++k) {
+    const ServoSample felt = hand.at(*model, {0.5, std::max(-0.05, 0.01 - 0.03 * k), 0.5});
+    EXPECT_LE(length(felt.force), 2);
+    EXPECT_LE(length(felt.force) - last, 0.5);
+    last = length(felt.force);
+    seen |= felt.flags;
+  }
+  EXPECT_NEAR(last, 2, 1e-9);
+  EXPECT_EQ(seen, bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) | bit(ServoFault::StiffnessClamped));
+  // 1000 N/m and not the 5000 that were asked for.
+  EXPECT_NEAR(length(hand.at(*model, {0.5, -0.01, 0.5}).force), 1, 1e-9);
+  EXPECT_EQ(hand.at(*model, {0.5, 0.01, 0.5}).force, Vec3d{}) << "letting go is never delayed";
+}
+
+TEST(Force, StiffnessLayerScales) {
+  const SnapshotPtr plain = flat_plane();
+  SnapshotDraft draft(plain);
+  draft.add_layer(Layer::Stiffness, 4, 0.25F);
+  const SnapshotPtr soft = draft.finish();
+  for (const auto& [model, expected] : {std::pair{plain, 1.0}, std::pair{soft, 0.25}}) {
+    Driver hand(settings_with(400), strong_device());
+    static_cast<void>(hand.at(*model, {0.5, 0.01, 0.5}));
+    EXPECT_NEAR(hand.at(*model, {0.5, -0.025, 0.5}).force.y, expected, 1e-6);
+  }
+}
+
+/// Presses 0.02 deep at 400 N/m (0.8 N), then slides along x by `step` per tick; returns the last force.
+Vec3d slide(Driver& hand, const Snapshot& model, double step, int ticks) {
+  static_cast<void>(hand.at(model, {0.2, 0.01, 0.5}));
+  ServoSample felt = hand.at(model, {0.2, -0.02, 0.5});
+  for (int k = 1; k <= ticks; ++k) felt = hand.at(model, {0.2 + step * k, -0.02, 0.5});
+  return felt.force;
+}
+
+TEST(Friction, SlidesAtTheCoefficientTimesTheNormalForce) {
+  const SnapshotPtr model = flat_plane();
+  for (const double mu : {0.1, 0.5, 1.5}) {
+    Driver hand(settings_with(400, 0, mu), strong_device());
+    const Vec3d force = slide(hand, *model, 1e-3, 200);
+    EXPECT_NEAR(force.y, 0.8, 1e-6);
+    EXPECT_NEAR(force.x, -mu * 0.8, 1e-6);
+    EXPECT_NEAR(force.z, 0, 1e-12);
+  }
+  Driver hand(settings_with(400, 0, 0), strong_device());
+  EXPECT_EQ(slide(hand, *model, 1e-3, 200).x, 0) << "0 switches friction off";
+}
+
+TEST(Friction, HoldsWithoutDriftOrChatter) {
+  const SnapshotPtr model = flat_plane();
+  Driver hand(settings_with(400, 0, 0.5), strong_device());
+  static_cast<void>(slide(hand, *model, 5e-3, 10));
+  // Back by half the stretch, then a trembling hold for a minute: the force has to be the same function of the place.
+  static_cast<void>(hand.at(*model, {0.249, -0.02, 0.5}));
+  const double held = hand.at(*model, {0.249, -0.02, 0.5}).force.x;
+  for (int k = 0; k < 60'000; ++k) {
+    const double shake = 1e-4 * std::sin(0.06 * k);
+    const Vec3d force = hand.at(*model, {0.249 + shake, -0.02, 0.5}).force;
+    ASSERT_NEAR(force.x, held - 40 * shake, 1e-9) << k;
+  }
+}
+
+TEST(Friction, LayersGiveBreakAwayAndSlidingTheirOwnCoefficients) {
+  SnapshotDraft draft(flat_plane());
+  draft.add_layer(Layer::StaticFriction, 2, 0.75F);
+  draft.add_layer(Layer::DynamicFriction, 2, 0.25F);
+  const SnapshotPtr model = draft.finish();
+  Driver hand(settings_with(400, 0, 0.1), strong_device());
+  static_cast<void>(hand.at(*model, {0.2, 0.01, 0.5}));
+  static_cast<void>(hand.at(*model, {0.2, -0.02, 0.5}));
+  double most = 0, last = 0;
+  for (int k = 1; k <= 400; ++k) {
+    last = -hand.at(*model, {0.2 + 1e-4 * k, -0.02, 0.5}).force.x;
+    most = std::max(most, last);
+  }
+  EXPECT_NEAR(most, 0.75 * 0.8, 0.005);
+  EXPECT_NEAR(last, 0.25 * 0.8, 1e-6);
+}
+
+TEST(Servo, SameReadingsGiveTheSameBits) {
+  const SnapshotPtr model = fine_sphere();
+  const auto run = [&] {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> noise(-1e-3, 1e-3);
+    Driver hand(settings_with(400, 1, 0.4), DeviceInfo{});
+    std::vector<ServoSample> samples;
+    for (int k = 0; k < 3000; ++k) {
+      const double turn = 2e-3 * k;
+      const Vec3d way = {std::sin(turn), 0.3 * std::cos(3 * turn), std::cos(turn)};
+      samples.push_back(hand.at(*model, normalized(way) * (1 + 0.05 * std::cos(7 * turn) + noise(random))));
+    }
+    return samples;
+  };
+  const auto a = run(), b = run();
+  int touched = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(std::memcmp(&a[k].force, &b[k].force, sizeof(Vec3d)), 0) << k;
+    EXPECT_EQ(std::memcmp(&a[k].contact_point, &b[k].contact_point, sizeof(Vec3d)), 0) << k;
+    EXPECT_EQ(a[k].flags, b[k].flags);
+    touched += a[k].contact ? 1 : 0;
+  }
+  EXPECT_GT(touched, 500);
+}
+
+TEST(Servo, HeldTooHighAfterAReloadOfAnotherCage) {
+  // A hint from a larger cage must not reach into a smaller one.
+  const SnapshotPtr large = displaced(sphere_shell(3, 4), [](Vec3d) { return 0.5; });
+  const SnapshotPtr small = displaced(sphere_shell(0, 4), [](Vec3d) { return 0.5; });
+  Driver hand(settings_with(400), strong_device());
+  for (int k = 0; k < 200; ++k) {
+    const Vec3d way = normalized(Vec3d{std::sin(0.1 * k), std::cos(0.17 * k), std::cos(0.1 * k)});
+    EXPECT_TRUE(is_finite(hand.at(k % 2 == 0 ? *large : *small, way, 0.04).force));
+  }
+}
+
+TEST(Workspace, FitsTheModelAndGoesThereAndBack) {
+  Box3d box;
+  box.add(Vec3d{100, 200, 300});
+  box.add(Vec3d{130, 240, 420});
+  const Workspace fit = fit_workspace(DeviceInfo{}, box);
+  EXPECT_NEAR(fit.metres_per_unit * diagonal(box), 0.15, 1e-12);
+  EXPECT_EQ(fit.to_device(box.centre()), Vec3d{});
+  EXPECT_LT(length(fit.to_model(fit.to_device({101, 239, 310})) - Vec3d{101, 239, 310}), 1e-9);
+  const DeviceInfo falcon = {.workspace_radius = 0.04};
+  EXPECT_NEAR(fit_workspace(falcon, box).metres_per_unit * diagonal(box), 0.08, 1e-12);
+  EXPECT_GT(fit_workspace(DeviceInfo{}, Box3d{}).metres_per_unit, 0);
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,184 @@
+// The 1 kHz loop: what it counts, what it sends, and that its last word is an explicit zero.
+#include "support/shells.h"
+
+#include <relief/haptics/servo_thread.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <vector>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::sphere_shell;
+
+/// Presses in and out of the sphere, 20 ticks each way; may vanish at a tick. Written by the servo thread, read after
+/// it.
+class PressingDevice final : public HapticDevice {
+ public:
+  explicit PressingDevice(std::uint64_t lives = ~std::uint64_t{0}) : lives_(lives) {}
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(DeviceState& state) noexcept override {
+    if (ticks_.load() == lives_) return false;
+    const std::uint64_t tick = ticks_.fetch_add(1);
+    state.t = 1e-3 * static_cast<double>(tick);
+    state.position = {0, 0, 0.1 * (1.03 - 0.03 * (1 - std::cos(0.15 * static_cast<double>(tick))))};
+    return true;
+  }
+  bool write(Vec3d force) noexcept override {
+    last = force;
+    most = std::max(most, length(force));
+    ++writes;
+    return true;
+  }
+  [[nodiscard]] std::uint64_t ticks() const { return ticks_.load(); }
+
+  Vec3d last = {9, 9, 9};
+  double most = 0;
+  std::uint64_t writes = 0;
+
+ private:
+  DeviceInfo info_;
+  std::uint64_t lives_;
+  std::atomic<std::uint64_t> ticks_{0};
+};
+
+SnapshotPtr sphere(double radius = 1) {
+  return displaced(sphere_shell(1, 8), [&](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
+}
+const ServoSettings kSettings = {.workspace = {.metres_per_unit = 0.1}, .force = {.stiffness = 400}};
+
+void wait_for(const PressingDevice& device, std::uint64_t ticks) {
+  while (device.ticks() < ticks) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+TEST(ServoThread, TouchesAndEndsWithZero) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device;
+  SpscQueue<ServoSample> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  wait_for(device, 150);
+  servo.stop();
+  EXPECT_FALSE(servo.running());
+  EXPECT_EQ(device.last, Vec3d{});
+  EXPECT_GT(device.most, 0.5);
+  EXPECT_EQ(device.writes, device.ticks() + 1) << "one command per tick, and the zero";
+  const ServoTimes& times = servo.times();
+  EXPECT_EQ(times.ticks, device.ticks());
+  EXPECT_EQ(times.compute.count(), times.ticks);
+  EXPECT_EQ(times.late.count(), times.ticks);
+  EXPECT_EQ(times.realtime && times.memory_locked, times.note.empty());
+  std::uint64_t popped = 0;
+  double last_t = -1;
+  for (ServoSample sample; telemetry.pop(sample); ++popped) {
+    EXPECT_GT(sample.t, last_t);
+    last_t = sample.t;
+    EXPECT_GT(sample.compute_ns, 0U);
+  }
+  EXPECT_EQ(popped, times.ticks);
+  EXPECT_EQ(times.dropped, 0U);
+}
+
+TEST(ServoThread, FullTelemetryIsCountedAndFlagged) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device;
+  SpscQueue<ServoSample> telemetry(4);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  wait_for(device, 10);
+  ServoSample sample;
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(telemetry.pop(sample));
+  wait_for(device, device.ticks() + 3);
+  servo.stop();
+  EXPECT_GT(servo.times().dropped, 0U);
+  ASSERT_TRUE(telemetry.pop(sample));
+  EXPECT_NE(sample.flags & bit(ServoFault::SampleDropped), 0U) << "the first one after the gap says so";
+}
+
+TEST(ServoThread, ALostDeviceEndsTheLoop) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device(25);
+  SpscQueue<ServoSample> telemetry(64);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(device.last, Vec3d{});
+  ServoSample sample, last;
+  int count = 0;
+  while (telemetry.pop(sample)) {
+    last = sample;
+    ++count;
+  }
+  EXPECT_EQ(count, 26);
+  EXPECT_NE(last.flags & bit(ServoFault::DeviceLost), 0U);
+  EXPECT_EQ(last.force, Vec3d{});
+}
+
+TEST(ServoThread, TakesNewSettings) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device;
+  ServoThread servo(device, channel, kSettings, nullptr);
+  ServoSettings off = kSettings;
+  off.force.stiffness = 0;
+  off.force.damping = 0;
+  ASSERT_TRUE(servo.set(off));
+  wait_for(device, 60);
+  servo.stop();
+  EXPECT_LT(device.most, 0.5) << "a whole press without stiffness";
+}
+
+TEST(ServoThread, FeelsWhileAWriterPublishesAtFullSpeed) {
+  SnapshotChannel channel(sphere());
+  const SnapshotPtr first = sphere(1), second = sphere(1.002);
+  PressingDevice device;
+  SpscQueue<ServoSample> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  std::uint64_t published = 0;
+  while (device.ticks() < 200)
+    channel.publish(std::make_shared<const Snapshot>(++published % 2 == 0 ? *first : *second));
+  servo.stop();
+  EXPECT_GT(published, 100U);
+  EXPECT_EQ(device.last, Vec3d{});
+  int touched = 0;
+  for (ServoSample sample; telemetry.pop(sample);) {
+    ASSERT_TRUE(is_finite(sample.force));
+    if (!sample.contact) continue;
+    ++touched;
+    const double to_first = 1 - length(sample.cursor);
+    EXPECT_NEAR(sample.depth, to_first + 0.001, 0.004) << "the one surface or the other";
+  }
+  EXPECT_GT(touched, 20);
+}
+
+TEST(TimeHistogram, QuantilesAreWithinOneBin) {
+  TimeHistogram histogram;
+  EXPECT_EQ(histogram.quantile(0.5), 0U);
+  for (std::uint64_t ns = 1; ns <= 100'000; ++ns) histogram.add(ns);
+  EXPECT_EQ(histogram.count(), 100'000U);
+  EXPECT_EQ(histogram.max(), 100'000U);
+  for (const double q : {0.1, 0.5, 0.9, 0.99, 1.0}) {
+    EXPECT_GE(static_cast<double>(histogram.quantile(q)), q * 1e5 - 1);
+    EXPECT_LE(static_cast<double>(histogram.quantile(q)), q * 1e5 * 1.125 + 1);
+  }
+  for (int bin = 1; bin < TimeHistogram::kBins; ++bin) {
+    TimeHistogram one;
+    one.add(static_cast<std::uint64_t>(std::ceil(TimeHistogram::bin_low(bin))));
+    EXPECT_EQ(one.bin_count(bin), 1U) << bin;
+  }
+  histogram.add(~std::uint64_t{0});
+  EXPECT_EQ(histogram.bin_count(TimeHistogram::kBins - 1), 1U);
+}
+
+TEST(NullLoop, CountsItsTicks) {
+  const ServoTimes times = null_loop(0.05);
+  EXPECT_GT(times.ticks, 0U);
+  EXPECT_LE(times.ticks + times.overruns, 51U);
+  EXPECT_GE(times.ticks + times.overruns, 45U);
+  EXPECT_EQ(times.period.count(), times.ticks);
+}
+
+}  // namespace
+}  // namespace relief
