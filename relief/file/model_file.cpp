@@ -1,0 +1,913 @@
+#include <relief/base/assert.h>
+#include <relief/base/hash.h>
+#include <relief/base/try.h>
+#include <relief/core/query.h>
+#include <relief/file/database.h>
+#include <relief/file/model_file.h>
+#include <relief/file/tile_codec.h>
+#include <relief/verify/verify.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+using detail::Database;
+using detail::Replacement;
+using detail::Statement;
+
+constexpr std::int64_t kApplicationId = 0x524c4631;  // "RLF1"
+constexpr std::size_t kFibreBytes = 6 * sizeof(double);
+constexpr std::size_t kSlabBytes = 4 * sizeof(std::uint32_t);
+constexpr std::int64_t kOwnIntervals = 0;  // layers.intervals: each slab's own n
+constexpr std::int64_t kLayerGone = -1;    // layers.intervals: the stroke took the layer away
+constexpr std::int64_t kWholeEvery = 64;   // after so many changes of a page it is written whole again
+constexpr std::size_t kMaxText = std::size_t{1} << 26;
+
+/// Table names and the exact text of their definitions, which opening compares: nothing else may stand in a model file.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kTables = {{
+    {"meta", "CREATE TABLE meta(key TEXT PRIMARY KEY, value ANY NOT NULL) STRICT"},
+    {"cage", "CREATE TABLE cage(part TEXT PRIMARY KEY, hash INTEGER NOT NULL, data BLOB NOT NULL) STRICT"},
+    {"layers",
+     "CREATE TABLE layers(layer TEXT NOT NULL, stroke INTEGER NOT NULL, intervals INTEGER NOT NULL, "
+     "hash INTEGER NOT NULL, PRIMARY KEY(layer, stroke)) STRICT"},
+    {"pages",
+     "CREATE TABLE pages(layer TEXT NOT NULL, page INTEGER NOT NULL, stroke INTEGER NOT NULL, whole INTEGER NOT NULL, "
+     "tiles INTEGER NOT NULL, hash INTEGER NOT NULL, data BLOB NOT NULL, PRIMARY KEY(layer, page, stroke)) STRICT"},
+    {"strokes",
+     "CREATE TABLE strokes(number INTEGER PRIMARY KEY, label TEXT NOT NULL, details TEXT NOT NULL, "
+     "tiles INTEGER NOT NULL, row_count INTEGER NOT NULL, hash INTEGER NOT NULL) STRICT"},
+}};
+
+using Bytes = std::span<const std::byte>;
+
+Bytes bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
+std::int64_t stored(const Hash64& hash) { return std::bit_cast<std::int64_t>(hash.value()); }
+template <typename... Numbers>
+std::int64_t hash_of(std::string_view name, Bytes data, Numbers... numbers) {
+  Hash64 hash;
+  hash.add_bytes(bytes_of(name));
+  (hash.add(static_cast<std::uint64_t>(numbers)), ...);
+  hash.add_bytes(data);
+  return stored(hash);
+}
+std::int64_t hash_of(const StrokeRecord& s, std::int64_t row_count) {
+  return hash_of(s.label, bytes_of(s.details), s.number, s.tiles, row_count);
+}
+
+/// The singular facts of a model: small, rewritten as a whole, kept from damage by one checksum over all.
+struct Meta {
+  std::int64_t format = kFormatVersion;
+  ModelInfo info;
+  std::int64_t fibres = 0, slabs = 0;
+  std::int64_t current = 0, last = 0;  ///< strokes: in effect; the last that can be redone
+  std::string certificate;             ///< what the verifier proved when the file was made, such as "C0 C1 C3"
+
+  [[nodiscard]] std::int64_t checksum() const {
+    Hash64 hash;
+    for (const std::int64_t number :
+         {format, fibres, slabs, current, last, static_cast<std::int64_t>(info.mode),
+          static_cast<std::int64_t>(info.unit), std::bit_cast<std::int64_t>(info.source_diagonal)})
+      hash.add(static_cast<std::uint64_t>(number));
+    hash.add_bytes(bytes_of(info.source));
+    hash.add_bytes(bytes_of(certificate));
+    return stored(hash);
+  }
+};
+
+std::string certificate_text(const SlabMesh& mesh) {
+  std::vector<std::array<double, 3>> inner, outer;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const Fibre& f : mesh.fibres()) {
+    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
+    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
+  }
+  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
+  const verify::Certificate found = verify::check({.inner = inner, .outer = outer, .triangles = triangles});
+  std::string text;
+  for (std::size_t k = 0; k < found.holds.size(); ++k) {
+    if (!found.holds[k]) continue;
+    if (!text.empty()) text += ' ';
+    text += name(static_cast<verify::Condition>(k));
+  }
+  return text;
+}
+
+std::vector<std::byte> fibre_bytes(const SlabMesh& mesh) {
+  std::vector<std::byte> raw(mesh.fibres().size() * kFibreBytes);
+  for (std::size_t f = 0; f < mesh.fibres().size(); ++f) {
+    const auto& [in, out] = mesh.fibres()[f];
+    const std::array<double, 6> values = {in.x, in.y, in.z, out.x, out.y, out.z};
+    std::memcpy(raw.data() + f * kFibreBytes, values.data(), kFibreBytes);
+  }
+  return raw;
+}
+std::vector<std::byte> slab_bytes(const SlabMesh& mesh) {
+  std::vector<std::byte> raw(mesh.slabs().size() * kSlabBytes);
+  for (std::size_t s = 0; s < mesh.slabs().size(); ++s) {
+    const Slab& slab = mesh.slabs()[s];
+    const std::array<std::uint32_t, 4> values = {slab.fibres[0], slab.fibres[1], slab.fibres[2],
+                                                 static_cast<std::uint32_t>(slab.intervals)};
+    std::memcpy(raw.data() + s * kSlabBytes, values.data(), kSlabBytes);
+  }
+  return raw;
+}
+
+SlabId page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
+SlabId tiles_in_page(const SlabMesh& mesh, SlabId page) {
+  return std::min(kTilesPerPage, mesh.slab_count() - page * kTilesPerPage);
+}
+std::uint64_t all_tiles(const SlabMesh& mesh, SlabId page) {
+  return ~std::uint64_t{0} >> (kTilesPerPage - tiles_in_page(mesh, page));
+}
+
+/// One layer as it lies in the file: since which stroke, and with how many intervals.
+struct LayerEntry {
+  std::int64_t stroke = 0;
+  std::int64_t intervals = kOwnIntervals;
+  friend bool operator==(const LayerEntry&, const LayerEntry&) = default;
+};
+using LayerTable = std::array<std::optional<LayerEntry>, kLayerCount>;
+
+int intervals_of(const LayerEntry& entry, const SlabMesh& mesh, SlabId s) {
+  return entry.intervals == kOwnIntervals ? mesh.intervals(s) : static_cast<int>(entry.intervals);
+}
+
+/// Bytes of the tiles of a page that `mask` names, and where each begins.
+struct PageLayout {
+  std::array<std::size_t, kTilesPerPage + 1> begin{};
+  std::uint64_t mask = 0;
+
+  PageLayout(const LayerEntry& entry, Layer layer, const SlabMesh& mesh, SlabId page, std::uint64_t tiles)
+      : mask(tiles) {
+    for (SlabId t = 0; t < kTilesPerPage; ++t) {
+      begin[t + 1] = begin[t];
+      if (has(t))
+        begin[t + 1] += detail::tile_bytes(intervals_of(entry, mesh, page * kTilesPerPage + t), channels(layer));
+    }
+  }
+  [[nodiscard]] bool has(SlabId t) const { return (mask >> t & 1U) != 0; }
+  [[nodiscard]] std::size_t bytes() const { return begin[kTilesPerPage]; }
+  template <typename Byte>
+  [[nodiscard]] std::span<Byte> tile(std::span<Byte> all, SlabId t) const {
+    return all.subspan(begin[t], begin[t + 1] - begin[t]);
+  }
+};
+
+/// Whether the values of a tile are in range and agree with their copies in other tiles, as core's validate() asks of a
+/// whole model.
+Status check_tile(const Snapshot& model, Layer layer, SlabId s) {
+  const Tile& tile = model.tile(layer, s);
+  const auto [low, high] = range(layer);
+  const int n = tile.intervals();
+  const auto where = [&] { return std::string(name(layer)) + " of slab " + std::to_string(s); };
+  for (int c = 0; c < tile.channel_count(); ++c)
+    for (std::size_t k = 0; k < tile.size(); ++k)
+      if (!(tile.plane(c)[k] >= low && tile.plane(c)[k] <= high))
+        return fail(Errc::Corrupt, where() + " holds a value outside its range");
+  for (int edge = 0; edge < 3; ++edge)
+    for (int t = 0; t < n; ++t) {
+      const GridPoint at = edge_point(n, edge, t);
+      bool same = true;
+      model.slab_mesh().for_each_copy(s, n, at, [&](const SampleCopy& copy) {
+        const Tile& other = model.tile(layer, copy.slab);
+        same = same && other.intervals() == n;
+        for (int c = 0; same && c < tile.channel_count(); ++c)
+          same = std::bit_cast<std::uint32_t>(tile.plane(c)[sample_index(n, at)]) ==
+                 std::bit_cast<std::uint32_t>(other.plane(c)[sample_index(n, copy.at)]);
+      });
+      if (!same) return fail(Errc::Corrupt, where() + " differs from its neighbours on a shared edge");
+    }
+  return {};
+}
+
+/// The tiles of one page that a stroke changes.
+struct PageChange {
+  Layer layer;
+  SlabId page;
+  std::uint64_t tiles;
+  bool whole;  ///< the layer is new, so there is nothing to differ from
+};
+
+class Rows {
+ public:
+  explicit Rows(const Database& database) : database_(database) {}
+
+  // ---- Writing; all inside a transaction that the caller ends.
+
+  [[nodiscard]] Status write_tables() const {
+    for (const auto& [table, definition] : kTables) RELIEF_CHECK(database_.run(definition));
+    RELIEF_CHECK(database_.run("PRAGMA application_id = " + std::to_string(kApplicationId)));
+    return database_.run("PRAGMA user_version = " + std::to_string(kFormatVersion));
+  }
+
+  [[nodiscard]] Status write_meta(const Meta& meta) const {
+    RELIEF_TRY(Statement put, database_.prepare("INSERT OR REPLACE INTO meta VALUES(?, ?)"));
+    const auto write = [&](std::string_view key, const auto& value) {
+      put.reset();
+      return put.bind(key).bind(value).run();
+    };
+    RELIEF_CHECK(write("format", meta.format));
+    RELIEF_CHECK(write("mode", name(meta.info.mode)));
+    RELIEF_CHECK(write("unit", name(meta.info.unit)));
+    RELIEF_CHECK(write("source", std::string_view(meta.info.source)));
+    RELIEF_CHECK(write("source_diagonal", meta.info.source_diagonal));
+    RELIEF_CHECK(write("fibres", meta.fibres));
+    RELIEF_CHECK(write("slabs", meta.slabs));
+    RELIEF_CHECK(write("certificate", std::string_view(meta.certificate)));
+    return write_place(meta, put);
+  }
+  [[nodiscard]] Status write_place(const Meta& meta) const {
+    RELIEF_TRY(Statement put, database_.prepare("INSERT OR REPLACE INTO meta VALUES(?, ?)"));
+    return write_place(meta, put);
+  }
+
+  [[nodiscard]] Status write_cage(const SlabMesh& mesh) const {
+    RELIEF_TRY(Statement put, database_.prepare("INSERT INTO cage VALUES(?, ?, ?)"));
+    const auto write = [&](std::string_view part, const std::vector<std::byte>& raw, std::size_t width) {
+      const std::vector<std::byte> blob = detail::pack(raw, width);
+      put.reset();
+      return put.bind(part).bind(hash_of(part, blob)).bind(Bytes(blob)).run();
+    };
+    RELIEF_CHECK(write("fibres", fibre_bytes(mesh), sizeof(double)));
+    return write("slabs", slab_bytes(mesh), sizeof(std::uint32_t));
+  }
+
+  [[nodiscard]] Status write_layer(Layer layer, const LayerEntry& entry) const {
+    RELIEF_TRY(Statement put, database_.prepare("INSERT INTO layers VALUES(?, ?, ?, ?)"));
+    return put.bind(name(layer))
+        .bind(entry.stroke)
+        .bind(entry.intervals)
+        .bind(hash_of(name(layer), {}, entry.stroke, entry.intervals))
+        .run();
+  }
+
+  /// Writes tiles of `now` in one row: as they are when the page is whole, else as differences to `before`.
+  [[nodiscard]] Status write_page(const PageChange& change, const LayerEntry& entry, std::int64_t stroke,
+                                  const Snapshot* before, const Snapshot& now) const {
+    const SlabMesh& mesh = now.slab_mesh();
+    const std::uint64_t mask = change.whole ? all_tiles(mesh, change.page) : change.tiles;
+    const PageLayout layout(entry, change.layer, mesh, change.page, mask);
+    std::vector<std::byte> raw(layout.bytes()), old;
+    for (SlabId t = 0; t < kTilesPerPage; ++t) {
+      if (!layout.has(t)) continue;
+      const SlabId s = change.page * kTilesPerPage + t;
+      const auto samples = layout.tile(std::span(raw), t);
+      detail::copy_samples(now.tile(change.layer, s), samples);
+      if (change.whole) continue;
+      old.resize(samples.size());
+      detail::copy_samples(before->tile(change.layer, s), old);
+      detail::exclusive_or(samples, old);
+    }
+    const std::vector<std::byte> blob = detail::pack(raw, sizeof(float));
+    const std::int64_t whole = change.whole ? 1 : 0;
+    const auto tiles = std::bit_cast<std::int64_t>(mask);
+    RELIEF_TRY(Statement put, database_.prepare("INSERT INTO pages VALUES(?, ?, ?, ?, ?, ?, ?)"));
+    return put.bind(name(change.layer))
+        .bind(std::int64_t{change.page})
+        .bind(stroke)
+        .bind(whole)
+        .bind(tiles)
+        .bind(hash_of(name(change.layer), blob, change.page, stroke, whole, tiles))
+        .bind(Bytes(blob))
+        .run();
+  }
+
+  [[nodiscard]] Status write_stroke(const StrokeRecord& stroke, std::int64_t row_count) const {
+    RELIEF_TRY(Statement put, database_.prepare("INSERT INTO strokes VALUES(?, ?, ?, ?, ?, ?)"));
+    return put.bind(static_cast<std::int64_t>(stroke.number))
+        .bind(std::string_view(stroke.label))
+        .bind(std::string_view(stroke.details))
+        .bind(static_cast<std::int64_t>(stroke.tiles))
+        .bind(row_count)
+        .bind(hash_of(stroke, row_count))
+        .run();
+  }
+
+  [[nodiscard]] Status drop_strokes_after(std::int64_t stroke) const {
+    for (const char* sql : {"DELETE FROM pages WHERE stroke > ?", "DELETE FROM layers WHERE stroke > ?",
+                            "DELETE FROM strokes WHERE number > ?"}) {
+      RELIEF_TRY(Statement drop, database_.prepare(sql));
+      RELIEF_CHECK(drop.bind(stroke).run());
+    }
+    return {};
+  }
+
+  /// How often a page was changed since it was last written whole.
+  [[nodiscard]] Result<std::int64_t> changes_since_whole(Layer layer, SlabId page) const {
+    RELIEF_TRY(
+        Statement count,
+        database_.prepare("SELECT count(*) FROM pages WHERE layer = ?1 AND page = ?2 AND stroke > (SELECT max(stroke) "
+                          "FROM pages WHERE layer = ?1 AND page = ?2 AND whole = 1)"));
+    RELIEF_TRY(const bool row, count.bind(name(layer)).bind(std::int64_t{page}).step());
+    return row ? count.integer(0) : 0;
+  }
+
+  // ---- Reading
+
+  /// That this is a model file of a version that we know.
+  [[nodiscard]] Status check_version() const {
+    RELIEF_TRY(const std::int64_t application, database_.integer("PRAGMA application_id"));
+    if (application != kApplicationId) return database_.failure(Errc::UnsupportedFormat, "is not a .relief file");
+    RELIEF_TRY(const std::int64_t version, database_.integer("PRAGMA user_version"));
+    if (version > kFormatVersion)
+      return database_.failure(Errc::NewerVersion, "was written by a newer program (format " + std::to_string(version) +
+                                                       ", this one reads up to " + std::to_string(kFormatVersion) +
+                                                       "): update Relief");
+    if (version < 1) return damaged("its format version is " + std::to_string(version));
+    return {};
+  }
+
+  /// That it has our tables, nothing else, and that SQLite finds them sound. Reads the whole file.
+  [[nodiscard]] Status check_tables() const {
+    RELIEF_TRY(Statement tables,
+               database_.prepare("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite~_%' ESCAPE '~'"));
+    std::size_t known = 0;
+    for (;; ++known) {
+      RELIEF_TRY(const bool row, tables.step());
+      if (!row) break;
+      const auto same = [&](const auto& table) {
+        return table.first == tables.text(0) && table.second == tables.text(1);
+      };
+      if (std::none_of(kTables.begin(), kTables.end(), same)) return damaged("its tables are not those of a model");
+    }
+    if (known != kTables.size()) return damaged("it lacks a table");
+    RELIEF_TRY(Statement check, database_.prepare("PRAGMA integrity_check(1)"));
+    RELIEF_TRY(const bool row, check.step());
+    if (!row || check.text(0) != "ok") return damaged("its tables contradict themselves");
+    return {};
+  }
+
+  [[nodiscard]] Result<Meta> read_meta() const {
+    std::map<std::string, std::int64_t, std::less<>> integers;
+    std::map<std::string, std::string, std::less<>> texts;
+    std::optional<double> diagonal;
+    RELIEF_TRY(Statement rows, database_.prepare("SELECT key, value FROM meta LIMIT 100"));
+    for (;;) {
+      RELIEF_TRY(const bool row, rows.step());
+      if (!row) break;
+      const std::string key(rows.text(0));
+      if (rows.type(1) == Statement::Type::Integer) integers[key] = rows.integer(1);
+      if (rows.type(1) == Statement::Type::Text) texts[key] = rows.text(1);
+      if (rows.type(1) == Statement::Type::Real && key == "source_diagonal") diagonal = rows.real(1);
+    }
+    for (const char* key : {"format", "fibres", "slabs", "current", "last", "checksum"})
+      if (!integers.contains(key)) return damaged(std::string("it does not say its ") + key);
+    for (const char* key : {"mode", "unit", "source", "certificate"})
+      if (!texts.contains(key)) return damaged(std::string("it does not say its ") + key);
+    const auto mode = mode_from_name(texts["mode"]);
+    const auto unit = unit_from_name(texts["unit"]);
+    if (!mode || !unit || !diagonal) return damaged("its facts do not make sense");
+    Meta meta{.format = integers["format"],
+              .info = {.mode = *mode, .unit = *unit, .source = texts["source"], .source_diagonal = *diagonal},
+              .fibres = integers["fibres"],
+              .slabs = integers["slabs"],
+              .current = integers["current"],
+              .last = integers["last"],
+              .certificate = texts["certificate"]};
+    if (meta.checksum() != integers["checksum"]) return damaged("its facts fail their checksum");
+    RELIEF_TRY(const std::int64_t version, database_.integer("PRAGMA user_version"));
+    if (meta.format != version || meta.fibres < 3 || meta.slabs < 1 || meta.slabs > std::int64_t{1} << 30 ||
+        meta.fibres > 3 * meta.slabs || meta.current < 0 || meta.current > meta.last ||
+        !std::isfinite(meta.info.source_diagonal) || meta.info.source_diagonal < 0)
+      return damaged("its facts do not make sense");
+    return meta;
+  }
+
+  [[nodiscard]] Result<std::shared_ptr<const SlabMesh>> read_cage(const Meta& meta) const {
+    const auto read = [&](std::string_view part, std::size_t bytes,
+                          std::size_t width) -> Result<std::vector<std::byte>> {
+      RELIEF_TRY(Statement get, database_.prepare("SELECT hash, data FROM cage WHERE part = ?"));
+      RELIEF_TRY(const bool row, get.bind(part).step());
+      if (!row) return damaged("it lacks the " + std::string(part) + " of its cage");
+      const Bytes blob = get.blob(1);
+      if (get.integer(0) != hash_of(part, blob)) return damaged("the " + std::string(part) + " fail their checksum");
+      if (!detail::may_hold(blob, bytes)) return damaged("it claims more " + std::string(part) + " than it can hold");
+      std::vector<std::byte> raw(bytes);
+      if (!detail::unpack(blob, width, raw)) return damaged("the " + std::string(part) + " cannot be unpacked");
+      return raw;
+    };
+    RELIEF_TRY(const auto fibre_raw,
+               read("fibres", static_cast<std::size_t>(meta.fibres) * kFibreBytes, sizeof(double)));
+    RELIEF_TRY(const auto slab_raw,
+               read("slabs", static_cast<std::size_t>(meta.slabs) * kSlabBytes, sizeof(std::uint32_t)));
+    std::vector<Fibre> fibres(static_cast<std::size_t>(meta.fibres));
+    for (std::size_t f = 0; f < fibres.size(); ++f) {
+      std::array<double, 6> v{};
+      std::memcpy(v.data(), fibre_raw.data() + f * kFibreBytes, kFibreBytes);
+      fibres[f] = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+    }
+    std::vector<SlabMesh::Face> faces(static_cast<std::size_t>(meta.slabs));
+    for (std::size_t s = 0; s < faces.size(); ++s) {
+      std::array<std::uint32_t, 4> v{};
+      std::memcpy(v.data(), slab_raw.data() + s * kSlabBytes, kSlabBytes);
+      faces[s] = {{v[0], v[1], v[2]}, v[3] > kMaxIntervals ? 0 : static_cast<int>(v[3])};
+    }
+    auto mesh = SlabMesh::make(std::move(fibres), faces);
+    if (!mesh) return damaged(mesh.error().message);
+    return std::make_shared<const SlabMesh>(*std::move(mesh));
+  }
+
+  /// The layers in effect at a stroke.
+  [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke) const {
+    LayerTable table;
+    RELIEF_TRY(
+        Statement rows,
+        database_.prepare("SELECT layer, stroke, intervals, hash FROM layers WHERE stroke <= ? ORDER BY stroke"));
+    rows.bind(stroke);
+    for (;;) {
+      RELIEF_TRY(const bool row, rows.step());
+      if (!row) break;
+      const auto layer = layer_from_name(rows.text(0));
+      const LayerEntry entry{.stroke = rows.integer(1), .intervals = rows.integer(2)};
+      if (!layer) return damaged("it has a layer that does not exist");
+      if (rows.integer(3) != hash_of(name(*layer), {}, entry.stroke, entry.intervals))
+        return damaged("its layers fail their checksum");
+      const bool displacement = *layer == Layer::Displacement;
+      const bool sound =
+          displacement ? entry.intervals == kOwnIntervals && entry.stroke == 0
+                       : entry.intervals == kLayerGone || (entry.intervals >= 1 && entry.intervals <= kMaxIntervals);
+      if (!sound || entry.stroke < 0) return damaged("its layers do not make sense");
+      auto& place = table[static_cast<std::size_t>(*layer)];
+      if (entry.intervals == kLayerGone)
+        place.reset();
+      else
+        place = entry;
+    }
+    if (!table[static_cast<std::size_t>(Layer::Displacement)]) return damaged("it has no displacement");
+    return table;
+  }
+
+  /// One row of pages whose checksum holds.
+  struct PageRow {
+    std::int64_t stroke = 0;
+    bool whole = false;
+    std::uint64_t tiles = 0;
+    Bytes data;
+  };
+  [[nodiscard]] Result<PageRow> page_row(const Statement& row, Layer layer, SlabId page) const {
+    const std::int64_t stroke = row.integer(0), whole = row.integer(1), tiles = row.integer(2);
+    const Bytes data = row.blob(4);
+    if (row.integer(3) != hash_of(name(layer), data, page, stroke, whole, tiles))
+      return page_damage(layer, page, stroke, "fails its checksum");
+    return PageRow{.stroke = stroke, .whole = whole != 0, .tiles = std::bit_cast<std::uint64_t>(tiles), .data = data};
+  }
+
+  /// Pages with rows of strokes after the first and up to the last one named, in order.
+  [[nodiscard]] Result<std::vector<std::pair<Layer, SlabId>>> touched_pages(std::int64_t after,
+                                                                            std::int64_t last) const {
+    std::vector<std::pair<Layer, SlabId>> pages;
+    RELIEF_TRY(
+        Statement rows,
+        database_.prepare("SELECT DISTINCT layer, page FROM pages WHERE stroke > ? AND stroke <= ? ORDER BY 1, 2"));
+    rows.bind(after).bind(last);
+    for (;;) {
+      RELIEF_TRY(const bool row, rows.step());
+      if (!row) return pages;
+      const auto layer = layer_from_name(rows.text(0));
+      if (!layer || rows.integer(1) < 0 || rows.integer(1) >= kNoSlab) return damaged("it has a page of nothing");
+      pages.emplace_back(*layer, static_cast<SlabId>(rows.integer(1)));
+    }
+  }
+
+  /// The journal: strokes 1 to `last`.
+  [[nodiscard]] Result<std::vector<StrokeRecord>> read_strokes(std::int64_t last) const {
+    std::vector<StrokeRecord> strokes;
+    RELIEF_TRY(Statement rows,
+               database_.prepare("SELECT number, label, details, tiles, row_count, hash FROM strokes WHERE number "
+                                 "BETWEEN 1 AND ? ORDER BY number"));
+    rows.bind(last);
+    for (;;) {
+      RELIEF_TRY(const bool row, rows.step());
+      if (!row) break;
+      StrokeRecord stroke{.number = static_cast<std::uint64_t>(rows.integer(0)),
+                          .label = std::string(rows.text(1)),
+                          .details = std::string(rows.text(2)),
+                          .tiles = static_cast<std::uint64_t>(rows.integer(3))};
+      if (rows.integer(5) != hash_of(stroke, rows.integer(4)))
+        return damaged("the record of stroke " + std::to_string(stroke.number) + " fails its checksum");
+      strokes.push_back(std::move(stroke));
+    }
+    if (strokes.size() != static_cast<std::size_t>(last)) return damaged("its journal of strokes has a gap");
+    return strokes;
+  }
+
+  /// The tiles of a page as they stood after a stroke: its last whole row, then each later change.
+  [[nodiscard]] Result<std::array<TilePtr, kTilesPerPage>> read_page(const SlabMesh& mesh, Layer layer,
+                                                                     const LayerEntry& entry, SlabId page,
+                                                                     std::int64_t stroke) const {
+    RELIEF_TRY(
+        Statement rows,
+        database_.prepare("SELECT stroke, whole, tiles, hash, data FROM pages WHERE layer = ?1 AND page = ?2 AND "
+                          "stroke <= ?3 AND stroke >= (SELECT max(stroke) FROM pages WHERE layer = ?1 AND page = ?2 "
+                          "AND stroke <= ?3 AND whole = 1) ORDER BY stroke"));
+    rows.bind(name(layer)).bind(std::int64_t{page}).bind(stroke);
+    const PageLayout layout(entry, layer, mesh, page, all_tiles(mesh, page));
+    std::vector<std::byte> all, part;
+    for (;;) {
+      RELIEF_TRY(const bool more, rows.step());
+      if (!more) break;
+      RELIEF_TRY(const PageRow row, page_row(rows, layer, page));
+      const PageLayout changed(entry, layer, mesh, page, row.tiles);
+      const bool first = all.empty();
+      if (row.stroke < entry.stroke || row.whole != first || (first && row.tiles != layout.mask) ||
+          (row.tiles & ~layout.mask) != 0 || !detail::may_hold(row.data, changed.bytes()))
+        return page_damage(layer, page, row.stroke, "does not fit the cage");
+      part.resize(changed.bytes());
+      if (!detail::unpack(row.data, sizeof(float), part))
+        return page_damage(layer, page, row.stroke, "cannot be unpacked");
+      if (first) {
+        all = std::move(part);
+        continue;
+      }
+      for (SlabId t = 0; t < kTilesPerPage; ++t)
+        if (changed.has(t)) detail::exclusive_or(layout.tile(std::span(all), t), changed.tile(Bytes(part), t));
+    }
+    if (all.empty()) return page_damage(layer, page, stroke, "is missing");
+    std::array<TilePtr, kTilesPerPage> tiles;
+    for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
+      const int n = intervals_of(entry, mesh, page * kTilesPerPage + t);
+      tiles[t] = detail::tile_from(layout.tile(Bytes(all), t), n, channels(layer));
+      if (t > 0 && tiles[t]->same_values(*tiles[t - 1])) tiles[t] = tiles[t - 1];
+    }
+    return tiles;
+  }
+
+  /// That every page of the layers is there before memory is taken for them, so that what a file asks for is in
+  /// proportion to its size.
+  [[nodiscard]] Status check_pages(const SlabMesh& mesh, const LayerTable& layers) const {
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      if (!layers[k]) continue;
+      const auto layer = static_cast<Layer>(k);
+      RELIEF_TRY(Statement rows, database_.prepare("SELECT page, tiles, length(data) FROM pages WHERE layer = ? AND "
+                                                   "stroke = ? AND whole = 1 ORDER BY page"));
+      rows.bind(name(layer)).bind(layers[k]->stroke);
+      for (SlabId page = 0; page < page_count(mesh); ++page) {
+        RELIEF_TRY(const bool more, rows.step());
+        if (!more || rows.integer(0) != page) return page_damage(layer, page, layers[k]->stroke, "is missing");
+        const PageLayout layout(*layers[k], layer, mesh, page, all_tiles(mesh, page));
+        if (std::bit_cast<std::uint64_t>(rows.integer(1)) != layout.mask ||
+            layout.bytes() / detail::kMaxExpansion >
+                static_cast<std::size_t>(std::max<std::int64_t>(rows.integer(2), 0)))
+          return page_damage(layer, page, layers[k]->stroke, "does not fit the cage");
+      }
+      RELIEF_TRY(const bool more, rows.step());
+      if (more) return damaged("it has more pages than its cage needs");
+    }
+    return {};
+  }
+
+  /// That the journal has no gap and each stroke still has all the rows that it wrote.
+  [[nodiscard]] Status check_journal(const Meta& meta) const {
+    RELIEF_TRY(Statement strokes, database_.prepare("SELECT count(*), min(number), max(number) FROM strokes"));
+    RELIEF_TRY(const bool counted, strokes.step());
+    if (!counted || strokes.integer(0) != meta.last + 1 || strokes.integer(1) != 0 || strokes.integer(2) != meta.last)
+      return damaged("its journal of strokes has a gap");
+    RELIEF_TRY(
+        Statement missing,
+        database_.prepare("SELECT count(*) FROM strokes LEFT JOIN (SELECT stroke, count(*) AS found FROM (SELECT "
+                          "stroke FROM pages UNION ALL SELECT stroke FROM layers) GROUP BY stroke) ON stroke = number "
+                          "WHERE row_count <> ifnull(found, 0)"));
+    RELIEF_TRY(const bool compared, missing.step());
+    if (!compared || missing.integer(0) != 0) return damaged("changes of a stroke are missing");
+    return {};
+  }
+
+  [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const {
+    return database_.failure(Errc::Corrupt, "is damaged: " + std::string(what));
+  }
+
+ private:
+  [[nodiscard]] static Status write_place(const Meta& meta, Statement& put) {
+    const auto write = [&](std::string_view key, std::int64_t value) {
+      put.reset();
+      return put.bind(key).bind(value).run();
+    };
+    RELIEF_CHECK(write("current", meta.current));
+    RELIEF_CHECK(write("last", meta.last));
+    return write("checksum", meta.checksum());
+  }
+  [[nodiscard]] std::unexpected<Error> page_damage(Layer layer, SlabId page, std::int64_t stroke,
+                                                   std::string_view what) const {
+    return damaged("page " + std::to_string(page) + " of " + std::string(name(layer)) + " at stroke " +
+                   std::to_string(stroke) + " " + std::string(what));
+  }
+
+  const Database& database_;
+};
+
+// ---- Snapshots from rows
+
+/// The whole model at a stroke.
+Result<SnapshotPtr> load(const Rows& rows, const std::shared_ptr<const SlabMesh>& mesh, const LayerTable& layers,
+                         std::int64_t stroke) {
+  RELIEF_CHECK(rows.check_pages(*mesh, layers));
+  SnapshotDraft draft(Snapshot::make(mesh));
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    if (!layers[k]) continue;
+    const auto layer = static_cast<Layer>(k);
+    if (layer != Layer::Displacement) draft.add_layer(layer, static_cast<int>(layers[k]->intervals), 0.0F);
+    for (SlabId page = 0; page < page_count(*mesh); ++page) {
+      RELIEF_TRY(const auto tiles, rows.read_page(*mesh, layer, *layers[k], page, stroke));
+      for (SlabId t = 0; t < tiles_in_page(*mesh, page); ++t) draft.put(layer, page * kTilesPerPage + t, tiles[t]);
+      if (page % 256 == 255) (void)draft.finish();  // lets go of the tiles that were replaced
+    }
+  }
+  SnapshotPtr loaded = draft.finish();
+  if (const Status sound = validate(*loaded); !sound) return rows.damaged(sound.error().message);
+  return loaded;
+}
+
+/// The model at another stroke, from the one at hand; both have the same layers.
+Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerTable& layers, std::int64_t from_stroke,
+                         std::int64_t to_stroke) {
+  const SlabMesh& mesh = from->slab_mesh();
+  RELIEF_TRY(const auto touched,
+             rows.touched_pages(std::min(from_stroke, to_stroke), std::max(from_stroke, to_stroke)));
+  SnapshotDraft draft(from);
+  std::vector<std::pair<Layer, SlabId>> changed;
+  for (const auto& [layer, page] : touched) {
+    const auto& entry = layers[static_cast<std::size_t>(layer)];
+    if (!entry || page >= page_count(mesh)) continue;
+    RELIEF_TRY(const auto tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
+    for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
+      const SlabId s = page * kTilesPerPage + t;
+      if (tiles[t]->same_values(from->tile(layer, s))) continue;
+      draft.put(layer, s, tiles[t]);
+      changed.emplace_back(layer, s);
+    }
+  }
+  SnapshotPtr moved = draft.finish();
+  for (const auto& [layer, s] : changed)
+    if (const Status sound = check_tile(*moved, layer, s); !sound) return rows.damaged(sound.error().message);
+  return moved;
+}
+
+/// Writes a new model into an empty database that nobody else sees yet.
+Status write_model(const Database& database, const Model& model, const Meta& meta, const LayerTable& layers) {
+  const SlabMesh& mesh = model.head->slab_mesh();
+  const Rows rows(database);
+  RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
+  RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
+  RELIEF_CHECK(database.run("BEGIN"));
+  RELIEF_CHECK(rows.write_tables());
+  RELIEF_CHECK(rows.write_meta(meta));
+  RELIEF_CHECK(rows.write_cage(mesh));
+  std::int64_t row_count = 0;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    if (!layers[k]) continue;
+    const auto layer = static_cast<Layer>(k);
+    RELIEF_CHECK(rows.write_layer(layer, *layers[k]));
+    for (SlabId page = 0; page < page_count(mesh); ++page)
+      RELIEF_CHECK(rows.write_page({layer, page, 0, true}, *layers[k], 0, nullptr, *model.head));
+    row_count += 1 + std::int64_t{page_count(mesh)};
+  }
+  RELIEF_CHECK(rows.write_stroke({}, row_count));
+  return database.run("COMMIT");
+}
+
+}  // namespace
+
+struct ModelFile::State {
+  Database database;
+  bool read_only = false;
+  Meta meta{};
+  LayerTable layers{};
+  Model model{};
+  std::int64_t data_version = 0;  ///< differs once another program has written the file
+
+  /// Makes every commit durable, and keeps other writers out from now on; readers are let in except while we write.
+  [[nodiscard]] Status lock() {
+    RELIEF_CHECK(database.run("PRAGMA journal_mode = DELETE"));
+    RELIEF_CHECK(database.run("PRAGMA synchronous = EXTRA"));
+    RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
+    RELIEF_TRY(data_version, database.integer("PRAGMA data_version"));
+    return {};
+  }
+
+  /// Runs `change` in a transaction of its own; what it wrote is on disk on return, or nothing of it is left.
+  template <typename Change>
+  [[nodiscard]] Status transaction(Change&& change) {
+    if (read_only) return database.failure(Errc::Io, "was opened for reading only");
+    if (!database.in_transaction()) {
+      RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
+      const auto version = database.integer("PRAGMA data_version");
+      if (!version || *version != data_version) {
+        database.roll_back();
+        return database.failure(Errc::Io, "was changed by another program: open it again");
+      }
+    }
+    Status done = change();
+    if (done) done = database.run("COMMIT");
+    database.roll_back();
+    (void)database.run("BEGIN IMMEDIATE");  // when another writer was quicker, the next transaction says so
+    return done;
+  }
+
+  [[nodiscard]] Result<std::uint64_t> move_to(std::int64_t stroke);
+};
+
+ModelFile::ModelFile(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+ModelFile::ModelFile(ModelFile&&) noexcept = default;
+ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
+ModelFile::~ModelFile() = default;
+
+Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model) {
+  RELIEF_ASSERT(model.head != nullptr);
+  const auto refuse = [&](const std::string& why) {
+    return fail(Errc::InvalidArgument, "'" + printable(file.string()) + "' is not written: " + why);
+  };
+  if (const Status sound = validate(*model.head); !sound) return refuse(sound.error().message);
+  if (!std::isfinite(model.info.source_diagonal) || model.info.source_diagonal < 0)
+    return refuse("the source's diagonal is not a length");
+
+  const SlabMesh& mesh = model.head->slab_mesh();
+  Meta meta{.info = model.info,
+            .fibres = static_cast<std::int64_t>(mesh.fibres().size()),
+            .slabs = std::int64_t{mesh.slab_count()},
+            .certificate = certificate_text(mesh)};
+  LayerTable layers;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (model.head->has(layer))
+      layers[k] = {.stroke = 0,
+                   .intervals = layer == Layer::Displacement ? kOwnIntervals : model.head->tile(layer, 0).intervals()};
+  }
+  {
+    RELIEF_TRY(Replacement replacement, Replacement::make(file));
+    {
+      RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, file));
+      RELIEF_CHECK(write_model(database, model, meta, layers));
+    }
+    RELIEF_CHECK(replacement.replace_target());
+  }
+  RELIEF_TRY(Database database, Database::open(file, Database::Access::Write));
+  auto state = std::make_unique<State>(
+      State{.database = std::move(database), .meta = std::move(meta), .layers = layers, .model = model});
+  RELIEF_CHECK(state->lock());
+  return ModelFile(std::move(state));
+}
+
+Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only) {
+  RELIEF_TRY(Database database, Database::open(file, read_only ? Database::Access::Read : Database::Access::Write));
+  auto state = std::make_unique<State>(State{.database = std::move(database), .read_only = read_only});
+  const Rows rows(state->database);
+  RELIEF_CHECK(rows.check_version());  // before anything is changed in what may be somebody else's database
+  RELIEF_CHECK(read_only ? state->database.run("BEGIN") : state->lock());
+  RELIEF_CHECK(rows.check_tables());
+  RELIEF_TRY(state->meta, rows.read_meta());
+  RELIEF_CHECK(rows.check_journal(state->meta));
+  RELIEF_TRY(const auto mesh, rows.read_cage(state->meta));
+  RELIEF_TRY(state->layers, rows.read_layers(state->meta.current));
+  RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
+  state->model.info = state->meta.info;
+  if (read_only) state->database.roll_back();
+  return ModelFile(std::move(state));
+}
+
+Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+  RELIEF_TRY(const Database source, Database::open(from, Database::Access::Read));
+  const Rows rows(source);
+  RELIEF_CHECK(rows.check_version());
+  RELIEF_CHECK(rows.check_tables());
+  std::error_code code;
+  if (std::filesystem::equivalent(from, to, code)) return {};
+  RELIEF_TRY(Replacement replacement, Replacement::make(to));
+  {
+    RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, to));
+    RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
+    RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
+    RELIEF_CHECK(database.copy_from(source));
+  }
+  return replacement.replace_target();
+}
+
+const Model& ModelFile::model() const noexcept { return state_->model; }
+std::uint64_t ModelFile::stroke_count() const noexcept { return static_cast<std::uint64_t>(state_->meta.current); }
+std::uint64_t ModelFile::redo_count() const noexcept {
+  return static_cast<std::uint64_t>(state_->meta.last - state_->meta.current);
+}
+
+Result<std::vector<StrokeRecord>> ModelFile::strokes() const {
+  return Rows(state_->database).read_strokes(state_->meta.last);
+}
+
+Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
+  RELIEF_ASSERT(head != nullptr);
+  State& state = *state_;
+  const Snapshot& before = *state.model.head;
+  const SlabMesh& mesh = before.slab_mesh();
+  const auto refuse = [&](const std::string& why) {
+    return state.database.failure(Errc::InvalidArgument, "keeps its last stroke: " + why);
+  };
+  if (&head->slab_mesh() != &mesh && head->slab_mesh().content_hash() != mesh.content_hash())
+    return refuse("the new model stands on another cage");
+  if (stroke.label.size() > kMaxText || stroke.details.size() > kMaxText)
+    return refuse("the stroke's text is too long");
+
+  const std::int64_t number = state.meta.current + 1;
+  LayerTable layers = state.layers;
+  std::vector<std::pair<Layer, LayerEntry>> layer_rows;
+  std::array<bool, kLayerCount> fresh{};
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (layer == Layer::Displacement) continue;
+    if (!head->has(layer)) {
+      if (layers[k]) layer_rows.emplace_back(layer, LayerEntry{number, kLayerGone});
+      layers[k].reset();
+      continue;
+    }
+    const int intervals = head->tile(layer, 0).intervals();
+    fresh[k] = !layers[k] || layers[k]->intervals != intervals;
+    if (!fresh[k]) continue;
+    layers[k] = {.stroke = number, .intervals = intervals};
+    layer_rows.emplace_back(layer, *layers[k]);
+  }
+
+  std::vector<PageChange> changes;
+  std::uint64_t tiles = 0;
+  Status sound;
+  for_each_change(before, *head, [&](Layer layer, SlabId s) {
+    const bool is_fresh = fresh[static_cast<std::size_t>(layer)];
+    if (!sound || (!is_fresh && head->tile(layer, s).same_values(before.tile(layer, s)))) return;
+    const SlabId page = s / kTilesPerPage;
+    if (changes.empty() || changes.back().layer != layer || changes.back().page != page)
+      changes.push_back({layer, page, 0, is_fresh});
+    changes.back().tiles |= std::uint64_t{1} << (s % kTilesPerPage);
+    ++tiles;
+    sound = head->tile(layer, s).intervals() == intervals_of(*layers[static_cast<std::size_t>(layer)], mesh, s)
+                ? check_tile(*head, layer, s)
+                : fail(Errc::Corrupt, "a tile of " + std::string(name(layer)) + " has the wrong size");
+  });
+  if (!sound) return refuse(sound.error().message);
+
+  Meta meta = state.meta;
+  meta.current = meta.last = number;
+  const StrokeRecord record{static_cast<std::uint64_t>(number), stroke.label, stroke.details, tiles};
+  const Rows rows(state.database);
+  const auto write = [&]() -> Status {
+    if (state.meta.current < state.meta.last) RELIEF_CHECK(rows.drop_strokes_after(state.meta.current));
+    for (const auto& [layer, entry] : layer_rows) RELIEF_CHECK(rows.write_layer(layer, entry));
+    for (PageChange& change : changes) {
+      if (!change.whole) {
+        RELIEF_TRY(const std::int64_t earlier, rows.changes_since_whole(change.layer, change.page));
+        change.whole = earlier >= kWholeEvery;
+      }
+      RELIEF_CHECK(rows.write_page(change, *layers[static_cast<std::size_t>(change.layer)], number, &before, *head));
+    }
+    RELIEF_CHECK(rows.write_stroke(record, static_cast<std::int64_t>(changes.size() + layer_rows.size())));
+    return rows.write_place(meta);
+  };
+  RELIEF_CHECK(state.transaction(write));
+  state.meta = std::move(meta);
+  state.layers = layers;
+  state.model.head = std::move(head);
+  return {};
+}
+
+Result<std::uint64_t> ModelFile::undo(std::uint64_t strokes) {
+  const auto steps = static_cast<std::int64_t>(std::min(strokes, stroke_count()));
+  return state_->move_to(state_->meta.current - steps);
+}
+
+Result<std::uint64_t> ModelFile::redo(std::uint64_t strokes) {
+  const auto steps = static_cast<std::int64_t>(std::min(strokes, redo_count()));
+  return state_->move_to(state_->meta.current + steps);
+}
+
+Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke) {
+  const Rows rows(database);
+  Meta moved_meta = meta;
+  moved_meta.current = stroke;
+  LayerTable moved_layers;
+  SnapshotPtr moved;
+  const auto write = [&]() -> Status {
+    if (stroke == meta.current) return {};
+    RELIEF_TRY(moved_layers, rows.read_layers(stroke));
+    auto found = moved_layers == layers ? move(rows, model.head, layers, meta.current, stroke)
+                                        : load(rows, model.head->shared_slab_mesh(), moved_layers, stroke);
+    if (!found) return std::unexpected(std::move(found).error());
+    moved = *std::move(found);
+    return rows.write_place(moved_meta);
+  };
+  RELIEF_CHECK(transaction(write));
+  const std::int64_t steps = stroke - meta.current;
+  if (steps != 0) {
+    meta = std::move(moved_meta);
+    layers = moved_layers;
+    model.head = std::move(moved);
+  }
+  return static_cast<std::uint64_t>(steps < 0 ? -steps : steps);
+}
+
+}  // namespace relief

@@ -16,21 +16,21 @@ inline constexpr int kFormatVersion = 1;
 
 /// One finished stroke as the journal keeps it.
 struct StrokeRecord {
-  std::uint64_t number = 0;   ///< 1 for the first
-  std::string label;          ///< what people read
-  std::string details;        ///< JSON of the stroke, for replay; may be empty
-  std::uint64_t tiles = 0;    ///< changed by it
+  std::uint64_t number = 0;  ///< 1 for the first
+  std::string label;         ///< what people read
+  std::string details;       ///< JSON of the stroke, for replay; may be empty
+  std::uint64_t tiles = 0;   ///< changed by it
 };
 
 /// An open model file. One thread at a time. Whatever happens to the process, the file is a whole model at the last
 /// committed stroke. All errors name the file.
 class ModelFile {
  public:
-  /// Makes a new file, as a whole and at once (written beside and renamed); an existing file, and whatever a killed run left
-  /// beside it, is replaced. Error: Io.
+  /// Makes a new file, as a whole and at once (written beside and renamed); an existing file, and whatever a killed run
+  /// left beside it, is replaced. Error: Io.
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
-  /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared samples
-  /// and ranges. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
+  /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
+  /// samples and ranges. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
   [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false);
   /// Copies a model file with its whole history to another place, as a whole and at once.
   [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to);
@@ -44,10 +44,11 @@ class ModelFile {
   /// Finished strokes up to the current one; undone ones follow in redo_count().
   [[nodiscard]] std::uint64_t stroke_count() const noexcept;
   [[nodiscard]] std::uint64_t redo_count() const noexcept;
+  /// All of them in order, those that were undone at the end.
   [[nodiscard]] Result<std::vector<StrokeRecord>> strokes() const;
 
-  /// Writes the tiles in which `head` differs from model(), as one transaction; strokes that had been undone are dropped.
-  /// On return the stroke is on disk. `head` must have the cage of model(). Errors: Io (disk full, read-only).
+  /// Writes the tiles in which `head` differs from model(), as one transaction; strokes that had been undone are
+  /// dropped. On return the stroke is on disk. `head` must have the cage of model(). Errors: Io (disk full, read-only).
   [[nodiscard]] Status commit(SnapshotPtr head, const StrokeRecord& stroke);
   /// Moves the current stroke back or forth, as one transaction. Returns how many strokes it moved, fewer at the end.
   [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1);

@@ -1,0 +1,69 @@
+#include <relief/file/tile_codec.h>
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+namespace relief::detail {
+
+static_assert(std::endian::native == std::endian::little, "blobs are little-endian; add a swap here");
+
+namespace {
+constexpr int kLevel = 3;
+/// Header of a zstd frame that decoders skip: magic number, then the count of bytes that follow.
+constexpr std::uint32_t kSkippable = 0x184D2A50U;
+}  // namespace
+
+std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width) {
+  const std::size_t count = raw.size() / width;
+  std::vector<std::byte> shuffled(raw.size());
+  for (std::size_t rank = 0; rank < width; ++rank)
+    for (std::size_t k = 0; k < count; ++k) shuffled[rank * count + k] = raw[k * width + rank];
+
+  std::vector<std::byte> blob(ZSTD_compressBound(raw.size()));
+  const std::size_t size = ZSTD_compress(blob.data(), blob.size(), shuffled.data(), shuffled.size(), kLevel);
+  blob.resize(ZSTD_isError(size) != 0U ? 0
+                                       : size);  // only lack of memory makes it fail; unpack() refuses the empty blob
+  if (!may_hold(blob, raw.size())) {
+    const std::size_t padding = raw.size() / kMaxExpansion - blob.size();
+    const std::array<std::uint32_t, 2> header = {kSkippable, static_cast<std::uint32_t>(padding)};
+    const auto bytes = std::as_bytes(std::span(header));
+    blob.insert(blob.end(), bytes.begin(), bytes.end());
+    blob.resize(blob.size() + padding);
+  }
+  return blob;
+}
+
+bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::byte> raw) {
+  if (!may_hold(blob, raw.size()) || ZSTD_getFrameContentSize(blob.data(), blob.size()) != raw.size()) return false;
+  std::vector<std::byte> shuffled(raw.size());
+  if (ZSTD_decompress(shuffled.data(), shuffled.size(), blob.data(), blob.size()) != raw.size()) return false;
+  const std::size_t count = raw.size() / width;
+  for (std::size_t rank = 0; rank < width; ++rank)
+    for (std::size_t k = 0; k < count; ++k) raw[k * width + rank] = shuffled[rank * count + k];
+  return true;
+}
+
+void copy_samples(const Tile& tile, std::span<std::byte> to) noexcept {
+  const std::size_t plane = tile.size() * sizeof(float);
+  for (int c = 0; c < tile.channel_count(); ++c)
+    std::memcpy(to.data() + static_cast<std::size_t>(c) * plane, tile.plane(c), plane);
+}
+
+TilePtr tile_from(std::span<const std::byte> samples, int intervals, int channel_count) {
+  auto tile = std::make_shared<Tile>(intervals, channel_count, 0.0F);
+  const std::size_t plane = tile->size() * sizeof(float);
+  for (int c = 0; c < channel_count; ++c)
+    std::memcpy(tile->plane(c), samples.data() + static_cast<std::size_t>(c) * plane, plane);
+  return tile;
+}
+
+void exclusive_or(std::span<std::byte> to, std::span<const std::byte> by) noexcept {
+  std::transform(to.begin(), to.end(), by.begin(), to.begin(), [](std::byte a, std::byte b) { return a ^ b; });
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,383 @@
+#include <relief/base/try.h>
+#include <relief/file/database.h>
+
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <random>
+#include <string>
+#include <utility>
+
+namespace relief::detail {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kBusyMilliseconds = 3000;
+
+std::string quoted(const fs::path& file) {
+  std::string text = "'";
+  text += printable(file.string());
+  text += '\'';
+  return text;
+}
+
+/// The sentence for a result code of SQLite.
+Error failure_of(const fs::path& file, int code, int system_error) {
+  const auto error = [&](Errc errc, const std::string& what) { return Error{errc, quoted(file) + " " + what}; };
+  if (code == SQLITE_READONLY_ROLLBACK || code == SQLITE_READONLY_RECOVERY)
+    return error(Errc::Io,
+                 "holds an unfinished change that must be undone first: make its folder writable or copy the file "
+                 "together with its -journal to one");
+  if (code == SQLITE_READONLY_DBMOVED) return error(Errc::Io, "was replaced by another program: open it again");
+  switch (code & 0xff) {
+    case SQLITE_NOTADB:
+      return error(Errc::UnsupportedFormat, "is not a .relief file");
+    case SQLITE_CORRUPT:
+      return error(Errc::Corrupt, "is damaged: its tables cannot be read");
+    case SQLITE_FULL:
+      return error(Errc::Io, "cannot grow, the disk is full: what was finished before is kept");
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return error(Errc::Io, "is in use by another program: close it there first");
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return error(Errc::Io, "cannot be written: it or its folder is read-only");
+    case SQLITE_TOOBIG:
+      return error(Errc::Io, "cannot hold a part that large");
+    case SQLITE_CANTOPEN:
+    case SQLITE_IOERR:
+      return error(Errc::Io, std::string(code == SQLITE_CANTOPEN ? "cannot be opened" : "cannot be read or written") +
+                                 (system_error != 0 ? std::string(": ") + std::strerror(system_error) : ""));
+    default:
+      return error(Errc::Io, std::string("cannot be used: ") + sqlite3_errstr(code));
+  }
+}
+
+std::unexpected<Error> io(const fs::path& file, const char* what, int system_error) {
+  return fail(Errc::Io, quoted(file) + " " + what + ": " + std::strerror(system_error));
+}
+
+/// Nothing that a file says may run: no triggers, views or functions from its schema, and no statement of unusual size.
+void harden(sqlite3* handle) {
+  sqlite3_extended_result_codes(handle, 1);
+  sqlite3_busy_timeout(handle, kBusyMilliseconds);
+  for (const auto& [option, value] :
+       std::initializer_list<std::pair<int, int>>{{SQLITE_DBCONFIG_DEFENSIVE, 1},
+                                                  {SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0},
+                                                  {SQLITE_DBCONFIG_ENABLE_TRIGGER, 0},
+                                                  {SQLITE_DBCONFIG_ENABLE_VIEW, 0},
+                                                  {SQLITE_DBCONFIG_ENABLE_LOAD_EXTENSION, 0}})
+    sqlite3_db_config(handle, option, value, nullptr);
+  for (const auto& [limit, value] : std::initializer_list<std::pair<int, int>>{{SQLITE_LIMIT_LENGTH, 1 << 28},
+                                                                               {SQLITE_LIMIT_SQL_LENGTH, 10000},
+                                                                               {SQLITE_LIMIT_COLUMN, 64},
+                                                                               {SQLITE_LIMIT_EXPR_DEPTH, 30},
+                                                                               {SQLITE_LIMIT_COMPOUND_SELECT, 3},
+                                                                               {SQLITE_LIMIT_ATTACHED, 0},
+                                                                               {SQLITE_LIMIT_TRIGGER_DEPTH, 1}})
+    sqlite3_limit(handle, limit, value);
+}
+
+}  // namespace
+
+// ---- Statement
+
+void Statement::Finalize::operator()(sqlite3_stmt* statement) const noexcept { sqlite3_finalize(statement); }
+
+Statement& Statement::bind(std::int64_t value) {
+  if (const int rc = sqlite3_bind_int64(statement_.get(), ++parameter_, value); rc != SQLITE_OK) bind_error_ = rc;
+  return *this;
+}
+Statement& Statement::bind(double value) {
+  if (const int rc = sqlite3_bind_double(statement_.get(), ++parameter_, value); rc != SQLITE_OK) bind_error_ = rc;
+  return *this;
+}
+Statement& Statement::bind(std::string_view value) {
+  const char* bytes = value.empty() ? "" : value.data();
+  const int rc = sqlite3_bind_text64(statement_.get(), ++parameter_, bytes, value.size(), SQLITE_STATIC, SQLITE_UTF8);
+  if (rc != SQLITE_OK) bind_error_ = rc;
+  return *this;
+}
+Statement& Statement::bind(std::span<const std::byte> value) {
+  const int rc = sqlite3_bind_blob64(statement_.get(), ++parameter_, value.data(), value.size(), SQLITE_STATIC);
+  if (rc != SQLITE_OK) bind_error_ = rc;
+  return *this;
+}
+
+Result<bool> Statement::step() {
+  const int rc = bind_error_ != SQLITE_OK ? bind_error_ : sqlite3_step(statement_.get());
+  if (rc == SQLITE_ROW) return true;
+  if (rc == SQLITE_DONE) return false;
+  return std::unexpected(failure_of(*file_, rc, sqlite3_system_errno(sqlite3_db_handle(statement_.get()))));
+}
+
+Status Statement::run() {
+  for (;;) {
+    RELIEF_TRY(const bool row, step());
+    if (!row) return {};
+  }
+}
+
+void Statement::reset() noexcept {
+  sqlite3_reset(statement_.get());
+  sqlite3_clear_bindings(statement_.get());
+  parameter_ = 0;
+  bind_error_ = SQLITE_OK;
+}
+
+Statement::Type Statement::type(int column) const noexcept {
+  switch (sqlite3_column_type(statement_.get(), column)) {
+    case SQLITE_INTEGER:
+      return Type::Integer;
+    case SQLITE_FLOAT:
+      return Type::Real;
+    case SQLITE_TEXT:
+      return Type::Text;
+    case SQLITE_BLOB:
+      return Type::Blob;
+    default:
+      return Type::Null;
+  }
+}
+std::int64_t Statement::integer(int column) const noexcept { return sqlite3_column_int64(statement_.get(), column); }
+double Statement::real(int column) const noexcept { return sqlite3_column_double(statement_.get(), column); }
+std::string_view Statement::text(int column) const noexcept {
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return bytes == nullptr ? std::string_view() : std::string_view(bytes, static_cast<std::size_t>(size));
+}
+std::span<const std::byte> Statement::blob(int column) const noexcept {
+  const auto* bytes = static_cast<const std::byte*>(sqlite3_column_blob(statement_.get(), column));
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  return bytes == nullptr ? std::span<const std::byte>() : std::span(bytes, static_cast<std::size_t>(size));
+}
+
+// ---- Database
+
+void Database::Close::operator()(sqlite3* handle) const noexcept { sqlite3_close_v2(handle); }
+
+Result<Database> Database::open(const fs::path& place, Access access, const fs::path& named) {
+  const fs::path& file = named.empty() ? place : named;
+  std::error_code code;
+  const fs::file_status status = fs::status(place, code);
+  if (status.type() == fs::file_type::not_found) return fail(Errc::NotFound, quoted(file) + " does not exist");
+  if (status.type() == fs::file_type::none) return io(file, "cannot be opened", code.value());
+  if (status.type() == fs::file_type::directory) return fail(Errc::Io, quoted(file) + " is a folder, not a model file");
+  if (status.type() != fs::file_type::regular) return fail(Errc::Io, quoted(file) + " is not a regular file");
+  // An absolute path is never taken for a URI.
+  const fs::path absolute = fs::absolute(place, code);
+  if (code) return io(file, "cannot be found", code.value());
+
+  const auto connect = [&](int flags) -> Result<Database> {
+    sqlite3* handle = nullptr;
+    const int rc = sqlite3_open_v2(absolute.c_str(), &handle, flags | SQLITE_OPEN_FULLMUTEX, nullptr);
+    Database database;
+    database.file_ = std::make_unique<fs::path>(file);
+    database.handle_.reset(handle);
+    if (rc != SQLITE_OK)
+      return std::unexpected(failure_of(file, rc, handle != nullptr ? sqlite3_system_errno(handle) : 0));
+    harden(handle);
+    RELIEF_CHECK(database.run("PRAGMA cell_size_check = ON"));
+    return database;
+  };
+  RELIEF_TRY(Database database, connect(access == Access::Read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE));
+  if (access == Access::Write) {
+    if (sqlite3_db_readonly(database.handle_.get(), "main") != 0)
+      return std::unexpected(failure_of(file, SQLITE_READONLY, 0));
+    return database;
+  }
+  // A reader cannot undo what a killed writer left, so a writer does it once.
+  int rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
+  if (rc == SQLITE_READONLY_ROLLBACK || rc == SQLITE_READONLY_RECOVERY || rc == SQLITE_CANTOPEN) {
+    if (auto writer = connect(SQLITE_OPEN_READWRITE)) {
+      (void)writer->run("PRAGMA schema_version");
+      rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
+    }
+  }
+  if (rc != SQLITE_OK) return std::unexpected(failure_of(file, rc, sqlite3_system_errno(database.handle_.get())));
+  return database;
+}
+
+Result<Statement> Database::prepare(std::string_view sql) const {
+  sqlite3_stmt* statement = nullptr;
+  const int rc = sqlite3_prepare_v2(handle_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
+  if (rc != SQLITE_OK) {
+    // The SQL is ours and right, so a table or column that does not exist is the file's fault.
+    if (rc == SQLITE_ERROR) return failure(Errc::Corrupt, "is damaged: its tables are not those of a model");
+    return std::unexpected(failure_of(*file_, rc, sqlite3_system_errno(handle_.get())));
+  }
+  Statement made;
+  made.statement_.reset(statement);
+  made.file_ = file_.get();
+  return made;
+}
+
+Status Database::run(std::string_view sql) const {
+  RELIEF_TRY(Statement statement, prepare(sql));
+  return statement.run();
+}
+
+Result<std::int64_t> Database::integer(std::string_view sql) const {
+  RELIEF_TRY(Statement statement, prepare(sql));
+  RELIEF_TRY(const bool row, statement.step());
+  return row ? statement.integer(0) : 0;
+}
+
+bool Database::in_transaction() const noexcept { return sqlite3_get_autocommit(handle_.get()) == 0; }
+
+void Database::roll_back() const noexcept {
+  if (in_transaction()) sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+Status Database::copy_from(const Database& other) const {
+  sqlite3_backup* backup = sqlite3_backup_init(handle_.get(), "main", other.handle_.get(), "main");
+  if (backup == nullptr) return std::unexpected(failure_of(*file_, sqlite3_extended_errcode(handle_.get()), 0));
+  // In one go, so that it is one moment of the source.
+  const int rc = sqlite3_backup_step(backup, -1);
+  sqlite3_backup_finish(backup);
+  if (rc == SQLITE_DONE) return {};
+  const bool reading = (rc & 0xff) == SQLITE_CORRUPT || (rc & 0xff) == SQLITE_NOTADB || (rc & 0xff) == SQLITE_BUSY;
+  return std::unexpected(failure_of(reading ? *other.file_ : *file_, rc, sqlite3_system_errno(handle_.get())));
+}
+
+std::unexpected<Error> Database::failure(Errc code, std::string_view what) const {
+  return fail(code, quoted(*file_) + " " + std::string(what));
+}
+
+// ---- Replacement
+
+namespace {
+
+constexpr std::string_view kSuffix = ".tmp";
+constexpr std::size_t kDigits = 16;
+
+/// Removes NAME.<16 digits>.tmp beside the target where their writer is dead. A writer holds a lock from right after it
+/// made the file, so an unlocked one of some age has none.
+void remove_leftovers(const fs::path& target) {
+  const std::string prefix = target.filename().string() + ".";
+  std::error_code code;
+  for (fs::directory_iterator at(target.parent_path(), code), end; !code && at != end; at.increment(code)) {
+    const std::string name = at->path().filename().string();
+    if (name.size() != prefix.size() + kDigits + kSuffix.size() || !name.starts_with(prefix) ||
+        !name.ends_with(kSuffix) ||
+        name.find_first_not_of("0123456789abcdef", prefix.size()) != name.size() - kSuffix.size())
+      continue;
+    const int descriptor = ::open(at->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (descriptor < 0) continue;
+    struct stat status{};
+    const bool old = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
+                     std::chrono::system_clock::now() - std::chrono::system_clock::from_time_t(status.st_mtime) >
+                         std::chrono::minutes(1);
+    if (old && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(at->path().c_str());
+    ::close(descriptor);
+  }
+}
+
+/// The folder of a file, held by one replacer at a time. Where folders cannot be locked nothing is held.
+class Folder {
+ public:
+  explicit Folder(const fs::path& file)
+      : descriptor_(::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  /// 0, or the error of the system.
+  [[nodiscard]] int sync() const noexcept {
+    return descriptor_ < 0 || ::fsync(descriptor_) == 0 || errno == EINVAL ? 0 : errno;
+  }
+
+ private:
+  int descriptor_;
+};
+
+fs::path beside(const fs::path& file, const char* suffix) { return fs::path(file.string() + suffix); }
+
+}  // namespace
+
+Result<Replacement> Replacement::make(const fs::path& target) {
+  std::error_code code;
+  Replacement made;
+  made.target_ = fs::absolute(target, code);
+  if (!code && fs::is_symlink(made.target_, code)) made.target_ = fs::weakly_canonical(made.target_, code);
+  if (code) return io(target, "cannot be written", code.value());
+  const fs::file_status status = fs::status(made.target_, code);
+  if (status.type() == fs::file_type::directory || made.target_.filename().empty())
+    return fail(Errc::Io, quoted(target) + " is a folder, not a model file");
+  if (status.type() != fs::file_type::regular && status.type() != fs::file_type::not_found)
+    return fail(Errc::Io, quoted(target) + " cannot be written: it is not a regular file");
+  remove_leftovers(made.target_);
+
+  std::random_device random;
+  for (int attempt = 0; attempt < 16; ++attempt) {
+    std::string name = made.target_.string() + ".";
+    for (std::size_t k = 0; k < kDigits; ++k) name += "0123456789abcdef"[random() % 16];
+    name += kSuffix;
+    made.descriptor_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (made.descriptor_ < 0 && errno == EEXIST) continue;
+    if (made.descriptor_ < 0) return io(target, "cannot be written", errno);
+    made.file_ = name;
+    ::flock(made.descriptor_, LOCK_EX | LOCK_NB);
+    struct stat old{};
+    if (::stat(made.target_.c_str(), &old) == 0) (void)::fchmod(made.descriptor_, old.st_mode & 07777U);
+    return made;
+  }
+  return io(target, "cannot be written", EEXIST);
+}
+
+Replacement::Replacement(Replacement&& other) noexcept
+    : target_(std::move(other.target_)),
+      file_(std::move(other.file_)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {
+  other.file_.clear();
+}
+
+Replacement::~Replacement() {
+  if (!file_.empty()) ::unlink(file_.c_str());
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+/// The danger is a journal of the old file: SQLite finds it by its name alone, and would roll old pages back into the
+/// new file. So the old file is brought to rest first (opening it applies and removes its journal), then held locked,
+/// so that no other process can start a change, until the new one has its name. A journal beside no database belongs to
+/// nothing. Killed at any moment, this leaves the old file whole or the new one whole.
+Status Replacement::replace_target() {
+  if (::fsync(descriptor_) != 0) return io(target_, "cannot be written", errno);
+  const Folder folder(target_);
+  std::error_code code;
+  Result<Database> old = Database::open(target_, Database::Access::Write);
+  bool orphaned = false;
+  if (old) {
+    (void)old->run("PRAGMA journal_mode = DELETE");
+    if (const Status locked = old->run("BEGIN EXCLUSIVE"); !locked) {
+      if (locked.error().code != Errc::UnsupportedFormat && locked.error().code != Errc::Corrupt) return locked;
+      orphaned = true;
+    }
+  } else {
+    if (old.error().code != Errc::NotFound) return std::unexpected(old.error());
+    orphaned = true;
+  }
+  for (const char* suffix : {"-journal", "-wal", "-shm"}) {
+    const fs::path journal = beside(target_, suffix);
+    if (!orphaned && !fs::exists(journal, code)) continue;
+    if (::unlink(journal.c_str()) != 0 && errno != ENOENT) return io(journal, "is in the way", errno);
+  }
+  if (::rename(file_.c_str(), target_.c_str()) != 0) return io(target_, "cannot be replaced", errno);
+  file_.clear();
+  if (const int error = folder.sync(); error != 0) return io(target_, "cannot be written", error);
+  return {};
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,103 @@
+// SQLite, as far as a model file needs it: results instead of codes, every error a sentence that names the file.
+#pragma once
+
+#include <relief/base/error.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace relief::detail {
+
+/// One SQL statement. Parameters are bound in order; text and blobs must live until the statement is done or reset.
+class Statement {
+ public:
+  Statement& bind(std::int64_t value);
+  Statement& bind(double value);
+  Statement& bind(std::string_view value);
+  Statement& bind(std::span<const std::byte> value);
+
+  /// True: there is a row to read. False: done.
+  [[nodiscard]] Result<bool> step();
+  /// For statements without rows.
+  [[nodiscard]] Status run();
+  /// Ready for new parameters.
+  void reset() noexcept;
+
+  enum class Type : std::uint8_t { Integer, Real, Text, Blob, Null };
+  [[nodiscard]] Type type(int column) const noexcept;
+  [[nodiscard]] std::int64_t integer(int column) const noexcept;
+  [[nodiscard]] double real(int column) const noexcept;
+  /// Both valid until the next step.
+  [[nodiscard]] std::string_view text(int column) const noexcept;
+  [[nodiscard]] std::span<const std::byte> blob(int column) const noexcept;
+
+ private:
+  friend class Database;
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const noexcept;
+  };
+  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  const std::filesystem::path* file_ = nullptr;
+  int parameter_ = 0;
+  int bind_error_ = 0;
+};
+
+/// An open database. Statements must be gone before it is closed or moved.
+class Database {
+ public:
+  enum class Access : std::uint8_t { Read, Write };
+  /// Opens an existing regular file (an empty one is an empty database). What a killed writer left half done is undone
+  /// first, for readers too where the place can be written. Errors: NotFound, Io.
+  [[nodiscard]] static Result<Database> open(const std::filesystem::path& file, Access access);
+
+  [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;
+  /// Runs one statement and drops its rows.
+  [[nodiscard]] Status run(std::string_view sql) const;
+  /// The first column of the first row; 0 where there is none.
+  [[nodiscard]] Result<std::int64_t> integer(std::string_view sql) const;
+  /// Whether a transaction is open.
+  [[nodiscard]] bool in_transaction() const noexcept;
+  /// Ends the open transaction, if any, without its changes.
+  void roll_back() const noexcept;
+  /// Replaces the content of this database by that of another.
+  [[nodiscard]] Status copy_from(const Database& other) const;
+
+  [[nodiscard]] std::unexpected<Error> failure(Errc code, std::string_view what) const;
+
+ private:
+  struct Close {
+    void operator()(sqlite3* handle) const noexcept;
+  };
+  std::unique_ptr<std::filesystem::path> file_;  // statements point to it
+  std::unique_ptr<sqlite3, Close> handle_;
+};
+
+/// A new, empty file beside `target` that will take its place; removed again unless replace_target() is called. What
+/// killed runs left there is removed when it is older than a minute and no process holds it.
+class Replacement {
+ public:
+  [[nodiscard]] static Result<Replacement> make(const std::filesystem::path& target);
+  Replacement(Replacement&& other) noexcept;
+  Replacement& operator=(Replacement&&) = delete;
+  ~Replacement();
+
+  [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
+  /// The real place of the target, links resolved.
+  [[nodiscard]] const std::filesystem::path& target() const noexcept { return target_; }
+  /// Puts the file in the target's place, on disk, once nobody works with the old one. Close the database first.
+  [[nodiscard]] Status replace_target();
+
+ private:
+  Replacement() = default;
+  std::filesystem::path target_, file_;
+  int descriptor_ = -1;  // holds the lock that says that somebody still writes the file
+};
+
+}  // namespace relief::detail

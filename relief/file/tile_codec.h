@@ -1,0 +1,34 @@
+// How samples and the cage become blobs: bytes of equal rank side by side, then zstd.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace relief::detail {
+
+/// No blob stands for more than this many times its own bytes, so what a file can ask for is bounded by its size.
+inline constexpr std::size_t kMaxExpansion = 256;
+
+/// `raw` holds values of `width` bytes. Blobs that would expand by more than kMaxExpansion end in an empty (skippable)
+/// frame.
+[[nodiscard]] std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width);
+/// Whether `blob` may stand for `bytes` bytes; asked before memory is taken for them.
+[[nodiscard]] constexpr bool may_hold(std::span<const std::byte> blob, std::size_t bytes) noexcept {
+  return bytes / kMaxExpansion <= blob.size();
+}
+/// Fills `raw`; false when the blob does not stand for exactly as many bytes.
+[[nodiscard]] bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::byte> raw);
+
+/// Bytes of a tile's samples, plane after plane, without padding.
+[[nodiscard]] constexpr std::size_t tile_bytes(int intervals, int channel_count) noexcept {
+  return sample_count(intervals) * static_cast<std::size_t>(channel_count) * sizeof(float);
+}
+void copy_samples(const Tile& tile, std::span<std::byte> to) noexcept;
+[[nodiscard]] TilePtr tile_from(std::span<const std::byte> samples, int intervals, int channel_count);
+/// to ^= by.
+void exclusive_or(std::span<std::byte> to, std::span<const std::byte> by) noexcept;
+
+}  // namespace relief::detail

@@ -1,0 +1,97 @@
+// What the tests of the model file share: a folder that goes away, models, strokes.
+#pragma once
+
+#include <relief/file/model_file.h>
+
+#include <gtest/gtest.h>
+#include <support/shells.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace relief::testing {
+
+/// An empty folder, removed at the end.
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "relief-XXXXXX").string();
+    if (::mkdtemp(pattern.data()) != nullptr) path_ = pattern;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path_ / name; }
+  /// Names of everything in it.
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(path_)) found.push_back(entry.path().filename());
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string read_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+inline void write_file(const std::filesystem::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+/// 128 slabs in two pages, with some relief.
+inline Model ball(int levels = 2, int n = 6) {
+  Model model;
+  model.info = {.mode = Mode::Certified, .unit = Unit::Centimetre, .source = "ball \"1\".ply", .source_diagonal = 2.5};
+  model.head = displaced(sphere_shell(levels, n), [](Vec3d p) {
+    return 0.5 + 0.2 * std::round(64 * p.x * p.y + 16 * p.z) / 64;  // sums of few roundings: the same on every machine
+  });
+  return model;
+}
+
+/// Sets all samples of a slab in a layer, together with their copies in its neighbours.
+inline void dab(SnapshotDraft& draft, Layer layer, SlabId slab, float value) {
+  const int n = draft.tile(layer, slab).intervals();
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i + j <= n; ++i)
+      draft.base().slab_mesh().for_each_copy(slab, n, {i, j}, [&](const SampleCopy& copy) {
+        Tile& tile = draft.edit(layer, copy.slab);
+        for (int c = 0; c < tile.channel_count(); ++c)
+          tile.plane(c)[sample_index(n, copy.at)] = value * static_cast<float>(c + 1) / 4;
+      });
+}
+
+/// The model after stroke `number` of an endless series: each changes a slab and its neighbours.
+inline SnapshotPtr stroke(const SnapshotPtr& before, std::uint64_t number) {
+  SnapshotDraft draft(before);
+  const SlabId count = before->slab_mesh().slab_count();
+  dab(draft, Layer::Displacement, static_cast<SlabId>(number * 37 % count), static_cast<float>(number % 97) / 97);
+  return draft.finish();
+}
+
+}  // namespace relief::testing
+
+/// The value of a Result, or the end of the test with its message.
+#define RELIEF_MUST(declaration, expression)                                         \
+  auto must_##declaration = (expression);                                            \
+  ASSERT_TRUE(must_##declaration.has_value()) << must_##declaration.error().message; \
+  auto& declaration = *must_##declaration
+
+#define EXPECT_OK(expression)                                         \
+  do {                                                                \
+    const auto ok_ = (expression);                                    \
+    EXPECT_TRUE(ok_.has_value()) << (ok_ ? "" : ok_.error().message); \
+  } while (false)

@@ -1,0 +1,418 @@
+// Saving, opening, strokes, undo, copies, and what happens beside other programs.
+#include <sqlite3.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unit/file/file_support.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <limits>
+
+namespace relief {
+namespace {
+
+using testing::ball;
+using testing::dab;
+using testing::Folder;
+using testing::read_file;
+using testing::stroke;
+using testing::write_file;
+
+TEST(ModelFile, KeepsAModel) {
+  const Folder folder;
+  const Model model = ball();
+  {
+    RELIEF_MUST(made, ModelFile::create(folder / "a.relief", model));
+    EXPECT_EQ(made.model().head, model.head) << "no need to read back what the caller holds";
+  }
+  for (const bool read_only : {false, true}) {
+    RELIEF_MUST(file, ModelFile::open(folder / "a.relief", read_only));
+    EXPECT_EQ(file.model().head->content_hash(), model.head->content_hash());
+    EXPECT_EQ(file.model().info.mode, Mode::Certified);
+    EXPECT_EQ(file.model().info.unit, Unit::Centimetre);
+    EXPECT_EQ(file.model().info.source, "ball \"1\".ply");
+    EXPECT_EQ(file.model().info.source_diagonal, 2.5);
+    EXPECT_EQ(file.stroke_count(), 0U);
+    EXPECT_EQ(file.redo_count(), 0U);
+  }
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"}) << "one model, one file";
+}
+
+TEST(ModelFile, KeepsAllLayersAndEveryGridSize) {
+  const Folder folder;
+  for (const int n : {1, 15, 33, 128}) {
+    Model model = ball(1, n);
+    SnapshotDraft draft(model.head);
+    for (int k = 1; k < kLayerCount; ++k) {
+      const auto layer = static_cast<Layer>(k);
+      draft.add_layer(layer, n == 128 ? 5 : n + k, 0.25F);
+      dab(draft, layer, 3, 0.75F);
+    }
+    model.head = draft.finish();
+    ASSERT_TRUE(ModelFile::create(folder / "a.relief", model).has_value());
+    RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+    EXPECT_EQ(file.model().head->content_hash(), model.head->content_hash()) << n;
+  }
+}
+
+TEST(ModelFile, StrokesUndoRedoAndBranches) {
+  const Folder folder;
+  const Model model = ball();
+  std::vector<std::uint64_t> hashes = {model.head->content_hash()};
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    SnapshotPtr head = model.head;
+    for (std::uint64_t k = 1; k <= 5; ++k) {
+      head = stroke(head, k);
+      hashes.push_back(head->content_hash());
+      EXPECT_OK(file.commit(head, {.label = "stroke " + std::to_string(k), .details = "{\"k\": \"'\n\"}"}));
+      EXPECT_EQ(file.model().head, head);
+    }
+    EXPECT_EQ(file.stroke_count(), 5U);
+  }
+  {
+    RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+    EXPECT_EQ(file.model().head->content_hash(), hashes[5]);
+    RELIEF_MUST(records, file.strokes());
+    ASSERT_EQ(records.size(), 5U);
+    EXPECT_EQ(records[2].number, 3U);
+    EXPECT_EQ(records[2].label, "stroke 3");
+    EXPECT_EQ(records[2].details, "{\"k\": \"'\n\"}");
+    EXPECT_GT(records[2].tiles, 3U);
+    EXPECT_LT(records[2].tiles, 20U);
+    RELIEF_MUST(undone, file.undo(2));
+    EXPECT_EQ(undone, 2U);
+    EXPECT_EQ(file.model().head->content_hash(), hashes[3]);
+    EXPECT_EQ(file.redo_count(), 2U);
+  }
+  {
+    RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+    EXPECT_EQ(file.model().head->content_hash(), hashes[3]) << "undo is kept";
+    RELIEF_MUST(redone, file.redo(9));
+    EXPECT_EQ(redone, 2U);
+    EXPECT_EQ(file.model().head->content_hash(), hashes[5]);
+    RELIEF_MUST(undone, file.undo(100));
+    EXPECT_EQ(undone, 5U);
+    EXPECT_EQ(file.model().head->content_hash(), hashes[0]);
+    RELIEF_MUST(none, file.undo());
+    EXPECT_EQ(none, 0U);
+    RELIEF_MUST(again, file.redo());
+    EXPECT_EQ(again, 1U);
+    const SnapshotPtr other = stroke(file.model().head, 50);
+    EXPECT_OK(file.commit(other, {.label = "another way"}));
+    EXPECT_EQ(file.stroke_count(), 2U);
+    EXPECT_EQ(file.redo_count(), 0U);
+    hashes[2] = other->content_hash();
+  }
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief", true));
+  EXPECT_EQ(file.model().head->content_hash(), hashes[2]);
+  RELIEF_MUST(records, file.strokes());
+  ASSERT_EQ(records.size(), 2U);
+  EXPECT_EQ(records[1].label, "another way");
+}
+
+TEST(ModelFile, UndoSharesTilesThatDidNotChange) {
+  const Folder folder;
+  const Model model = ball();
+  RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+  EXPECT_OK(file.commit(stroke(model.head, 1), {}));
+  EXPECT_OK(file.undo());
+  std::size_t different = 0;
+  for_each_change(*model.head, *file.model().head, [&](Layer, SlabId) { ++different; });
+  EXPECT_LT(different, 20U);
+}
+
+TEST(ModelFile, AStrokeThatAddsALayerIsUndoneWhole) {
+  const Folder folder;
+  const Model model = ball();
+  std::uint64_t painted = 0, finer = 0;
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    SnapshotDraft draft(model.head);
+    draft.add_layer(Layer::Colour, 9, 1.0F);
+    dab(draft, Layer::Colour, 7, 0.5F);
+    SnapshotPtr head = draft.finish();
+    EXPECT_OK(file.commit(head, {.label = "first paint"}));
+    dab(draft, Layer::Colour, 90, 0.25F);
+    head = draft.finish();
+    EXPECT_OK(file.commit(head, {.label = "second paint"}));
+    painted = head->content_hash();
+    draft.add_layer(Layer::Colour, 12, 0.75F);
+    head = draft.finish();
+    EXPECT_OK(file.commit(head, {.label = "finer colour"}));
+    finer = head->content_hash();
+  }
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  EXPECT_EQ(file.model().head->content_hash(), finer);
+  EXPECT_OK(file.undo());
+  EXPECT_EQ(file.model().head->content_hash(), painted);
+  EXPECT_OK(file.undo(2));
+  EXPECT_FALSE(file.model().head->has(Layer::Colour));
+  EXPECT_EQ(file.model().head->content_hash(), model.head->content_hash());
+  EXPECT_OK(file.redo(2));
+  EXPECT_EQ(file.model().head->content_hash(), painted);
+  EXPECT_OK(file.commit(model.head, {.label = "colour taken away"}));
+  EXPECT_FALSE(ModelFile::open(folder / "a.relief", true)->model().head->has(Layer::Colour));
+  EXPECT_OK(file.undo());
+  EXPECT_EQ(file.model().head->content_hash(), painted);
+}
+
+TEST(ModelFile, ManyStrokesOnOnePlace) {
+  const Folder folder;
+  const Model model = ball(1, 3);
+  std::vector<std::uint64_t> hashes = {model.head->content_hash()};
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    SnapshotPtr head = model.head;
+    for (std::uint64_t k = 1; k <= 150; ++k) {
+      head = stroke(head, k);
+      hashes.push_back(head->content_hash());
+      ASSERT_TRUE(file.commit(head, {}).has_value());
+    }
+  }
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  EXPECT_EQ(file.model().head->content_hash(), hashes[150]);
+  for (std::uint64_t k = 150; k >= 10; k -= 10) {
+    EXPECT_OK(file.undo(10));
+    EXPECT_EQ(file.model().head->content_hash(), hashes[k - 10]);
+  }
+  EXPECT_OK(file.redo(77));
+  EXPECT_EQ(file.model().head->content_hash(), hashes[77]);
+}
+
+TEST(ModelFile, RefusesWhatItCouldNotReadBack) {
+  const Folder folder;
+  const Model model = ball();
+  RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+  for (const float bad : {std::nanf(""), -0.5F, 1.5F}) {
+    SnapshotDraft draft(model.head);
+    draft.edit(Layer::Displacement, 5).plane()[9] = bad;
+    const Status status = file.commit(draft.finish(), {});
+    ASSERT_FALSE(status.has_value());
+    EXPECT_EQ(status.error().code, Errc::InvalidArgument);
+    EXPECT_NE(status.error().message.find("slab 5"), std::string::npos) << status.error().message;
+  }
+  SnapshotDraft torn(model.head);
+  torn.edit(Layer::Displacement, 5).plane()[1] = 0.125F;  // on an edge, one side only
+  const SnapshotPtr torn_head = torn.finish();
+  EXPECT_EQ(file.commit(torn_head, {}).error().code, Errc::InvalidArgument);
+  EXPECT_EQ(file.commit(ball(1, 6).head, {}).error().code, Errc::InvalidArgument) << "another cage";
+  Model broken = model;
+  broken.head = torn_head;
+  EXPECT_EQ(ModelFile::create(folder / "b.relief", broken).error().code, Errc::InvalidArgument);
+  broken = model;
+  broken.info.source_diagonal = std::nan("");
+  EXPECT_EQ(ModelFile::create(folder / "b.relief", broken).error().code, Errc::InvalidArgument);
+  EXPECT_EQ(file.stroke_count(), 0U);
+  EXPECT_OK(file.commit(stroke(model.head, 1), {}));
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"});
+}
+
+TEST(ModelFile, ReadOnlyFilesAreReadAndNotWritten) {
+  const Folder folder;
+  const Model model = ball();
+  ASSERT_TRUE(ModelFile::create(folder / "a.relief", model).has_value());
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief", true));
+  EXPECT_EQ(file.commit(stroke(model.head, 1), {}).error().code, Errc::Io);
+  EXPECT_EQ(file.undo().error().code, Errc::Io);
+  std::filesystem::permissions(folder / "a.relief", std::filesystem::perms::owner_read);
+  EXPECT_OK(ModelFile::open(folder / "a.relief", true));
+  if (::geteuid() == 0) GTEST_SKIP() << "skipped: the administrator may write everything";
+  const auto writer = ModelFile::open(folder / "a.relief");
+  ASSERT_FALSE(writer.has_value());
+  EXPECT_EQ(writer.error().code, Errc::Io);
+  EXPECT_NE(writer.error().message.find("read-only"), std::string::npos) << writer.error().message;
+}
+
+TEST(ModelFile, ASecondWriterIsToldSoAndReadersAreLetIn) {
+  const Folder folder;
+  const Model model = ball();
+  RELIEF_MUST(first, ModelFile::create(folder / "a.relief", model));
+  const auto second = ModelFile::open(folder / "a.relief");
+  ASSERT_FALSE(second.has_value());
+  EXPECT_EQ(second.error().code, Errc::Io);
+  EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;
+  EXPECT_OK(first.commit(stroke(model.head, 1), {}));
+  RELIEF_MUST(reader, ModelFile::open(folder / "a.relief", true));
+  EXPECT_EQ(reader.stroke_count(), 1U);
+  EXPECT_OK(first.commit(stroke(first.model().head, 2), {}));
+  EXPECT_EQ(reader.strokes()->size(), 1U) << "a reader keeps the moment at which it opened";
+  EXPECT_OK(ModelFile::copy(folder / "a.relief", folder / "b.relief"));
+  EXPECT_EQ(ModelFile::open(folder / "b.relief")->stroke_count(), 2U);
+}
+
+TEST(ModelFile, AFileInUseIsNotReplaced) {
+  const Folder folder;
+  RELIEF_MUST(first, ModelFile::create(folder / "a.relief", ball()));
+  const auto second = ModelFile::create(folder / "a.relief", ball(1));
+  ASSERT_FALSE(second.has_value());
+  EXPECT_NE(second.error().message.find("in use"), std::string::npos) << second.error().message;
+  EXPECT_OK(first.commit(stroke(first.model().head, 1), {}));
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"});
+}
+
+TEST(ModelFile, CopiesCarryTheWholeHistory) {
+  const Folder folder;
+  const Model model = ball();
+  std::uint64_t latest = 0;
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    EXPECT_OK(file.commit(stroke(model.head, 1), {.label = "one"}));
+    EXPECT_OK(file.commit(stroke(file.model().head, 2), {.label = "two"}));
+    latest = file.model().head->content_hash();
+    EXPECT_OK(file.undo());
+  }
+  write_file(folder / "b.relief", "something else");
+  EXPECT_OK(ModelFile::copy(folder / "a.relief", folder / "b.relief"));
+  EXPECT_OK(ModelFile::copy(folder / "a.relief", folder / "a.relief"));
+  std::filesystem::create_symlink(folder / "b.relief", folder / "link.relief");
+  EXPECT_OK(ModelFile::copy(folder / "a.relief", folder / "link.relief"));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.relief"));
+  RELIEF_MUST(copy, ModelFile::open(folder / "b.relief"));
+  EXPECT_EQ(copy.stroke_count(), 1U);
+  EXPECT_OK(copy.redo());
+  EXPECT_EQ(copy.model().head->content_hash(), latest);
+  EXPECT_EQ(ModelFile::open(folder / "a.relief")->stroke_count(), 1U) << "the source stays";
+
+  write_file(folder / "bad.relief", "no model");
+  EXPECT_EQ(ModelFile::copy(folder / "bad.relief", folder / "a.relief").error().code, Errc::UnsupportedFormat);
+  EXPECT_EQ(ModelFile::copy(folder / "none.relief", folder / "a.relief").error().code, Errc::NotFound);
+  EXPECT_OK(ModelFile::open(folder / "a.relief"));
+}
+
+TEST(ModelFile, CreatesOverAnything) {
+  const Folder folder;
+  const Model model = ball();
+  write_file(folder / "text.relief", std::string(5000, 'x'));
+  write_file(folder / "text.relief-journal", std::string(5000, 'y'));
+  write_file(folder / "empty.relief", "");
+  write_file(folder / "orphan.relief-journal", read_file(folder / "text.relief"));
+  write_file(folder / "orphan.relief-wal", "z");
+  write_file(folder / "orphan.relief-shm", "z");
+  for (const char* name : {"text.relief", "empty.relief", "orphan.relief"}) {
+    EXPECT_OK(ModelFile::create(folder / name, model));
+    RELIEF_MUST(file, ModelFile::open(folder / name));
+    EXPECT_EQ(file.model().head->content_hash(), model.head->content_hash());
+  }
+  EXPECT_EQ(folder.names(), (std::vector<std::string>{"empty.relief", "orphan.relief", "text.relief"}));
+
+  EXPECT_EQ(ModelFile::create(folder / "nowhere/a.relief", model).error().code, Errc::Io);
+  std::filesystem::create_directory(folder / "dir.relief");
+  EXPECT_EQ(ModelFile::create(folder / "dir.relief", model).error().code, Errc::Io);
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "dir.relief"));
+}
+
+TEST(ModelFile, ReplacingKeepsThePermissions) {
+  const Folder folder;
+  ASSERT_TRUE(ModelFile::create(folder / "a.relief", ball()).has_value());
+  ASSERT_EQ(::chmod((folder / "a.relief").c_str(), 0640), 0);
+  ASSERT_TRUE(ModelFile::create(folder / "a.relief", ball(1)).has_value());
+  struct stat status{};
+  ASSERT_EQ(::stat((folder / "a.relief").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0640U);
+}
+
+TEST(ModelFile, LeftoversOfKilledRunsGoAwayAndLivingOnesStay) {
+  const Folder folder;
+  const auto old = folder / "a.relief.0123456789abcdef.tmp", fresh = folder / "a.relief.0123456789abcde0.tmp";
+  const auto held = folder / "a.relief.0123456789abcde1.tmp", other = folder / "b.relief.0123456789abcdef.tmp";
+  const auto named = folder / "a.relief.notes-by-hand-1.tmp";
+  for (const auto& file : {old, fresh, held, other, named}) write_file(file, "x");
+  const auto hour_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+  for (const auto& file : {old, held, other, named}) std::filesystem::last_write_time(file, hour_ago);
+  std::FILE* holder = std::fopen(held.c_str(), "r");
+  ASSERT_EQ(::flock(::fileno(holder), LOCK_EX), 0);
+  EXPECT_OK(ModelFile::create(folder / "a.relief", ball(1)));
+  std::fclose(holder);
+  EXPECT_FALSE(std::filesystem::exists(old));
+  for (const auto& file : {fresh, held, other, named}) EXPECT_TRUE(std::filesystem::exists(file)) << file;
+}
+
+TEST(ModelFile, AFullDiskLosesNothingThatWasFinished) {
+  const Folder folder;
+  const Model model = ball(3, 32);
+  RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+  EXPECT_OK(file.commit(stroke(model.head, 1), {}));
+  const std::uint64_t kept = file.model().head->content_hash();
+
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit small = before;
+  small.rlim_cur = std::filesystem::file_size(folder / "a.relief") + 5000;
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  SnapshotDraft draft(file.model().head);
+  draft.add_layer(Layer::Colour, 32, 1.0F);
+  for (SlabId s = 0; s < 200; ++s) dab(draft, Layer::Colour, s, static_cast<float>(s) / 200);
+  const SnapshotPtr big = draft.finish();
+  const Status failed = file.commit(big, {});
+  Model painted = model;
+  painted.head = big;
+  const auto not_made = ModelFile::create(folder / "b.relief", painted);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_DFL);
+
+  ASSERT_FALSE(failed.has_value());
+  EXPECT_EQ(failed.error().code, Errc::Io);
+  EXPECT_NE(failed.error().message.find("a.relief'"), std::string::npos) << failed.error().message;
+  ASSERT_FALSE(not_made.has_value());
+  EXPECT_EQ(not_made.error().code, Errc::Io);
+  EXPECT_NE(not_made.error().message.find("b.relief'"), std::string::npos) << not_made.error().message;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"});
+  EXPECT_EQ(file.model().head->content_hash(), kept);
+  EXPECT_EQ(ModelFile::open(folder / "a.relief", true)->model().head->content_hash(), kept);
+  EXPECT_OK(file.commit(big, {}));  // room again
+  EXPECT_EQ(ModelFile::open(folder / "a.relief", true)->model().head->content_hash(), big->content_hash());
+}
+
+TEST(ModelFile, APlainModelTakesLittleRoomAndOpens) {
+  const Folder folder;
+  const Model model{.info = {}, .head = Snapshot::make(testing::plane_shell(32, 32))};
+  ASSERT_TRUE(ModelFile::create(folder / "a.relief", model).has_value());
+  EXPECT_LT(std::filesystem::file_size(folder / "a.relief"), model.head->bytes() / 20);
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  EXPECT_EQ(file.model().head->content_hash(), model.head->content_hash());
+}
+
+TEST(ModelFile, NamesThatLookLikeUrisAreFiles) {
+  const Folder folder;
+  const auto back = std::filesystem::current_path();
+  std::filesystem::current_path(folder / ".");
+  EXPECT_OK(ModelFile::create("file:a?mode=memory", ball(1)));
+  EXPECT_OK(ModelFile::open("file:a?mode=memory"));
+  std::filesystem::current_path(back);
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"file:a?mode=memory"});
+}
+
+TEST(ModelFile, FilesOfFormat1Open) {
+  const std::filesystem::path golden = std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-1.relief";
+  if (std::getenv("RELIEF_WRITE_GOLDEN") != nullptr) {
+    std::filesystem::create_directories(golden.parent_path());
+    Model model = ball(1, 4);
+    RELIEF_MUST(file, ModelFile::create(golden, model));
+    EXPECT_OK(file.commit(stroke(model.head, 1), {.label = "carve", .details = R"({"tool":"carve"})"}));
+    SnapshotDraft draft(file.model().head);
+    draft.add_layer(Layer::Colour, 3, 1.0F);
+    dab(draft, Layer::Colour, 7, 0.5F);
+    EXPECT_OK(file.commit(draft.finish(), {.label = "paint"}));
+    EXPECT_OK(file.commit(stroke(file.model().head, 3), {.label = "undone"}));
+    EXPECT_OK(file.undo());
+  }
+  const Folder folder;
+  std::filesystem::copy_file(golden, folder / "a.relief");
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  const auto hash = [&] { return file.model().head->content_hash(); };
+  EXPECT_EQ(hash(), 0U) << std::hex << hash();
+  EXPECT_EQ(file.model().info.source, "ball \"1\".ply");
+  RELIEF_MUST(records, file.strokes());
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_EQ(records[0].details, R"({"tool":"carve"})");
+  EXPECT_OK(file.redo());
+  EXPECT_EQ(hash(), 0U) << std::hex << hash();
+  EXPECT_OK(file.undo(3));
+  EXPECT_EQ(hash(), 0U) << std::hex << hash();
+}
+
+}  // namespace
+}  // namespace relief
