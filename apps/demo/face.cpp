@@ -1,0 +1,203 @@
+#include "face.h"
+
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace relief::demo {
+
+namespace {
+
+/// A place on the face: x to the right, y up, both about -1..1 over the front of the model.
+struct FacePoint {
+  double x, y;
+};
+using Line = std::vector<FacePoint>;
+
+enum BrushNumber : std::uint32_t { kCutter, kBuilder, kDarkPaint, kLightPaint, kBlush };
+
+/// Zigzag that fills a triangle from its top to its base in `rows` passes.
+Line fill_triangle(FacePoint top, FacePoint left, FacePoint right, int rows) {
+  Line line;
+  for (int k = 0; k <= rows; ++k) {
+    const double t = static_cast<double>(k) / rows;
+    const FacePoint a = {std::lerp(top.x, left.x, t), std::lerp(top.y, left.y, t)};
+    const FacePoint b = {std::lerp(top.x, right.x, t), std::lerp(top.y, right.y, t)};
+    line.push_back(k % 2 == 0 ? a : b);
+    line.push_back(k % 2 == 0 ? b : a);
+  }
+  return line;
+}
+
+/// A grin with teeth: along the lower lip and back along a jagged upper one.
+Line grin() {
+  Line line;
+  for (int k = 0; k <= 16; ++k) {
+    const double x = -0.5 + k / 16.0;
+    line.push_back({x, -0.62 + 1.15 * x * x});
+  }
+  for (int k = 8; k >= 0; --k) {
+    const double x = -0.44 + 0.11 * k;
+    const double tooth = k % 2 == 0 ? 0.0 : 0.06;
+    line.push_back({x, -0.44 + 0.8 * x * x - tooth});
+  }
+  return line;
+}
+
+Line arc(FacePoint from, FacePoint middle, FacePoint to) {
+  Line line;
+  for (int k = 0; k <= 12; ++k) {
+    const double t = k / 12.0, a = (1 - t) * (1 - t), b = 2 * t * (1 - t), c = t * t;
+    line.push_back({a * from.x + b * middle.x + c * to.x, a * from.y + b * middle.y + c * to.y});
+  }
+  return line;
+}
+
+class Planner {
+ public:
+  Planner(const Snapshot& model, const Workspace& workspace) : model_(model), workspace_(workspace) {
+    for (const Vec3d p : tessellate(model).positions) box_.add(p);
+    scale_ = diagonal(box_);
+  }
+
+  /// Follows a line at the given depth below the surface; `buttons` are held from touch-down to lift-off.
+  void follow(const Line& line, double depth, std::uint32_t buttons) {
+    std::vector<std::optional<RayHit>> places;
+    for (std::size_t k = 0; k < line.size(); ++k) {
+      const FacePoint to = line[k], from = k > 0 ? line[k - 1] : to;
+      const double way = std::hypot(to.x - from.x, to.y - from.y);
+      const int steps = std::max(1, static_cast<int>(way / 0.02));
+      for (int s = k > 0 ? 1 : steps; s <= steps; ++s) {
+        const double t = static_cast<double>(s) / steps;
+        places.push_back(cast({std::lerp(from.x, to.x, t), std::lerp(from.y, to.y, t)}));
+      }
+    }
+    bool down = false;
+    for (const auto& place : places) {
+      if (!place) {
+        if (down) lift();
+        down = false;
+        continue;
+      }
+      const Vec3d p = place->point.position, n = place->point.normal;
+      if (!down) {
+        go(p + n * (0.04 * scale_), 0, kTravel);
+        go(p - n * (0.3 * depth * scale_), 0, kTravel);
+        down = true;
+      }
+      go(p - n * (depth * scale_), buttons, buttons == 0 ? kFeel : kWork);
+      last_normal_ = n;
+    }
+    if (down) lift();
+  }
+
+  Performance finish(std::vector<Brush> brushes) {
+    performance_.brushes = std::move(brushes);
+    for (const Leg& leg : performance_.legs) performance_.seconds += leg.seconds;
+    return std::move(performance_);
+  }
+  [[nodiscard]] double scale() const { return scale_; }
+
+ private:
+  static constexpr double kTravel = 0.25, kFeel = 0.1, kWork = 0.06;  // m/s
+
+  std::optional<RayHit> cast(FacePoint f) const {
+    const Vec3d half = box_.extent() * 0.5, centre = box_.centre();
+    const Vec3d from = {centre.x + 0.8 * f.x * half.x, centre.y + 0.8 * f.y * half.y, box_.high.z + 0.1 * scale_};
+    auto hit = raycast(model_, {from, {0, 0, -1}});
+    // Places that look away from the viewer are no part of a face.
+    if (hit && hit->point.normal.z < 0.2) return std::nullopt;
+    return hit;
+  }
+  void go(Vec3d to, std::uint32_t buttons, double speed) {
+    const Vec3d target = workspace_.to_device(to);
+    const Vec3d from = performance_.legs.empty() ? target : performance_.legs.back().position;
+    const double seconds = performance_.legs.empty() ? 0.3 : std::max(0.004, length(target - from) / speed);
+    performance_.legs.push_back({target, seconds, buttons});
+  }
+  void lift() {
+    const Vec3d here = workspace_.to_model(performance_.legs.back().position);
+    performance_.legs.back().buttons = 0;
+    go(here + last_normal_ * (0.07 * scale_), 0, kTravel);
+  }
+
+  const Snapshot& model_;
+  Workspace workspace_;
+  Box3d box_;
+  double scale_ = 1;
+  Vec3d last_normal_{0, 0, 1};
+  Performance performance_;
+};
+
+constexpr std::uint32_t press(BrushNumber brush) { return 1U | (static_cast<std::uint32_t>(brush) << 8U); }
+
+}  // namespace
+
+Performance plan_face(const Snapshot& model, const Workspace& workspace, bool brief) {
+  Planner plan(model, workspace);
+  const double d = plan.scale();
+  const std::vector<Brush> brushes = {
+      {.tool = Tool::Carve, .radius = 0.014 * d, .resilience = 0.003 * d},
+      {.tool = Tool::Deposit, .radius = 0.022 * d, .strength = 0.25},
+      {.tool = Tool::Paint, .radius = 0.020 * d, .strength = 0.20, .colour = {0.23F, 0.11F, 0.05F}},
+      {.tool = Tool::Paint, .radius = 0.018 * d, .strength = 0.12, .colour = {0.98F, 0.87F, 0.55F}},
+      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.03, .colour = {0.80F, 0.20F, 0.12F}}};
+  const Line left_eye = fill_triangle({-0.30, 0.42}, {-0.46, 0.12}, {-0.14, 0.12}, brief ? 3 : 6);
+  const Line right_eye = fill_triangle({0.30, 0.42}, {0.14, 0.12}, {0.46, 0.12}, 6);
+  const Line nose = fill_triangle({0, 0.06}, {-0.08, -0.12}, {0.08, -0.12}, 3);
+  const Line mouth = grin();
+
+  // Feel first.
+  plan.follow(arc({-0.6, 0.1}, {0, 0.35}, {0.6, 0.1}), 0.004, 0);
+  if (!brief) plan.follow(arc({0.5, -0.3}, {0, -0.55}, {-0.5, -0.3}), 0.004, 0);
+  // Carve.
+  constexpr double kCut = 0.024;
+  plan.follow(left_eye, kCut, press(kCutter));
+  if (!brief) {
+    plan.follow(right_eye, kCut, press(kCutter));
+    plan.follow(nose, 0.8 * kCut, press(kCutter));
+    plan.follow(mouth, 0.9 * kCut, press(kCutter));
+    // Build brows.
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.006, press(kBuilder));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.006, press(kBuilder));
+  }
+  // Paint: into what was carved, on what was built, and the cheeks.
+  plan.follow(left_eye, kCut + 0.006, press(kDarkPaint));
+  if (!brief) {
+    plan.follow(right_eye, kCut + 0.006, press(kDarkPaint));
+    plan.follow(nose, 0.8 * kCut + 0.006, press(kDarkPaint));
+    plan.follow(mouth, 0.9 * kCut + 0.006, press(kDarkPaint));
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.003, press(kLightPaint));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.003, press(kLightPaint));
+    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.006, press(kBlush));
+    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.006, press(kBlush));
+  }
+  return plan.finish(brushes);
+}
+
+HandScript script_of(const Performance& performance, std::shared_ptr<std::atomic<bool>> done) {
+  struct Way {
+    std::vector<Leg> legs;
+    std::vector<double> ends;  ///< s, when each leg is over
+  };
+  auto way = std::make_shared<Way>();
+  way->legs = performance.legs;
+  double t = 0;
+  for (const Leg& leg : way->legs) way->ends.push_back(t += leg.seconds);
+  return [way, done = std::move(done)](double now) -> HandTarget {
+    if (way->legs.empty() || now >= way->ends.back()) {
+      done->store(true, std::memory_order_relaxed);
+      return {way->legs.empty() ? Vec3d{} : way->legs.back().position, 0};
+    }
+    const auto k = static_cast<std::size_t>(std::ranges::upper_bound(way->ends, now) - way->ends.begin());
+    const Leg& leg = way->legs[k];
+    const Vec3d from = k > 0 ? way->legs[k - 1].position : leg.position;
+    const double share = 1 - (way->ends[k] - now) / leg.seconds;
+    return {from + (leg.position - from) * share, leg.buttons};
+  };
+}
+
+}  // namespace relief::demo

@@ -1,0 +1,254 @@
+// The demo: a model is converted, felt, carved and painted by a simulated hand while it is drawn, then saved and shown.
+#include "face.h"
+#include "report.h"
+
+#include <relief/base/try.h>
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+#include <relief/file/model_file.h>
+#include <relief/mesh/export.h>
+#include <relief/mesh/import.h>
+#include <relief/mesh/samples.h>
+#include <relief/render/renderer.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <optional>
+#include <thread>
+
+namespace relief::demo {
+
+namespace {
+
+std::atomic<bool> cancel_asked{false};
+void on_signal(int signal) {
+  cancel_asked.store(true);
+  std::signal(signal, SIG_DFL);
+}
+
+struct Options {
+  std::string scan;
+  std::filesystem::path out = "out";
+  bool quick = false;
+};
+
+double process_cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void say(const std::string& text) {
+  std::fputs((text + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+class Demo {
+ public:
+  explicit Demo(const Options& options) : o_(options) {}
+
+  Status run() {
+    std::error_code error;
+    std::filesystem::create_directories(o_.out, error);
+    if (error) return fail(Errc::Io, printable(o_.out.string()) + ": cannot be made: " + error.message());
+    RELIEF_CHECK(convert_source());
+    RELIEF_TRY(renderer_, make_renderer());
+    RELIEF_CHECK(picture(*file_->model().head, "before.png", "before", {}));
+    RELIEF_CHECK(picture(*file_->model().head, "slabs.png", "slabs", {.slab_wires = true}));
+    RELIEF_CHECK(perform());
+    RELIEF_CHECK(reload());
+    const Snapshot& head = *file_->model().head;
+    RELIEF_CHECK(picture(head, "after.png", "after", {}));
+    RELIEF_CHECK(picture(head, "heat.png", "displacement and slabs after", {.slab_wires = true, .heat_map = true}));
+    RELIEF_CHECK(hand_picture());
+    RELIEF_CHECK(export_mesh(to_mesh(head), o_.out / "after.ply", {.unit = file_->model().info.unit}));
+    report_.stats = &session_->stats();
+    // The order a reader wants: before and after side by side first.
+    std::ranges::stable_sort(report_.figures, {}, [](const Figure& f) {
+      return f.caption == "before" ? 0 : f.caption == "after" ? 1 : f.caption == "slabs" ? 2 : 3;
+    });
+    RELIEF_CHECK(write_report(report_, o_.out / "report.html"));
+    say(fmt::format(
+        "written: {0}/report.html, before.png, after.png, slabs.png, heat.png, touch.png, model.relief, after.ply",
+        o_.out.string()));
+    return {};
+  }
+
+ private:
+  static Result<std::optional<Renderer>> make_renderer() {
+    RELIEF_TRY(Renderer made, Renderer::create());
+    return std::optional<Renderer>(std::move(made));
+  }
+
+  Status convert_source() {
+    TriangleMesh source;
+    const double start = process_cpu_seconds();
+    std::string source_name = "pumpkin";
+    if (o_.scan.empty()) {
+      RELIEF_TRY(source, make_sample("pumpkin", o_.quick ? 20'000 : 300'000));
+      RELIEF_CHECK(export_mesh(source, o_.out / "pumpkin.ply"));
+    } else {
+      RELIEF_TRY(source, import_mesh(o_.scan));
+      source_name = std::filesystem::path(o_.scan).filename().string();
+    }
+    ConvertSettings settings;
+    settings.slabs = 200;
+    settings.intervals = o_.quick ? 16 : 64;
+    Progress progress;
+    progress.cancel = &cancel_asked;
+    RELIEF_TRY(Conversion made, convert(source, settings, progress));
+    made.model.info.source = source_name;
+    report_.convert_seconds = process_cpu_seconds() - start;
+    report_.conversion = made.report;
+    report_.model_name = source_name;
+    report_.title = "Relief demo: " + source_name;
+    say(fmt::format("converted {} ({} triangles) to {} slabs in {:.2f} CPU s", source_name, source.triangles.size(),
+                    made.report.slabs, report_.convert_seconds));
+    RELIEF_TRY(ModelFile created, ModelFile::create(o_.out / "model.relief", made.model));
+    file_.emplace(std::move(created));
+    for (const Vec3d p : tessellate(*made.model.head).positions) box_.add(p);
+    return {};
+  }
+
+  [[nodiscard]] Camera camera(int width, int height) const {
+    return framing(box_, 14, 14, static_cast<double>(width) / height);
+  }
+
+  Status picture(const Snapshot& model, const char* name, const char* caption, DrawSettings settings) {
+    settings.width = o_.quick ? 320 : 1280;
+    settings.height = o_.quick ? 180 : 720;
+    settings.lights = o_.quick ? 8 : 64;
+    RELIEF_TRY(const Picture drawn, renderer_->draw(model, camera(settings.width, settings.height), settings));
+    RELIEF_CHECK(save_png(drawn, o_.out / name));
+    report_.figures.push_back({o_.out / name, caption});
+    say(fmt::format("drew {} ({} triangles, {:.1f} CPU s)", name, renderer_->stats().triangles,
+                    renderer_->stats().cpu_seconds));
+    return cancelled();
+  }
+
+  static Status cancelled() { return cancel_asked.load() ? fail(Errc::Cancelled, "cancelled") : Status{}; }
+
+  /// Servo, editor and renderer at once.
+  Status perform() {
+    const PlantPreset& preset = plant_presets().front();
+    const SnapshotPtr head = file_->model().head;
+    const Workspace workspace = fit_workspace(preset.info, head->slab_mesh().bounds());
+    const Performance performance = plan_face(*head, workspace, o_.quick);
+    say(fmt::format("the hand works for {:.0f} s", performance.seconds));
+    auto done = std::make_shared<std::atomic<bool>>(false);
+    SimulatedHand hand(preset, {.stiffness = 700, .damping = 5, .tremor = 0}, script_of(performance, done));
+
+    Session::Settings settings;
+    settings.servo.workspace = workspace;
+    settings.keep_trace = true;
+    settings.sculpt.dabs_per_second = 250;
+    settings.sculpt.full_depth = 0.008 * diagonal(box_);
+    session_ = std::make_unique<Session>(hand, head, &*file_, settings);
+    session_->set_brushes(performance.brushes);
+    std::atomic<bool> null_done{false};
+    std::thread null_thread([&] {
+      report_.null_loop = null_loop(performance.seconds);
+      null_done.store(true);
+    });
+
+    const Status drawn = draw_until(*done);
+    const Status stopped = session_->stop();
+    null_thread.join();
+    RELIEF_CHECK(drawn);
+    RELIEF_CHECK(stopped);
+    for (const ServoSample& s : session_->stats().trace)
+      report_.force_max = std::max(report_.force_max, length(s.force));
+    const SessionStats& stats = session_->stats();
+    say(fmt::format(
+        "felt {} ticks ({} in contact, up to {:.2f} N), {} strokes, {} dabs, {} samples edited, {} frames drawn",
+        stats.samples, stats.contact_samples, report_.force_max, stats.strokes, stats.dabs, stats.samples_edited,
+        report_.frames));
+    return cancelled();
+  }
+
+  Status draw_until(const std::atomic<bool>& done) {
+    DrawSettings settings;
+    settings.width = o_.quick ? 320 : 640;
+    settings.height = o_.quick ? 180 : 360;
+    settings.level = o_.quick ? 0 : 2;
+    SnapshotChannel::Reader reader = session_->channel().reader();
+    std::vector<double> seconds;
+    while (!done.load() && session_->running() && !cancel_asked.load()) {
+      const auto start = std::chrono::steady_clock::now();
+      RELIEF_CHECK(renderer_->draw_quick(reader.latest(), camera(settings.width, settings.height), settings));
+      seconds.push_back(renderer_->stats().cpu_seconds);
+      report_.frame_triangles = renderer_->stats().triangles;
+      // The paper drew about 10 frames a second; the servo gets the rest of the machine.
+      std::this_thread::sleep_until(start + std::chrono::milliseconds(100));
+    }
+    report_.frames = seconds.size();
+    std::ranges::sort(seconds);
+    if (!seconds.empty()) report_.frame_cpu_seconds = seconds[seconds.size() / 2];
+    return {};
+  }
+
+  /// What was saved must be what was made.
+  Status reload() {
+    const std::uint64_t made = session_->head()->content_hash();
+    file_.reset();
+    RELIEF_TRY(ModelFile opened, ModelFile::open(o_.out / "model.relief"));
+    file_.emplace(std::move(opened));
+    report_.reload_identical = file_->model().head->content_hash() == made;
+    if (!report_.reload_identical)
+      return fail(Errc::Corrupt, (o_.out / "model.relief").string() + ": differs from what was saved");
+    say(fmt::format("saved and read back: {} strokes, content hash {:016x}", file_->stroke_count(), made));
+    return {};
+  }
+
+  /// The moment of the largest force while carving, with the hand.
+  Status hand_picture() {
+    const auto& trace = session_->stats().trace;
+    const auto strongest = std::ranges::max_element(
+        trace, {}, [](const ServoSample& s) { return s.contact && (s.buttons & 1U) != 0 ? length(s.force) : -1.0; });
+    DrawSettings settings;
+    if (strongest != trace.end() && strongest->contact)
+      settings.hand = HandOverlay{.cursor = strongest->cursor,
+                                  .contact_point = strongest->contact_point,
+                                  .force = strongest->force,
+                                  .tool_radius = 0.014 * diagonal(box_),
+                                  .contact = true};
+    return picture(*file_->model().head, "touch.png", "the hand where it pressed hardest: tool, contact point, force",
+                   settings);
+  }
+
+  Options o_;
+  std::optional<Renderer> renderer_;
+  std::optional<ModelFile> file_;
+  std::unique_ptr<Session> session_;
+  Box3d box_;
+  Report report_;
+};
+
+int main_inner(int argc, char** argv) {
+  Options options;
+  CLI::App app(
+      "Converts a model, lets a simulated hand feel, carve and paint it, saves it, and draws pictures and a report.");
+  app.add_option("SCAN", options.scan, "A triangle mesh (default: Relief's own pumpkin)");
+  app.add_option("--out", options.out, "Folder for the results (default: out)");
+  app.add_flag("--quick", options.quick, "Small model, small pictures, one eye: for tests");
+  CLI11_PARSE(app, argc, argv);
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  if (const Status status = Demo(options).run(); !status) {
+    std::fputs(("relief-demo: " + printable(status.error().message, 480) + "\n").c_str(), stderr);
+    return status.error().code == Errc::Cancelled ? 130 : 1;
+  }
+  return 0;
+}
+
+}  // namespace
+
+}  // namespace relief::demo
+
+int main(int argc, char** argv) { return relief::demo::main_inner(argc, argv); }

@@ -1,0 +1,70 @@
+// The relief command line: one function per command, all with the same frame around them.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/core/model.h>
+#include <relief/edit/editor.h>
+#include <relief/haptics/servo.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace relief::cli {
+
+/// What every command shares. A command's options write into objects that live as long as the program; parsing it sets
+/// `run`.
+struct Context {
+  bool json = false;
+  int threads = 0;  ///< 0: as many as the machine has
+  Progress progress;
+  std::function<Status()> run;
+};
+
+/// Adds --json and --threads, and makes `action` what is run when the command is chosen.
+void finish_command(CLI::App& command, Context& context, std::function<Status()> action, bool has_json = true);
+
+void add_convert(CLI::App& app, Context& context);
+void add_verify(CLI::App& app, Context& context);
+void add_info(CLI::App& app, Context& context);
+void add_undo(CLI::App& app, Context& context);
+void add_touch(CLI::App& app, Context& context);
+void add_sculpt(CLI::App& app, Context& context);
+void add_render(CLI::App& app, Context& context);
+void add_export(CLI::App& app, Context& context);
+void add_sample(CLI::App& app, Context& context);
+void add_bench(CLI::App& app, Context& context);
+void add_devices(CLI::App& app, Context& context);
+
+/// Text for standard output; a closed pipe is no error.
+void print(std::string_view text);
+void print_json(const nlohmann::ordered_json& object);
+
+/// "x,y,z". Error: InvalidArgument naming the option.
+[[nodiscard]] Result<Vec3d> parse_vector(std::string_view option, std::string_view text);
+
+/// One row of a path: a device reading in model units, and the four fields as they were written.
+struct PathRow {
+  double t = 0;
+  Vec3d position;
+  std::string text;  ///< "t,x,y,z"
+};
+/// Reads a path file (header t,x,y,z). Numbers may be nan or inf. Errors name the file and the line.
+[[nodiscard]] Result<std::vector<PathRow>> read_path(const std::filesystem::path& file);
+/// The header of F.csv, and one of its rows; `echo` is the row's t,x,y,z as read.
+[[nodiscard]] std::string_view force_header() noexcept;
+[[nodiscard]] std::string force_row(const ServoSample& sample, std::string_view echo);
+
+/// Reads a strokes file. Errors name the file, the stroke and the field.
+[[nodiscard]] Result<std::vector<Stroke>> read_strokes(const std::filesystem::path& file);
+
+/// The whole file, at most `limit` bytes. Errors name the file: NotFound, Io.
+[[nodiscard]] Result<std::string> read_text(const std::filesystem::path& file, std::uintmax_t limit);
+
+}  // namespace relief::cli

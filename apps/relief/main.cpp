@@ -1,0 +1,165 @@
+// The frame of the command line: parsing, progress, Ctrl-C, one line per failure, exit status.
+#include "commands.h"
+
+#include <relief/base/try.h>
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <new>
+#include <optional>
+
+namespace relief::cli {
+
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUsage = 2, kCancelled = 130;
+
+std::atomic<bool> cancel_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// The first Ctrl-C asks the work to stop and clean up; the second ends the program at once.
+void on_signal(int signal) {
+  cancel_asked.store(true);
+  std::signal(signal, SIG_DFL);
+}
+
+/// Progress on a terminal: one line that is written over, and cleared at the end.
+class ProgressLine {
+ public:
+  ProgressLine() : on_terminal_(isatty(STDERR_FILENO) == 1) {}
+  void show(std::string_view phase, double share) {
+    if (!on_terminal_) return;
+    const int percent = static_cast<int>(share * 100);
+    if (phase == phase_ && percent == percent_) return;
+    phase_ = phase;
+    percent_ = percent;
+    std::fputs(fmt::format("\r\033[K{} {:3d} %", phase, percent).c_str(), stderr);
+    shown_ = true;
+  }
+  void clear() {
+    if (shown_) std::fputs("\r\033[K", stderr);
+    shown_ = false;
+  }
+
+ private:
+  bool on_terminal_, shown_ = false;
+  std::string phase_;
+  int percent_ = -1;
+};
+
+int fail_with(const Error& error) {
+  // Exactly one line, whatever a message holds.
+  std::fputs(("relief: " + printable(error.message, 480) + "\n").c_str(), stderr);
+  return error.code == Errc::Cancelled ? kCancelled : kFailed;
+}
+
+int wrong_usage(const CLI::App& app, const std::string& message) {
+  const auto chosen = app.get_subcommands();
+  const std::string command = chosen.empty() ? "relief" : "relief " + chosen.front()->get_name();
+  std::fputs(("relief: " + printable(message, 380) + " (see " + command + " --help)\n").c_str(), stderr);
+  return kWrongUsage;
+}
+
+int main_inner(int argc, char** argv) {
+  CLI::App app(
+      "Touch, carve and paint any triangle mesh.\n\n"
+      "A scan becomes slabs with displacement maps (convert), which a device, a path or a simulated hand touches "
+      "(touch),\n"
+      "tools shape (sculpt), and other programs read again (export). Lengths are in the units of the source file.\n"
+      "Exit status: 0 done, 1 the input or the world failed, 2 wrong usage, 130 cancelled.");
+  app.name("relief");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("relief ") + RELIEF_VERSION);
+
+  Context context;
+  ProgressLine line;
+  context.progress.report = [&line](std::string_view phase, double share) { line.show(phase, share); };
+  context.progress.cancel = &cancel_asked;
+  add_convert(app, context);
+  add_verify(app, context);
+  add_info(app, context);
+  add_touch(app, context);
+  add_sculpt(app, context);
+  add_undo(app, context);
+  add_render(app, context);
+  add_export(app, context);
+  add_sample(app, context);
+  add_bench(app, context);
+  add_devices(app, context);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    print(app.help("", CLI::AppFormatMode::Normal));
+    return kDone;
+  } catch (const CLI::CallForVersion& version) {
+    print(std::string(version.what()) + "\n");
+    return kDone;
+  } catch (const CLI::ParseError& error) {
+    return wrong_usage(app, error.what());
+  }
+
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::optional<tbb::global_control> limit;
+  if (context.threads > 0)
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(context.threads));
+
+  Status status;
+  try {
+    status = context.run();
+  } catch (const std::bad_alloc&) {
+    status = fail(Errc::Io, "out of memory; use a smaller model, fewer slabs or a smaller n");
+  }
+  line.clear();
+  return status ? kDone : fail_with(status.error());
+}
+
+}  // namespace
+
+void finish_command(CLI::App& command, Context& context, std::function<Status()> action, bool has_json) {
+  if (has_json) command.add_flag("--json", context.json, "Print one JSON object on standard output and nothing else");
+  command.add_option("--threads", context.threads, "Threads to use; results do not depend on it (default: all)")
+      ->check(CLI::Range(1, 1024));
+  command.callback([&context, action = std::move(action)] { context.run = action; });
+}
+
+void print(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fflush(stdout);
+}
+
+void print_json(const nlohmann::ordered_json& object) {
+  print(object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
+Result<std::string> read_text(const std::filesystem::path& file, std::uintmax_t limit) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  const std::string shown = printable(file.string());
+  if (!std::filesystem::exists(status)) return fail(Errc::NotFound, shown + ": no such file");
+  if (std::filesystem::is_directory(status)) return fail(Errc::Io, shown + ": is a folder, not a file");
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return fail(Errc::Io, shown + ": cannot be read");
+  std::string text;
+  std::string block(1U << 16U, '\0');
+  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+    text.append(block, 0, static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > limit)
+      return fail(Errc::Io,
+                  fmt::format("{}: larger than {} MiB, which no file of this kind should be", shown, limit >> 20U));
+  }
+  return text;
+}
+
+}  // namespace relief::cli
+
+int main(int argc, char** argv) { return relief::cli::main_inner(argc, argv); }

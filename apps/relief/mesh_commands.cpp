@@ -1,0 +1,99 @@
+// sample and export: meshes that Relief makes.
+#include "commands.h"
+
+#include <relief/base/atomic_file.h>
+#include <relief/base/try.h>
+#include <relief/convert/convert.h>
+#include <relief/core/tessellate.h>
+#include <relief/file/model_file.h>
+#include <relief/mesh/export.h>
+#include <relief/mesh/samples.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <memory>
+
+namespace relief::cli {
+
+namespace {
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+Status say(const Context& context, const std::string& file, std::size_t vertices, std::size_t triangles) {
+  if (context.json) {
+    nlohmann::ordered_json json;
+    json["file"] = file;
+    json["vertices"] = vertices;
+    json["triangles"] = triangles;
+    print_json(json);
+  } else {
+    print(fmt::format("{}: {} vertices, {} triangles\n", file, vertices, triangles));
+  }
+  return {};
+}
+
+Status run_sample(const std::string& name, const std::string& out, std::size_t triangles, const Context& context) {
+  RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles));
+  RELIEF_CHECK(export_mesh(mesh, out));
+  return say(context, out, mesh.positions.size(), mesh.triangles.size());
+}
+
+Status run_export(const std::string& file, const std::string& out, int level, const Context& context) {
+  RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
+  const Snapshot& head = *model.model().head;
+  if (lower_extension(out) == ".slabs") {
+    RELIEF_TRY(AtomicFile target, AtomicFile::create(out));
+    RELIEF_CHECK(target.write(to_slabs_text(head.slab_mesh())));
+    RELIEF_CHECK(target.commit());
+    return say(context, out, head.slab_mesh().fibres().size() * 2, head.slab_mesh().slab_count());
+  }
+  for (const Slab& slab : head.slab_mesh().slabs())
+    if (level >= level_count(slab.intervals))
+      return fail(Errc::InvalidArgument, fmt::format("{}: n = {} has levels 0 to {} only; choose --level among them",
+                                                     printable(file), slab.intervals, level_count(slab.intervals) - 1));
+  const TriangleMesh mesh = to_mesh(head, level);
+  RELIEF_CHECK(export_mesh(mesh, out, {.unit = model.model().info.unit}));
+  return say(context, out, mesh.positions.size(), mesh.triangles.size());
+}
+
+}  // namespace
+
+void add_sample(CLI::App& app, Context& context) {
+  struct Options {
+    std::string name, out;
+    std::size_t triangles = 200'000;
+  };
+  auto o = std::make_shared<Options>();
+  std::string names;
+  for (const std::string_view n : sample_names()) names += (names.empty() ? "" : ", ") + std::string(n);
+  CLI::App* c = app.add_subcommand("sample", "Write one of Relief's own models: " + names);
+  c->add_option("NAME", o->name, "Which one")->required();
+  c->add_option("-o,--output", o->out, "The mesh: .ply, .obj, .stl, .glb or .3mf")->required();
+  c->add_option("--triangles", o->triangles, "About how many triangles, 1000 to 50 million (default 200000)")
+      ->check(CLI::Range(1000, 50'000'000));
+  finish_command(*c, context, [o, &context] { return run_sample(o->name, o->out, o->triangles, context); });
+}
+
+void add_export(CLI::App& app, Context& context) {
+  struct Options {
+    std::string file, out;
+    int level = 0;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand("export", "Write the surface for other programs, or the slabs as text");
+  c->add_option("MODEL", o->file, "The model")->required();
+  c->add_option("OUT", o->out, "The file: .ply, .obj, .stl, .glb, .3mf (the displaced surface) or .slabs (the cage)")
+      ->required();
+  c->add_option("--level", o->level, "Every 2^k-th sample only, as far as 2^k divides n (default 0)")
+      ->check(CLI::Range(0, 7));
+  finish_command(*c, context, [o, &context] { return run_export(o->file, o->out, o->level, context); });
+}
+
+}  // namespace relief::cli

@@ -1,0 +1,138 @@
+// render: a picture of a model.
+#include "commands.h"
+
+#include <relief/base/try.h>
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+#include <relief/file/model_file.h>
+#include <relief/render/renderer.h>
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <map>
+#include <memory>
+
+namespace relief::cli {
+
+namespace {
+
+struct RenderOptions {
+  std::string model, out, size = "1280x720", view = "front", at;
+  std::vector<std::string> overlays;
+  double tool_radius = 0;
+  DrawSettings draw;
+};
+
+/// "WxH". Error: InvalidArgument.
+Status parse_size(const std::string& text, DrawSettings& draw) {
+  const char* const end = text.data() + text.size();
+  const auto [x, width_error] = std::from_chars(text.data(), end, draw.width);
+  if (width_error == std::errc{} && x != end && *x == 'x') {
+    const auto [rest, height_error] = std::from_chars(x + 1, end, draw.height);
+    if (height_error == std::errc{} && rest == end && draw.width >= 16 && draw.height >= 16 && draw.width <= 8192 &&
+        draw.height <= 8192)
+      return {};
+  }
+  return fail(Errc::InvalidArgument,
+              fmt::format("--size takes WxH with 16 to 8192 pixels each, not \"{}\"", printable(text, 40)));
+}
+
+/// A named view or "azimuth,elevation" in degrees.
+Result<std::pair<double, double>> parse_view(const std::string& text) {
+  static const std::map<std::string, std::pair<double, double>> kViews = {
+      {"front", {0, 12}}, {"back", {180, 12}},    {"right", {90, 12}}, {"left", {-90, 12}},
+      {"top", {0, 89.9}}, {"bottom", {0, -89.9}}, {"corner", {35, 22}}};
+  if (const auto named = kViews.find(text); named != kViews.end()) return named->second;
+  const std::size_t comma = text.find(',');
+  double azimuth = 0, elevation = 0;
+  if (comma != std::string::npos) {
+    const char* const end = text.data() + text.size();
+    const auto a = std::from_chars(text.data(), text.data() + comma, azimuth);
+    const auto e = std::from_chars(text.data() + comma + 1, end, elevation);
+    if (a.ec == std::errc{} && a.ptr == text.data() + comma && e.ec == std::errc{} && e.ptr == end &&
+        std::abs(azimuth) <= 360 && std::abs(elevation) < 90)
+      return std::pair{azimuth, elevation};
+  }
+  return fail(
+      Errc::InvalidArgument,
+      fmt::format("--view takes front, back, left, right, top, bottom, corner, or azimuth,elevation in degrees, not "
+                  "\"{}\"",
+                  printable(text, 40)));
+}
+
+Status run_render(RenderOptions& o, const Context& context) {
+  RELIEF_CHECK(parse_size(o.size, o.draw));
+  RELIEF_TRY(const auto angles, parse_view(o.view));
+  for (const std::string& overlay : o.overlays) {
+    o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
+    o.draw.heat_map = o.draw.heat_map || overlay == "heat";
+  }
+  RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
+  const Snapshot& head = *file.model().head;
+  if (!o.at.empty()) {
+    RELIEF_TRY(const Vec3d cursor, parse_vector("--at", o.at));
+    LocateHint hint;
+    HandOverlay hand{
+        .cursor = cursor, .contact_point = cursor, .force = {}, .tool_radius = o.tool_radius, .contact = false};
+    if (const auto contact = probe(head, cursor, hint); contact && contact->touching()) {
+      const ForceSettings law;
+      const double metres_per_unit = 0.15 / file.model().info.source_diagonal;
+      hand.contact = true;
+      hand.contact_point = cursor + contact->surface.normal * contact->depth;
+      hand.force = contact->surface.normal * std::min(law.stiffness * contact->depth * metres_per_unit, 3.3);
+    }
+    o.draw.hand = hand;
+  }
+  // The displaced surface, not the slabs, is what must fit the picture.
+  const Tessellation surface = tessellate(head, 0);
+  Box3d box;
+  for (const Vec3d p : surface.positions) box.add(p);
+  const double aspect = static_cast<double>(o.draw.width) / o.draw.height;
+  const Camera camera = framing(box, angles.first, angles.second, aspect);
+  context.progress("render", 0.1);
+  RELIEF_TRY(Renderer renderer, Renderer::create());
+  RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));
+  RELIEF_CHECK(save_png(picture, o.out));
+  const DrawStats& stats = renderer.stats();
+  if (context.json) {
+    nlohmann::ordered_json json;
+    json["file"] = o.out;
+    json["width"] = picture.width;
+    json["height"] = picture.height;
+    json["triangles"] = stats.triangles;
+    json["cpu_seconds"] = stats.cpu_seconds;
+    json["device"] = renderer.device();
+    print_json(json);
+  } else {
+    print(fmt::format("{}: {}x{}, {} triangles, {:.1f} CPU s on {}\n", o.out, picture.width, picture.height,
+                      stats.triangles, stats.cpu_seconds, renderer.device()));
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Context& context) {
+  auto o = std::make_shared<RenderOptions>();
+  CLI::App* c = app.add_subcommand("render", "Draw a picture of a model, without a screen");
+  c->add_option("MODEL", o->model, "The model")->required();
+  c->add_option("-o,--output", o->out, "The picture, OUT.png")->required();
+  c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)");
+  c->add_option("--view", o->view,
+                "front (from +z, the default), back, left, right, top, bottom, corner, or azimuth,elevation in degrees "
+                "(azimuth 0 from +z, 90 from +x; y is up)");
+  c->add_option("--overlay", o->overlays, "slabs (wires), heat (displacement); may be given more than once")
+      ->check(CLI::IsMember({"slabs", "heat"}))
+      ->delimiter(',');
+  c->add_option("--at", o->at, "Show the hand with its cursor at x,y,z (model units): tool, contact point, force");
+  c->add_option("--tool-radius", o->tool_radius, "Radius of the shown tool sphere, model units")
+      ->check(CLI::Range(0.0, 1e12));
+  c->add_option("--level", o->draw.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));
+  c->add_option("--supersample", o->draw.supersample, "Sub-pixels per edge, 1 to 4 (default 2)")
+      ->check(CLI::Range(1, 4));
+  c->add_option("--lights", o->draw.lights, "Lights of the soft box, 1 to 256 (default 64)")->check(CLI::Range(1, 256));
+  finish_command(*c, context, [o, &context] { return run_render(*o, context); });
+}
+
+}  // namespace relief::cli
