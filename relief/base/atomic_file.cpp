@@ -29,6 +29,12 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
     const auto resolved = std::filesystem::weakly_canonical(target, ignored);
     if (!ignored) real = resolved;
   }
+  if (std::filesystem::exists(real, ignored) && !std::filesystem::is_regular_file(real, ignored)) {
+    // A device or a pipe is written as it is; replacing it would destroy it.
+    const int direct = ::open(real.c_str(), O_WRONLY | O_CLOEXEC);
+    if (direct < 0) return io_error(target, "cannot be written", errno);
+    return AtomicFile(real, {}, direct);
+  }
   std::string pattern = real.string() + ".XXXXXX.part";
   const int descriptor = ::mkostemps(pattern.data(), 5, O_CLOEXEC);
   if (descriptor < 0) return io_error(target, "cannot be written", errno);
@@ -53,7 +59,7 @@ AtomicFile::AtomicFile(AtomicFile&& other) noexcept
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   ::close(descriptor_);
-  ::unlink(temporary_.c_str());
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 Status AtomicFile::flush() {
@@ -80,6 +86,7 @@ Status AtomicFile::write(std::span<const std::byte> bytes) {
 
 Status AtomicFile::commit() {
   RELIEF_CHECK(flush());
+  if (temporary_.empty()) return {};
   if (::fsync(descriptor_) != 0) return io_error(target_, "cannot be written", errno);
   if (::close(std::exchange(descriptor_, -1)) != 0) {
     const int error = errno;

@@ -12,7 +12,8 @@
 namespace relief {
 
 /// Bytes go to a new file beside the target; commit() makes them durable and renames it over the target. Without
-/// commit() the new file is removed and the target stays as it was. Errors name the target: Io.
+/// commit() the new file is removed and the target stays as it was. A target that is a device or a pipe is written
+/// directly. Errors name the target: Io.
 class AtomicFile {
  public:
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& target);
@@ -24,7 +25,7 @@ class AtomicFile {
   [[nodiscard]] Status write(std::span<const std::byte> bytes);
   [[nodiscard]] Status write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
   [[nodiscard]] Status commit();
-  /// The file that is being written, for libraries that want a name.
+  /// The file that is being written, for libraries that want a name; empty for a device or a pipe.
   [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
 
  private:
