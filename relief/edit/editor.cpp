@@ -6,8 +6,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <map>
+#include <span>
 #include <utility>
 
 namespace relief {
@@ -37,18 +37,27 @@ double distance2(Vec3d p, Vec3d a, Vec3d b) noexcept {
   return dot(gap, gap);
 }
 
-/// False only when no point of the slab lies in the sphere: the slab is within the convex hull of its six corners.
-bool may_meet(const SlabCorners& corners, const Box3d& box, const Sphere& sphere) noexcept {
-  if (box.distance2(sphere.centre) > sphere.radius * sphere.radius) return false;
-  const Vec3d middle = (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
-                        corners.outer[2]) /
-                       6.0;
-  const Vec3d axis = normalized(middle - sphere.centre);
-  double nearest = Box3d::kFar;
+/// False only when no point of the slab up to `highest` along its fibres lies in the sphere: that part of it is within
+/// the convex hull of its six corners.
+bool may_meet(SlabCorners corners, double highest, const Sphere& sphere) noexcept {
+  const auto middle = [&] {
+    return (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
+            corners.outer[2]) /
+               6.0 -
+           sphere.centre;
+  };
+  const auto apart_along = [&](Vec3d way) {
+    const Vec3d axis = normalized(way);
+    double nearest = Box3d::kFar;
+    for (std::size_t k = 0; k < 3; ++k)
+      nearest =
+          std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
+    return nearest > sphere.radius;
+  };
+  const Vec3d whole = middle();
   for (std::size_t k = 0; k < 3; ++k)
-    nearest =
-        std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
-  return nearest <= sphere.radius;
+    corners.outer[k] = corners.inner[k] + (corners.outer[k] - corners.inner[k]) * highest;
+  return !apart_along(whole) && !apart_along(middle());
 }
 
 bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcept {
@@ -61,6 +70,18 @@ bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
   Vec3d mean;
   for (std::size_t k = 0; k < 3; ++k) mean += normalized(corners.outer[k] - corners.inner[k]);
   return dot(mean, normal) > 0;
+}
+
+/// Whether two tiles hold the same bits along an edge, its corners aside; `to` runs the other way.
+bool same_edge(const Tile& a, std::span<const std::uint16_t> from, const Tile& b, std::span<const std::uint16_t> to,
+               int channel_count) noexcept {
+  std::uint32_t differ = 0;
+  for (int c = 0; c < channel_count; ++c) {
+    const float *va = a.plane(c), *vb = b.plane(c);
+    for (std::size_t t = 1; t + 1 < from.size(); ++t)
+      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[from.size() - 1 - t]]);
+  }
+  return differ == 0;
 }
 
 bool sane(const Brush& brush) noexcept { return std::isfinite(brush.radius) && brush.radius > 0; }
@@ -96,11 +117,17 @@ struct Editor::Scratch {
   std::vector<std::uint32_t> seen_slabs;  ///< number of the dab that last looked at the slab
   std::vector<std::uint32_t> seen_fibres;
   std::vector<Mark> marks;
+  /// Upper bound of a slab's displacement, good as long as the slab has that tile; the tile itself is not kept alive.
+  struct Top {
+    std::weak_ptr<const Tile> tile;
+    float highest = 1;
+  };
+  std::vector<Top> tops;
   std::vector<SlabId> reached;
   std::vector<Slot> slots;
   std::size_t computed = 0;  ///< slots[0 .. computed) are the reached slabs, ascending
 
-  Tile result{kMaxIntervals, 3, 0.0F};
+  std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
   Tile displacement{kMaxIntervals, 1, 0.0F};
   Tile share{kMaxIntervals, 1, 0.0F};
   Tile mask{kMaxIntervals, 1, 0.0F};
@@ -109,7 +136,10 @@ struct Editor::Scratch {
   std::optional<SnapshotDraft> draft;  ///< continues from dab to dab
 
   explicit Scratch(const SlabMesh& mesh)
-      : seen_slabs(mesh.slab_count()), seen_fibres(mesh.fibres().size()), marks(mesh.slab_count()) {}
+      : seen_slabs(mesh.slab_count()),
+        seen_fibres(mesh.fibres().size()),
+        marks(mesh.slab_count()),
+        tops(mesh.slab_count()) {}
 
   const detail::GridTables& grid(int n) {
     auto& tables = grids[static_cast<std::size_t>(n)];
@@ -135,12 +165,20 @@ struct Editor::Scratch {
   }
 
   /// Fills `reached` with the slabs that the tool works on, ascending.
-  void grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal);
+  void grow(const Snapshot& model, SlabId seed, const Sphere& sphere, Vec3d normal);
   /// Writes every shared sample of the computed slabs to all its copies. The lowest computed slab owns the value.
   template <typename BaseTile>
   void commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile);
 
  private:
+  /// The largest displacement in the slab, found once per tile.
+  double highest(const Snapshot& model, SlabId s) {
+    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+    Top& top = tops[s];
+    if (top.tile.owner_before(tile) || tile.owner_before(top.tile))
+      top = {.tile = tile, .highest = kernels.largest(tile->plane(), tile->size())};
+    return double{top.highest};
+  }
   [[nodiscard]] bool is_computed(SlabId s) const noexcept { return marks[s].dab == dab && marks[s].slot < computed; }
   template <typename BaseTile>
   std::size_t slot_of(SlabId s, const BaseTile& base_tile) {
@@ -153,14 +191,19 @@ struct Editor::Scratch {
   void copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index, int channel_count);
 };
 
-void Editor::Scratch::grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal) {
+void Editor::Scratch::grow(const Snapshot& model, SlabId seed, const Sphere& sphere, Vec3d normal) {
+  const SlabMesh& mesh = model.slab_mesh();
   reached.clear();
   const double square = sphere.radius * sphere.radius;
   const auto visit = [&](SlabId s) {
     if (s == kNoSlab || seen_slabs[s] == dab) return;
     seen_slabs[s] = dab;
-    const SlabCorners corners = mesh.corners(s);
-    if (s == seed || (may_meet(corners, mesh.box(s), sphere) && faces(corners, normal))) reached.push_back(s);
+    if (s != seed) {
+      if (mesh.box(s).distance2(sphere.centre) > square) return;
+      const SlabCorners corners = mesh.corners(s);
+      if (!faces(corners, normal) || !may_meet(corners, highest(model, s), sphere)) return;
+    }
+    reached.push_back(s);
   };
   visit(seed);
   for (std::size_t next = 0; next < reached.size(); ++next) {
@@ -221,6 +264,7 @@ void Editor::Scratch::commit(const SlabMesh& mesh, int channel_count, const Base
       const auto& from = grid(n).edges[static_cast<std::size_t>(k)];
       const auto& to = grid(n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))];
       const std::size_t twin = slot_of(across, base_tile);
+      if (same_edge(slots[own].now(), from, slots[twin].now(), to, channel_count)) continue;
       for (std::size_t t = 1; t + 1 < from.size(); ++t)
         copy_sample(slots[own], from[t], slots[twin], to[from.size() - 1 - t], channel_count);
     }
@@ -278,7 +322,7 @@ DabResult Editor::dab(const Dab& dab) {
   const auto amount = static_cast<float>(double{strength} * std::clamp(dab.seconds, 0.0, 1e9));
 
   scratch.next_dab();
-  scratch.grow(mesh, dab.slab, sphere, up);
+  scratch.grow(model, dab.slab, sphere, up);
 
   const Layer layer = painting ? Layer::Colour : Layer::Displacement;
   const int channel_count = channels(layer);
@@ -292,10 +336,12 @@ DabResult Editor::dab(const Dab& dab) {
   for (const SlabId s : scratch.reached) {
     const Tile& base = base_tile(s);
     const int n = base.intervals();
-    const std::size_t count = base.size(), stride = base.stride();
+    const std::size_t count = base.size();
     const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
     const float* mask = masked ? scratch.on_grid(model.tile(Layer::Mask, s), n, scratch.mask) : nullptr;
-    float* result = scratch.result.plane();
+    if (!scratch.spare || scratch.spare->intervals() != n || scratch.spare->channel_count() != channel_count)
+      scratch.spare = std::make_shared<Tile>(base);
+    Tile& result = *scratch.spare;
     if (painting) {
       const float* displacement = scratch.on_grid(model.tile(Layer::Displacement, s), n, scratch.displacement);
       float* share = scratch.share.plane();
@@ -303,21 +349,18 @@ DabResult Editor::dab(const Dab& dab) {
       if (mask != nullptr) kernels.fade(mask, share, count);
       for (int c = 0; c < 3; ++c)
         kernels.blend(share, unit_range(double{brush_.colour[static_cast<std::size_t>(c)]}), base.plane(c),
-                      result + static_cast<std::size_t>(c) * stride, count);
+                      result.plane(c), count);
     } else {
       if (carving)
-        kernels.carve(frame, to_float(up), base.plane(), result, count);
+        kernels.carve(frame, to_float(up), base.plane(), result.plane(), count);
       else
-        kernels.deposit(frame, amount, base.plane(), result, count);
-      if (mask != nullptr) kernels.protect(mask, base.plane(), result, count);
+        kernels.deposit(frame, amount, base.plane(), result.plane(), count);
+      if (mask != nullptr) kernels.protect(mask, base.plane(), result.plane(), count);
     }
-    const std::size_t changes = kernels.count_changes(base.plane(), result, stride, channel_count, count);
+    const std::size_t changes =
+        kernels.count_changes(base.plane(), result.plane(), base.stride(), channel_count, count);
     Slot slot{.slab = s, .base = &base, .tile = nullptr, .changes = changes};
-    if (changes != 0) {
-      slot.tile = std::make_shared<Tile>(base);
-      for (int c = 0; c < channel_count; ++c)
-        std::memcpy(slot.tile->plane(c), result + static_cast<std::size_t>(c) * stride, count * sizeof(float));
-    }
+    if (changes != 0) slot.tile = std::move(scratch.spare);
     scratch.marks[s] = {.dab = scratch.dab, .slot = static_cast<std::uint32_t>(scratch.slots.size())};
     scratch.slots.push_back(std::move(slot));
   }

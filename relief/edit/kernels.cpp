@@ -1,6 +1,7 @@
 #include <relief/edit/kernels.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace relief::detail {
@@ -136,6 +137,16 @@ namespace {
   return changes;
 }
 
+// Values are not negative, so their bits sort as they do, and integers may be taken in any order.
+[[gnu::always_inline]] inline float largest_body(const float* __restrict values, std::size_t count) noexcept {
+  std::int32_t most = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto bits = std::bit_cast<std::int32_t>(values[k]);
+    most = bits > most ? bits : most;
+  }
+  return std::bit_cast<float>(most);
+}
+
 namespace baseline {
 void carve(const SlabFrame& frame, Vec3f up, const float* from, float* to, std::size_t count) {
   carve_body(frame, up, from, to, count);
@@ -159,7 +170,8 @@ void resample(const Resampling& table, const float* from, float* to, std::size_t
 std::size_t count_changes(const float* a, const float* b, std::size_t stride, int planes, std::size_t count) {
   return count_body(a, b, stride, planes, count);
 }
-constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes};
+float largest(const float* values, std::size_t count) { return largest_body(values, count); }
+constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes, largest};
 }  // namespace baseline
 
 #if defined(__x86_64__)
@@ -189,7 +201,8 @@ namespace avx2 {
                                                   std::size_t count) {
   return count_body(a, b, stride, planes, count);
 }
-constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes};
+[[gnu::target("avx2")]] float largest(const float* values, std::size_t count) { return largest_body(values, count); }
+constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes, largest};
 }  // namespace avx2
 #endif
 

@@ -55,6 +55,8 @@ struct Kernels {
   void (*resample)(const Resampling& table, const float* from, float* to, std::size_t count);
   /// How many samples differ in any of the planes, which lie `stride` floats apart; 1 or 3 planes.
   std::size_t (*count_changes)(const float* a, const float* b, std::size_t stride, int planes, std::size_t count);
+  /// The largest value, at least 0.
+  float (*largest)(const float* values, std::size_t count);
 };
 
 /// The build for any machine of the architecture.
