@@ -49,7 +49,7 @@ struct DrawSettings {
   bool heat_map = false;                      ///< displacement as colour, with a legend
   bool ground = true;                         ///< soft floor and background
   Vec3f base_colour = {0.72F, 0.66F, 0.60F};  ///< sRGB, where the model has no colour layer
-  std::optional<HandOverlay> hand;
+  std::optional<HandOverlay> hand = std::nullopt;
 };
 
 /// What the last draw() cost.
