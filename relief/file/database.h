@@ -54,8 +54,9 @@ class Database {
  public:
   enum class Access : std::uint8_t { Read, Write };
   /// Opens an existing regular file (an empty one is an empty database). What a killed writer left half done is undone
-  /// first, for readers too where the place can be written. Errors: NotFound, Io.
-  [[nodiscard]] static Result<Database> open(const std::filesystem::path& file, Access access);
+  /// first, for readers too where the place can be written. Errors speak of `named`, where given. Errors: NotFound, Io.
+  [[nodiscard]] static Result<Database> open(const std::filesystem::path& place, Access access,
+                                             const std::filesystem::path& named = {});
 
   [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;
   /// Runs one statement and drops its rows.

@@ -17,8 +17,8 @@ inline constexpr int kFormatVersion = 1;
 /// One finished stroke as the journal keeps it.
 struct StrokeRecord {
   std::uint64_t number = 0;  ///< 1 for the first
-  std::string label;         ///< what people read
-  std::string details;       ///< JSON of the stroke, for replay; may be empty
+  std::string label{};       ///< what people read
+  std::string details{};     ///< JSON of the stroke, for replay; may be empty
   std::uint64_t tiles = 0;   ///< changed by it
 };
 
