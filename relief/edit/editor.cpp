@@ -6,7 +6,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <map>
+#include <mutex>
 #include <span>
 #include <utility>
 
@@ -101,6 +103,52 @@ TilePtr clay_tile(int intervals) {
   return tile;
 }
 
+/// Tiles that no snapshot holds any more, for the next dab: a stroke makes and drops many of the same size, and giving
+/// their memory back to the system each time costs more than the tools. A tile comes back on whatever thread lets go of
+/// the last snapshot that held it, which is never the servo's.
+class TilePool : public std::enable_shared_from_this<TilePool> {
+ public:
+  /// A tile of the same shape, with any values.
+  std::shared_ptr<Tile> take(const Tile& like) {
+    std::unique_ptr<Tile> tile;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!idle_.empty() && !same_shape(*idle_.back(), like)) idle_.clear();
+      if (!idle_.empty()) {
+        tile = std::move(idle_.back());
+        idle_.pop_back();
+      }
+    }
+    if (!tile) tile = std::make_unique<Tile>(like);
+    return {tile.release(), [pool = shared_from_this()](Tile* done) { pool->give(std::unique_ptr<Tile>(done)); }};
+  }
+  std::shared_ptr<Tile> copy(const Tile& tile) {
+    auto made = take(tile);
+    std::memcpy(made->plane(), tile.plane(), tile.bytes());
+    return made;
+  }
+  static bool same_shape(const Tile& a, const Tile& b) noexcept {
+    return a.intervals() == b.intervals() && a.channel_count() == b.channel_count();
+  }
+  /// Frees the tiles that wait.
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    idle_.clear();
+  }
+
+ private:
+  static constexpr std::size_t kMaxIdleBytes = std::size_t{16} << 20U;
+
+  void give(std::unique_ptr<Tile> tile) {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty() && !same_shape(*idle_.back(), *tile)) return;
+    if ((idle_.size() + 1) * tile->bytes() <= kMaxIdleBytes) idle_.push_back(std::move(tile));
+  }
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Tile>> idle_;  ///< all of one shape
+};
+
 }  // namespace
 
 struct Editor::Scratch {
@@ -127,6 +175,7 @@ struct Editor::Scratch {
   std::vector<Slot> slots;
   std::size_t computed = 0;  ///< slots[0 .. computed) are the reached slabs, ascending
 
+  std::shared_ptr<TilePool> pool = std::make_shared<TilePool>();
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
   Tile displacement{kMaxIntervals, 1, 0.0F};
   Tile share{kMaxIntervals, 1, 0.0F};
@@ -162,6 +211,13 @@ struct Editor::Scratch {
     std::ranges::fill(seen_fibres, 0U);
     std::ranges::fill(marks, Mark{});
     dab = 1;
+  }
+
+  /// Lets go of what only an open stroke needs.
+  void rest() {
+    draft.reset();
+    spare.reset();
+    pool->clear();
   }
 
   /// Fills `reached` with the slabs that the tool works on, ascending.
@@ -236,7 +292,7 @@ void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot
     same = same && std::bit_cast<std::uint32_t>(source.plane(c)[from_index]) ==
                        std::bit_cast<std::uint32_t>(before.plane(c)[to_index]);
   if (same) return;
-  if (!to.tile) to.tile = std::make_shared<Tile>(*to.base);
+  if (!to.tile) to.tile = pool->copy(*to.base);
   bool was_changed = false, is_changed = false;
   for (int c = 0; c < channel_count; ++c) {
     float& value = to.tile->plane(c)[to_index];
@@ -339,8 +395,7 @@ DabResult Editor::dab(const Dab& dab) {
     const std::size_t count = base.size();
     const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
     const float* mask = masked ? scratch.on_grid(model.tile(Layer::Mask, s), n, scratch.mask) : nullptr;
-    if (!scratch.spare || scratch.spare->intervals() != n || scratch.spare->channel_count() != channel_count)
-      scratch.spare = std::make_shared<Tile>(base);
+    if (!scratch.spare || !TilePool::same_shape(*scratch.spare, base)) scratch.spare = scratch.pool->take(base);
     Tile& result = *scratch.spare;
     if (painting) {
       const float* displacement = scratch.on_grid(model.tile(Layer::Displacement, s), n, scratch.displacement);
@@ -384,7 +439,7 @@ DabResult Editor::dab(const Dab& dab) {
 bool Editor::end_stroke() {
   RELIEF_ASSERT(in_stroke_);
   in_stroke_ = false;
-  scratch_->draft.reset();
+  scratch_->rest();
   if (head_ == history_[position_]) return false;
   history_.resize(position_ + 1);
   labels_.resize(position_);
@@ -397,7 +452,7 @@ bool Editor::end_stroke() {
 void Editor::cancel_stroke() {
   RELIEF_ASSERT(in_stroke_);
   in_stroke_ = false;
-  scratch_->draft.reset();
+  scratch_->rest();
   head_ = history_[position_];
 }
 
