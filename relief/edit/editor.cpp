@@ -165,19 +165,22 @@ struct Editor::Scratch {
   std::vector<std::uint32_t> seen_slabs;  ///< number of the dab that last looked at the slab
   std::vector<std::uint32_t> seen_fibres;
   std::vector<Mark> marks;
-  /// Upper bound of a slab's displacement, good as long as the slab has that tile; the tile itself is not kept alive.
-  struct Top {
+  /// What was found out about a slab's displacement; good as long as the slab has that tile, which it does not keep
+  /// alive.
+  struct Known {
     std::weak_ptr<const Tile> tile;
-    float highest = 1;
+    double highest = 1;          ///< the largest displacement
+    std::unique_ptr<Tile> fine;  ///< the displacement on the grid of the colour, once a stroke of paint asked for it
   };
-  std::vector<Top> tops;
+  static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
+  std::vector<Known> known;
+  std::vector<SlabId> fine_slabs;  ///< whose `fine` is there
   std::vector<SlabId> reached;
   std::vector<Slot> slots;
   std::size_t computed = 0;  ///< slots[0 .. computed) are the reached slabs, ascending
 
   std::shared_ptr<TilePool> pool = std::make_shared<TilePool>();
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
-  Tile displacement{kMaxIntervals, 1, 0.0F};
   Tile share{kMaxIntervals, 1, 0.0F};
   Tile mask{kMaxIntervals, 1, 0.0F};
 
@@ -188,7 +191,7 @@ struct Editor::Scratch {
       : seen_slabs(mesh.slab_count()),
         seen_fibres(mesh.fibres().size()),
         marks(mesh.slab_count()),
-        tops(mesh.slab_count()) {}
+        known(mesh.slab_count()) {}
 
   const detail::GridTables& grid(int n) {
     auto& tables = grids[static_cast<std::size_t>(n)];
@@ -204,6 +207,32 @@ struct Editor::Scratch {
     return buffer.plane();
   }
 
+  Known& know(const Snapshot& model, SlabId s) {
+    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+    Known& entry = known[s];
+    if (entry.tile.owner_before(tile) || tile.owner_before(entry.tile))
+      entry = {.tile = tile, .highest = double{kernels.largest(tile->plane(), tile->size())}, .fine = nullptr};
+    return entry;
+  }
+
+  /// The slab's displacement on a grid of m intervals, kept from dab to dab: paint does not change it.
+  const float* displacement_on_grid(const Snapshot& model, SlabId s, int m) {
+    const Tile& tile = model.tile(Layer::Displacement, s);
+    if (tile.intervals() == m) return tile.plane();
+    Known& entry = know(model, s);
+    if (!entry.fine || entry.fine->intervals() != m) {
+      if (fine_slabs.size() * Tile::padded(m) * sizeof(float) > kMaxFineBytes) forget_fine();
+      entry.fine = std::make_unique<Tile>(m, 1, 0.0F);
+      fine_slabs.push_back(s);
+      on_grid(tile, m, *entry.fine);
+    }
+    return entry.fine->plane();
+  }
+  void forget_fine() {
+    for (const SlabId s : fine_slabs) known[s].fine.reset();
+    fine_slabs.clear();
+  }
+
   void next_dab() {
     if (++dab != 0) return;
     // After 2^32 dabs the old numbers would look new.
@@ -217,6 +246,7 @@ struct Editor::Scratch {
   void rest() {
     draft.reset();
     spare.reset();
+    forget_fine();
     pool->clear();
   }
 
@@ -227,14 +257,6 @@ struct Editor::Scratch {
   void commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile);
 
  private:
-  /// The largest displacement in the slab, found once per tile.
-  double highest(const Snapshot& model, SlabId s) {
-    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
-    Top& top = tops[s];
-    if (top.tile.owner_before(tile) || tile.owner_before(top.tile))
-      top = {.tile = tile, .highest = kernels.largest(tile->plane(), tile->size())};
-    return double{top.highest};
-  }
   [[nodiscard]] bool is_computed(SlabId s) const noexcept { return marks[s].dab == dab && marks[s].slot < computed; }
   template <typename BaseTile>
   std::size_t slot_of(SlabId s, const BaseTile& base_tile) {
@@ -257,7 +279,7 @@ void Editor::Scratch::grow(const Snapshot& model, SlabId seed, const Sphere& sph
     if (s != seed) {
       if (mesh.box(s).distance2(sphere.centre) > square) return;
       const SlabCorners corners = mesh.corners(s);
-      if (!faces(corners, normal) || !may_meet(corners, highest(model, s), sphere)) return;
+      if (!faces(corners, normal) || !may_meet(corners, know(model, s).highest, sphere)) return;
     }
     reached.push_back(s);
   };
@@ -398,7 +420,7 @@ DabResult Editor::dab(const Dab& dab) {
     if (!scratch.spare || !TilePool::same_shape(*scratch.spare, base)) scratch.spare = scratch.pool->take(base);
     Tile& result = *scratch.spare;
     if (painting) {
-      const float* displacement = scratch.on_grid(model.tile(Layer::Displacement, s), n, scratch.displacement);
+      const float* displacement = scratch.displacement_on_grid(model, s, n);
       float* share = scratch.share.plane();
       kernels.cone(frame, intensity, displacement, share, count);
       if (mask != nullptr) kernels.fade(mask, share, count);
