@@ -13,7 +13,7 @@ constexpr std::size_t kChunkBytes = std::size_t{64} << 20U;
 
 /// A slab as the vertex stage reads it.
 struct Record {
-  std::array<std::array<float, 4>, 3> inner, outer;  ///< relative to the centre; the fourth is not used
+  std::array<Vec3f, 3> inner, outer;  ///< relative to the centre
   std::uint32_t samples_at, intervals, colours_at, colour_intervals;
 };
 
@@ -91,9 +91,8 @@ void DisplayCache::place_colours(const Snapshot& model) {
       const SlabCorners corners = mesh.corners(s);
       Record r{};
       for (std::size_t k = 0; k < 3; ++k) {
-        const Vec3f in = to_float(corners.inner[k] - centre_), out = to_float(corners.outer[k] - centre_);
-        r.inner[k] = {in.x, in.y, in.z, 0};
-        r.outer[k] = {out.x, out.y, out.z, 0};
+        r.inner[k] = to_float(corners.inner[k] - centre_);
+        r.outer[k] = to_float(corners.outer[k] - centre_);
       }
       slabs_[s].colours_at = chunk.colour_total;
       r.samples_at = static_cast<std::uint32_t>(slabs_[s].samples_at);
@@ -321,15 +320,26 @@ std::uint64_t DisplayCache::triangle_count(int level) const noexcept {
 }
 
 std::uint64_t DisplayCache::draw(int level) {
-  if (vertex_array_ == 0) vertex_array_ = make_vertex_array();
+  if (vertex_array_ == 0) {
+    vertex_array_ = make_vertex_array();
+    for (GLuint k = 0; k < 7; ++k) {
+      glEnableVertexArrayAttrib(vertex_array_, k);
+      glVertexArrayAttribBinding(vertex_array_, k, 0);
+      if (k < 6)
+        glVertexArrayAttribFormat(vertex_array_, k, 3, GL_FLOAT, GL_FALSE, k * static_cast<GLuint>(sizeof(Vec3f)));
+      else
+        glVertexArrayAttribIFormat(vertex_array_, k, 4, GL_UNSIGNED_INT, offsetof(Record, samples_at));
+    }
+    glVertexArrayBindingDivisor(vertex_array_, 0, 1);
+  }
   glBindVertexArray(vertex_array_);
   for (const Chunk& chunk : chunks_) {
     const Pattern& p = pattern(chunk.intervals, step_at(chunk.intervals, level));
     glVertexArrayElementBuffer(vertex_array_, p.indices);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, chunk.samples);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, chunk.records);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, grid_table(chunk.intervals));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, chunk.colours);
+    glVertexArrayVertexBuffer(vertex_array_, 0, chunk.records, 0, sizeof(Record));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, grid_table(chunk.intervals));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, chunk.colours);
     glDrawElementsInstanced(GL_TRIANGLES, p.count, GL_UNSIGNED_SHORT, nullptr,
                             static_cast<GLsizei>(chunk.slabs.size()));
   }

@@ -1,10 +1,12 @@
 #include "renderer.h"
 
 #include <relief/base/assert.h>
+#include <relief/core/query.h>
 
 #include <png.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -41,6 +43,16 @@ Camera framing(const Box3d& box, double azimuth, double elevation, double aspect
   }
   camera.eye = camera.target + back * distance;
   return camera;
+}
+
+Box3d surface_bounds(const Snapshot& model) {
+  Box3d box;
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+    const int n = model.slab_mesh().intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) box.add(sample_position(model, s, {i, j}));
+  }
+  return box;
 }
 
 Status save_png(const Picture& picture, const std::filesystem::path& file) {

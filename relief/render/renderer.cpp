@@ -25,7 +25,10 @@ constexpr int kMaxEdge = 8192;
 constexpr std::int64_t kPartSubPixels = 9'000'000;
 constexpr int kPartEdge = 8192;
 constexpr int kShadowEdge = 1024;
-constexpr int kFloorEdge = 512;
+/// Texels along the floor map's edge, for a picture and for a quick frame.
+constexpr int kFloorEdge = 320, kQuickFloorEdge = 96;
+/// Edge of the square over which a pixel asks for shadow, in shadow texels.
+constexpr double kShadowSpread = 4;
 /// Half the floor's edge that receives shadows, in half diagonals of the model.
 constexpr double kFloorReach = 2.6;
 /// Above this the shadow maps are drawn a level coarser: a triangle is then far smaller than a shadow texel.
@@ -116,6 +119,12 @@ Status gl_status() {
 }  // namespace
 
 struct Renderer::State {
+  /// What the model takes of the light on the floor.
+  struct FloorMaps {
+    int edge = 0;
+    GlTexture taken, radii, light;
+    GlFramebuffer taken_target, radii_target, light_target;
+  };
   /// Everything that one part of the picture is drawn into.
   struct Targets {
     int width = 0, height = 0;  ///< sub-pixels
@@ -137,11 +146,12 @@ struct Renderer::State {
 
   std::unique_ptr<GlContext> context;
   GlProgram surface, coverage, shadow, solid, solid_shadow, veil, ambient, light, floor, floor_blur, resolve;
-  GlTexture shadow_maps, floor_taken, floor_radii, floor_light;
-  GlFramebuffer shadow_target, floor_taken_target, floor_radii_target, floor_light_target;
+  GlTexture shadow_maps;
+  GlFramebuffer shadow_target;
   GlSampler compare_sampler, plain_sampler;
   GlBuffer batch, solid_vertices;
   GlVertexArray empty, solid_array;
+  FloorMaps floor_maps, quick_floor_maps;
   Targets targets;
   DisplayCache cache;
   DrawStats stats;
@@ -153,8 +163,8 @@ struct Renderer::State {
                    Picture& picture);
   void draw_surface(const Scene& scene, const DrawSettings& settings, const Matrix& view);
   void draw_shadows(const Scene& scene, std::size_t first, std::size_t count);
-  void take_from_floor(const Scene& scene, std::size_t first, std::size_t count);
-  void blur_floor();
+  void take_from_floor(const Scene& scene, const FloorMaps& maps, std::size_t first, std::size_t count);
+  void blur_floor(const FloorMaps& maps);
   void draw_veils(const Scene& scene, const Matrix& view);
   void draw_solids(GLuint program, std::size_t first, std::size_t count);
   void full_screen(GLuint program) const;
@@ -222,12 +232,16 @@ Status Renderer::State::set_up() {
     glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, compare ? GL_COMPARE_REF_TO_TEXTURE : GL_NONE);
     glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
   }
-  floor_taken_target = make_framebuffer();
-  floor_radii_target = make_framebuffer();
-  floor_light_target = make_framebuffer();
-  floor_taken = attached(floor_taken_target, GL_COLOR_ATTACHMENT0, GL_RGBA32F, kFloorEdge, kFloorEdge, GL_LINEAR);
-  floor_radii = attached(floor_radii_target, GL_COLOR_ATTACHMENT0, GL_RGBA16F, kFloorEdge, kFloorEdge, GL_LINEAR);
-  floor_light = attached(floor_light_target, GL_COLOR_ATTACHMENT0, GL_RGBA16F, kFloorEdge, kFloorEdge, GL_LINEAR);
+  for (FloorMaps* maps : {&floor_maps, &quick_floor_maps}) {
+    maps->edge = maps == &floor_maps ? kFloorEdge : kQuickFloorEdge;
+    for (GlFramebuffer* target : {&maps->taken_target, &maps->radii_target, &maps->light_target})
+      *target = make_framebuffer();
+    maps->taken = attached(maps->taken_target, GL_COLOR_ATTACHMENT0, GL_RGBA32F, maps->edge, maps->edge, GL_LINEAR);
+    maps->radii = attached(maps->radii_target, GL_COLOR_ATTACHMENT0, GL_RGBA16F, maps->edge, maps->edge, GL_LINEAR);
+    maps->light = attached(maps->light_target, GL_COLOR_ATTACHMENT0, GL_RGBA16F, maps->edge, maps->edge, GL_LINEAR);
+    RELIEF_CHECK(complete(maps->taken_target));
+    RELIEF_CHECK(complete(maps->light_target));
+  }
   batch = make_buffer(sizeof(BatchBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
   empty = make_vertex_array();
   solid_array = make_vertex_array();
@@ -239,7 +253,6 @@ Status Renderer::State::set_up() {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glDisable(GL_DITHER);
   RELIEF_CHECK(complete(shadow_target));
-  RELIEF_CHECK(complete(floor_taken_target));
   return gl_status();
 }
 
@@ -380,14 +393,12 @@ void Renderer::State::draw_shadows(const Scene& scene, std::size_t first, std::s
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, batch);
 }
 
-void Renderer::State::take_from_floor(const Scene& scene, std::size_t first, std::size_t count) {
+void Renderer::State::take_from_floor(const Scene& scene, const FloorMaps& maps, std::size_t first, std::size_t count) {
   float total = 0;
-  std::size_t boxes = 0;
   for (const Light& each : scene.studio.lights) {
     total += luminance(each.colour) * static_cast<float>(std::max(0.0, dot(each.towards, scene.floor.up)));
-    boxes += each.soft_box ? 1 : 0;
   }
-  const double texel = 2 * scene.floor_half / kFloorEdge;
+  const double texel = 2 * scene.floor_half / maps.edge;
   std::array<std::array<float, 4>, kBatch> shares{};
   for (std::size_t k = 0; k < count; ++k) {
     const Light& each = scene.studio.lights[first + k];
@@ -398,13 +409,13 @@ void Renderer::State::take_from_floor(const Scene& scene, std::size_t first, std
     shares[k] = {each.soft_box ? share : 0, each.soft_box ? 0 : share, radius, 0};
   }
   const Vec3d right = scene.floor.right * texel, back = scene.floor.back * texel;
-  set(floor, 0, scene.floor_middle - (right + back) * (kFloorEdge / 2.0));
+  set(floor, 0, scene.floor_middle - (right + back) * (0.5 * maps.edge));
   set(floor, 1, right);
   set(floor, 2, back);
   glProgramUniform4fv(floor, 3, kBatch, shares[0].data());
   glProgramUniform1i(floor, 11, static_cast<GLint>(count));
-  glBindFramebuffer(GL_FRAMEBUFFER, floor_taken_target);
-  glViewport(0, 0, kFloorEdge, kFloorEdge);
+  glBindFramebuffer(GL_FRAMEBUFFER, maps.taken_target);
+  glViewport(0, 0, maps.edge, maps.edge);
   glBindTextureUnit(3, shadow_maps);
   glBindSampler(3, plain_sampler);
   glEnable(GL_BLEND);
@@ -413,15 +424,15 @@ void Renderer::State::take_from_floor(const Scene& scene, std::size_t first, std
   glDisable(GL_BLEND);
 }
 
-void Renderer::State::blur_floor() {
-  glViewport(0, 0, kFloorEdge, kFloorEdge);
-  glBindTextureUnit(0, floor_taken);
-  glBindTextureUnit(1, floor_radii);
-  glBindFramebuffer(GL_FRAMEBUFFER, floor_radii_target);
-  glProgramUniform2i(floor_blur, 0, 0, kFloorEdge);
+void Renderer::State::blur_floor(const FloorMaps& maps) {
+  glViewport(0, 0, maps.edge, maps.edge);
+  glBindTextureUnit(0, maps.taken);
+  glBindTextureUnit(1, maps.radii);
+  glBindFramebuffer(GL_FRAMEBUFFER, maps.radii_target);
+  glProgramUniform2i(floor_blur, 0, 0, maps.edge);
   full_screen(floor_blur);
-  glBindFramebuffer(GL_FRAMEBUFFER, floor_light_target);
-  glProgramUniform2i(floor_blur, 0, 1, kFloorEdge);
+  glBindFramebuffer(GL_FRAMEBUFFER, maps.light_target);
+  glProgramUniform2i(floor_blur, 0, 1, maps.edge);
   full_screen(floor_blur);
 }
 
@@ -485,13 +496,16 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
 
   set(light, 0, scene.eye.at);
   set_rays(light, 1, scene.eye, share, targets.width, targets.height);
-  glProgramUniform1f(light, 5, settings.supersample > 1 ? 1.5F / kShadowEdge : 0.0F);
+  glProgramUniform1f(
+      light, 5,
+      settings.supersample > 1 ? static_cast<float>(kShadowSpread * diagonal(cache.bounds()) / kShadowEdge) : 0.0F);
   const bool on_floor = first && settings.ground;
-  if (on_floor) glClearNamedFramebufferfv(floor_taken_target, GL_COLOR, 0, kNothing.data());
+  const FloorMaps& maps = settings.lights > 1 ? floor_maps : quick_floor_maps;
+  if (on_floor) glClearNamedFramebufferfv(maps.taken_target, GL_COLOR, 0, kNothing.data());
   for (std::size_t k = 0; k < scene.studio.lights.size(); k += kBatch) {
     const std::size_t count = std::min<std::size_t>(kBatch, scene.studio.lights.size() - k);
     draw_shadows(scene, k, count);
-    if (on_floor) take_from_floor(scene, k, count);
+    if (on_floor) take_from_floor(scene, maps, k, count);
     on_covered();
     glBindTextureUnit(3, shadow_maps);
     glBindSampler(3, compare_sampler);
@@ -503,7 +517,7 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
     glDisable(GL_STENCIL_TEST);
   }
   glBindSampler(3, 0);
-  if (on_floor) blur_floor();
+  if (on_floor) blur_floor(maps);
 
   glBindFramebuffer(GL_FRAMEBUFFER, targets.lit);
   glViewport(0, 0, targets.width, targets.height);
@@ -514,7 +528,7 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
   glBindFramebuffer(GL_FRAMEBUFFER, out);
   glViewport(0, 0, part.width, part.height);
   glBindTextureUnit(0, targets.light);
-  glBindTextureUnit(1, floor_light);
+  glBindTextureUnit(1, maps.light);
   set(resolve, 0, scene.eye.at);
   set_rays(resolve, 1, scene.eye, share, part.width, part.height);
   glProgramUniform4i(resolve, 4, settings.supersample, settings.ground ? 1 : 0, part.x, part.y);

@@ -23,6 +23,9 @@ struct Camera {
 /// A camera that sees the whole box: looking from the given azimuth (0 from +z, 90 from +x) and elevation.
 [[nodiscard]] Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up = {0, 1, 0});
 
+/// The box of the displaced surface, tighter than that of the slabs; O(samples).
+[[nodiscard]] Box3d surface_bounds(const Snapshot& model);
+
 /// An 8-bit sRGB picture, rows from the top.
 struct Picture {
   int width = 0, height = 0;

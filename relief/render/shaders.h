@@ -11,10 +11,11 @@ inline constexpr int kBatch = 8;
 /// Position on the fibre, from the lattice. A sample on a wall has one weight of zero, so its sum is the same bits in
 /// both slabs, whatever the order of their corners; `precise` keeps it so.
 inline constexpr std::string_view kSurfaceVertex = R"(#version 450
-struct Slab { vec4 inner[3]; vec4 outer[3]; uvec4 data; };  // data: first sample, n, first colour, m
 layout(std430, binding = 0) readonly buffer Samples { uvec2 samples[]; };
-layout(std430, binding = 1) readonly buffer Slabs { Slab slabs[]; };
-layout(std430, binding = 2) readonly buffer Places { uint places[]; };
+layout(std430, binding = 1) readonly buffer Places { uint places[]; };
+layout(location = 0) in vec3 inner[3];  // of the slab
+layout(location = 3) in vec3 outer[3];
+layout(location = 6) in uvec4 data;     // first sample, n, first colour, m
 layout(location = 0) uniform mat4 projection;
 out vec3 position;
 out vec3 normal;
@@ -28,15 +29,12 @@ vec3 unpack_normal(uint code) {
   return normalize(n);
 }
 void main() {
-  uvec4 data = slabs[gl_InstanceID].data;
   uint place = places[gl_VertexID];
   uvec2 word = samples[data.x + uint(gl_VertexID)];
   uint i = place & 255u, j = place >> 8;
   vec3 w = vec3(data.y - i - j, i, j) / float(data.y);
-  precise vec3 base = (slabs[gl_InstanceID].inner[0].xyz * w.x + slabs[gl_InstanceID].inner[1].xyz * w.y) +
-                      slabs[gl_InstanceID].inner[2].xyz * w.z;
-  precise vec3 top = (slabs[gl_InstanceID].outer[0].xyz * w.x + slabs[gl_InstanceID].outer[1].xyz * w.y) +
-                     slabs[gl_InstanceID].outer[2].xyz * w.z;
+  precise vec3 base = (inner[0] * w.x + inner[1] * w.y) + inner[2] * w.z;
+  precise vec3 top = (outer[0] * w.x + outer[1] * w.y) + outer[2] * w.z;
   float alpha = uintBitsToFloat(word.x);
   precise vec3 p = base + (top - base) * alpha;
   precise vec4 clip = projection * vec4(p, 1.0);
@@ -52,7 +50,7 @@ void main() {
 /// What the picture shows at a pixel, before light: reflectance (square root of linear; a: share of the highlight),
 /// normal, distance along the eye's axis (0: nothing).
 inline constexpr std::string_view kSurfaceFragment = R"(#version 450
-layout(std430, binding = 3) readonly buffer Colours { uint colours[]; };
+layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
 layout(location = 1) uniform vec3 base_colour;
 layout(location = 2) uniform ivec4 modes;          // has colour, heat map, slab wires, two-sided
 layout(location = 3) uniform vec4 ring;            // contact ring: centre, radius (0: none)
@@ -210,7 +208,7 @@ layout(binding = 3) uniform sampler2DArrayShadow shadow_map;
 layout(location = 0) uniform vec3 eye;
 layout(location = 1) uniform vec3 ray[3];  // of the lower left sub-pixel's corner, and per sub-pixel right and up
 layout(location = 4) uniform int count;
-layout(location = 5) uniform float spread;  // of a pixel's look-ups, in shares of the shadow map
+layout(location = 5) uniform float spread;  // of a pixel's look-ups over the surface, model units
 layout(location = 0) out vec4 out_light;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -223,15 +221,20 @@ void main() {
   vec3 along = ray[0] + ray[1] * gl_FragCoord.x + ray[2] * gl_FragCoord.y;
   vec3 p = eye + along * texelFetch(distance_map, pixel, 0).r;
   vec3 v = -normalize(along);
-  // The four sub-pixels of a pixel look at four places of the shadow's edge; their mean is a soft edge.
-  vec2 shift = (vec2(pixel & 1) - 0.5) * spread;
+  // The sub-pixels of a pixel ask at places around their own, turned from pixel to pixel: their mean is a soft edge.
+  // Staying in the surface's plane, they need no more bias than one look-up.
+  vec3 across = normalize(cross(n, abs(n.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
+  vec2 corner = vec2(pixel & 1) - 0.5;
+  float turn = 6.2831853 * fract(52.9829189 * fract(dot(vec2(pixel >> 1), vec2(0.06711056, 0.00583715))));
+  vec2 shift = spread * vec2(cos(turn) * corner.x - sin(turn) * corner.y, sin(turn) * corner.x + cos(turn) * corner.y);
+  vec3 asked = p + across * shift.x + cross(n, across) * shift.y;
   vec3 light = vec3(0.0);
   for (int k = 0; k < count; ++k) {
     vec3 l = towards[k].xyz;
     float facing = dot(n, l);
-    vec4 at = vec4(p + n * (towards[k].w * (1.2 + 1.6 * (1.0 - clamp(facing, 0.0, 1.0)))), 1.0);
+    vec4 at = vec4(asked + n * (towards[k].w * (1.2 + 1.6 * (1.0 - clamp(facing, 0.0, 1.0)))), 1.0);
     vec3 map = vec3(dot(rows[3 * k], at), dot(rows[3 * k + 1], at), dot(rows[3 * k + 2], at));
-    float lit = texture(shadow_map, vec4(map.xy + shift, float(k), map.z));
+    float lit = texture(shadow_map, vec4(map.xy, float(k), map.z));
     vec3 h = normalize(l + v);
     float nh = clamp(dot(n, h), 0.0, 1.0), lh = clamp(dot(l, h), 0.0, 1.0);
     const float rough = 0.40, a2 = rough * rough * rough * rough;
@@ -276,20 +279,21 @@ layout(location = 0) uniform ivec2 mode;  // 0: radii, 1: light; size of the map
 layout(location = 0) out vec4 result;
 void main() {
   vec2 texel = 1.0 / vec2(float(mode.y)), at = gl_FragCoord.xy * texel;
-  vec4 radii = mode.x == 0 ? vec4(16.0) : texture(radius_map, at);
+  float around = float(mode.y) / 24.0;
+  vec4 radii = texture(radius_map, at);
   vec4 sum = vec4(0.0);
   float total = 0.0;
-  const int kTaps = 48;
+  const int kTaps = 40;
   for (int k = 0; k < kTaps; ++k) {
     float r = sqrt((float(k) + 0.5) / float(kTaps)), turn = 2.39996323 * float(k);
     vec2 d = r * vec2(cos(turn), sin(turn)) * texel;
     float w = 1.0 - 0.7 * r * r;
     total += w;
-    if (mode.x == 0) sum += w * texture(taken_map, at + d * 16.0);
+    if (mode.x == 0) sum += w * texture(taken_map, at + d * around);
     else sum += w * vec4(texture(taken_map, at + d * radii.x).r, 0.0, texture(taken_map, at + d * radii.y).b, 0.0);
   }
   sum /= total;
-  if (mode.x == 0) result = vec4(clamp(sum.g / max(sum.r, 1e-5), 1.0, 40.0), clamp(sum.a / max(sum.b, 1e-5), 1.5, 64.0), 0.0, 0.0);
+  if (mode.x == 0) result = vec4(clamp(sum.g / max(sum.r, 1e-5), 1.0, 1.6 * around), clamp(sum.a / max(sum.b, 1e-5), 1.5, 2.5 * around), 0.0, 0.0);
   else result = vec4(sum.r, sum.b, 0.0, 0.0);
 }
 )";
@@ -330,7 +334,7 @@ vec3 behind(vec2 pixel) {
   vec2 taken = texture(floor_map, place * 0.5 + 0.5).rg;
   float edge = max(abs(place.x), abs(place.y));
   float light = 1.0 - (taken.r + taken.g) * (1.0 - smoothstep(0.8, 1.0, edge));
-  vec3 ground = vec3(0.40, 0.395, 0.39) * (0.12 + 0.88 * exp(-0.45 * away2)) * mix(vec3(0.82, 0.90, 1.05) * light, vec3(light), light);
+  vec3 ground = vec3(0.33, 0.326, 0.32) * (0.14 + 0.86 * exp(-0.6 * away2)) * mix(vec3(0.82, 0.90, 1.05) * light, vec3(light), light);
   return mix(back, ground, exp(-0.16 * away2));
 }
 void main() {

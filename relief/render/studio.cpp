@@ -37,11 +37,11 @@ struct SoftBox {
   double share;  ///< of the lights
 };
 constexpr std::array<SoftBox, 3> kBoxes = {{
-    {-0.75, 0.85, 0.34, {1.62F, 1.47F, 1.27F}, 0.42},
+    {-0.75, 0.85, 0.34, {1.95F, 1.76F, 1.50F}, 0.42},
     {1.05, 0.42, 0.40, {0.27F, 0.31F, 0.36F}, 0.12},
     {2.75, 0.75, 0.32, {0.62F, 0.65F, 0.70F}, 0.10},
 }};
-constexpr Vec3f kSky = {0.62F, 0.66F, 0.72F}, kBounce = {0.20F, 0.19F, 0.18F};
+constexpr Vec3f kSky = {0.47F, 0.51F, 0.57F}, kBounce = {0.20F, 0.19F, 0.18F};
 
 }  // namespace
 
