@@ -231,9 +231,8 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     return sample;
   }
 
-  const SlabMesh& mesh = model.slab_mesh();
-  if (&mesh != mesh_ || (hint_.last.slab != kNoSlab && hint_.last.slab >= mesh.slab_count())) hint_ = {};
-  mesh_ = &mesh;
+  // The hint may stem from another, larger cage.
+  if (hint_.last.slab != kNoSlab && hint_.last.slab >= model.slab_mesh().slab_count()) hint_ = {};
   const Vec3d cursor = settings_.workspace.to_model(reading.position);
   const std::optional<Contact> contact = probe(model, cursor, hint_);
   const bool touching = contact && contact->touching() && std::isfinite(contact->depth);

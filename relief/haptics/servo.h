@@ -115,7 +115,6 @@ class Servo {
   DeviceInfo device_;
   Limits limits_;
   LocateHint hint_;
-  const SlabMesh* mesh_ = nullptr;  ///< of the last tick; compared only, never followed
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;

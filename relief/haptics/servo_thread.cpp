@@ -11,6 +11,7 @@
 #include <bit>
 #include <cerrno>
 #include <cmath>
+#include <exception>
 #include <fstream>
 #include <system_error>
 
@@ -74,7 +75,8 @@ void prepare_thread(ServoTimes& times) noexcept {
       if (!times.note.empty()) times.note += "; ";
       times.note += "memory is not locked (allow memlock unlimited in limits.conf): a tick may wait for the disk";
     }
-  } catch (...) {  // out of memory for a note: go on without it
+  } catch (const std::exception&) {
+    times.note.clear();  // no memory for a note: go on without it
   }
 }
 
@@ -110,7 +112,7 @@ void TimeHistogram::add(std::uint64_t ns) noexcept {
   std::size_t bin = 0;
   if (ns >= 64) {
     const auto power = static_cast<unsigned>(std::bit_width(ns)) - 1U;
-    bin = std::min<std::size_t>((power - 6U) * 8U + ((ns >> (power - 3U)) & 7U), kBins - 1);
+    bin = std::min<std::size_t>(std::size_t{power - 6U} * 8U + ((ns >> (power - 3U)) & 7U), kBins - 1);
   }
   ++bins_[bin];
   ++count_;

@@ -182,6 +182,22 @@ TEST(Force, LimitsHoldAndAreFlagged) {
   EXPECT_EQ(hand.at(*model, {0.5, 0.01, 0.5}).force, Vec3d{}) << "letting go is never delayed";
 }
 
+TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {
+  // A bead of 4 mm radius: one tick takes the tool from its front to its back, faster than the force may turn.
+  const SnapshotPtr model = fine_sphere();
+  DeviceInfo device = strong_device();
+  device.max_force_rate = 100;
+  Driver hand(settings_with(4000, 0, 0, 0.004), device);
+  static_cast<void>(hand.at(*model, {0, 0, 1.01}));
+  for (int k = 0; k < 50; ++k) static_cast<void>(hand.at(*model, {0, 0, 0.95}));
+  EXPECT_GT(hand.at(*model, {0, 0, 0.95}).force.z, 0.5);
+  const ServoSample felt = hand.at(*model, {0, 0, -0.95});
+  ASSERT_TRUE(felt.contact);
+  EXPECT_NE(felt.flags & bit(ServoFault::RateClamped), 0U);
+  EXPECT_GE(dot(felt.force, felt.normal), 0);
+  EXPECT_LE(length(felt.force), 0.1) << "from nothing, at 0.1 N per tick";
+}
+
 TEST(Force, StiffnessLayerScales) {
   const SnapshotPtr plain = flat_plane();
   SnapshotDraft draft(plain);
@@ -271,8 +287,7 @@ TEST(Servo, SameReadingsGiveTheSameBits) {
   EXPECT_GT(touched, 500);
 }
 
-TEST(Servo, HeldTooHighAfterAReloadOfAnotherCage) {
-  // A hint from a larger cage must not reach into a smaller one.
+TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {
   const SnapshotPtr large = displaced(sphere_shell(3, 4), [](Vec3d) { return 0.5; });
   const SnapshotPtr small = displaced(sphere_shell(0, 4), [](Vec3d) { return 0.5; });
   Driver hand(settings_with(400), strong_device());
