@@ -16,6 +16,7 @@ struct RepairReport {
   std::size_t unused_vertices = 0;        ///< vertices dropped because no triangle names them
   std::size_t degenerate_triangles = 0;   ///< dropped: repeated corner, or no area
   std::size_t duplicate_triangles = 0;    ///< dropped: the same three corners as another
+  std::size_t flipped_triangles = 0;      ///< no area, but closing a gap: its longest edge was flipped, so nothing opens
   std::size_t nonfinite_triangles = 0;    ///< dropped: a corner is infinite or not a number
   std::size_t turned_triangles = 0;       ///< turned round so that neighbours agree
   std::size_t turned_parts = 0;           ///< closed parts turned because they were inside out
@@ -33,6 +34,8 @@ struct Repaired {
 
 /// Welds equal positions, drops what has no area, makes the mesh manifold by splitting, orients every part (closed ones
 /// outwards, nested shells of a solid keep the cavity sense), keeps colours. Deterministic. O(n log n).
+/// Closed parts inside others keep their sense: one that looks into the solid around it is a cavity and stays so, unless that
+/// solid itself was inside out; then all inside it turns with it. Coinciding vertices take the colour of the first.
 /// Errors: Corrupt when no triangle with area is left; Cancelled.
 [[nodiscard]] Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress = {});
 

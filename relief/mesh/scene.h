@@ -1,0 +1,57 @@
+// What scene formats (glTF, 3MF) need: placed copies of parts, within a bound on what copying may cost.
+#pragma once
+
+#include <relief/mesh/source.h>
+
+#include <array>
+
+namespace relief::detail {
+
+/// An affine map: the columns of the linear part, then the translation.
+struct Placement {
+  std::array<Vec3d, 3> axes = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
+  Vec3d origin;
+
+  [[nodiscard]] Vec3d direction(Vec3d p) const noexcept { return axes[0] * p.x + axes[1] * p.y + axes[2] * p.z; }
+  [[nodiscard]] Vec3d point(Vec3d p) const noexcept { return direction(p) + origin; }
+  /// This after `inner`.
+  [[nodiscard]] Placement operator*(const Placement& inner) const noexcept {
+    return {{direction(inner.axes[0]), direction(inner.axes[1]), direction(inner.axes[2])}, point(inner.origin)};
+  }
+  [[nodiscard]] bool mirrors() const noexcept { return dot(axes[0], cross(axes[1], axes[2])) < 0.0; }
+  [[nodiscard]] bool is_identity() const noexcept { return axes == Placement{}.axes && origin == Vec3d{}; }
+};
+
+/// Collects placed parts into one mesh. Copies of a part can make a small file large: past `limit` vertices and triangles
+/// `add` refuses.
+class Scene {
+ public:
+  explicit Scene(std::size_t file_size) noexcept : limit_(1'000'000 + 16 * file_size) {}
+
+  [[nodiscard]] bool add(const TriangleMesh& part, const Placement& placement) {
+    if (part.positions.size() + part.triangles.size() > limit_ - used_) return false;
+    if (mesh.positions.size() + part.positions.size() > 0xfffffffeU) return false;
+    used_ += part.positions.size() + part.triangles.size();
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    if (!part.colours.empty()) {
+      mesh.colours.resize(first);
+      mesh.colours.insert(mesh.colours.end(), part.colours.begin(), part.colours.end());
+    }
+    const bool stays = placement.is_identity();
+    for (const Vec3d& p : part.positions) mesh.positions.push_back(stays ? p : placement.point(p));
+    const bool turned = placement.mirrors();
+    for (const auto& [a, b, c] : part.triangles) {
+      mesh.triangles.push_back(turned ? Triangle{first + a, first + c, first + b} : Triangle{first + a, first + b, first + c});
+    }
+    if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size());
+    return true;
+  }
+
+  TriangleMesh mesh;
+
+ private:
+  std::size_t limit_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace relief::detail
