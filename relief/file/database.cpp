@@ -311,7 +311,8 @@ Result<Replacement> Replacement::make(const fs::path& target) {
   std::error_code code;
   Replacement made;
   made.target_ = fs::absolute(target, code);
-  if (!code && fs::is_symlink(made.target_, code)) made.target_ = fs::weakly_canonical(made.target_, code);
+  std::error_code missing;
+  if (!code && fs::is_symlink(made.target_, missing)) made.target_ = fs::weakly_canonical(made.target_, code);
   if (code) return io(target, "cannot be written", code.value());
   const fs::file_status status = fs::status(made.target_, code);
   if (status.type() == fs::file_type::directory || made.target_.filename().empty())

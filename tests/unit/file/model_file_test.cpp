@@ -368,7 +368,8 @@ TEST(ModelFile, AFullDiskLosesNothingThatWasFinished) {
 
 TEST(ModelFile, APlainModelTakesLittleRoomAndOpens) {
   const Folder folder;
-  const Model model{.info = {}, .head = Snapshot::make(testing::plane_shell(32, 32))};
+  Model model;
+  model.head = Snapshot::make(testing::plane_shell(32, 32));
   ASSERT_TRUE(ModelFile::create(folder / "a.relief", model).has_value());
   EXPECT_LT(std::filesystem::file_size(folder / "a.relief"), model.head->bytes() / 20);
   RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
