@@ -11,8 +11,8 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <new>
+#include <utility>
 #include <vector>
 
 namespace relief {
@@ -38,12 +38,14 @@ void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles) {
   const bool alpha = std::ranges::any_of(mesh.colours, [](Rgba8 c) { return c.a != 255; });
   std::string head = "ply\nformat binary_little_endian 1.0\ncomment made by Relief\nelement vertex " +
                      std::to_string(mesh.positions.size()) + "\n";
-  for (const char* axis : {"x", "y", "z"}) head += std::string("property ") + (doubles ? "double " : "float ") + axis + "\n";
+  for (const char* axis : {"x", "y", "z"})
+    head += std::string("property ") + (doubles ? "double " : "float ") + axis + "\n";
   if (!mesh.colours.empty()) {
     for (const char* channel : {"red", "green", "blue"}) head += std::string("property uchar ") + channel + "\n";
     if (alpha) head += "property uchar alpha\n";
   }
-  head += "element face " + std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  head += "element face " + std::to_string(mesh.triangles.size()) +
+          "\nproperty list uchar int vertex_indices\nend_header\n";
   out.write(head);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -118,8 +120,8 @@ std::string number_text(T value) {
 }
 
 Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::string& name) {
-  // Single precision is all that glTF has. Where it is too little, positions are stored about the centre of the box and a
-  // node moves them back.
+  // Single precision is all that glTF has. Where it is too little, positions are stored about the centre of the box and
+  // a node moves them back.
   const Vec3d centre = fits_float(mesh) ? Vec3d{} : bounds(mesh).centre();
   const double scale = metres(unit);
   Vec3f low = to_float(mesh.positions[0] - centre);
@@ -147,10 +149,12 @@ Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   const std::uint64_t body = position_bytes + colour_bytes + index_bytes;
   const auto view = [](std::uint64_t offset, std::uint64_t size, int target) {
     std::string text = "{\"buffer\":0,\"byteOffset\":";
-    text += std::to_string(offset) + ",\"byteLength\":" + std::to_string(size) + ",\"target\":" + std::to_string(target) + "}";
+    text += std::to_string(offset) + ",\"byteLength\":" + std::to_string(size) +
+            ",\"target\":" + std::to_string(target) + "}";
     return text;
   };
-  std::string json = R"({"asset":{"version":"2.0","generator":"Relief"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0)";
+  std::string json =
+      R"({"asset":{"version":"2.0","generator":"Relief"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0)";
   if (centre != Vec3d{}) json.append(",\"translation\":").append(triple(centre * scale));
   if (scale != 1.0) json.append(",\"scale\":").append(triple(Vec3d{scale, scale, scale}));
   json += R"(}],"meshes":[{"primitives":[{"mode":4,"material":0,"attributes":{"POSITION":0)";
@@ -158,9 +162,11 @@ Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   json += R"(},"indices":1}]}],"materials":[{"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.8}}],)";
   json += R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" + std::to_string(vertices) +
           ",\"min\":" + triple(low) + ",\"max\":" + triple(high) + "}";
-  json += R"(,{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" + std::to_string(mesh.triangles.size() * 3) + "}";
+  json += R"(,{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" +
+          std::to_string(mesh.triangles.size() * 3) + "}";
   if (colour_bytes != 0) {
-    json += R"(,{"bufferView":2,"componentType":5123,"normalized":true,"type":"VEC4","count":)" + std::to_string(vertices) + "}";
+    json += R"(,{"bufferView":2,"componentType":5123,"normalized":true,"type":"VEC4","count":)" +
+            std::to_string(vertices) + "}";
   }
   json.append("],\"bufferViews\":[").append(view(0, position_bytes, 34962));
   json.append(",").append(view(position_bytes + colour_bytes, index_bytes, 34963));
@@ -198,8 +204,8 @@ Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   return {};
 }
 
-/// Writes the members of a zip archive one after another, deflated on the way. Dates are fixed, so equal meshes give equal
-/// files.
+/// Writes the members of a zip archive one after another, deflated on the way. Dates are fixed, so equal meshes give
+/// equal files.
 class ZipWriter {
  public:
   explicit ZipWriter(OutFile& out) : out_(out) {}
@@ -237,12 +243,10 @@ class ZipWriter {
     member.packed = out_.position() - start_;
     member.size = size_;
     sound_ = sound_ && member.packed <= 0xfffffffeU && member.size <= 0xfffffffeU;
-    std::array<std::uint32_t, 3> sizes = {member.crc, static_cast<std::uint32_t>(member.packed),
-                                          static_cast<std::uint32_t>(member.size)};
-    std::string bytes;
-    for (const std::uint32_t value : sizes)
-      for (unsigned shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xffU);
-    out_.patch(member.offset + 14, bytes);
+    out_.value(std::uint32_t{0x08074b50U});  // CRC and sizes follow the data, since they were not known before
+    out_.value(member.crc);
+    out_.value(static_cast<std::uint32_t>(member.packed));
+    out_.value(static_cast<std::uint32_t>(member.size));
   }
   /// Writes the list of members; false when the archive is larger than the format or the memory allows.
   [[nodiscard]] bool finish() {
@@ -272,7 +276,7 @@ class ZipWriter {
     out_.value(mark);
     if (central) out_.value(std::uint16_t{20});  // made by
     out_.value(std::uint16_t{20});               // needed to read
-    out_.value(std::uint16_t{0});                // flags
+    out_.value(std::uint16_t{8});                // flags: CRC and sizes follow the data
     out_.value(std::uint16_t{8});                // deflate
     out_.value(std::uint16_t{0});                // time
     out_.value(std::uint16_t{0x21});             // 1 January 1980
@@ -402,7 +406,8 @@ Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   zip.write("</triangles>\n</mesh></object>\n</resources>\n<build><item objectid=\"1\"/></build>\n</model>\n");
   zip.end();
   if (zip.finish()) return {};
-  return fail(Errc::UnsupportedFormat, name + ": would be larger than the 4 GiB that its zip archive allows; export PLY instead");
+  return fail(Errc::UnsupportedFormat,
+              name + ": would be larger than the 4 GiB that its zip archive allows; export PLY instead");
 }
 
 /// Formats that hold single precision only cannot hold every double.
@@ -412,7 +417,8 @@ Status check(const TriangleMesh& mesh, const std::string& name, bool as_float) {
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     const Vec3d p = mesh.positions[v];
     if (!is_finite(p) || (as_float && !is_finite(to_float(p)))) {
-      return fail(Errc::InvalidArgument, name + ": vertex " + std::to_string(v) + " is not finite or too far out for the format");
+      return fail(Errc::InvalidArgument,
+                  name + ": vertex " + std::to_string(v) + " is not finite or too far out for the format");
     }
   }
   for (const Triangle& t : mesh.triangles)
@@ -428,12 +434,14 @@ Status write_any(const TriangleMesh& mesh, const std::filesystem::path& file, co
   if (std::ranges::find(kKnown, extension) == kKnown.end()) {
     return fail(Errc::UnsupportedFormat, name + ": its extension must be ply, obj, stl, glb or 3mf");
   }
-  const bool as_float = extension == ".stl" || extension == ".glb" || (extension == ".ply" && !settings.double_positions);
+  const bool as_float =
+      extension == ".stl" || extension == ".glb" || (extension == ".ply" && !settings.double_positions);
   RELIEF_CHECK(check(mesh, name, as_float));
   if (extension == ".ply" && mesh.positions.size() > 0x7fffffffU) {
     return fail(Errc::UnsupportedFormat, name + ": PLY counts vertices up to 2147483647");
   }
-  RELIEF_TRY(OutFile out, OutFile::create(file));
+  RELIEF_TRY(AtomicFile atomic, AtomicFile::create(file));
+  OutFile out(std::move(atomic));
   if (extension == ".ply") {
     write_ply(out, mesh, settings.double_positions);
   } else if (extension == ".obj") {

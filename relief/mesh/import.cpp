@@ -47,7 +47,8 @@ bool is_text_stl(std::string_view bytes) {
   const std::string_view text = without_leading_blanks(bytes);
   std::string head(text.substr(0, 4096));
   for (char& c : head) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return head.starts_with("solid") && (head.find("facet") != std::string::npos || head.find("endsolid") != std::string::npos);
+  return head.starts_with("solid") &&
+         (head.find("facet") != std::string::npos || head.find("endsolid") != std::string::npos);
 }
 
 /// The OFF keyword with its optional prefixes, after comments.
@@ -96,10 +97,14 @@ Result<TriangleMesh> read_any(Source source) {
   };
   if (bytes.starts_with("\x1f\x8b")) return packed("gzip");
   if (bytes.starts_with("BZh")) return packed("bzip2");
-  if (bytes.starts_with(std::string_view("\xfd" "7zXZ", 5))) return packed("xz");
+  if (bytes.starts_with(std::string_view("\xfd"
+                                         "7zXZ",
+                                         5)))
+    return packed("xz");
   if (bytes.starts_with("\x28\xb5\x2f\xfd")) return packed("zstd");
   if (bytes.starts_with("version https://git-lfs")) {
-    return source.error(Errc::UnsupportedFormat, "is a Git LFS pointer and not the file itself; fetch it with 'git lfs pull'");
+    return source.error(Errc::UnsupportedFormat,
+                        "is a Git LFS pointer and not the file itself; fetch it with 'git lfs pull'");
   }
   if (bytes.starts_with(std::string_view("PK\3\4", 4)) || bytes.starts_with(std::string_view("PK\5\6", 4))) {
     return detail::read_3mf(source);

@@ -1,7 +1,7 @@
-// A file that appears whole or not at all.
+// Numbers and text into a file that appears whole or not at all.
 #pragma once
 
-#include <relief/base/error.h>
+#include <relief/base/atomic_file.h>
 
 #include <algorithm>
 #include <array>
@@ -9,32 +9,33 @@
 #include <charconv>
 #include <concepts>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
 #include <memory>
-#include <span>
-#include <string>
 #include <string_view>
+#include <utility>
 
 namespace relief::detail {
 
-/// Writes beside the target under a name of its own and renames in commit(); without commit nothing is left. Small writes are
-/// gathered. The first failure is kept and returned by commit(), so writers need not look after each value.
+/// Gathers small writes. The first failure is kept for commit(), so that writers need not look after each value;
+/// nothing is written after it.
 class OutFile {
  public:
-  [[nodiscard]] static Result<OutFile> create(const std::filesystem::path& target);
-  OutFile(OutFile&& other) noexcept;
-  OutFile(const OutFile&) = delete;
-  OutFile& operator=(const OutFile&) = delete;
-  OutFile& operator=(OutFile&&) = delete;
-  ~OutFile();
+  explicit OutFile(AtomicFile file)
+      : file_(std::move(file)), buffer_(std::make_unique_for_overwrite<char[]>(kBuffer)) {}
 
-  void write(std::string_view bytes);
-  /// A number in the machine's byte order; on big-endian machines turned to little-endian.
+  void write(std::string_view bytes) {
+    while (!bytes.empty()) {
+      if (used_ == kBuffer) flush();
+      const std::size_t step = std::min(bytes.size(), kBuffer - used_);
+      std::copy_n(bytes.data(), step, buffer_.get() + used_);
+      used_ += step;
+      bytes.remove_prefix(step);
+    }
+  }
+  /// A number, little-endian.
   template <typename T>
     requires std::integral<T> || std::floating_point<T>
   void value(T number) {
-    std::array<char, sizeof(T)> raw = std::bit_cast<std::array<char, sizeof(T)>>(number);
+    auto raw = std::bit_cast<std::array<char, sizeof(T)>>(number);
     if constexpr (std::endian::native == std::endian::big) std::reverse(raw.begin(), raw.end());
     write({raw.data(), raw.size()});
   }
@@ -42,26 +43,29 @@ class OutFile {
   template <typename T>
   void text(T number) {
     if (kBuffer - used_ < 40) flush();
-    const auto [stop, code] = std::to_chars(buffer_.get() + used_, buffer_.get() + kBuffer, number);
-    used_ = static_cast<std::size_t>(stop - buffer_.get());
+    used_ = static_cast<std::size_t>(std::to_chars(buffer_.get() + used_, buffer_.get() + kBuffer, number).ptr -
+                                     buffer_.get());
   }
   [[nodiscard]] std::uint64_t position() const noexcept { return flushed_ + used_; }
-  /// Replaces bytes that were written before.
-  void patch(std::uint64_t position, std::string_view bytes);
-  [[nodiscard]] bool failed() const noexcept { return error_ != 0; }
+  [[nodiscard]] bool failed() const noexcept { return !status_.has_value(); }
 
-  /// Flushes to the disk and takes the target's place.
-  [[nodiscard]] Status commit();
+  /// Makes the file durable under its name.
+  [[nodiscard]] Status commit() {
+    flush();
+    if (!status_) return status_;
+    return file_.commit();
+  }
 
  private:
-  static constexpr std::size_t kBuffer = std::size_t{1} << 18U;
-  OutFile() = default;
-  void flush();
-  [[nodiscard]] std::unexpected<Error> io_error(int code) const;
+  static constexpr std::size_t kBuffer = std::size_t{1} << 16U;
+  void flush() {
+    if (status_) status_ = file_.write(std::string_view(buffer_.get(), used_));
+    flushed_ += used_;
+    used_ = 0;
+  }
 
-  std::filesystem::path target_, scratch_;
-  int descriptor_ = -1;
-  int error_ = 0;
+  AtomicFile file_;
+  Status status_;
   std::uint64_t flushed_ = 0;
   std::size_t used_ = 0;
   std::unique_ptr<char[]> buffer_;

@@ -12,8 +12,8 @@ struct Point2 {
   double x, y;
 };
 
-/// Sign of the area of (a, b, c), exactly: +1 counter-clockwise, 0 on one line. For finite input whose magnitudes differ by
-/// less than 2^400; sums an error-free expansion [Shewchuk 1997].
+/// Sign of the area of (a, b, c), exactly: +1 counter-clockwise, 0 on one line. For finite input whose magnitudes
+/// differ by less than 2^400; sums an error-free expansion [Shewchuk 1997].
 [[nodiscard]] inline int exact_orientation(Point2 a, Point2 b, Point2 c) noexcept {
   double largest = 0.0;
   for (const double v : {a.x, a.y, b.x, b.y, c.x, c.y}) largest = std::max(largest, std::abs(v));

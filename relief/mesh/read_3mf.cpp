@@ -9,8 +9,8 @@
 namespace relief::detail {
 namespace {
 
-/// Steps through the tags of an XML text. Text between tags, comments and instructions are passed over; a document type is
-/// refused, so entities cannot grow.
+/// Steps through the tags of an XML text. Text between tags, comments and instructions are passed over; a document type
+/// is refused, so entities cannot grow.
 class XmlTags {
  public:
   explicit XmlTags(std::string_view text) noexcept : text_(text) {}
@@ -181,7 +181,8 @@ class Reader {
     if (items_.empty()) return source_.error(Errc::UnsupportedFormat, "has nothing in its build list");
     Scene scene(source_.bytes.size() + unpacked_);
     for (const Reference& item : items_) RELIEF_CHECK(place(item, Placement{}, 0, scene));
-    if (scene.mesh.triangles.empty()) return source_.error(Errc::UnsupportedFormat, "its build list holds no triangles");
+    if (scene.mesh.triangles.empty())
+      return source_.error(Errc::UnsupportedFormat, "its build list holds no triangles");
     return std::move(scene.mesh);
   }
 
@@ -266,7 +267,8 @@ class Reader {
     const std::string where = "object " + std::to_string(*id) + ": ";
     TriangleMesh& mesh = object.mesh;
     std::vector<bool> painted;
-    const auto colour_of = [&](std::optional<std::uint32_t> group_id, std::optional<std::uint32_t> index) -> const Rgba8* {
+    const auto colour_of = [&](std::optional<std::uint32_t> group_id,
+                               std::optional<std::uint32_t> index) -> const Rgba8* {
       if (!group_id || !index) return nullptr;
       const auto found = colours_.find(*group_id);
       return found != colours_.end() && *index < found->second.size() ? &found->second[*index] : nullptr;

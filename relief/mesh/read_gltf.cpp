@@ -20,7 +20,8 @@ const Json* member(const Json& object, const char* key) noexcept {
 }
 
 /// A whole number that is not negative; `otherwise` when it is missing.
-std::optional<std::uint64_t> whole(const Json& object, const char* key, std::optional<std::uint64_t> otherwise = {}) noexcept {
+std::optional<std::uint64_t> whole(const Json& object, const char* key,
+                                   std::optional<std::uint64_t> otherwise = {}) noexcept {
   const Json* value = member(object, key);
   if (value == nullptr) return otherwise;
   if (value->is_number_unsigned()) return value->get<std::uint64_t>();
@@ -106,7 +107,7 @@ struct Accessor {
   const char* data = nullptr;  ///< null: all zero
   std::size_t count = 0;
   std::size_t stride = 0;
-  std::uint64_t type = 0;       ///< glTF's number of the component type
+  std::uint64_t type = 0;  ///< glTF's number of the component type
   std::size_t components = 0;
   bool normalised = false;
 
@@ -118,14 +119,18 @@ struct Accessor {
         const auto v = load_le<std::int8_t>(at + component);
         return normalised ? std::max(v / 127.0, -1.0) : v;
       }
-      case 5121: return load_le<std::uint8_t>(at + component) * (normalised ? 1.0 / 255.0 : 1.0);
+      case 5121:
+        return load_le<std::uint8_t>(at + component) * (normalised ? 1.0 / 255.0 : 1.0);
       case 5122: {
         const auto v = load_le<std::int16_t>(at + 2 * component);
         return normalised ? std::max(v / 32767.0, -1.0) : v;
       }
-      case 5123: return load_le<std::uint16_t>(at + 2 * component) * (normalised ? 1.0 / 65535.0 : 1.0);
-      case 5125: return load_le<std::uint32_t>(at + 4 * component);
-      default: return double{load_le<float>(at + 4 * component)};
+      case 5123:
+        return load_le<std::uint16_t>(at + 2 * component) * (normalised ? 1.0 / 65535.0 : 1.0);
+      case 5125:
+        return load_le<std::uint32_t>(at + 4 * component);
+      default:
+        return double{load_le<float>(at + 4 * component)};
     }
   }
 };
@@ -156,7 +161,8 @@ class Reader {
   Result<std::string_view> open_glb() {
     std::string_view rest = source_.bytes;
     if (rest.size() < 20) return source_.corrupt("the GLB header is cut off");
-    if (load_le<std::uint32_t>(rest.data() + 4) != 2) return source_.error(Errc::UnsupportedFormat, "is not GLB version 2");
+    if (load_le<std::uint32_t>(rest.data() + 4) != 2)
+      return source_.error(Errc::UnsupportedFormat, "is not GLB version 2");
     const std::size_t total = load_le<std::uint32_t>(rest.data() + 8);
     if (total > rest.size()) {
       return source_.corrupt("declares " + std::to_string(total) + " bytes and has " + std::to_string(rest.size()) +
@@ -231,7 +237,8 @@ class Reader {
     return {};
   }
 
-  /// `count` items of `item` bytes, `stride` apart (0: packed), in a buffer view from `offset`; null when they do not fit.
+  /// `count` items of `item` bytes, `stride` apart (0: packed), in a buffer view from `offset`; null when they do not
+  /// fit.
   [[nodiscard]] const char* in_view(std::optional<std::uint64_t> view_index, std::uint64_t offset, std::uint64_t count,
                                     std::size_t item, std::size_t& stride) const {
     const Json* view = element(root_, "bufferViews", view_index);
@@ -252,7 +259,8 @@ class Reader {
   Result<Accessor> accessor(std::optional<std::uint64_t> index) {
     const Json* json = element(root_, "accessors", index);
     const auto bad = [&] {
-      return source_.corrupt("accessor " + (index ? std::to_string(*index) : std::string("?")) + " is missing or does not fit its buffer");
+      return source_.corrupt("accessor " + (index ? std::to_string(*index) : std::string("?")) +
+                             " is missing or does not fit its buffer");
     };
     if (json == nullptr) return bad();
     Accessor out;
@@ -261,7 +269,8 @@ class Reader {
     const auto offset = whole(*json, "byteOffset", 0);
     const std::string shape = text(*json, "type");
     out.components = shape == "SCALAR" ? 1 : shape == "VEC2" ? 2 : shape == "VEC3" ? 3 : shape == "VEC4" ? 4 : 0;
-    if (!type || !count || !offset || out.components == 0 || *type < 5120 || *type > 5126 || *type == 5124) return bad();
+    if (!type || !count || !offset || out.components == 0 || *type < 5120 || *type > 5126 || *type == 5124)
+      return bad();
     constexpr std::array<std::size_t, 7> kSizes = {1, 1, 2, 2, 0, 4, 4};
     const std::size_t item = kSizes[*type - 5120] * out.components;
     out.type = *type;
@@ -289,7 +298,8 @@ class Reader {
     const auto what_offset = whole(*what, "byteOffset", 0);
     std::size_t value_stride = 0;
     if (!where_offset || !what_offset) return bad();
-    places.data = in_view(whole(*where, "bufferView"), *where_offset, *changed, kSizes[places.type - 5120], places.stride);
+    places.data =
+        in_view(whole(*where, "bufferView"), *where_offset, *changed, kSizes[places.type - 5120], places.stride);
     const char* values = in_view(whole(*what, "bufferView"), *what_offset, *changed, item, value_stride);
     if (places.data == nullptr || values == nullptr) return bad();
     std::string dense(out.count * item, '\0');
@@ -344,14 +354,16 @@ class Reader {
     RELIEF_TRY(const Accessor positions, accessor(whole(*attributes, "POSITION")));
     if (positions.components != 3) return source_.corrupt("POSITION is no VEC3");
     const std::size_t first = mesh.positions.size();
-    if (first + positions.count > 0xfffffffeU) return source_.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
+    if (first + positions.count > 0xfffffffeU)
+      return source_.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
     mesh.positions.reserve(first + positions.count);
     for (std::size_t k = 0; k < positions.count; ++k) {
       mesh.positions.push_back({positions.value(k, 0), positions.value(k, 1), positions.value(k, 2)});
     }
     if (member(*attributes, "COLOR_0") != nullptr) {
       RELIEF_TRY(const Accessor colours, accessor(whole(*attributes, "COLOR_0")));
-      if (colours.components < 3 || colours.count != positions.count) return source_.corrupt("COLOR_0 does not fit POSITION");
+      if (colours.components < 3 || colours.count != positions.count)
+        return source_.corrupt("COLOR_0 does not fit POSITION");
       mesh.colours.resize(first);
       for (std::size_t k = 0; k < colours.count; ++k) {
         mesh.colours.push_back({srgb_from_linear(colours.value(k, 0)), srgb_from_linear(colours.value(k, 1)),
@@ -365,10 +377,13 @@ class Reader {
     std::optional<Accessor> indices;
     if (member(primitive, "indices") != nullptr) {
       RELIEF_TRY(indices, accessor(whole(primitive, "indices")));
-      if (indices->components != 1 || indices->type == 5126) return source_.corrupt("a primitive's indices are no whole numbers");
+      if (indices->components != 1 || indices->type == 5126)
+        return source_.corrupt("a primitive's indices are no whole numbers");
       corners = indices->count;
     }
-    const auto corner = [&](std::size_t k) -> double { return indices ? indices->value(k, 0) : static_cast<double>(k); };
+    const auto corner = [&](std::size_t k) -> double {
+      return indices ? indices->value(k, 0) : static_cast<double>(k);
+    };
     const std::size_t step = *mode == 4 ? 3 : 1;
     for (std::size_t k = 0; k + 3 <= corners; k += step) {
       std::array<double, 3> names = {corner(*mode == 6 ? 0 : k), corner(k + 1), corner(k + 2)};
@@ -376,7 +391,8 @@ class Reader {
       Triangle triangle;
       for (std::size_t c = 0; c < 3; ++c) {
         if (!(names[c] >= 0.0 && names[c] < static_cast<double>(positions.count))) {
-          return source_.corrupt("triangle " + std::to_string(k / step) + " names a vertex that its primitive does not have");
+          return source_.corrupt("triangle " + std::to_string(k / step) +
+                                 " names a vertex that its primitive does not have");
         }
         triangle[c] = static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(names[c]);
       }
@@ -398,7 +414,8 @@ class Reader {
     std::array<double, 3> move{};
     std::array<double, 4> turn = {0, 0, 0, 1};
     std::array<double, 3> scale = {1, 1, 1};
-    if (!numbers(node, "translation", move) || !numbers(node, "rotation", turn) || !numbers(node, "scale", scale)) return bad();
+    if (!numbers(node, "translation", move) || !numbers(node, "rotation", turn) || !numbers(node, "scale", scale))
+      return bad();
     const auto [x, y, z, w] = turn;
     const double norm = x * x + y * y + z * z + w * w;
     const double s = norm > 0.0 ? 2.0 / norm : 0.0;
@@ -435,7 +452,8 @@ class Reader {
       for (std::size_t k = 0; k < node_count; ++k) {
         const Json* list = member((*nodes)[k], "children");
         for (std::size_t c = 0; list != nullptr && list->is_array() && c < list->size(); ++c) {
-          if ((*list)[c].is_number_unsigned() && (*list)[c].get<std::uint64_t>() < node_count) child[(*list)[c].get<std::uint64_t>()] = true;
+          if ((*list)[c].is_number_unsigned() && (*list)[c].get<std::uint64_t>() < node_count)
+            child[(*list)[c].get<std::uint64_t>()] = true;
         }
       }
       for (std::size_t k = node_count; k-- > 0;)

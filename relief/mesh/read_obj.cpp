@@ -18,7 +18,8 @@ std::vector<Rgba8> to_bytes(const std::vector<ColourText>& colours) {
   std::vector<Rgba8> bytes;
   bytes.reserve(colours.size());
   for (const ColourText& c : colours) {
-    bytes.push_back({unit_to_byte(double{c.r} * scale), unit_to_byte(double{c.g} * scale), unit_to_byte(double{c.b} * scale)});
+    bytes.push_back(
+        {unit_to_byte(double{c.r} * scale), unit_to_byte(double{c.g} * scale), unit_to_byte(double{c.b} * scale)});
   }
   return bytes;
 }
@@ -44,11 +45,13 @@ Result<TriangleMesh> read_obj(const Source& source) {
         ++count;
       }
       if (count < 3) return source.corrupt("line", text.line(), "a vertex needs three numbers");
-      if (mesh.positions.size() == 0xfffffffeU) return source.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
+      if (mesh.positions.size() == 0xfffffffeU)
+        return source.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
       mesh.positions.push_back({values[0], values[1], values[2]});
       if (count >= 6) {
         colours.resize(mesh.positions.size() - 1);
-        colours.push_back({static_cast<float>(values[3]), static_cast<float>(values[4]), static_cast<float>(values[5])});
+        colours.push_back(
+            {static_cast<float>(values[3]), static_cast<float>(values[4]), static_cast<float>(values[5])});
       }
     } else if (key == "f") {
       const std::size_t line = text.line();
@@ -60,15 +63,16 @@ Result<TriangleMesh> read_obj(const Source& source) {
           // Texture and normal numbers, either of which may be left out.
           std::int64_t other = 0;
           const char* const before = text.position();
-          if (before != source.bytes.data() + source.bytes.size() && (*before == '-' || (*before >= '0' && *before <= '9')) &&
-              !text.integer(other)) {
+          if (before != source.bytes.data() + source.bytes.size() &&
+              (*before == '-' || (*before >= '0' && *before <= '9')) && !text.integer(other)) {
             return source.corrupt("line", text.line(), text.peek() + " is no face corner");
           }
         }
         const auto have = static_cast<std::int64_t>(mesh.positions.size());
         if (corner == 0) return source.corrupt("line", line, "face corner 0; OBJ counts from 1");
         if (corner < -have || corner > 0xffffffffLL) {
-          return source.corrupt("line", line, "face corner " + std::to_string(corner) + " of " + std::to_string(have) + " vertices");
+          return source.corrupt("line", line,
+                                "face corner " + std::to_string(corner) + " of " + std::to_string(have) + " vertices");
         }
         corners.push_back(static_cast<std::uint32_t>(corner > 0 ? corner - 1 : have + corner));
       }

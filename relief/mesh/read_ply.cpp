@@ -10,26 +10,14 @@ namespace {
 enum class Type : std::uint8_t { Int8, Uint8, Int16, Uint16, Int32, Uint32, Float, Double };
 
 std::optional<Type> type_from_name(std::string_view text) noexcept {
-  static constexpr std::array<std::pair<std::string_view, Type>, 20> kNames = {{{"char", Type::Int8},
-                                                                               {"int8", Type::Int8},
-                                                                               {"uchar", Type::Uint8},
-                                                                               {"uint8", Type::Uint8},
-                                                                               {"short", Type::Int16},
-                                                                               {"int16", Type::Int16},
-                                                                               {"ushort", Type::Uint16},
-                                                                               {"uint16", Type::Uint16},
-                                                                               {"int", Type::Int32},
-                                                                               {"int32", Type::Int32},
-                                                                               {"uint", Type::Uint32},
-                                                                               {"uint32", Type::Uint32},
-                                                                               {"float", Type::Float},
-                                                                               {"float32", Type::Float},
-                                                                               {"double", Type::Double},
-                                                                               {"float64", Type::Double},
-                                                                               {"unsigned_char", Type::Uint8},
-                                                                               {"unsigned_short", Type::Uint16},
-                                                                               {"unsigned_int", Type::Uint32},
-                                                                               {"real", Type::Float}}};
+  static constexpr std::array<std::pair<std::string_view, Type>, 20> kNames = {
+      {{"char", Type::Int8},           {"int8", Type::Int8},           {"uchar", Type::Uint8},
+       {"uint8", Type::Uint8},         {"short", Type::Int16},         {"int16", Type::Int16},
+       {"ushort", Type::Uint16},       {"uint16", Type::Uint16},       {"int", Type::Int32},
+       {"int32", Type::Int32},         {"uint", Type::Uint32},         {"uint32", Type::Uint32},
+       {"float", Type::Float},         {"float32", Type::Float},       {"double", Type::Double},
+       {"float64", Type::Double},      {"unsigned_char", Type::Uint8}, {"unsigned_short", Type::Uint16},
+       {"unsigned_int", Type::Uint32}, {"real", Type::Float}}};
   for (const auto& [name, type] : kNames)
     if (text == name) return type;
   return std::nullopt;
@@ -42,14 +30,22 @@ constexpr std::size_t size_of(Type type) noexcept {
 
 double load_number(const char* at, Type type, bool swap) noexcept {
   switch (type) {
-    case Type::Int8: return static_cast<double>(load<std::int8_t>(at, swap));
-    case Type::Uint8: return static_cast<double>(load<std::uint8_t>(at, swap));
-    case Type::Int16: return static_cast<double>(load<std::int16_t>(at, swap));
-    case Type::Uint16: return static_cast<double>(load<std::uint16_t>(at, swap));
-    case Type::Int32: return static_cast<double>(load<std::int32_t>(at, swap));
-    case Type::Uint32: return static_cast<double>(load<std::uint32_t>(at, swap));
-    case Type::Float: return static_cast<double>(load<float>(at, swap));
-    case Type::Double: return load<double>(at, swap);
+    case Type::Int8:
+      return static_cast<double>(load<std::int8_t>(at, swap));
+    case Type::Uint8:
+      return static_cast<double>(load<std::uint8_t>(at, swap));
+    case Type::Int16:
+      return static_cast<double>(load<std::int16_t>(at, swap));
+    case Type::Uint16:
+      return static_cast<double>(load<std::uint16_t>(at, swap));
+    case Type::Int32:
+      return static_cast<double>(load<std::int32_t>(at, swap));
+    case Type::Uint32:
+      return static_cast<double>(load<std::uint32_t>(at, swap));
+    case Type::Float:
+      return static_cast<double>(load<float>(at, swap));
+    case Type::Double:
+      return load<double>(at, swap);
   }
   return 0.0;
 }
@@ -58,9 +54,12 @@ double load_number(const char* at, Type type, bool swap) noexcept {
 std::uint8_t colour_byte(double value, Type type) noexcept {
   switch (type) {
     case Type::Float:
-    case Type::Double: return unit_to_byte(value);
-    case Type::Uint16: return unit_to_byte(value / 65535.0);
-    default: return unit_to_byte(value / 255.0);
+    case Type::Double:
+      return unit_to_byte(value);
+    case Type::Uint16:
+      return unit_to_byte(value / 65535.0);
+    default:
+      return unit_to_byte(value / 255.0);
   }
 }
 
@@ -90,12 +89,12 @@ struct Header {
   bool text = false;
   bool swap = false;  ///< the body's byte order is not this machine's
   std::vector<Element> elements;
-  std::size_t body = 0;        ///< where it starts
-  std::size_t body_line = 0;   ///< the line number there
+  std::size_t body = 0;       ///< where it starts
+  std::size_t body_line = 0;  ///< the line number there
 };
 
-/// Takes the next line of the header off `rest`. Files of old systems end lines with \r alone; then a \n after the last of
-/// them is the first byte of the body.
+/// Takes the next line of the header off `rest`. Files of old systems end lines with \r alone; then a \n after the last
+/// of them is the first byte of the body.
 std::string_view header_line(std::string_view& rest, bool lone_returns) noexcept {
   const std::size_t end = rest.find(lone_returns ? '\r' : '\n');
   std::string_view line = rest.substr(0, end);
@@ -245,7 +244,8 @@ Use use_of(std::string_view name) noexcept {
 template <typename Rows>
 class Reader {
  public:
-  Reader(const Source& source, const Header& header) : source_(source), header_(header), rows_(source, header), sink_(mesh_) {}
+  Reader(const Source& source, const Header& header)
+      : source_(source), header_(header), rows_(source, header), sink_(mesh_) {}
 
   Result<TriangleMesh> read() {
     bool surface = false;
@@ -277,17 +277,19 @@ class Reader {
 
   [[nodiscard]] Unexpected bad_row(const Element& element, std::uint64_t row) const {
     return source_.corrupt(Rows::kUnit, rows_.place(row),
-                           rows_.left() == 0 ? "the file ends inside element '" + printable(element.name, 40) + "'"
-                                             : "row " + std::to_string(row) + " of element '" + printable(element.name, 40) +
-                                                   "' has a value that is missing or no number");
+                           rows_.left() == 0
+                               ? "the file ends inside element '" + printable(element.name, 40) + "'"
+                               : "row " + std::to_string(row) + " of element '" + printable(element.name, 40) +
+                                     "' has a value that is missing or no number");
   }
   /// Nothing is allocated by a count that the rest of the file cannot hold.
   [[nodiscard]] Status check_size(const Element& element) const {
     const std::size_t least = header_.text ? element.least_size(true) * 2 : element.least_size(false);
     const std::uint64_t most = (rows_.left() + (header_.text ? 1 : 0)) / least;
     if (element.count <= most) return {};
-    return source_.corrupt("declares " + std::to_string(element.count) + " rows of element '" + printable(element.name, 40) +
-                           "', but the file has room for at most " + std::to_string(most));
+    return source_.corrupt("declares " + std::to_string(element.count) + " rows of element '" +
+                           printable(element.name, 40) + "', but the file has room for at most " +
+                           std::to_string(most));
   }
   /// Whether neither vertices nor faces come after this element.
   [[nodiscard]] bool is_last_use(const Element& element) const noexcept {
@@ -341,14 +343,29 @@ class Reader {
         double value = 0.0;
         if (!rows_.number(property.type, value)) return bad_row(element, row);
         switch (uses[k]) {
-          case Use::X: p.x = value; break;
-          case Use::Y: p.y = value; break;
-          case Use::Z: p.z = value; break;
-          case Use::Red: colour.r = colour_byte(value, property.type); break;
-          case Use::Green: colour.g = colour_byte(value, property.type); break;
-          case Use::Blue: colour.b = colour_byte(value, property.type); break;
-          case Use::Alpha: colour.a = colour_byte(value, property.type); break;
-          case Use::None: break;
+          case Use::X:
+            p.x = value;
+            break;
+          case Use::Y:
+            p.y = value;
+            break;
+          case Use::Z:
+            p.z = value;
+            break;
+          case Use::Red:
+            colour.r = colour_byte(value, property.type);
+            break;
+          case Use::Green:
+            colour.g = colour_byte(value, property.type);
+            break;
+          case Use::Blue:
+            colour.b = colour_byte(value, property.type);
+            break;
+          case Use::Alpha:
+            colour.a = colour_byte(value, property.type);
+            break;
+          case Use::None:
+            break;
         }
       }
       mesh_.positions.push_back(p);

@@ -7,7 +7,6 @@
 namespace relief::detail {
 namespace {
 
-
 bool equals_word(std::string_view text, std::string_view word) noexcept {
   if (text.size() != word.size()) return false;
   for (std::size_t k = 0; k < text.size(); ++k)
@@ -21,7 +20,7 @@ Result<TriangleMesh> read_stl_text(const Source& source) {
   TriangleMesh mesh;
   TextCursor text(source.bytes);
   std::size_t in_loop = 0;
-  bool open = false;       // between outer loop and endloop
+  bool open = false;  // between outer loop and endloop
   bool in_solid = false;
   for (; !text.done(); text.next_line()) {
     const std::size_t line = text.line();
@@ -101,8 +100,8 @@ struct OffHeader {
 Status check_off_counts(const Source& source, const OffHeader& header, std::size_t left, std::size_t vertex_size,
                         std::size_t face_size) {
   const auto declares = [&](std::uint64_t count, std::string_view what, std::size_t most) {
-    return source.corrupt("declares " + std::to_string(count) + " " + std::string(what) + ", but the file has room for at most " +
-                          std::to_string(most));
+    return source.corrupt("declares " + std::to_string(count) + " " + std::string(what) +
+                          ", but the file has room for at most " + std::to_string(most));
   };
   if (header.vertices > left / vertex_size) return declares(header.vertices, "vertices", left / vertex_size);
   if (header.faces > left / face_size) return declares(header.faces, "faces", left / face_size);
@@ -110,8 +109,8 @@ Status check_off_counts(const Source& source, const OffHeader& header, std::size
   return {};
 }
 
-/// The body of "OFF BINARY" in one byte order, with or without a count of colour values behind each face (Geomview writes
-/// it, others do not). Empty when the body does not fit that reading.
+/// The body of "OFF BINARY" in one byte order, with or without a count of colour values behind each face (Geomview
+/// writes it, others do not). Empty when the body does not fit that reading.
 std::optional<TriangleMesh> read_off_binary(const Source& source, const char* at, std::size_t size, OffHeader header,
                                             bool big_endian, bool face_colours, Status& status) {
   const bool swap = big_endian != (std::endian::native == std::endian::big);
@@ -120,13 +119,15 @@ std::optional<TriangleMesh> read_off_binary(const Source& source, const char* at
   header.vertices = load<std::uint32_t>(at, swap);
   header.faces = load<std::uint32_t>(at + 4, swap);
   at += 12;
-  const std::size_t stride = 4 * (3 + (header.normals ? 3U : 0U) + (header.colours ? 4U : 0U) + (header.texture ? 2U : 0U));
+  const std::size_t stride =
+      4 * (3 + (header.normals ? 3U : 0U) + (header.colours ? 4U : 0U) + (header.texture ? 2U : 0U));
   const auto left = [&] { return static_cast<std::size_t>(end - at); };
   if (header.vertices > left() / stride || header.faces > (left() - header.vertices * stride) / 4) return std::nullopt;
   TriangleMesh mesh;
   mesh.positions.reserve(header.vertices);
   for (std::uint64_t k = 0; k < header.vertices; ++k, at += stride) {
-    mesh.positions.push_back(to_double(Vec3f{load<float>(at, swap), load<float>(at + 4, swap), load<float>(at + 8, swap)}));
+    mesh.positions.push_back(
+        to_double(Vec3f{load<float>(at, swap), load<float>(at + 4, swap), load<float>(at + 8, swap)}));
   }
   FaceSink sink(mesh);
   std::vector<std::uint32_t> corners;
@@ -214,11 +215,13 @@ Result<TriangleMesh> read_off(const Source& source) {
   for (std::uint64_t k = 0; k < header.vertices; ++k) {
     Vec3d p;
     if (!text.skip_to_value()) {
-      return source.corrupt("line", text.line(), "the file ends after " + std::to_string(k) + " of " +
-                                                     std::to_string(header.vertices) + " vertices");
+      return source.corrupt(
+          "line", text.line(),
+          "the file ends after " + std::to_string(k) + " of " + std::to_string(header.vertices) + " vertices");
     }
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (!text.number(p[axis])) return source.corrupt("line", text.line(), "a vertex needs three numbers, but there is " + text.peek());
+      if (!text.number(p[axis]))
+        return source.corrupt("line", text.line(), "a vertex needs three numbers, but there is " + text.peek());
     mesh.positions.push_back(p);
     if (header.colours) {
       double ignored = 0.0;
@@ -245,8 +248,9 @@ Result<TriangleMesh> read_off(const Source& source) {
   mesh.triangles.reserve(header.faces);
   for (std::uint64_t face = 0; face < header.faces; ++face) {
     if (!text.skip_to_value()) {
-      return source.corrupt("line", text.line(),
-                            "the file ends after " + std::to_string(face) + " of " + std::to_string(header.faces) + " faces");
+      return source.corrupt(
+          "line", text.line(),
+          "the file ends after " + std::to_string(face) + " of " + std::to_string(header.faces) + " faces");
     }
     const std::size_t line = text.line();
     std::int64_t count = 0;
@@ -260,8 +264,9 @@ Result<TriangleMesh> read_off(const Source& source) {
         return source.corrupt("line", text.line(), text.peek() + " is no face corner");
       }
       if (corner < 0 || static_cast<std::uint64_t>(corner) >= header.vertices) {
-        return source.corrupt("line", text.line(), "face corner " + std::to_string(corner) + " (counted from 0) of " +
-                                                       std::to_string(header.vertices) + " vertices");
+        return source.corrupt("line", text.line(),
+                              "face corner " + std::to_string(corner) + " (counted from 0) of " +
+                                  std::to_string(header.vertices) + " vertices");
       }
       corners.push_back(static_cast<std::uint32_t>(corner));
     }

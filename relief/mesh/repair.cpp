@@ -80,20 +80,20 @@ EdgeTable make_edges(const std::vector<Triangle>& triangles, std::size_t vertex_
   return table;
 }
 
-/// Which closed parts lie inside which: parity of the crossings of a ray along +x. Triangles are found by a grid over (y, z);
-/// whether the ray passes through one is decided exactly, so that it meets neighbours' common edges once.
+/// Which closed parts lie inside which: parity of the crossings of a ray along +x. Triangles are found by a grid over
+/// (y, z); whether the ray passes through one is decided exactly, so that it meets neighbours' common edges once.
 class Nesting {
  public:
-  Nesting(const std::vector<Vec3d>& positions, const std::vector<Triangle>& triangles, const std::vector<Index>& part_of,
-          const std::vector<bool>& closed)
+  Nesting(const std::vector<Vec3d>& positions, const std::vector<Triangle>& triangles,
+          const std::vector<Index>& part_of, const std::vector<bool>& closed)
       : positions_(positions), triangles_(triangles), part_of_(part_of), closed_(closed), crossings_(closed.size(), 0) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       if (!closed[part_of[t]]) continue;
       for (const Index corner : triangles[t]) box_.add(positions[corner]);
     }
     // As fine as keeps the lists short; few huge triangles make it coarse.
-    for (cells_ = std::clamp<int>(static_cast<int>(std::sqrt(static_cast<double>(triangles.size()))), 1, 1024); cells_ > 1;
-         cells_ /= 2) {
+    for (cells_ = std::clamp<int>(static_cast<int>(std::sqrt(static_cast<double>(triangles.size()))), 1, 1024);
+         cells_ > 1; cells_ /= 2) {
       if (entry_count() <= 8 * triangles.size() + 1024) break;
     }
     start_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
@@ -109,7 +109,8 @@ class Nesting {
   std::vector<Index> around(Vec3d p) {
     std::vector<Index> inside;
     touched_.clear();
-    const std::size_t c = cell(p.y, box_.low.y, box_.high.y) * static_cast<std::size_t>(cells_) + cell(p.z, box_.low.z, box_.high.z);
+    const std::size_t c =
+        cell(p.y, box_.low.y, box_.high.y) * static_cast<std::size_t>(cells_) + cell(p.z, box_.low.z, box_.high.z);
     for (std::size_t k = start_[c]; k < start_[c + 1]; ++k) {
       if (budget_ == 0) return {};
       --budget_;
@@ -193,8 +194,8 @@ class Repairer {
 
   Result<Repaired> run(const Progress& progress) {
     using Step = void (Repairer::*)();
-    constexpr std::array<Step, 7> kSteps = {&Repairer::weld,         &Repairer::drop_duplicates, &Repairer::resolve_flat,
-                                            &Repairer::orient,       &Repairer::split,           &Repairer::turn_outwards,
+    constexpr std::array<Step, 7> kSteps = {&Repairer::weld,       &Repairer::drop_duplicates, &Repairer::resolve_flat,
+                                            &Repairer::orient,     &Repairer::split,           &Repairer::turn_outwards,
                                             &Repairer::drop_unused};
     for (std::size_t k = 0; k < kSteps.size(); ++k) {
       progress("repair", static_cast<double>(k) / kSteps.size());
@@ -213,7 +214,8 @@ class Repairer {
   [[nodiscard]] Index opposite(Index h) const noexcept { return mesh_.triangles[h / 3][(h + 2) % 3]; }
   [[nodiscard]] bool flat(const Triangle& t) const noexcept { return !detail::has_area(at(t[0]), at(t[1]), at(t[2])); }
 
-  /// Drops triangles that are not finite, merges used vertices at equal positions, drops triangles with a repeated corner.
+  /// Drops triangles that are not finite, merges used vertices at equal positions, drops triangles with a repeated
+  /// corner.
   void weld() {
     const std::size_t count = soup_.positions.size();
     std::vector<bool> finite(count);
@@ -306,8 +308,9 @@ class Repairer {
     mesh_.triangles.resize(kept);
   }
 
-  /// A triangle without area has one corner on the opposite edge. Dropping it would leave a gap of no width but an open edge
-  /// in the mesh, so that edge is flipped instead where one other triangle lies behind it. What remains is dropped.
+  /// A triangle without area has one corner on the opposite edge. Dropping it would leave a gap of no width but an open
+  /// edge in the mesh, so that edge is flipped instead where one other triangle lies behind it. What remains is
+  /// dropped.
   void resolve_flat() {
     std::vector<Index> work;
     for (Index t = 0; t < mesh_.triangles.size(); ++t)
@@ -404,7 +407,8 @@ class Repairer {
     if (turned != 0) edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
   }
 
-  /// Decides who is whose neighbour at crowded edges, cuts what cannot be oriented, and gives every fan a vertex of its own.
+  /// Decides who is whose neighbour at crowded edges, cuts what cannot be oriented, and gives every fan a vertex of its
+  /// own.
   void split() {
     std::vector<Index>& twin = edges_.twin;
     for (Index h = 0; h < twin.size(); ++h) {
@@ -414,15 +418,16 @@ class Repairer {
       ++report_.cut_seams;
     }
     for (std::size_t k = 0; k + 1 < edges_.crowd_start.size(); ++k) {
-      pair_around(std::span(edges_.crowd).subspan(edges_.crowd_start[k], edges_.crowd_start[k + 1] - edges_.crowd_start[k]));
+      pair_around(
+          std::span(edges_.crowd).subspan(edges_.crowd_start[k], edges_.crowd_start[k + 1] - edges_.crowd_start[k]));
       ++report_.split_edges;
     }
     give_fans_vertices();
     if (report_.split_vertices != 0 || report_.cut_seams != 0 || report_.split_edges != 0) part_shared_edges();
   }
 
-  /// Pairs the half-edges of one edge so that each pair encloses material: sorted by angle around the edge, a triangle that
-  /// runs against the edge opens a wedge of material and one that runs along it closes it.
+  /// Pairs the half-edges of one edge so that each pair encloses material: sorted by angle around the edge, a triangle
+  /// that runs against the edge opens a wedge of material and one that runs along it closes it.
   void pair_around(std::span<const Index> crowd) {
     std::vector<Index>& twin = edges_.twin;
     const Index u = std::min(from(crowd[0]), to(crowd[0]));
@@ -499,8 +504,8 @@ class Repairer {
     mesh_.triangles = std::move(triangles);
   }
 
-  /// Two sheets that were cut apart along an edge may still share both its ends. Then all but one of them get a vertex of
-  /// their own in the middle of the edge.
+  /// Two sheets that were cut apart along an edge may still share both its ends. Then all but one of them get a vertex
+  /// of their own in the middle of the edge.
   void part_shared_edges() {
     const std::vector<Index>& twin = edges_.twin;
     const EdgeTable shared = make_edges(mesh_.triangles, mesh_.positions.size());
@@ -513,7 +518,8 @@ class Repairer {
       if (twin[h] != kNone) middles.emplace_back(twin[h], id);
     };
     for (std::size_t k = 0; k + 1 < shared.crowd_start.size(); ++k) {
-      const auto crowd = std::span(shared.crowd).subspan(shared.crowd_start[k], shared.crowd_start[k + 1] - shared.crowd_start[k]);
+      const auto crowd =
+          std::span(shared.crowd).subspan(shared.crowd_start[k], shared.crowd_start[k + 1] - shared.crowd_start[k]);
       for (const Index h : crowd) {
         const bool first = h == crowd[0] || twin[h] == crowd[0];
         if (!first && (twin[h] == kNone || h < twin[h])) add_middle(h);
@@ -721,11 +727,13 @@ std::string to_string(const RepairReport& report) {
   line(report.flipped_triangles, "triangle without area resolved by flipping an edge",
        "triangles without area resolved by flipping edges");
   line(report.duplicate_triangles, "duplicate triangle dropped", "duplicate triangles dropped");
-  line(report.turned_triangles, "triangle turned to agree with its neighbours", "triangles turned to agree with their neighbours");
+  line(report.turned_triangles, "triangle turned to agree with its neighbours",
+       "triangles turned to agree with their neighbours");
   line(report.turned_parts, "closed part turned outwards", "closed parts turned outwards");
   line(report.split_edges, "edge with more than two triangles split", "edges with more than two triangles split");
   line(report.split_vertices, "vertex split into fans", "vertices split into fans");
-  line(report.cut_seams, "edge cut because its part cannot be oriented", "edges cut because their parts cannot be oriented");
+  line(report.cut_seams, "edge cut because its part cannot be oriented",
+       "edges cut because their parts cannot be oriented");
   if (!text.empty()) text.pop_back();
   return text;
 }

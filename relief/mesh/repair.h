@@ -12,31 +12,32 @@ namespace relief {
 
 /// What repair() found and did, in counts.
 struct RepairReport {
-  std::size_t welded_vertices = 0;        ///< vertices merged with one at the same position
-  std::size_t unused_vertices = 0;        ///< vertices dropped because no triangle names them
-  std::size_t degenerate_triangles = 0;   ///< dropped: repeated corner, or no area
-  std::size_t duplicate_triangles = 0;    ///< dropped: the same three corners as another
-  std::size_t flipped_triangles = 0;      ///< no area, but closing a gap: its longest edge was flipped, so nothing opens
-  std::size_t nonfinite_triangles = 0;    ///< dropped: a corner is infinite or not a number
-  std::size_t turned_triangles = 0;       ///< turned round so that neighbours agree
-  std::size_t turned_parts = 0;           ///< closed parts turned because they were inside out
-  std::size_t split_edges = 0;            ///< edges with more than two triangles, cut apart
-  std::size_t split_vertices = 0;         ///< vertices with more than one fan, duplicated
-  std::size_t cut_seams = 0;              ///< edges cut because the part could not be oriented (Moebius strip)
-  std::size_t parts = 0;                  ///< connected components of the result
-  std::size_t boundary_loops = 0;         ///< open rims of the result
+  std::size_t welded_vertices = 0;       ///< vertices merged with one at the same position
+  std::size_t unused_vertices = 0;       ///< vertices dropped because no triangle names them
+  std::size_t degenerate_triangles = 0;  ///< dropped: repeated corner, or no area
+  std::size_t duplicate_triangles = 0;   ///< dropped: the same three corners as another
+  std::size_t flipped_triangles = 0;     ///< no area, but closing a gap: its longest edge was flipped, so nothing opens
+  std::size_t nonfinite_triangles = 0;   ///< dropped: a corner is infinite or not a number
+  std::size_t turned_triangles = 0;      ///< turned round so that neighbours agree
+  std::size_t turned_parts = 0;          ///< closed parts turned because they were inside out
+  std::size_t split_edges = 0;           ///< edges with more than two triangles, cut apart
+  std::size_t split_vertices = 0;        ///< vertices with more than one fan, duplicated
+  std::size_t cut_seams = 0;             ///< edges cut because the part could not be oriented (Moebius strip)
+  std::size_t parts = 0;                 ///< connected components of the result
+  std::size_t boundary_loops = 0;        ///< open rims of the result
 };
 
 struct Repaired {
-  TriangleMesh mesh;  ///< every edge in one or two triangles that run through it in opposite directions; one fan per vertex
+  TriangleMesh
+      mesh;  ///< every edge in one or two triangles that run through it in opposite directions; one fan per vertex
   RepairReport report;
 };
 
 /// Welds equal positions, drops what has no area, makes the mesh manifold by splitting, orients every part (closed ones
 /// outwards, nested shells of a solid keep the cavity sense), keeps colours. Deterministic. O(n log n).
-/// Closed parts inside others keep their sense: one that looks into the solid around it is a cavity and stays so, unless that
-/// solid itself was inside out; then all inside it turns with it. Coinciding vertices take the colour of the first.
-/// Errors: Corrupt when no triangle with area is left; Cancelled.
+/// Closed parts inside others keep their sense: one that looks into the solid around it is a cavity and stays so,
+/// unless that solid itself was inside out; then all inside it turns with it. Coinciding vertices take the colour of
+/// the first. Errors: Corrupt when no triangle with area is left; Cancelled.
 [[nodiscard]] Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress = {});
 
 /// One line per kind of repair that was made; empty for a clean mesh.

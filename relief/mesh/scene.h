@@ -22,8 +22,8 @@ struct Placement {
   [[nodiscard]] bool is_identity() const noexcept { return axes == Placement{}.axes && origin == Vec3d{}; }
 };
 
-/// Collects placed parts into one mesh. Copies of a part can make a small file large: past `limit` vertices and triangles
-/// `add` refuses.
+/// Collects placed parts into one mesh. Copies of a part can make a small file large: past `limit` vertices and
+/// triangles `add` refuses.
 class Scene {
  public:
   explicit Scene(std::size_t file_size) noexcept : limit_(1'000'000 + 16 * file_size) {}
@@ -41,7 +41,8 @@ class Scene {
     for (const Vec3d& p : part.positions) mesh.positions.push_back(stays ? p : placement.point(p));
     const bool turned = placement.mirrors();
     for (const auto& [a, b, c] : part.triangles) {
-      mesh.triangles.push_back(turned ? Triangle{first + a, first + c, first + b} : Triangle{first + a, first + b, first + c});
+      mesh.triangles.push_back(turned ? Triangle{first + a, first + c, first + b}
+                                      : Triangle{first + a, first + b, first + c});
     }
     if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size());
     return true;

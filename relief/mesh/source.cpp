@@ -26,7 +26,7 @@ Result<FileBytes> read_file(const std::filesystem::path& file) {
     ~Closer() { ::close(descriptor); }
   } const closer{descriptor};
 
-  struct stat status {};
+  struct stat status{};
   if (::fstat(descriptor, &status) != 0) return io(errno);
   if (S_ISDIR(status.st_mode)) return fail(Errc::Io, name + ": is a folder, not a mesh file");
   if (!S_ISREG(status.st_mode)) return fail(Errc::Io, name + ": is not a regular file");
@@ -34,7 +34,8 @@ Result<FileBytes> read_file(const std::filesystem::path& file) {
   const auto size = static_cast<std::size_t>(status.st_size);
   bytes.data = std::make_unique_for_overwrite<char[]>(size);
   while (bytes.size < size) {
-    const ssize_t got = ::read(descriptor, bytes.data.get() + bytes.size, std::min(size - bytes.size, std::size_t{1} << 30U));
+    const ssize_t got =
+        ::read(descriptor, bytes.data.get() + bytes.size, std::min(size - bytes.size, std::size_t{1} << 30U));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return io(errno);
     if (got == 0) break;  // shortened meanwhile; the reader sees what is left
@@ -46,8 +47,8 @@ Result<FileBytes> read_file(const std::filesystem::path& file) {
 namespace {
 
 bool ends_value(const char* at, const char* end) noexcept {
-  return at == end || *at == ' ' || *at == '\t' || *at == '\n' || *at == '\r' || *at == '#' || *at == '\\' || *at == '\v' ||
-         *at == '\f';
+  return at == end || *at == ' ' || *at == '\t' || *at == '\n' || *at == '\r' || *at == '#' || *at == '\\' ||
+         *at == '\v' || *at == '\f';
 }
 
 }  // namespace
@@ -59,7 +60,8 @@ bool TextCursor::number(double& value) noexcept {
   const auto [stop, code] = std::from_chars(from, end_, value);
   if (code == std::errc::invalid_argument) return false;
   if (code == std::errc::result_out_of_range) {
-    // from_chars does not say which side it left the range on: a negative exponent, or none and a leading zero, is too small.
+    // from_chars does not say which side it left the range on: a negative exponent, or none and a leading zero, is too
+    // small.
     const std::string_view text(from, static_cast<std::size_t>(stop - from));
     const std::size_t e = text.find_first_of("eE");
     const std::string_view digits = text.starts_with('-') ? text.substr(1) : text;
@@ -67,7 +69,8 @@ bool TextCursor::number(double& value) noexcept {
     const double size = small ? 0.0 : std::numeric_limits<double>::infinity();
     value = text.starts_with('-') ? -size : size;
   }
-  if (ends_value(stop, end_) && !(stop != end_ && *stop == '#' && stop + 1 != end_ && std::isalpha(static_cast<unsigned char>(stop[1])) != 0)) {
+  if (ends_value(stop, end_) &&
+      !(stop != end_ && *stop == '#' && stop + 1 != end_ && std::isalpha(static_cast<unsigned char>(stop[1])) != 0)) {
     at_ = stop;
     return true;
   }
@@ -141,7 +144,8 @@ Status FaceSink::finish(const Source& source, std::string_view unit, std::uint32
   if (highest_ >= mesh_.positions.size()) {
     return source.corrupt(unit, highest_place_,
                           "a face names vertex " + std::to_string(std::uint64_t{highest_} + first) +
-                              (first == 0 ? " (counted from 0)" : "") + " of " + std::to_string(mesh_.positions.size()));
+                              (first == 0 ? " (counted from 0)" : "") + " of " +
+                              std::to_string(mesh_.positions.size()));
   }
   if (polygons_.empty()) return {};
   PolygonCutter cutter(400'000'000);
@@ -177,7 +181,8 @@ bool PolygonCutter::is_ear(const Corner& corner) noexcept {
   });
 }
 
-bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions, std::vector<Triangle>& out) {
+bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions,
+                        std::vector<Triangle>& out) {
   ring_.clear();
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     const std::uint32_t v = polygon[k];

@@ -109,7 +109,8 @@ class TextCursor {
   }
   /// A number that ends where a value must end; too large becomes infinite, too small 0. The cursor stays on failure.
   [[nodiscard]] bool number(double& value) noexcept;
-  /// An integer; what follows it is the caller's matter (OBJ writes 1/2/3). Also reads "3.0" and "3e0" when `real` is set.
+  /// An integer; what follows it is the caller's matter (OBJ writes 1/2/3). Also reads "3.0" and "3e0" when `real` is
+  /// set.
   [[nodiscard]] bool integer(std::int64_t& value, bool real = false) noexcept;
   [[nodiscard]] bool take(char c) noexcept {
     if (at_ == end_ || *at_ != c) return false;
@@ -153,16 +154,16 @@ template <typename T>
   return value > 0.0 ? static_cast<std::uint8_t>(std::min(value, 1.0) * 255.0 + 0.5) : std::uint8_t{0};
 }
 
-/// Gathers faces, cuts polygons into triangles, and checks in the end that every corner exists. Corners may come before the
-/// positions they name. Faces of fewer than three corners are points and lines and are left out.
+/// Gathers faces, cuts polygons into triangles, and checks in the end that every corner exists. Corners may come before
+/// the positions they name. Faces of fewer than three corners are points and lines and are left out.
 class FaceSink {
  public:
   explicit FaceSink(TriangleMesh& mesh) noexcept : mesh_(mesh) {}
 
   /// `place` is the line or face number for messages.
   void add(std::span<const std::uint32_t> corners, std::size_t place);
-  /// Corrupt when a corner names no position (`unit` is "line" or "face", `first` what the format calls the first vertex),
-  /// UnsupportedFormat when polygons take too much work or when there is not one triangle.
+  /// Corrupt when a corner names no position (`unit` is "line" or "face", `first` what the format calls the first
+  /// vertex), UnsupportedFormat when polygons take too much work or when there is not one triangle.
   [[nodiscard]] Status finish(const Source& source, std::string_view unit, std::uint32_t first = 0);
 
  private:
@@ -172,14 +173,15 @@ class FaceSink {
   std::vector<std::uint32_t> polygons_;  ///< waiting: place-less runs of count, corners...
 };
 
-/// Cuts polygons into triangles by clipping ears in the polygon's plane; every corner stays in use, so that neighbours still
-/// fit. Deterministic. A polygon that crosses itself is cut somehow.
+/// Cuts polygons into triangles by clipping ears in the polygon's plane; every corner stays in use, so that neighbours
+/// still fit. Deterministic. A polygon that crosses itself is cut somehow.
 class PolygonCutter {
  public:
   /// `budget` bounds the work over all polygons, in point-in-triangle tests.
   explicit PolygonCutter(std::size_t budget) noexcept : budget_(budget) {}
   /// Appends at most corners - 2 triangles; false when the budget is used up.
-  [[nodiscard]] bool cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions, std::vector<Triangle>& out);
+  [[nodiscard]] bool cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions,
+                         std::vector<Triangle>& out);
 
  private:
   struct Corner {

@@ -29,7 +29,8 @@ Result<Directory> find_directory(const Source& source) {
   if (bytes.size() < kEnd) return source.corrupt("the zip archive is cut off");
   const std::size_t first = bytes.size() > kEnd + 65535 ? bytes.size() - kEnd - 65535 : 0;
   const std::size_t at = bytes.rfind(std::string_view("PK\5\6", 4), bytes.size() - kEnd);
-  if (at == std::string_view::npos || at < first) return source.corrupt("the zip archive has no list of members; it is cut off");
+  if (at == std::string_view::npos || at < first)
+    return source.corrupt("the zip archive has no list of members; it is cut off");
   Directory directory{load_le<std::uint16_t>(bytes.data() + at + 10), load_le<std::uint32_t>(bytes.data() + at + 16)};
   if ((directory.count == 0xffff || directory.offset == 0xffffffffU) && at >= 20 &&
       bytes.substr(at - 20, 4) == std::string_view("PK\6\7", 4)) {
