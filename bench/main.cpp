@@ -1,0 +1,382 @@
+// relief-bench: measures this build on this machine. Every figure is thread CPU time unless its name says otherwise.
+#include "paper/paper_algorithm.h"
+#include "support/data.h"
+#include "support/shells.h"
+
+#include <relief/base/try.h>
+#include <relief/convert/convert.h>
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+#include <relief/edit/editor.h>
+#include <relief/haptics/servo.h>
+#include <relief/mesh/import.h>
+#include <relief/mesh/samples.h>
+#include <relief/render/renderer.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <random>
+
+namespace relief::bench {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+double seconds_of(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+double thread_cpu() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+double process_cpu() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+
+/// Percentiles of many single measurements, in the unit given.
+ordered_json percentiles(std::vector<double> values, double scale) {
+  std::ranges::sort(values);
+  const auto at = [&](double q) {
+    return values.empty()
+               ? 0.0
+               : values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))] *
+                     scale;
+  };
+  return {{"count", values.size()},
+          {"p50", at(0.5)},
+          {"p99", at(0.99)},
+          {"p999", at(0.999)},
+          {"max", values.empty() ? 0.0 : values.back() * scale}};
+}
+
+/// Single calls are timed on the steady clock, whose empty cost is taken off; preemption shows in the tail.
+class CallTimer {
+ public:
+  CallTimer() {
+    double least = 1;
+    for (int k = 0; k < 1000; ++k) {
+      const auto a = std::chrono::steady_clock::now();
+      const auto b = std::chrono::steady_clock::now();
+      least = std::min(least, std::chrono::duration<double>(b - a).count());
+    }
+    empty_ = least;
+  }
+  template <typename Call>
+  double operator()(Call&& call) const {
+    const auto a = std::chrono::steady_clock::now();
+    call();
+    const auto b = std::chrono::steady_clock::now();
+    return std::max(0.0, std::chrono::duration<double>(b - a).count() - empty_);
+  }
+
+ private:
+  double empty_ = 0;
+};
+
+struct Subject {
+  std::string name;
+  TriangleMesh mesh;
+  int slabs;
+};
+
+/// The paper's models: its head and pumpkin stand for ours, the bunny is the real one where the test data is at hand.
+std::vector<Subject> paper_subjects(std::size_t triangles) {
+  std::vector<Subject> subjects;
+  for (const char* name : {"head", "pumpkin"})
+    if (auto mesh = make_sample(name, triangles)) subjects.push_back({name, *std::move(mesh), 200});
+  if (auto bunny = import_mesh(testing::data_folder() / "a_models/bunny.ply"))
+    subjects.push_back({"bunny", *std::move(bunny), 150});
+  return subjects;
+}
+
+/// A path that slides over the surface `depth` below it: the nearest surface points of a great turn around the model.
+std::vector<Vec3d> slide_path(const Snapshot& model, double depth, int count) {
+  Box3d box;
+  for (const Vec3d p : tessellate(model, 0).positions) box.add(p);
+  const double scale = diagonal(box);
+  std::vector<Vec3d> path;
+  const int anchors = std::max(2, count / 50);
+  std::vector<Vec3d> held;
+  for (int k = 0; k <= anchors; ++k) {
+    const double turn = 6.283185307179586 * k / anchors;
+    const Vec3d from = box.centre() + Vec3d{std::sin(turn), 0.25 * std::sin(3 * turn), std::cos(turn)} * scale;
+    const auto hit = raycast(model, {from, box.centre() - from});
+    if (hit) held.push_back(hit->point.position - hit->point.normal * (depth * scale));
+  }
+  for (std::size_t k = 0; k + 1 < held.size(); ++k)
+    for (int i = 0; i < 50; ++i) path.push_back(held[k] + (held[k + 1] - held[k]) * (i / 50.0));
+  return path;
+}
+
+class Bench {
+ public:
+  explicit Bench(bool thorough) : thorough_(thorough) {}
+
+  Status run(const std::string& what) {
+    const bool all = what == "all";
+    if (all || what == "convert") RELIEF_CHECK(convert_times());
+    if (all || what == "query") RELIEF_CHECK(query_times());
+    if (all || what == "touch") RELIEF_CHECK(touch_times());
+    if (all || what == "dab") dab_times();
+    if (all || what == "render") RELIEF_CHECK(render_times());
+    if (all || what == "paper") RELIEF_CHECK(paper_table());
+    return {};
+  }
+  [[nodiscard]] const ordered_json& results() const { return out_; }
+
+ private:
+  /// Median over repeats of the CPU seconds of all threads.
+  Status convert_times() {
+    for (const Subject& s : paper_subjects(thorough_ ? 300'000 : 100'000)) {
+      std::vector<double> seconds;
+      ConvertReport report;
+      for (int k = 0; k < (thorough_ ? 5 : 3); ++k) {
+        const double start = process_cpu();
+        RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs}));
+        seconds.push_back(process_cpu() - start);
+        report = made.report;
+      }
+      std::ranges::sort(seconds);
+      out_["convert"][s.name] = {
+          {"source_triangles", s.mesh.triangles.size()},
+          {"slabs", report.slabs},
+          {"cpu_seconds", seconds[seconds.size() / 2]},
+          {"single_share", static_cast<double>(report.hits_single) / static_cast<double>(report.fibres_cast)},
+          {"distance_rms", report.distance_rms}};
+    }
+    return {};
+  }
+
+  /// The tracked query with and without normals, against the paper's own algorithm (15 bisections, slabs in sequence).
+  Status query_times() {
+    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
+    const std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
+    const CallTimer timer;
+    std::vector<double> locates, probes, cold, theirs;
+    LocateHint hint;
+    double sum = 0;
+    for (const Vec3d p : path)
+      locates.push_back(timer([&] { sum += locate(model.slab_mesh(), p, hint).has_value() ? 1 : 0; }));
+    for (const Vec3d p : path)
+      probes.push_back(timer([&] {
+        const auto contact = probe(model, p, hint);
+        sum += contact ? contact->depth : 0;
+      }));
+    for (const Vec3d p : path)
+      cold.push_back(timer([&] {
+        LocateHint none;
+        sum += locate(model.slab_mesh(), p, none).has_value() ? 1 : 0;
+      }));
+    for (std::size_t k = 0; k < path.size(); k += 20)
+      theirs.push_back(timer([&] { sum += paper::locate(model.slab_mesh(), path[k]).has_value() ? 1 : 0; }));
+    out_["query"] = {{"model", "pumpkin, 200 slabs, n = 64"},
+                     {"locate_ns", percentiles(locates, 1e9)},
+                     {"probe_with_normal_ns", percentiles(probes, 1e9)},
+                     {"locate_from_nothing_ns", percentiles(cold, 1e9)},
+                     {"paper_in_sequence_ns", percentiles(theirs, 1e9)},
+                     {"check", sum}};
+    return {};
+  }
+
+  /// One whole tick of the force law.
+  Status touch_times() {
+    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
+    out_["touch"] = {{"model", "pumpkin, 200 slabs, n = 64"}, {"step_ns", step_times(model)}};
+    return {};
+  }
+
+  ordered_json step_times(const Snapshot& model) {
+    const std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
+    const DeviceInfo device;
+    const Workspace workspace = fit_workspace(device, model.slab_mesh().bounds());
+    Servo servo({.workspace = workspace, .force = {}}, device);
+    const CallTimer timer;
+    std::vector<double> steps;
+    std::size_t contact = 0;
+    double t = 0;
+    // Come from outside, as a hand does.
+    const Vec3d centre = model.slab_mesh().bounds().centre();
+    for (int k = 0; k <= 200 && !path.empty(); ++k)
+      static_cast<void>(
+          servo.step(model, {.t = t += 1e-3,
+                             .position = workspace.to_device(path[0] + (path[0] - centre) * (0.5 - k / 400.0)),
+                             .velocity = {}}));
+    for (const Vec3d p : path) {
+      const DeviceState reading = {.t = t += 1e-3, .position = workspace.to_device(p), .velocity = {}};
+      ServoSample sample;
+      steps.push_back(timer([&] { sample = servo.step(model, reading); }));
+      contact += sample.contact ? 1U : 0U;
+    }
+    ordered_json json = percentiles(steps, 1e9);
+    json["contact_share"] = path.empty() ? 0.0 : static_cast<double>(contact) / static_cast<double>(path.size());
+    return json;
+  }
+
+  /// Whole dabs of a stroke, with undo and a new snapshot each, on a sphere of slabs with n = 32.
+  void dab_times() {
+    const SnapshotPtr model = Snapshot::make(testing::sphere_shell(thorough_ ? 6 : 5, 32, 0.9, 1.1));
+    const double samples_per_area = static_cast<double>(model->slab_mesh().slab_count()) * 512 / 12.566;
+    for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint})
+      for (const double wanted : {1e3, 1e4, 1e5}) {
+        const double radius = std::sqrt(wanted / samples_per_area / 3.14159265);
+        Brush brush{.tool = tool, .radius = radius, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
+        // A carving ball is larger than the dent it makes.
+        if (tool == Tool::Carve) brush.radius = 0.25;
+        Editor editor(model);
+        std::vector<double> seconds, affected;
+        editor.begin_stroke(brush);
+        const int dabs = thorough_ ? 400 : 100;
+        for (int k = 0; k < dabs; ++k) {
+          const double turn = 0.3 * k / dabs;
+          const SurfacePoint p = closest_point(*editor.head(), Vec3d{std::sin(turn), 0.3, std::cos(turn)} * 1.3);
+          const double depth = tool == Tool::Carve ? radius * radius / (2 * brush.radius) : 0;
+          const Dab dab{.slab = p.slab,
+                        .contact = p.position,
+                        .cursor = p.position - p.normal * depth,
+                        .normal = p.normal,
+                        .pressure = 0.5,
+                        .seconds = 4e-3};
+          const double start = thread_cpu();
+          const DabResult result = editor.dab(dab);
+          seconds.push_back(thread_cpu() - start);
+          affected.push_back(static_cast<double>(result.samples));
+        }
+        editor.end_stroke();
+        std::ranges::sort(affected);
+        ordered_json json = percentiles(seconds, 1e6);
+        json["samples_median"] = affected[affected.size() / 2];
+        out_["dab_us"][std::string(name(tool))][fmt::format("{:.0f}", wanted)] = json;
+      }
+  }
+
+  Status render_times() {
+    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
+    RELIEF_TRY(Renderer renderer, Renderer::create());
+    out_["render"]["device"] = renderer.device();
+    out_["render"]["quick_640x360"] = frames(renderer, model, 640, 360, 0);
+    out_["render"]["quick_1280x720"] = frames(renderer, model, 1280, 720, 0);
+    return {};
+  }
+
+  ordered_json frames(Renderer& renderer, const Snapshot& model, int width, int height, int level) {
+    std::vector<double> cpu, wall;
+    const Camera camera = framing(model.slab_mesh().bounds(), 20, 15, static_cast<double>(width) / height);
+    DrawSettings settings;
+    settings.width = width;
+    settings.height = height;
+    settings.level = level;
+    for (int k = 0; k < (thorough_ ? 40 : 12); ++k) {
+      if (!renderer.draw_quick(model, camera, settings)) break;
+      // The first frame compiles shaders and uploads everything.
+      if (k == 0) continue;
+      cpu.push_back(renderer.stats().cpu_seconds);
+      wall.push_back(renderer.stats().wall_seconds);
+    }
+    return {{"triangles", renderer.stats().triangles},
+            {"cpu_ms", percentiles(cpu, 1e3)},
+            {"wall_ms", percentiles(wall, 1e3)}};
+  }
+
+  /// The table of the paper's Sec. 7, for the same numbers of slabs and samples.
+  Status paper_table() {
+    RELIEF_TRY(Renderer renderer, Renderer::create());
+    for (const Subject& s : paper_subjects(100'000)) {
+      const double start = process_cpu();
+      RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs, .intervals = 15}));
+      const double convert_seconds = process_cpu() - start;
+      const Snapshot& head = *made.model.head;
+      ordered_json row;
+      row["slabs"] = head.slab_mesh().slab_count();
+      row["polygons_per_slab"] = 225;
+      row["triangles"] = tessellate(head).triangles.size();
+      row["convert_cpu_seconds"] = convert_seconds;
+      row["iteration_ns"] = step_times(head);
+      row["paper_iteration_ns"] = 650'000;
+
+      Editor editor(made.model.head);
+      const double scale = made.model.info.source_diagonal;
+      editor.begin_stroke({.tool = Tool::Carve, .radius = 0.03 * scale});
+      std::size_t samples = 0, dabs = 0;
+      double dab_seconds = 0;
+      for (const Vec3d p : slide_path(head, 0.004, 400)) {
+        const SurfacePoint at = closest_point(*editor.head(), p);
+        const double before = thread_cpu();
+        samples += editor
+                       .dab({.slab = at.slab,
+                             .contact = at.position,
+                             .cursor = at.position - at.normal * (0.004 * scale),
+                             .normal = at.normal})
+                       .samples;
+        dab_seconds += thread_cpu() - before;
+        ++dabs;
+      }
+      editor.end_stroke();
+      row["dabs"] = dabs;
+      row["samples_edited"] = samples;
+      row["edits_per_second"] = dab_seconds > 0 ? static_cast<double>(samples) / dab_seconds : 0;
+      row["dabs_per_second"] = dab_seconds > 0 ? static_cast<double>(dabs) / dab_seconds : 0;
+      row["paper_dabs_per_second"] = 10;
+      row["frame"] = frames(renderer, head, 1280, 720, 0);
+      row["paper_frames_per_second"] = 10;
+      out_["paper"][s.name] = row;
+    }
+    return {};
+  }
+
+  Result<std::reference_wrapper<const Snapshot>> pumpkin(int slabs, int n) {
+    if (!pumpkin_) {
+      RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", 200'000));
+      RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = slabs, .intervals = n}));
+      pumpkin_ = made.model.head;
+    }
+    return std::cref(*pumpkin_);
+  }
+
+  bool thorough_;
+  SnapshotPtr pumpkin_;
+  ordered_json out_;
+};
+
+/// Nested objects as indented lines, for people.
+void print_lines(const ordered_json& object, int indent) {
+  for (const auto& [key, value] : object.items()) {
+    if (value.is_object()) {
+      std::fputs(fmt::format("{:{}}{}\n", "", indent, key).c_str(), stdout);
+      print_lines(value, indent + 2);
+    } else {
+      const std::string text = value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
+      std::fputs(fmt::format("{:{}}{:<24} {}\n", "", indent, key, text).c_str(), stdout);
+    }
+  }
+}
+
+int main_inner(int argc, char** argv) {
+  std::string what = "all";
+  bool thorough = false, json = false;
+  CLI::App app("Measures Relief on this machine. Times are CPU times; tails include preemption.");
+  app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
+      ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
+  app.add_flag("--long", thorough, "More repeats, larger models");
+  app.add_flag("--json", json, "One JSON object on standard output");
+  CLI11_PARSE(app, argc, argv);
+  Bench bench(thorough);
+  if (const Status status = bench.run(what); !status) {
+    std::fputs(("relief-bench: " + status.error().message + "\n").c_str(), stderr);
+    return 1;
+  }
+  if (json)
+    std::fputs((bench.results().dump(2) + "\n").c_str(), stdout);
+  else
+    print_lines(bench.results(), 0);
+  return 0;
+}
+
+}  // namespace
+
+}  // namespace relief::bench
+
+int main(int argc, char** argv) { return relief::bench::main_inner(argc, argv); }
