@@ -153,6 +153,16 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
   return now;
 }
 
+bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) const noexcept {
+  if (&model != last_model_) {
+    LocateHint hint = hint_;
+    const std::optional<Contact> before = probe(model, last_cursor_, hint);
+    if (before && before->depth * settings_.workspace.metres_per_unit > last_depth_ + kSurfaceJump) return true;
+  }
+  // From above, depth cannot grow much faster than the hand moves; from below, it is large at once.
+  return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
+}
+
 bool Servo::inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept {
   if (contact) return contact->touching();
   const Box3d& bounds = model.slab_mesh().bounds();
@@ -231,13 +241,11 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     return sample;
   }
 
-  // The hint may stem from another, larger cage.
-  if (hint_.last.slab != kNoSlab && hint_.last.slab >= model.slab_mesh().slab_count()) hint_ = {};
   const Vec3d cursor = settings_.workspace.to_model(reading.position);
   const std::optional<Contact> contact = probe(model, cursor, hint_);
   const bool touching = contact && contact->touching() && std::isfinite(contact->depth);
   const double depth = touching ? contact->depth * settings_.workspace.metres_per_unit : 0;
-  last_cursor_ = sample.cursor = sample.contact_point = cursor;
+  sample.cursor = sample.contact_point = cursor;
   if (touching) {
     sample.contact = true;
     sample.at = contact->at;
@@ -247,7 +255,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   }
 
   // Safe state: no force until a good reading outside the solid.
-  if (!first_ && !latched_ && !start_inside_ && depth - last_depth_ > kSteepest * now.travel + kSurfaceJump) {
+  if (touching && !first_ && !latched_ && !start_inside_ && surface_jumped(model, depth, now.travel)) {
     sample.flags |= bit(ServoFault::SurfaceJumped);
     latched_ = true;
   }
@@ -257,7 +265,10 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     if (now.faults == 0 && !in) latched_ = start_inside_ = false;
   }
   first_ = false;
+  last_cursor_ = cursor;
   last_depth_ = depth;
+  last_model_ = &model;
+  was_in_slab_ = contact.has_value();
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!touching || latched_ || start_inside_) {

@@ -24,8 +24,8 @@ enum class ServoFault : std::uint32_t {
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
   SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
-  SurfaceJumped = 1U << 11U,  ///< depth grew by over 3 mm more than the hand moved: the model changed, or the tool came
-                              ///< up through the floor of the slabs
+  /// The model rose by over 3 mm (at the hand) under the tool, or the tool came up through the floor of the slabs.
+  SurfaceJumped = 1U << 11U,
 };
 [[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
 [[nodiscard]] std::string_view name(ServoFault fault) noexcept;
@@ -103,6 +103,8 @@ class Servo {
   };
   void limit_settings() noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
+  /// Whether material came to the tool rather than the tool to the material.
+  [[nodiscard]] bool surface_jumped(const Snapshot& model, double depth, double travel) const noexcept;
   /// Whether the tool may be in the material: in a slab below the surface, or below the slabs.
   [[nodiscard]] static bool inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept;
   [[nodiscard]] Vec3d friction(const Snapshot& model, const Contact& contact, Vec3d position, double stiffness,
@@ -123,8 +125,10 @@ class Servo {
   Vec3d last_position_;    ///< m
   Vec3d last_cursor_;      ///< model units
   double last_depth_ = 0;  ///< m
-  Vec3d velocity_;         ///< m/s
-  Vec3d last_force_;       ///< N
+  bool was_in_slab_ = false;
+  const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
+  Vec3d velocity_;                        ///< m/s
+  Vec3d last_force_;                      ///< N
   bool has_anchor_ = false, sliding_ = false;
   Vec3d anchor_;  ///< m, where friction holds the tool
 };

@@ -172,6 +172,18 @@ TEST(Safety, AModelReplacedUnderTheToolLatches) {
   EXPECT_EQ(servo.step(*full, reading(t += 1e-3, {0, 0, 0.89})).force, Vec3d{});
 }
 
+TEST(Safety, ACliffIsFelt) {
+  // 8 mm at the hand from one sample to the next, crossed at 0.8 m/s: geometry, no fault.
+  const SnapshotPtr model = displaced(plane_shell(4, 32), [](Vec3d p) { return p.x < 0.5 ? 0.1 : 0.9; });
+  Servo servo(kSettings, DeviceInfo{});
+  ServoSample felt;
+  for (int k = 0; k < 100; ++k) {
+    felt = servo.step(*model, reading(1e-3 * k, {0.4 + 8e-3 * std::min(k, 15), 0, 0.3}));
+    EXPECT_EQ(felt.flags & (bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)), 0U) << k;
+  }
+  EXPECT_GT(length(felt.force), 1);
+}
+
 TEST(Safety, MaterialThatGrowsSlowlyIsFelt) {
   // A deposit raises the surface under a resting tool by 0.1 mm at a time: that is feeling, no fault.
   Servo servo(kSettings, DeviceInfo{});
