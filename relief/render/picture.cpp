@@ -1,17 +1,17 @@
 #include "renderer.h"
 
 #include <relief/base/assert.h>
+#include <relief/base/atomic_file.h>
+#include <relief/base/try.h>
 #include <relief/core/query.h>
 
 #include <png.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+#include <span>
 #include <string>
-#include <system_error>
 
 namespace relief {
 
@@ -62,28 +62,18 @@ Status save_png(const Picture& picture, const std::filesystem::path& file) {
   const auto failed = [&](std::string_view why) {
     return fail(Errc::Io, "cannot write the picture '" + printable(file.string()) + "': " + std::string(why));
   };
-  // Written beside the file and then moved, so that there is never half a picture.
-  std::filesystem::path beside = file;
-  beside += ".part";
-  std::FILE* out = std::fopen(beside.c_str(), "wb");
-  if (out == nullptr) return failed(std::generic_category().message(errno));
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(picture.width);
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGB;
-  const bool written = png_image_write_to_stdio(&image, out, 0, picture.rgb.data(), 0, nullptr) != 0;
-  const bool closed = std::fclose(out) == 0;
-  std::error_code error;
-  if (written && closed) {
-    std::filesystem::rename(beside, file, error);
-    if (!error) return {};
-    const std::string why = error.message();
-    std::filesystem::remove(beside, error);
-    return failed(why);
-  }
-  std::filesystem::remove(beside, error);
-  return failed(written ? "the disk is full or was removed" : printable(image.message));
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> bytes(size);
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.rgb.data(), 0, nullptr) == 0)
+    return failed(printable(image.message));
+  RELIEF_TRY(AtomicFile out, AtomicFile::create(file));
+  RELIEF_CHECK(out.write(std::span(bytes).first(size)));
+  return out.commit();
 }
 
 }  // namespace relief

@@ -1,0 +1,224 @@
+// What a user sees: shape, colour, place, and that a picture is the same every time.
+#include "render_support.h"
+
+#include <png.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace relief::testing {
+namespace {
+
+TEST(Picture, SilhouetteOfABallIsTheAnalyticCircle) {
+  const auto model = ball(2, 16);
+  Camera camera;
+  camera.eye = {3, 2, 4};
+  DrawSettings settings = small_settings();
+  settings.base_colour = {0.9F, 0.1F, 0.1F};
+  const Picture picture = draw(*model, camera, settings);
+  const double away = length(camera.eye), focal = 90 / std::tan(15 * std::numbers::pi / 180);
+  const double radius = focal * std::tan(std::asin(1 / away));
+  const Pixel nothing = pixel(picture, 0, 0);
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const double r = std::hypot(x + 0.5 - 160, y + 0.5 - 90);
+      const int d = difference(pixel(picture, x, y), nothing);
+      if (r > radius + 1) {
+        ASSERT_EQ(d, 0) << x << ' ' << y;
+      } else if (r < radius - 1) {
+        ASSERT_GT(d, 10) << x << ' ' << y;
+      }
+    }
+}
+
+TEST(Picture, EdgesAreSmooth) {
+  const auto model = ball(2, 16);
+  DrawSettings settings = small_settings();
+  settings.base_colour = {0.95F, 0.95F, 0.95F};
+  Camera camera;
+  camera.eye = {0, 0, 5};
+  const double radius = 90 / std::tan(15 * std::numbers::pi / 180) * std::tan(std::asin(0.2));
+  // Of the pixels that the rim runs through, the share that is neither background nor model.
+  const auto share_between = [&](int supersample) {
+    settings.supersample = supersample;
+    const Picture picture = draw(*model, camera, settings);
+    const int outside = pixel(picture, 0, 0)[0];
+    int rim = 0, between = 0;
+    for (int k = 0; k < 360; ++k) {
+      const double c = std::cos(k * std::numbers::pi / 180), s = std::sin(k * std::numbers::pi / 180);
+      const auto at = [&](double r) {
+        return pixel(picture, static_cast<int>(160 + r * c), static_cast<int>(90 - r * s))[0] - outside;
+      };
+      const double t = double(at(radius)) / at(radius - 3);
+      ++rim;
+      between += t > 0.2 && t < 0.8 ? 1 : 0;
+    }
+    return double(between) / rim;
+  };
+  EXPECT_LT(share_between(1), 0.1);
+  EXPECT_GT(share_between(3), 0.3);
+}
+
+TEST(Picture, ColoursLandWhereTheyWerePainted) {
+  const auto model = coloured(
+      ball(), 32, [](Vec3d p) { return Vec3f{p.x > 0 ? 0.9F : 0.1F, p.y > 0 ? 0.9F : 0.1F, p.z > 0 ? 0.9F : 0.1F}; });
+  const DrawSettings settings = small_settings();
+  for (const double azimuth : {0.0, 90.0, 200.0, 310.0}) {
+    const Camera camera = front(16.0 / 9, azimuth, 20);
+    const Picture picture = draw(*model, camera, settings);
+    const Vec3d back = normalized(camera.eye);
+    int seen = 0;
+    for (const Vec3d corner :
+         {Vec3d{1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}, {-1, 1, 1}, {-1, 1, -1}, {-1, -1, 1}, {-1, -1, -1}}) {
+      const Vec3d p = normalized(corner);
+      if (dot(p, back) < 0.45) continue;
+      ++seen;
+      const Pixel c = pixel_at(picture, camera, p);
+      const int high = *std::max_element(c.begin(), c.end());
+      for (std::size_t k = 0; k < 3; ++k)
+        if (corner[k] > 0) {
+          EXPECT_GT(c[k], 0.6 * high) << "azimuth " << azimuth << " channel " << k;
+        } else if (corner.x > 0 || corner.y > 0 || corner.z > 0) {
+          EXPECT_LT(c[k], 0.6 * high) << "azimuth " << azimuth << " channel " << k;
+        }
+    }
+    EXPECT_GE(seen, 1);
+  }
+}
+
+TEST(Picture, TheBaseColourServesWhereThereIsNoColour) {
+  DrawSettings settings = small_settings();
+  settings.base_colour = {0.2F, 0.3F, 0.9F};
+  const Pixel c = pixel(draw(*ball(), front(), settings), 160, 90);
+  EXPECT_GT(c[2], c[0] + 40);
+  EXPECT_GT(c[2], c[1] + 40);
+}
+
+TEST(Picture, LightComesFromAboveAndShadowsLieOnTheFloor) {
+  DrawSettings settings = small_settings();
+  settings.lights = 24;
+  settings.ground = true;
+  const Camera camera = framing({{-1.5, -1, -1.5}, {1.5, 1, 1.5}}, 0, 15, 16.0 / 9);
+  const Picture picture = draw(*ball(), camera, settings);
+  const auto bright = [&](Vec3d p) {
+    const Pixel c = pixel_at(picture, camera, p);
+    return c[0] + c[1] + c[2];
+  };
+  EXPECT_GT(bright(normalized(Vec3d{-0.3, 0.6, 0.7})), bright(normalized(Vec3d{0.2, -0.6, 0.75})) + 60);
+  // The floor right under the ball's front is darker than far away at its left.
+  EXPECT_LT(bright({0.3, -1, 0.5}) + 60, bright({-2, -1, 1}));
+}
+
+TEST(Picture, IsTheSameTwiceAndFromAnotherRenderer) {
+  const auto model = coloured(ball(), 8, [](Vec3d p) { return Vec3f{float(0.5 + 0.4 * p.x), 0.5F, 0.3F}; });
+  DrawSettings settings = small_settings();
+  settings.ground = true;
+  const Picture first = draw(*model, front(), settings);
+  EXPECT_EQ(first.rgb, draw(*model, front(), settings).rgb);
+  auto other = Renderer::create();
+  ASSERT_TRUE(other) << other.error().message;
+  const auto again = other->draw(*model, front(), settings);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(first.rgb, again->rgb);
+}
+
+TEST(Picture, FarFromTheOriginItIsTheSame) {
+  const auto bump = [](Vec3d d) { return 0.02 * std::sin(20 * d.x) * std::cos(17 * d.y); };
+  const Vec3d far = {1e6, -2e6, 3e6};
+  const DrawSettings settings = small_settings();
+  const Camera camera = front(16.0 / 9, 30, 20);
+  Camera moved = camera;
+  moved.eye += far;
+  moved.target += far;
+  EXPECT_GT(psnr(draw(*ball(2, 16, bump), camera, settings), draw(*ball(2, 16, bump, far), moved, settings)), 42);
+}
+
+TEST(Picture, AQuickFrameShowsTheSameShape) {
+  const auto model = ball(2, 16, [](Vec3d d) { return 0.05 * std::sin(9 * d.x); });
+  DrawSettings settings = small_settings();
+  settings.supersample = 1;
+  settings.base_colour = {0.9F, 0.2F, 0.2F};
+  const Picture full = draw(*model, front(), settings);
+  const auto quick = renderer().draw_quick(*model, front(), settings);
+  ASSERT_TRUE(quick);
+  const Pixel nothing = pixel(full, 0, 0);
+  int covered = 0;
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const bool in_full = difference(pixel(full, x, y), nothing) > 0;
+      covered += in_full ? 1 : 0;
+      ASSERT_EQ(in_full, difference(pixel(*quick, x, y), nothing) > 0) << x << ' ' << y;
+    }
+  EXPECT_GT(covered, 3000);
+  EXPECT_EQ(renderer().stats().triangles, 128U * 256U);
+}
+
+TEST(Framing, SeesTheWholeBox) {
+  const Box3d box = {{-3, 1, 10}, {5, 2, 30}};
+  for (const double aspect : {0.4, 1.0, 1.78, 4.0})
+    for (const double azimuth : {0.0, 35.0, 90.0, 200.0})
+      for (const double elevation : {-60.0, 0.0, 25.0, 90.0})
+        for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+          const Camera camera = framing(box, azimuth, elevation, aspect, up);
+          double outermost = 0;
+          for (unsigned k = 0; k < 8; ++k) {
+            const Vec3d p = {(k & 1U) != 0 ? 5.0 : -3.0, (k & 2U) != 0 ? 2.0 : 1.0, (k & 4U) != 0 ? 30.0 : 10.0};
+            const Place at = project(camera, static_cast<int>(1000 * aspect), 1000, p);
+            outermost = std::max({outermost, std::abs(at.x / (500 * aspect) - 1), std::abs(at.y / 500 - 1)});
+          }
+          EXPECT_LE(outermost, 1.0) << aspect << ' ' << azimuth << ' ' << elevation;
+          EXPECT_GT(outermost, 0.85) << aspect << ' ' << azimuth << ' ' << elevation;
+        }
+}
+
+TEST(Framing, AzimuthCountsFromZToX) {
+  const Box3d box = {{-1, -1, -1}, {1, 1, 1}};
+  EXPECT_GT(framing(box, 0, 0, 1).eye.z, 3);
+  EXPECT_GT(framing(box, 90, 0, 1).eye.x, 3);
+  EXPECT_GT(framing(box, 0, 90, 1).eye.y, 3);
+  EXPECT_LT(framing(box, 0, 0, 1, {0, 0, 1}).eye.y, -3);
+  EXPECT_GT(framing(box, 90, 0, 1, {0, 0, 1}).eye.x, 3);
+}
+
+TEST(Framing, SurfaceBoundsHoldTheSurfaceTightly) {
+  const Box3d box = surface_bounds(*ball(2, 16, {5, 6, 7}));
+  EXPECT_NEAR(box.low.x, 4, 1e-6);
+  EXPECT_NEAR(box.high.y, 7, 1e-6);
+  EXPECT_NEAR(box.high.z, 8, 1e-6);
+}
+
+class PngFile : public ::testing::Test {
+ protected:
+  PngFile() { std::filesystem::create_directories(folder); }
+  ~PngFile() override { std::filesystem::remove_all(folder); }
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / ("relief-png-" + std::to_string(::getpid()));
+};
+
+TEST_F(PngFile, ReadsBackWhatWasSaved) {
+  Picture picture{3, 2, {255, 0, 0, 0, 255, 0, 0, 0, 255, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  const std::filesystem::path file = folder / "a b.png";
+  ASSERT_TRUE(save_png(picture, file));
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  ASSERT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0);
+  EXPECT_EQ(image.width, 3U);
+  EXPECT_EQ(image.height, 2U);
+  image.format = PNG_FORMAT_RGB;
+  std::vector<std::uint8_t> back(PNG_IMAGE_SIZE(image));
+  ASSERT_NE(png_image_finish_read(&image, nullptr, back.data(), 0, nullptr), 0);
+  EXPECT_EQ(back, picture.rgb);
+}
+
+TEST_F(PngFile, SaysWhichFileItCannotWriteAndLeavesNothing) {
+  const Picture picture{1, 1, {1, 2, 3}};
+  const Status missing = save_png(picture, folder / "no" / "where.png");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, Errc::Io);
+  EXPECT_NE(missing.error().message.find("where.png"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+}  // namespace
+}  // namespace relief::testing
