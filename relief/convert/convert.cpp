@@ -108,23 +108,75 @@ struct Cage {
   std::size_t dropped = 0;
 };
 
-/// Base mesh, fibres and shell in preview mode.
+/// One base mesh with its shell, and how well they fit the source.
+struct Attempt {
+  Decimation::Result decimated;
+  Shell shell;
+  std::vector<std::uint32_t> flagged;  ///< base faces that cannot carry a slab, or whose slab misses much of the source
+  double missed = 0;                   ///< share of the fibres, all slabs alike
+};
+
+Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, double longest,
+                   const Progress& progress) {
+  constexpr double kMuch = 0.15;
+  Attempt attempt;
+  attempt.shell = build_shell(decimated.base, wanted_fibres(decimated.base, source, longest), progress);
+  attempt.decimated = std::move(decimated);
+  attempt.flagged = attempt.shell.dropped;
+  const std::vector<double> missed = missed_shares(attempt.shell, source);
+  for (std::size_t s = 0; s < missed.size(); ++s) {
+    attempt.missed += missed[s] / double(missed.size());
+    if (missed[s] > kMuch) attempt.flagged.push_back(attempt.shell.from[s]);
+  }
+  return attempt;
+}
+
+/// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
+/// made finer there and all is tried again, up to 16 times the target.
 Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face>& faces, const SourceSurface& source,
                         const Lattice& lattice, const CageSettings& settings, const Progress& progress,
                         Stopwatch& stopwatch) {
+  constexpr double kEnough = 0.03;  // of the fibres may miss
+  constexpr double kFiner = 16;     // halves the edges where it weighs
+  constexpr int kRounds = 5;
   const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
-  const BaseMesh base = decimate(points, faces, settings.target, progress);
+  const Decimation decimation(points, faces, settings.target, progress);
   if (progress.cancelled()) return cancelled();
   stopwatch.phase_done("decimate");
-  progress("shell", 0);
-  const Fibres wanted = wanted_fibres(base, source, settings.longest);
-  Shell shell = build_shell(base, wanted, progress);
-  if (progress.cancelled()) return cancelled();
+
+  const std::size_t most = 16 * settings.target;
+  std::vector<double> importance(decimation.point_count(), 1);
+  std::size_t goal = settings.target;
+  Attempt best;
+  for (int round = 0; round < kRounds; ++round) {
+    progress("shell", double(round) / kRounds);
+    Attempt attempt =
+        attempt_at(decimation.finish(goal, most, importance, progress), source, settings.longest, progress);
+    if (progress.cancelled()) return cancelled();
+    const auto badness = [](const Attempt& a) {
+      return a.missed +
+             2 * double(a.shell.dropped.size()) / double(std::max<std::size_t>(1, a.decimated.base.faces.size()));
+    };
+    std::vector<std::uint8_t> flagged(attempt.decimated.base.points.size(), 0);
+    for (const std::uint32_t f : attempt.flagged)
+      for (const std::uint32_t v : attempt.decimated.base.faces[f]) flagged[v] = 1;
+    for (std::size_t v = 0; v < importance.size(); ++v)
+      if (flagged[attempt.decimated.went_to[v]] != 0) importance[v] *= kFiner;
+    const bool good = attempt.shell.dropped.empty() && attempt.missed <= kEnough;
+    const std::size_t more = 3 * attempt.flagged.size();
+    if (round == 0 || badness(attempt) < badness(best)) best = std::move(attempt);
+    if (good || goal >= most) break;
+    goal = std::min(most, goal + std::max<std::size_t>(more, 4));
+  }
   stopwatch.phase_done("shell");
-  if (shell.faces.empty())
+  Shell& shell = best.shell;
+  if (shell.faces.empty()) {
+    const BaseMesh& base = best.decimated.base;
+    const LatticePoint at = base.faces.empty() ? LatticePoint{} : base.points[base.faces.front()[0]];
     return fail(Errc::Unfoldable,
-                "no slab can stand on the surface near " + place(lattice.origin + shell.dropped_at * lattice.step) +
+                "no slab can stand on the surface near " + place(lattice.to_model(at)) +
                     ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
+  }
   std::vector<Fibre> fibres(shell.ends[kInner].size());
   for (std::size_t v = 0; v < fibres.size(); ++v)
     fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
@@ -132,7 +184,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
   slabs.reserve(shell.faces.size());
   for (const Face& f : shell.faces) slabs.push_back({f, settings.intervals});
   RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
-  return Cage{std::make_shared<const SlabMesh>(std::move(mesh)), shell.dropped};
+  return Cage{std::make_shared<const SlabMesh>(std::move(mesh)), shell.dropped.size()};
 }
 
 void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {

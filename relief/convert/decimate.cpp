@@ -31,6 +31,12 @@ struct Quadric {
     c += q.c;
     return *this;
   }
+  Quadric& operator*=(double factor) noexcept {
+    xx *= factor, xy *= factor, xz *= factor, yy *= factor, yz *= factor, zz *= factor;
+    b *= factor;
+    c *= factor;
+    return *this;
+  }
   [[nodiscard]] double trace() const noexcept { return xx + yy + zz; }
   [[nodiscard]] Vec3d times(Vec3d p) const noexcept {
     return {xx * p.x + xy * p.y + xz * p.z, xy * p.x + yy * p.y + yz * p.z, xz * p.x + yz * p.y + zz * p.z};
@@ -65,6 +71,9 @@ struct Guards {
   bool apart;  ///< no two faces may come to meet
 };
 
+}  // namespace
+
+/// The mesh that is being collapsed.
 class Collapser {
  public:
   Collapser(std::span<const Vec3d> points, std::span<const Face> faces) : at_(points.begin(), points.end()) {
@@ -75,16 +84,22 @@ class Collapser {
     build_quadrics();
     stamp_.assign(at_.size(), 0);
     mark_.assign(at_.size(), 0);
+    parent_.resize(at_.size());
+    for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = v;
   }
 
   /// False when cancelled.
   bool run(std::size_t target, const Guards& guards, bool exact, const Progress& progress, double from, double to);
   void to_lattice();
-  /// Moves vertices that hardly see their faces towards their neighbours, where that helps and brings no faces to meet.
-  void ease(double visibility);
+  /// Moves vertices that hardly see their faces, or turns edges around them, where that helps and brings no faces to
+  /// meet.
+  void mend(double visibility);
+  /// Drops the numbers of dead faces and points.
+  void compact();
+  void weigh_errors(std::span<const double> importance);
 
-  [[nodiscard]] std::size_t alive() const noexcept { return alive_; }
-  [[nodiscard]] BaseMesh result() const;
+  [[nodiscard]] std::size_t point_count() const noexcept { return at_.size(); }
+  [[nodiscard]] Decimation::Result result() const;
 
  private:
   struct Fan {
@@ -157,6 +172,12 @@ class Collapser {
   [[nodiscard]] std::optional<double> weigh(const Change& change, const Guards& guards);
   void apply(const Change& change);
   void moved(std::uint32_t v);
+  void add_to_fan(std::uint32_t v, std::uint32_t f);
+  void take_from_fan(std::uint32_t v, std::uint32_t f);
+  /// Visibility, or less than -1 where the faces wind more than once.
+  [[nodiscard]] double soundness(std::uint32_t v) const;
+  bool mend_by_moving(std::uint32_t v, double visibility);
+  bool mend_by_turning(std::uint32_t v, double visibility);
 
   std::vector<Vec3d> at_;
   std::vector<Face> faces_;  // a dead face has kNone as its first corner
@@ -164,7 +185,7 @@ class Collapser {
   std::vector<Fan> fans_;
   std::vector<std::uint32_t> pool_;
   std::vector<std::uint8_t> rim_;
-  std::vector<std::uint32_t> stamp_, mark_;
+  std::vector<std::uint32_t> stamp_, mark_, parent_;
   std::uint32_t mark_round_ = 0;
   std::vector<Candidate> queue_;
   std::size_t alive_ = 0;
@@ -323,8 +344,6 @@ double Collapser::visibility_at(std::uint32_t w, const Change& change) const {
     for (const std::uint32_t f : fan(w))
       if (!vanishes(f, change) && !add(f)) return -1;
   }
-  Vec3d sum{};
-  for (const Vec3d n : normals_) sum += n;
   return best_direction(normals_).visibility;
 }
 
@@ -470,11 +489,7 @@ void Collapser::apply(const Change& change) {
     const Face gone = faces_[f];
     for (const std::uint32_t w : gone) {
       if (w == u || w == v) continue;
-      Fan& other = fans_[w];
-      std::uint32_t* const first = pool_.data() + other.begin;
-      std::uint32_t* const hit = std::find(first, first + other.count, f);
-      std::copy(hit + 1, first + other.count, hit);
-      --other.count;
+      take_from_fan(w, f);
     }
     faces_[f][0] = kNone;
     --alive_;
@@ -495,9 +510,29 @@ void Collapser::apply(const Change& change) {
   std::copy_n(list.begin(), count, pool_.begin() + mine.begin);
   mine.count = static_cast<std::uint32_t>(count);
   fans_[v].count = 0;
+  parent_[v] = u;
   ++stamp_[u];
   ++stamp_[v];
   moved(u);
+}
+
+void Collapser::take_from_fan(std::uint32_t v, std::uint32_t f) {
+  Fan& fan = fans_[v];
+  std::uint32_t* const first = pool_.data() + fan.begin;
+  std::uint32_t* const hit = std::find(first, first + fan.count, f);
+  std::copy(hit + 1, first + fan.count, hit);
+  --fan.count;
+}
+
+void Collapser::add_to_fan(std::uint32_t v, std::uint32_t f) {
+  Fan& fan = fans_[v];
+  if (fan.count == fan.room) {
+    const std::size_t begin = pool_.size();
+    pool_.resize(begin + fan.count + 4);
+    std::copy_n(pool_.begin() + fan.begin, fan.count, pool_.begin() + static_cast<std::ptrdiff_t>(begin));
+    fan = {static_cast<std::uint32_t>(begin), fan.count, fan.count + 4};
+  }
+  pool_[fan.begin + fan.count++] = f;
 }
 
 void Collapser::build_grid() {
@@ -582,72 +617,187 @@ void Collapser::to_lattice() {
   for (Vec3d& p : at_) p = to_double(snap(p));
 }
 
-BaseMesh Collapser::result() const {
-  BaseMesh mesh;
+void Collapser::compact() {
+  std::vector<std::uint32_t> number(at_.size(), kNone);
+  std::uint32_t count = 0;
+  for (std::uint32_t v = 0; v < at_.size(); ++v) {
+    if (fans_[v].count == 0) continue;
+    number[v] = count;
+    at_[count] = at_[v];
+    quadrics_[count] = quadrics_[v];
+    rim_[count] = rim_[v];
+    ++count;
+  }
+  at_.resize(count);
+  at_.shrink_to_fit();
+  quadrics_.resize(count);
+  quadrics_.shrink_to_fit();
+  rim_.resize(count);
+  std::erase_if(faces_, [](const Face& f) { return f[0] == kNone; });
+  faces_.shrink_to_fit();
+  for (Face& f : faces_)
+    for (std::uint32_t& v : f) v = number[v];
+  build_fans();
+  stamp_.assign(count, 0);
+  mark_.assign(count, 0);
+  mark_round_ = 0;
+  parent_.resize(count);
+  for (std::uint32_t v = 0; v < count; ++v) parent_[v] = v;
+  queue_ = {};
+}
+
+void Collapser::weigh_errors(std::span<const double> importance) {
+  for (std::size_t v = 0; v < quadrics_.size(); ++v) quadrics_[v] *= importance[v];
+}
+
+Decimation::Result Collapser::result() const {
+  Decimation::Result out;
   std::vector<std::uint32_t> number(at_.size(), kNone);
   for (const Face& f : faces_) {
     if (f[0] == kNone) continue;
     Face g{};
     for (std::size_t k = 0; k < 3; ++k) {
       if (number[f[k]] == kNone) {
-        number[f[k]] = static_cast<std::uint32_t>(mesh.points.size());
-        mesh.points.push_back(snap(at_[f[k]]));
+        number[f[k]] = static_cast<std::uint32_t>(out.base.points.size());
+        out.base.points.push_back(snap(at_[f[k]]));
       }
       g[k] = number[f[k]];
     }
-    mesh.faces.push_back(g);
+    out.base.faces.push_back(g);
   }
-  return mesh;
+  out.went_to.resize(at_.size());
+  for (std::uint32_t v = 0; v < at_.size(); ++v) {
+    std::uint32_t end = v;
+    while (parent_[end] != end) end = parent_[end];
+    out.went_to[v] = number[end];
+  }
+  return out;
 }
 
-void Collapser::ease(double visibility) {
+double Collapser::soundness(std::uint32_t v) const {
+  const double visibility = visibility_at(v);
+  return winds_once({v, v, at_[v]}) ? visibility : visibility - 2;
+}
+
+bool Collapser::mend_by_moving(std::uint32_t v, double visibility) {
+  const double before = soundness(v);
+  Vec3d sum{};
+  double neighbours = 0;
+  for (const std::uint32_t f : fan(v))
+    for (const std::uint32_t w : faces_[f])
+      if (w != v) {
+        sum += at_[w];
+        ++neighbours;
+      }
+  const Vec3d to_middle = sum / neighbours - at_[v];
+  const double reach = length(to_middle);
+  Change best = {v, v, at_[v]};
+  double best_soundness = before + 0.01;
+  for (const double share : {0.25, 0.5, 0.9, 1.3})
+    for (int turn = 0; turn < 7; ++turn) {
+      // Towards the middle of the neighbours, and to six places around there.
+      Vec3d to = at_[v] + to_middle * share;
+      if (turn > 0) to[static_cast<std::size_t>((turn - 1) / 2)] += reach * (turn % 2 == 0 ? 0.5 : -0.5);
+      const Change change = {v, v, to_double(snap(to))};
+      const double after = visibility_at(v, change) - (winds_once(change) ? 0 : 2);
+      if (after <= best_soundness || visibility_after(change, visibility) < 0 || meetings_after(change, 1) > 0)
+        continue;
+      best = change;
+      best_soundness = after;
+    }
+  if (best_soundness <= before + 0.01) return false;
+  apply(best);
+  return true;
+}
+
+bool Collapser::mend_by_turning(std::uint32_t v, double visibility) {
+  // Every edge of every face around v: those at v and those opposite.
+  const std::vector<std::uint32_t> around(fan(v).begin(), fan(v).end());
+  for (const std::uint32_t f : around)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t p = faces_[f][k], q = faces_[f][(k + 1) % 3], a = faces_[f][(k + 2) % 3];
+      std::uint32_t g = kNone;
+      for (const std::uint32_t other : fan(p))
+        if (other != f && has(other, q)) g = other;
+      if (g == kNone) continue;
+      std::uint32_t b = kNone;
+      for (const std::uint32_t w : faces_[g])
+        if (w != p && w != q) b = w;
+      bool joined = false;
+      for (const std::uint32_t other : fan(a)) joined = joined || has(other, b);
+      if (joined || fans_[p].count <= (rim_[p] != 0 ? 1U : 3U) || fans_[q].count <= (rim_[q] != 0 ? 1U : 3U)) continue;
+      const std::array<std::uint32_t, 4> touched = {p, q, a, b};
+      std::array<double, 4> before{}, after{};
+      for (std::size_t c = 0; c < 4; ++c) before[c] = soundness(touched[c]);
+      const double old = soundness(v);
+      const std::size_t met = meetings(nullptr, p, q, 1000);
+      const Face old_f = faces_[f], old_g = faces_[g];
+      faces_[f] = {a, p, b};
+      faces_[g] = {b, q, a};
+      take_from_fan(p, g);
+      take_from_fan(q, f);
+      add_to_fan(a, g);
+      add_to_fan(b, f);
+      bool good = soundness(v) > old + 0.01;
+      for (std::size_t c = 0; c < 4 && good; ++c) {
+        after[c] = soundness(touched[c]);
+        good = after[c] >= std::min(visibility, before[c]);
+      }
+      if (good) {
+        moved(a);
+        good = meetings(nullptr, a, b, 1000) <= met;
+      }
+      if (good) return true;
+      take_from_fan(a, g);
+      take_from_fan(b, f);
+      add_to_fan(p, g);
+      add_to_fan(q, f);
+      faces_[f] = old_f;
+      faces_[g] = old_g;
+    }
+  return false;
+}
+
+void Collapser::mend(double visibility) {
   exact_ = true;
   build_grid();
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < 10; ++round) {
     std::size_t count = 0;
     for (std::uint32_t v = 0; v < at_.size(); ++v) {
-      if (fans_[v].count == 0) continue;
-      const double before = visibility_at(v);
-      if (before >= visibility) continue;
-      Vec3d sum{};
-      double neighbours = 0;
-      for (const std::uint32_t f : fan(v))
-        for (const std::uint32_t w : faces_[f])
-          if (w != v) {
-            sum += at_[w];
-            ++neighbours;
-          }
-      for (const double share : {0.25, 0.5, 0.9}) {
-        const Change change = {v, v, to_double(snap(at_[v] + (sum / neighbours - at_[v]) * share))};
-        if (visibility_at(v, change) < before + 0.01 || visibility_after(change, visibility) < 0) continue;
-        if (meetings_after(change, 1) > 0) continue;
-        apply(change);
-        ++count;
-        break;
-      }
+      if (fans_[v].count == 0 || soundness(v) >= visibility) continue;
+      count += mend_by_moving(v, visibility) || mend_by_turning(v, visibility) ? 1 : 0;
     }
     if (count == 0) break;
   }
 }
 
-}  // namespace
-
-BaseMesh decimate(std::span<const Vec3d> points, std::span<const Face> faces, std::size_t target,
-                  const Progress& progress) {
-  Collapser collapser(points, faces);
-  const std::size_t near = std::max<std::size_t>(4 * target, 4000);
+Decimation::Decimation(std::span<const Vec3d> points, std::span<const Face> faces, std::size_t target,
+                       const Progress& progress)
+    : fine_(std::make_unique<Collapser>(points, faces)) {
+  const std::size_t near = std::max<std::size_t>(24 * target, 4000);
   const Guards fine = {.normal = 0.2, .shape = 0.05, .visibility = 0, .apart = false};
-  if (!collapser.run(near, fine, false, progress, 0, 0.7)) return {};
-  collapser.to_lattice();
+  if (!fine_->run(near, fine, false, progress, 0, 0.7)) return;
+  fine_->compact();
+  fine_->to_lattice();
+}
+
+Decimation::~Decimation() = default;
+
+std::size_t Decimation::point_count() const noexcept { return fine_->point_count(); }
+
+Decimation::Result Decimation::finish(std::size_t target, std::size_t most, std::span<const double> importance,
+                                      const Progress& progress) const {
+  Collapser collapser(*fine_);
+  collapser.weigh_errors(importance);
   const Guards strict = {.normal = 0.2, .shape = 0.1, .visibility = 0.2, .apart = true};
   const Guards loose = {.normal = 0, .shape = 0.03, .visibility = 0.08, .apart = true};
   const Guards last = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = true};
   for (const Guards& guards : {strict, loose, last})
     if (!collapser.run(target, guards, true, progress, 0.7, 1)) return {};
-  // Where the source meets itself no collapse may pass; beyond 16 times the target it must.
+  // Where the source meets itself no collapse may pass; beyond the greatest count it must.
   const Guards any = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = false};
-  if (!collapser.run(16 * target, any, true, progress, 0.9, 1)) return {};
-  collapser.ease(0.1);
+  if (!collapser.run(most, any, true, progress, 0.9, 1)) return {};
+  collapser.mend(0.1);
   return collapser.result();
 }
 

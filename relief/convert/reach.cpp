@@ -85,4 +85,44 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
   return fibres;
 }
 
+std::vector<double> missed_shares(const Shell& shell, const SourceSurface& source) {
+  const std::size_t faces = shell.faces.size();
+  std::vector<std::uint64_t> edges;
+  const auto key = [](std::uint32_t a, std::uint32_t b) { return (std::uint64_t{a} << 32U) | b; };
+  for (const Face& f : shell.faces)
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(key(f[k], f[(k + 1) % 3]));
+  std::sort(edges.begin(), edges.end());
+  const int m = std::clamp(static_cast<int>(std::sqrt(20000.0 / double(std::max<std::size_t>(faces, 1)))), 4, 10);
+  std::vector<double> shares(faces, 0);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces, 16), [&](const tbb::blocked_range<std::size_t>& range) {
+    for (std::size_t s = range.begin(); s != range.end(); ++s) {
+      const Face& f = shell.faces[s];
+      bool rim = false;
+      for (std::size_t k = 0; k < 3; ++k)
+        rim = rim || !std::binary_search(edges.begin(), edges.end(), key(f[(k + 1) % 3], f[k]));
+      if (rim) continue;
+      int cast = 0, missed = 0;
+      for (int j = 0; j < m; ++j)
+        for (int i = 0; i + j < m; ++i) {
+          // Off the corners and edges by a third of a step.
+          const double u = (i + 1.0 / 3) / m, v = (j + 1.0 / 3) / m;
+          const std::array<double, 3> w = {1 - u - v, u, v};
+          Vec3d in, out;
+          for (std::size_t k = 0; k < 3; ++k) {
+            in += to_double(shell.ends[kInner][f[k]]) * w[k];
+            out += to_double(shell.ends[kOuter][f[k]]) * w[k];
+          }
+          Crossings crossings;
+          source.cross(in, out - in, 0, 1, crossings);
+          bool front = false;
+          for (const Crossing& c : crossings.all()) front = front || c.front;
+          ++cast;
+          missed += front ? 0 : 1;
+        }
+      shares[s] = double(missed) / cast;
+    }
+  });
+  return shares;
+}
+
 }  // namespace relief::detail

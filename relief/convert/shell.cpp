@@ -487,6 +487,8 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
   BaseMesh mesh = base;
   Fibres wanted = fibres;
   Shell shell;
+  shell.from.resize(base.faces.size());
+  std::iota(shell.from.begin(), shell.from.end(), 0U);
   while (!mesh.faces.empty()) {
     Builder builder(mesh, wanted);
     if (!builder.shrink(progress)) return {};
@@ -494,34 +496,34 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
       if (!builder.grow(progress)) return {};
       shell.ends = builder.take_ends();
       shell.faces = std::move(mesh.faces);
-      return shell;
+      break;
     }
     const std::vector<std::uint8_t> keep = faces_to_keep(mesh, builder.part_of_face(), builder.faults());
     BaseMesh rest;
     Fibres rest_wanted;
-    std::vector<std::uint32_t> number(mesh.points.size(), 0xffffffffU);
+    std::vector<std::uint32_t> number(mesh.points.size(), 0xffffffffU), from;
     for (std::size_t s = 0; s < mesh.faces.size(); ++s) {
-      const Face& f = mesh.faces[s];
       if (keep[s] == 0) {
-        ++shell.dropped;
-        shell.dropped_at = to_double(mesh.points[f[0]]);
+        shell.dropped.push_back(shell.from[s]);
         continue;
       }
-      Face g{};
+      Face face{};
       for (std::size_t k = 0; k < 3; ++k) {
-        std::uint32_t& n = number[f[k]];
-        if (n == 0xffffffffU) {
-          n = static_cast<std::uint32_t>(rest.points.size());
-          rest.points.push_back(mesh.points[f[k]]);
-          rest_wanted.directions.push_back(wanted.directions[f[k]]);
-          for (const Side side : {kInner, kOuter}) rest_wanted.wanted[side].push_back(wanted.wanted[side][f[k]]);
+        const std::uint32_t v = mesh.faces[s][k];
+        if (number[v] == 0xffffffffU) {
+          number[v] = static_cast<std::uint32_t>(rest.points.size());
+          rest.points.push_back(mesh.points[v]);
+          rest_wanted.directions.push_back(wanted.directions[v]);
+          for (const Side side : {kInner, kOuter}) rest_wanted.wanted[side].push_back(wanted.wanted[side][v]);
         }
-        g[k] = n;
+        face[k] = number[v];
       }
-      rest.faces.push_back(g);
+      rest.faces.push_back(face);
+      from.push_back(shell.from[s]);
     }
     mesh = std::move(rest);
     wanted = std::move(rest_wanted);
+    shell.from = std::move(from);
   }
   return shell;
 }

@@ -24,8 +24,8 @@ struct Fibres {
 struct Shell {
   std::array<std::vector<LatticePoint>, 2> ends;  ///< by Side, per fibre
   std::vector<Face> faces;
-  std::size_t dropped = 0;  ///< base faces left out because they meet others or cannot be thickened
-  Vec3d dropped_at;         ///< lattice coordinates of one of them
+  std::vector<std::uint32_t> from;     ///< per slab, its base face
+  std::vector<std::uint32_t> dropped;  ///< base faces left out because they meet others or cannot be thickened
 };
 
 /// Starts from the wanted depths, shrinks them where a condition fails until all hold, then grows what was shrunk too
