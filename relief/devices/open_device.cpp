@@ -74,7 +74,7 @@ HandScript exploring_hand(const Box3d& reach) {
       way = normalized(here + side * (0.3 * (ease((at - 0.95) / 0.35) - ease((at - 1.35) / 0.35))));
     }
     const double press = ease((at - 0.7) / 0.3) * (1 - ease((at - 1.7) / 0.3));
-    const double out = 1.2 - 0.5 * press;
+    const double out = 1.2 - 0.65 * press;
     return {.position = centre + Vec3d{way.x * half.x, way.y * half.y, way.z * half.z} * out, .buttons = 0};
   };
 }

@@ -35,7 +35,7 @@ struct Plant {
 struct Hand {
   double stiffness = 300;  ///< N/m
   double damping = 3;      ///< N*s/m against the ground, so that a target may jump
-  double max_force = 2;    ///< N, how hard the spring pulls at most, wherever the target is
+  double max_force = 1.5;  ///< N, how hard the spring pulls at most, wherever the target is
   double tremor = 0;       ///< m, amplitude of a 10 Hz shake
 };
 
