@@ -211,7 +211,8 @@ struct Editor::Scratch {
     const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
     Known& entry = known[s];
     if (entry.tile.owner_before(tile) || tile.owner_before(entry.tile))
-      entry = {.tile = tile, .highest = double{kernels.largest(tile->plane(), tile->size())}, .fine = nullptr};
+      entry = {
+          .tile = tile, .highest = static_cast<double>(kernels.largest(tile->plane(), tile->size())), .fine = nullptr};
     return entry;
   }
 
@@ -397,7 +398,7 @@ DabResult Editor::dab(const Dab& dab) {
   const Sphere sphere = {carving ? origin + up * radius : origin, radius};
   const float strength = unit_range(brush_.strength);
   const float intensity = strength * unit_range(dab.pressure);
-  const auto amount = static_cast<float>(double{strength} * std::clamp(dab.seconds, 0.0, 1e9));
+  const auto amount = static_cast<float>(static_cast<double>(strength) * std::clamp(dab.seconds, 0.0, 1e9));
 
   scratch.next_dab();
   scratch.grow(model, dab.slab, sphere, up);
@@ -425,7 +426,7 @@ DabResult Editor::dab(const Dab& dab) {
       kernels.cone(frame, intensity, displacement, share, count);
       if (mask != nullptr) kernels.fade(mask, share, count);
       for (int c = 0; c < 3; ++c)
-        kernels.blend(share, unit_range(double{brush_.colour[static_cast<std::size_t>(c)]}), base.plane(c),
+        kernels.blend(share, unit_range(static_cast<double>(brush_.colour[static_cast<std::size_t>(c)])), base.plane(c),
                       result.plane(c), count);
     } else {
       if (carving)

@@ -35,7 +35,7 @@ Status check(const Brush& brush) {
     return fail(Errc::InvalidArgument, "the stroke's radius is " + number(brush.radius) + ", it must be above 0");
   RELIEF_CHECK(check_share("the stroke's strength", brush.strength));
   for (const float channel : {brush.colour.x, brush.colour.y, brush.colour.z})
-    RELIEF_CHECK(check_share("the stroke's colour", double{channel}));
+    RELIEF_CHECK(check_share("the stroke's colour", static_cast<double>(channel)));
   if (!std::isfinite(brush.resilience) || brush.resilience < 0)
     return fail(Errc::InvalidArgument, "the stroke's resilience must be a finite number, 0 or more");
   return {};

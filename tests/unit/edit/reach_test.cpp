@@ -70,11 +70,19 @@ TEST(Reach, SharedSamplesReachSlabsThatTheToolDoesNot) {
   // The rim's fibres belong to both sides; the lower side is not worked on, yet must keep the same rim.
   const auto mesh = testing::thin_plate(4, 15, 0);
   Editor editor(Snapshot::make(mesh));
-  Dab dab = dab_near(*editor.head(), {0.9, 0.1, 0.1}, 0.002);
+  const SnapshotPtr before = editor.head();
+  Dab dab = dab_near(*before, {0.9, 0.1, 0.1}, 0);
   dab.normal = {0, 1, 0};
-  dab.cursor = dab.contact - dab.normal * 0.002;
-  EXPECT_GT(apply(editor, {.tool = Tool::Carve, .radius = 0.5}, dab).samples, 0U);
+  dab.cursor = dab.contact - dab.normal * 0.015;
+  EXPECT_GT(apply(editor, {.tool = Tool::Carve, .radius = 2}, dab).samples, 0U);
   EXPECT_TRUE(valid(*editor.head()));
+  std::size_t changed_below = 0;
+  for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
+    if (s < mesh->slab_count() / 2 || editor.head()->displacement(s)[k] == before->displacement(s)[k]) return;
+    ++changed_below;
+    EXPECT_TRUE(at.i == 0 || at.j == 0 || at.i + at.j == 15) << "slab " << s;
+  });
+  EXPECT_GT(changed_below, 3U);
 }
 
 TEST(Reach, TheFarSideOfAThinWallStaysAsItIs) {
