@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kBusyMilliseconds = 3000;
+constexpr int kBusyMilliseconds = 2000;
 
 std::string quoted(const fs::path& file) {
   std::string text = "'";
