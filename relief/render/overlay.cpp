@@ -67,11 +67,12 @@ Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double
   const Vec3d lean = normalized(eye.right * 0.80 + eye.up * 0.42 - eye.forward * 0.45);
   const std::array<Ring, 3> nose = {
       {{0.6 * tip, 0.25 * tip}, {0.06 * view_height, 0.85 * tip}, {0.062 * view_height, 0}}};
-  const std::array<Ring, 5> body = {{{0.06 * view_height, 0},
-                                     {0.06 * view_height, 1.0 * tip},
-                                     {0.10 * view_height, 1.25 * tip},
-                                     {0.42 * view_height, 1.15 * tip},
-                                     {0.43 * view_height, 0}}};
+  std::array<Ring, 9> body = {
+      {{0.06 * view_height, 0}, {0.06 * view_height, 1.0 * tip}, {0.10 * view_height, 1.25 * tip}}};
+  for (std::size_t k = 3; k < body.size(); ++k) {
+    const double turn = 0.5 * std::numbers::pi * static_cast<double>(k - 3) / 5;
+    body[k] = {0.40 * view_height + 1.15 * tip * std::sin(turn), 1.15 * tip * std::cos(turn)};
+  }
   revolve(solids.opaque, solids.bounds, cursor, lean, nose, {0.66F, 0.67F, 0.70F});
   revolve(solids.opaque, solids.bounds, cursor, lean, body, {0.16F, 0.17F, 0.20F});
 
