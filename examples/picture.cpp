@@ -1,0 +1,31 @@
+// A picture of a model, without a screen.
+#include <relief/convert/convert.h>
+#include <relief/mesh/samples.h>
+#include <relief/render/renderer.h>
+
+#include <cstdio>
+
+int main() {
+  const auto mesh = relief::make_sample("torus", 20'000);
+  if (!mesh) return 1;
+  const auto made = relief::convert(*mesh, {.slabs = 100, .intervals = 16});
+  if (!made) return 1;
+  const relief::SnapshotPtr& model = made->model.head;
+
+  // region draw
+  auto renderer = relief::Renderer::create();
+  if (!renderer) {
+    std::fprintf(stderr, "%s\n", renderer.error().message.c_str());  // what is missing, and the package that brings it
+    return 1;
+  }
+  relief::DrawSettings settings;
+  settings.width = 480;
+  settings.height = 270;
+  settings.lights = 16;
+  settings.slab_wires = true;
+  const relief::Camera camera = relief::framing(relief::surface_bounds(*model), 20, 15, 16.0 / 9);
+  const auto picture = renderer->draw(*model, camera, settings);
+  if (!picture || !relief::save_png(*picture, "torus.png")) return 1;
+  // end draw
+  return 0;
+}
