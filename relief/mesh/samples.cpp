@@ -50,7 +50,7 @@ TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
   mesh.colours.reserve(vertices);
   const auto add_vertex = [&](double s, double turn) {
     const SampleSurface::Vertex v = surface.fine(s, turn, edge);
-    const auto byte = [](double c) { return static_cast<std::uint8_t>(clamp01(c) * 255.0 + 0.5); };
+    const auto byte = [](double c) { return static_cast<std::uint8_t>(std::floor(clamp01(c) * 255.0 + 0.5)); };
     mesh.positions.push_back(v.position);
     mesh.colours.push_back({byte(v.colour.x), byte(v.colour.y), byte(v.colour.z), 255});
   };

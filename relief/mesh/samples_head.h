@@ -20,12 +20,17 @@ class HeadSurface final : public SampleSurface {
   struct Ray {
     Vec3d origin, direction;
   };
-  /// Signed distances, below 0 inside, roughly in units.
+  /// Signed distances, below 0 inside, roughly in units; `open` is below 0 between the lids, `fringe` on the hair's
+  /// side.
   struct Field {
-    double all, hair, fringe, eyes, open, lips;
+    double all, hair, fringe, eyes, open;
   };
   [[nodiscard]] static Ray ray(double s, double turn) noexcept;
   [[nodiscard]] static Field field(Vec3d p) noexcept;
+  [[nodiscard]] static Vec3d normal_at(Vec3d p) noexcept;
+  [[nodiscard]] static Vec3d skin_colour(Vec3d p, double edge) noexcept;
+  /// White, iris, pupil; `open` as in Field, edges softened by `blur` units.
+  [[nodiscard]] static Vec3d eye_colour(Vec3d p, double open, double blur) noexcept;
   /// Height of the locks of hair at p, 0 .. 1, and the place in the hair: turns around the whorl, way from it (0 .. 1).
   [[nodiscard]] static double locks(Vec3d p, double& across, double& along) noexcept;
   /// Distance along the ray to the outermost crossing that lies below `start`.
@@ -100,7 +105,7 @@ inline HeadSurface::Field HeadSurface::field(Vec3d p) noexcept {
   d = join(d, rod(n, {0.0, -3.0, 0.0}, {0.0, 52.0, 0.0}, 26.0, -7.0) * 0.85, 10.0);
 
   const bool front = p.z > 6.0 && p.y > 26.0 && p.y < 80.0, side = q.x > 12.0 && p.y > 38.0 && p.y < 78.0;
-  f.lips = f.eyes = f.open = 9.0;
+  f.eyes = f.open = 9.0;
   if (front) {
     // Brow, sockets.
     d = join(d, rod(q, {4.5, 68.5, 22.0}, {14.0, 70.0, 18.0}, 2.2, 1.6), 5.5);
@@ -120,8 +125,7 @@ inline HeadSurface::Field HeadSurface::field(Vec3d p) noexcept {
     lips = join(lips, ellipsoid(m, {0.0, 40.8, 24.6}, {1.8, 1.2, 1.6}), 1.5);
     const double lower = join(ellipsoid(m, {0.0, 37.8, 24.0}, {5.4, 1.9, 2.3}),
                               rod(mq, {2.0, 38.2, 24.2}, {7.4, 39.6, 24.5}, 1.55, 0.75), 1.5);
-    f.lips = join(lips, lower, 0.4);
-    d = join(d, f.lips, 1.5);
+    d = join(d, join(lips, lower, 0.4), 1.5);
     d = -join(-d, rod(mq, {0.0, 39.72, 26.5}, {7.9, 39.8, 26.0}, 0.32, 0.28), 1.1);
   }
   if (side) {
@@ -218,44 +222,85 @@ inline Vec3d HeadSurface::coarse(double s, double turn) const noexcept {
   return r.origin + r.direction * near(s, turn).between;
 }
 
-inline SampleSurface::Vertex HeadSurface::fine(double s, double turn, double edge) const noexcept {
+inline Vec3d HeadSurface::normal_at(Vec3d p) noexcept {
+  constexpr double kStep = 0.05;
+  Vec3d sum;
+  for (const Vec3d corner :
+       {Vec3d{1.0, -1.0, -1.0}, Vec3d{-1.0, 1.0, -1.0}, Vec3d{-1.0, -1.0, 1.0}, Vec3d{1.0, 1.0, 1.0}})
+    sum += corner * field(p + corner * kStep).all;
+  return normalized(sum);
+}
+
+inline Vec3d HeadSurface::skin_colour(Vec3d p, double edge) noexcept {
+  const double x = std::abs(p.x);
+  Vec3d colour = mix(Vec3d{0.885, 0.685, 0.560}, Vec3d{0.930, 0.750, 0.630}, smooth(-0.5, 0.5, noise(p * 0.07, 87)));
+  const double front = smooth(4.0, 14.0, p.z);
+  const double blush = front * (bell(x - 13.5, 6.5) * bell(p.y - 50.0, 5.5) +
+                                0.7 * bell(x, 4.0) * bell(p.y - 50.0, 3.5) * smooth(24.0, 30.0, p.z) +
+                                0.35 * bell(x, 6.0) * bell(p.y - 31.0, 4.0)) +
+                       0.6 * smooth(22.5, 25.5, x) * bell(p.y - 57.0, 9.0);
+  colour = mix(colour, {0.880, 0.500, 0.420}, 0.50 * clamp01(blush));
+  colour = mix(colour, {0.760, 0.540, 0.430}, front * 0.35 * bell(x - 10.0, 7.0) * bell(p.y - 65.0, 3.0));
+  const CellHit freckles = cells(p * 0.75, 88);
+  const double freckled =
+      front * bell(x - 8.0, 8.0) * bell(p.y - 52.5, 3.5) * smooth(0.30, 0.18, freckles.nearest) * carried(1.2, edge);
+  return mix(colour, {0.700, 0.450, 0.330}, 0.45 * freckled);
+}
+
+inline Vec3d HeadSurface::eye_colour(Vec3d p, double open, double blur) noexcept {
+  // White, iris, pupil, a catch-light.
+  const double gaze_x = std::abs(p.x) - 9.5, gaze_y = p.y - 60.4, gaze = std::sqrt(gaze_x * gaze_x + gaze_y * gaze_y);
+  Vec3d ball = mix(Vec3d{0.960, 0.950, 0.930}, Vec3d{0.860, 0.740, 0.710}, smooth(4.0, 7.0, gaze));
+  const double rays = noise({gaze_x / (gaze + 0.2) * 5.0, gaze_y / (gaze + 0.2) * 5.0, gaze * 0.4}, 89);
+  Vec3d iris = mix(Vec3d{0.420, 0.300, 0.130}, Vec3d{0.270, 0.430, 0.350}, smooth(1.5, 2.9, gaze));
+  iris = mix(iris, {0.640, 0.640, 0.420}, 0.45 * smooth(-0.1, 0.6, rays));
+  iris = mix(iris, {0.080, 0.120, 0.110}, smooth(2.75, 3.45, gaze));
+  ball = mix(ball, iris, smooth(3.5 + blur, 3.5 - blur, gaze));
+  ball = mix(ball, {0.030, 0.025, 0.025}, smooth(1.55 + blur, 1.55 - blur, gaze));
+  const double glint_x = p.x - (p.x > 0.0 ? 9.5 : -9.5) + 1.2, glint_y = gaze_y - 1.3;
+  ball = mix(ball, {1.0, 1.0, 1.0}, smooth(0.75 + blur, 0.75 - blur, std::sqrt(glint_x * glint_x + glint_y * glint_y)));
+  return mix(ball, ball * 0.55, smooth(-1.3, 0.0, open) * smooth(-1.0, 2.0, gaze_y));  // shade of the lid
+}
+
+inline SampleSurface::Vertex HeadSurface::fine(double s, double turn, double mean_edge) const noexcept {
   const Ray r = ray(s, turn);
   const Vec3d p = r.origin + r.direction * crossing(r, near(s, turn).most + 0.8);
+  const double edge = mean_edge / weight(p);
   const Field f = field(p);
-  Vec3d normal;
-  for (int k = 0; k < 4; ++k) {
-    constexpr double kStep = 0.05;
-    const Vec3d corner = {k == 0 || k == 3 ? 1.0 : -1.0, k == 1 || k == 3 ? 1.0 : -1.0, k == 2 || k == 3 ? 1.0 : -1.0};
-    normal += corner * field(p + corner * kStep).all;
-  }
-  normal = normalized(normal);
   const double x = std::abs(p.x), blur = std::max(0.14, 0.8 * edge);
 
   const double hair = smooth(0.30 + blur, -0.10, f.hair);
   const double eye = p.z > 10.0 ? smooth(blur, -blur, f.open) * smooth(1.5, 0.6, f.eyes) * (1.0 - hair) : 0.0;
-  const double lips = smooth(0.35 + blur, 0.35 - blur, f.lips) * (1.0 - hair);
+  // The lips' red: a bow above the line of the mouth, a fuller curve below it.
+  const double span = clamp01(1.0 - p.x * p.x / 68.0), mouth = p.y - 0.018 * p.x * p.x - 39.75;
+  const double reach =
+      mouth > 0.0 ? std::sqrt(span) * (2.5 - 0.55 * bell(x, 0.9) + 0.35 * bell(x - 2.0, 1.4)) : 3.7 * span;
+  const double rise = p.z > 12.0 ? smooth(0.0, 1.2, reach - std::abs(mouth)) : 0.0;
+  const double lips =
+      p.z > 12.0 ? smooth(-0.2 - 0.5 * blur, 0.3 + 0.5 * blur, reach - std::abs(mouth)) * smooth(8.2, 7.2, x) : 0.0;
   const double skin = (1.0 - hair) * (1.0 - eye);
   double lift = 0.0;
 
-  // Skin: faint unevenness and pores; lips with fine upright furrows; a ribbed hem around the foot.
+  // Skin: faint unevenness and pores; lips with fine upright furrows.
   const CellHit pores = cells(p * 1.05, 81);
   lift += skin * (1.0 - lips) *
           (0.03 * noise(p * 0.55, 82) * carried(1.8, edge) -
            0.022 * (1.0 - smooth(0.05, 0.45, pores.nearest)) * carried(0.9, edge));
+  lift +=
+      0.5 * rise * smooth(0.0, 0.9, std::abs(mouth)) * smooth(1.0, 4.5, x) * smooth(7.8, 5.5, x) * carried(3.0, edge);
   lift += lips * 0.06 * noise({p.x * 1.9, p.y * 0.35, 0.5}, 83) * carried(0.7, edge);
-  const double hem = smooth(9.5, 8.5, p.y) * smooth(1.5, 2.5, p.y);
 
   // Brows: tufts of short hairs over the ridge of the brow.
   const double brow_line = 68.6 + 0.36 * (x - 4.0) - 0.030 * (x - 4.0) * (x - 4.0);
   const double brow_half = 1.25 * smooth(3.0, 5.5, x) * smooth(17.5, 9.0, x) + 0.001;
-  const double brow_hairs = noise(
-      {(p.x * 0.75 - (p.x > 0.0 ? 1.0 : -1.0) * p.y * 0.75) * 1.5, (p.x * (p.x > 0.0 ? 1.0 : -1.0) + p.y) * 0.25, 0.0},
-      84);
-  const double brow =
-      p.z > 8.0 ? smooth(1.25, 0.55, std::abs(p.y - brow_line) / brow_half + 0.2 * brow_hairs * carried(0.8, edge)) *
-                      (1.0 - hair) * smooth(3.2, 4.4, x) * smooth(0.15, 0.6, brow_half)
-                : 0.0;
-  lift += brow * (0.38 + 0.16 * brow_hairs * carried(0.8, edge));
+  const double side = p.x > 0.0 ? 1.0 : -1.0;
+  const double brow_hairs = noise({(p.x * 0.75 - side * p.y * 0.75) * 1.5, (p.x * side + p.y) * 0.25, 0.0}, 84);
+  const double brow = p.z > 8.0
+                          ? smooth(1.25 + 0.5 * edge, 0.55 - 0.2 * edge,
+                                   std::abs(p.y - brow_line) / brow_half + 0.2 * brow_hairs * carried(0.8, edge)) *
+                                (1.0 - hair) * smooth(3.2, 4.4, x) * smooth(0.15, 0.6, brow_half)
+                          : 0.0;
+  lift += brow * carried(2.2, edge) * (0.38 + 0.16 * brow_hairs * carried(0.8, edge));
 
   // Hair: strands in the locks.
   double across = 0.0, lengthwise = 0.0;
@@ -269,39 +314,15 @@ inline SampleSurface::Vertex HeadSurface::fine(double s, double turn, double edg
   lift += hair * spread * smooth(0.3, -2.2, f.fringe) * smooth(0.12, 0.55, lock) *
           (0.34 * coarse_strands * carried(1.7, edge) + 0.15 * fine_strands * carried(0.75, edge));
 
-  // Colour.
-  Vec3d colour = mix(Vec3d{0.885, 0.685, 0.560}, Vec3d{0.930, 0.750, 0.630}, smooth(-0.5, 0.5, noise(p * 0.07, 87)));
-  const double front = smooth(4.0, 14.0, p.z);
-  const double blush = front * (bell(x - 13.5, 6.5) * bell(p.y - 50.0, 5.5) +
-                                0.7 * bell(x, 4.0) * bell(p.y - 50.0, 3.5) * smooth(24.0, 30.0, p.z) +
-                                0.35 * bell(x, 6.0) * bell(p.y - 31.0, 4.0)) +
-                       0.6 * smooth(22.5, 25.5, x) * bell(p.y - 57.0, 9.0);
-  colour = mix(colour, {0.880, 0.500, 0.420}, 0.50 * clamp01(blush));
-  colour = mix(colour, {0.760, 0.540, 0.430}, front * 0.35 * bell(x - 10.0, 7.0) * bell(p.y - 65.0, 3.0));
-  const CellHit freckles = cells(p * 0.75, 88);
-  const double freckled =
-      front * bell(x - 8.0, 8.0) * bell(p.y - 52.5, 3.5) * smooth(0.30, 0.18, freckles.nearest) * carried(1.2, edge);
-  colour = mix(colour, {0.700, 0.450, 0.330}, 0.45 * freckled);
-  colour = mix(colour, {0.760, 0.370, 0.350}, 0.85 * lips);
-  colour = mix(colour, {0.470, 0.190, 0.180},
-               0.7 * lips * carried(1.6, edge) * smooth(0.45, 0.05, std::abs(p.y - 0.018 * p.x * p.x - 39.7)));
+  Vec3d colour = skin_colour(p, edge);
+  colour = mix(colour, {0.770, 0.420, 0.390}, 0.80 * lips);
+  colour =
+      mix(colour, {0.470, 0.190, 0.180}, 0.7 * lips * carried(1.6, edge) * smooth(0.45, 0.05, std::abs(mouth + 0.05)));
   const double lash = p.z > 10.0 ? smooth(0.45 + blur, 0.25, std::abs(f.open - 0.1)) * smooth(1.6, 1.0, f.eyes) *
                                        (1.0 - hair) * mix(0.6, 1.0, carried(1.8, edge))
                                  : 0.0;
-  // White, iris, pupil, a catch-light.
-  const double gaze_x = x - 9.5, gaze_y = p.y - 60.4, gaze = std::sqrt(gaze_x * gaze_x + gaze_y * gaze_y);
-  Vec3d ball = mix(Vec3d{0.960, 0.950, 0.930}, Vec3d{0.860, 0.740, 0.710}, smooth(4.0, 7.0, gaze));
-  const double rays = noise({gaze_x / (gaze + 0.2) * 5.0, gaze_y / (gaze + 0.2) * 5.0, gaze * 0.4}, 89);
-  Vec3d iris = mix(Vec3d{0.420, 0.300, 0.130}, Vec3d{0.270, 0.430, 0.350}, smooth(1.5, 2.9, gaze));
-  iris = mix(iris, {0.640, 0.640, 0.420}, 0.45 * smooth(-0.1, 0.6, rays));
-  iris = mix(iris, {0.080, 0.120, 0.110}, smooth(2.75, 3.45, gaze));
-  ball = mix(ball, iris, smooth(3.5 + blur, 3.5 - blur, gaze));
-  ball = mix(ball, {0.030, 0.025, 0.025}, smooth(1.55 + blur, 1.55 - blur, gaze));
-  const double glint_x = p.x - (p.x > 0.0 ? 9.5 : -9.5) + 1.2, glint_y = gaze_y - 1.3;
-  ball = mix(ball, {1.0, 1.0, 1.0}, smooth(0.75 + blur, 0.75 - blur, std::sqrt(glint_x * glint_x + glint_y * glint_y)));
-  ball = mix(ball, ball * 0.55, smooth(-1.3, 0.0, f.open) * smooth(-1.0, 2.0, gaze_y));  // shade of the lid
-  colour = mix(colour, ball, eye);
-  colour = mix(colour, {0.160, 0.095, 0.070}, lash * (gaze_y > 0.0 ? 0.9 : 0.35));
+  colour = mix(colour, eye_colour(p, f.open, blur), eye);
+  colour = mix(colour, {0.160, 0.095, 0.070}, lash * (p.y - 60.4 > 0.0 ? 0.9 : 0.35));
   colour = mix(colour, {0.270, 0.165, 0.100}, 0.9 * brow * (0.85 + 0.15 * brow_hairs));
   Vec3d locks_colour = mix(Vec3d{0.190, 0.105, 0.060}, Vec3d{0.400, 0.235, 0.125}, smooth(0.15, 1.0, lock));
   locks_colour = mix(locks_colour, {0.560, 0.360, 0.190}, 0.55 * smooth(0.0, 0.8, coarse_strands) * spread);
@@ -310,9 +331,10 @@ inline SampleSurface::Vertex HeadSurface::fine(double s, double turn, double edg
   const Vec3d slate =
       mix(Vec3d{0.250, 0.310, 0.360}, Vec3d{0.330, 0.400, 0.450}, smooth(-0.4, 0.4, noise(p * 0.3, 90)));
   colour = mix(colour, slate, smooth(9.5 + blur, 9.5 - blur, p.y));
-  lift +=
-      0.5 * smooth(9.8 + 0.5 * blur, 9.2 - 0.5 * blur, p.y) + hem * 0.22 * cos_turn(48.0 * turn) * carried(2.4, edge);
-  return {p + normal * lift, colour};
+  // The foot: a collar with ribs.
+  const double ribs = smooth(9.5, 8.5, p.y) * smooth(1.5, 2.5, p.y) * cos_turn(48.0 * turn) * carried(2.4, edge);
+  lift += 0.5 * smooth(9.8 + 0.5 * blur, 9.2 - 0.5 * blur, p.y) + 0.22 * ribs;
+  return {p + normal_at(p) * lift, colour};
 }
 
 }  // namespace relief::detail
