@@ -178,6 +178,7 @@ class Collapser {
   [[nodiscard]] double soundness(std::uint32_t v) const;
   bool mend_by_moving(std::uint32_t v, double visibility);
   bool mend_by_turning(std::uint32_t v, double visibility);
+  bool mend_by_merging(std::uint32_t v, double visibility);
 
   std::vector<Vec3d> at_;
   std::vector<Face> faces_;  // a dead face has kNone as its first corner
@@ -758,6 +759,31 @@ bool Collapser::mend_by_turning(std::uint32_t v, double visibility) {
   return false;
 }
 
+bool Collapser::mend_by_merging(std::uint32_t v, double visibility) {
+  std::vector<std::uint32_t> neighbours;
+  for (const std::uint32_t f : fan(v))
+    for (const std::uint32_t w : faces_[f])
+      if (w != v) neighbours.push_back(w);
+  std::sort(neighbours.begin(), neighbours.end());
+  neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
+  Change best = {v, v, at_[v]};
+  double best_visibility = std::max(0.0, soundness(v)) + 0.01;
+  for (const std::uint32_t w : neighbours) {
+    if (!link_allows(w, v)) continue;
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const Change change = {w, v, to_double(snap(at_[w] + (at_[v] - at_[w]) * share))};
+      const double after = visibility_at(w, change);
+      if (after <= best_visibility || visibility_after(change, visibility) < 0 || !winds_once(change)) continue;
+      if (meetings_after(change, 1) > 0) continue;
+      best = change;
+      best_visibility = after;
+    }
+  }
+  if (best.u == best.v) return false;
+  apply(best);
+  return true;
+}
+
 void Collapser::mend(double visibility) {
   exact_ = true;
   build_grid();
@@ -765,7 +791,8 @@ void Collapser::mend(double visibility) {
     std::size_t count = 0;
     for (std::uint32_t v = 0; v < at_.size(); ++v) {
       if (fans_[v].count == 0 || soundness(v) >= visibility) continue;
-      count += mend_by_moving(v, visibility) || mend_by_turning(v, visibility) ? 1 : 0;
+      count +=
+          mend_by_moving(v, visibility) || mend_by_turning(v, visibility) || mend_by_merging(v, visibility) ? 1 : 0;
     }
     if (count == 0) break;
   }
@@ -774,7 +801,7 @@ void Collapser::mend(double visibility) {
 Decimation::Decimation(std::span<const Vec3d> points, std::span<const Face> faces, std::size_t target,
                        const Progress& progress)
     : fine_(std::make_unique<Collapser>(points, faces)) {
-  const std::size_t near = std::max<std::size_t>(24 * target, 4000);
+  const std::size_t near = std::max<std::size_t>(24 * target, std::min<std::size_t>(10000, faces.size() / 2));
   const Guards fine = {.normal = 0.2, .shape = 0.05, .visibility = 0, .apart = false};
   if (!fine_->run(near, fine, false, progress, 0, 0.7)) return;
   fine_->compact();

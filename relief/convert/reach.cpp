@@ -100,7 +100,6 @@ std::vector<double> missed_shares(const Shell& shell, const SourceSurface& sourc
       bool rim = false;
       for (std::size_t k = 0; k < 3; ++k)
         rim = rim || !std::binary_search(edges.begin(), edges.end(), key(f[(k + 1) % 3], f[k]));
-      if (rim) continue;
       int cast = 0, missed = 0;
       for (int j = 0; j < m; ++j)
         for (int i = 0; i + j < m; ++i) {
@@ -119,7 +118,7 @@ std::vector<double> missed_shares(const Shell& shell, const SourceSurface& sourc
           ++cast;
           missed += front ? 0 : 1;
         }
-      shares[s] = double(missed) / cast;
+      shares[s] = std::max(0.0, double(missed) / cast - (rim ? 0.25 : 0));
     }
   });
   return shares;
