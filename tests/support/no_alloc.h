@@ -27,7 +27,7 @@ class NoAllocScope {
   [[nodiscard]] const ForbiddenCalls& calls() const noexcept { return calls_; }
 
  private:
-  ForbiddenCalls calls_;
+  mutable ForbiddenCalls calls_;  ///< written through watched_calls, also for a const scope
 };
 
 /// False under the sanitizers, which bring their own pthread_mutex_lock.

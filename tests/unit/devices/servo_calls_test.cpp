@@ -18,7 +18,7 @@ namespace {
 
 TEST(ForbiddenCalls, AreSeen) {
   std::mutex mutex;
-  testing::NoAllocScope scope;
+  const testing::NoAllocScope scope;
   auto number = std::make_unique<int>(3);
   EXPECT_EQ(scope.calls().news, 1);
   number.reset();
@@ -41,7 +41,7 @@ TEST(ServoTick, NeitherAllocatesNorFreesNorLocks) {
   int touched = 0, faults = 0;
   for (int k = 0; k < 20'000; ++k) {
     if (k == 10'000) channel.publish(sphere(0.99));
-    testing::NoAllocScope scope;
+    const testing::NoAllocScope scope;
     DeviceState state;
     const bool alive = hand.read(state);
     if (k % 1500 == 7) state.position.x = std::numeric_limits<double>::quiet_NaN();

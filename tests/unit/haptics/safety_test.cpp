@@ -263,7 +263,7 @@ TEST(Safety, LimitsHoldThroughAMillionHostileReadings) {
   Vec3d cursor = {0, 0, 1.1};
   int forces = 0, faults = 0;
   for (int k = 0; k < kSteps; ++k) {
-    double dt = chance(4) ? 1e-3 * (1 + unit(random)) : 1e-3;
+    const double dt = chance(4) ? 1e-3 * (1 + unit(random)) : 1e-3;
     cursor += Vec3d{unit(random), unit(random), unit(random)} * (chance(10) ? 0.05 : 5e-3);
     if (length(cursor) > 1.2 || chance(200)) cursor = normalized(cursor) * 1.02;
     if (length(cursor) < 0.8) cursor = normalized(cursor + Vec3d{0, 0, 1e-9}) * 0.95;
