@@ -196,9 +196,8 @@ void add_touch(CLI::App& app, Context& context) {
   path->excludes(device)->excludes(seconds)->needs(out);
   device->needs(seconds);
   seconds->needs(device);
-  c->require_option(0, 0);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
-  c->final_callback([o] {
+  c->parse_complete_callback([o] {
     if (o->path.empty() && o->device.empty())
       throw CLI::ValidationError("touch needs --path P.csv -o F.csv, or --device NAME --seconds S");
   });
