@@ -87,6 +87,14 @@ inline SnapshotPtr stroke(const SnapshotPtr& before, std::uint64_t number) {
   return draft.finish();
 }
 
+/// The content hash of the model in a file; 0 and a failure where it does not open.
+inline std::uint64_t saved_hash(const std::filesystem::path& file) {
+  const auto opened = ModelFile::open(file, true);
+  if (opened) return opened->model().head->content_hash();
+  ADD_FAILURE() << opened.error().message;
+  return 0;
+}
+
 }  // namespace relief::testing
 
 /// The value of a Result, or the end of the test with its message.

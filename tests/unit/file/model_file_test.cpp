@@ -16,6 +16,7 @@ using testing::ball;
 using testing::dab;
 using testing::Folder;
 using testing::read_file;
+using testing::saved_hash;
 using testing::stroke;
 using testing::write_file;
 
@@ -153,7 +154,10 @@ TEST(ModelFile, AStrokeThatAddsALayerIsUndoneWhole) {
   EXPECT_OK(file.redo(2));
   EXPECT_EQ(file.model().head->content_hash(), painted);
   EXPECT_OK(file.commit(model.head, {.label = "colour taken away"}));
-  EXPECT_FALSE(ModelFile::open(folder / "a.relief", true)->model().head->has(Layer::Colour));
+  {
+    RELIEF_MUST(reader, ModelFile::open(folder / "a.relief", true));
+    EXPECT_FALSE(reader.model().head->has(Layer::Colour));
+  }
   EXPECT_OK(file.undo());
   EXPECT_EQ(file.model().head->content_hash(), painted);
 }
@@ -237,9 +241,11 @@ TEST(ModelFile, ASecondWriterIsToldSoAndReadersAreLetIn) {
   RELIEF_MUST(reader, ModelFile::open(folder / "a.relief", true));
   EXPECT_EQ(reader.stroke_count(), 1U);
   EXPECT_OK(first.commit(stroke(first.model().head, 2), {}));
-  EXPECT_EQ(reader.strokes()->size(), 1U) << "a reader keeps the moment at which it opened";
+  EXPECT_EQ(reader.strokes().value_or(std::vector<StrokeRecord>()).size(), 1U)
+      << "a reader keeps the moment at which it opened";
   EXPECT_OK(ModelFile::copy(folder / "a.relief", folder / "b.relief"));
-  EXPECT_EQ(ModelFile::open(folder / "b.relief")->stroke_count(), 2U);
+  RELIEF_MUST(copied, ModelFile::open(folder / "b.relief", true));
+  EXPECT_EQ(copied.stroke_count(), 2U);
 }
 
 TEST(ModelFile, AFileInUseIsNotReplaced) {
@@ -273,7 +279,8 @@ TEST(ModelFile, CopiesCarryTheWholeHistory) {
   EXPECT_EQ(copy.stroke_count(), 1U);
   EXPECT_OK(copy.redo());
   EXPECT_EQ(copy.model().head->content_hash(), latest);
-  EXPECT_EQ(ModelFile::open(folder / "a.relief")->stroke_count(), 1U) << "the source stays";
+  RELIEF_MUST(source, ModelFile::open(folder / "a.relief", true));
+  EXPECT_EQ(source.stroke_count(), 1U) << "the source stays";
 
   write_file(folder / "bad.relief", "no model");
   EXPECT_EQ(ModelFile::copy(folder / "bad.relief", folder / "a.relief").error().code, Errc::UnsupportedFormat);
@@ -361,9 +368,9 @@ TEST(ModelFile, AFullDiskLosesNothingThatWasFinished) {
   EXPECT_NE(not_made.error().message.find("b.relief'"), std::string::npos) << not_made.error().message;
   EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"});
   EXPECT_EQ(file.model().head->content_hash(), kept);
-  EXPECT_EQ(ModelFile::open(folder / "a.relief", true)->model().head->content_hash(), kept);
+  EXPECT_EQ(saved_hash(folder / "a.relief"), kept);
   EXPECT_OK(file.commit(big, {}));  // room again
-  EXPECT_EQ(ModelFile::open(folder / "a.relief", true)->model().head->content_hash(), big->content_hash());
+  EXPECT_EQ(saved_hash(folder / "a.relief"), big->content_hash());
 }
 
 TEST(ModelFile, APlainModelTakesLittleRoomAndOpens) {
