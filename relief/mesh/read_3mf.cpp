@@ -273,7 +273,8 @@ class Reader {
       const auto found = colours_.find(*group_id);
       return found != colours_.end() && *index < found->second.size() ? &found->second[*index] : nullptr;
     };
-    while (!tags.single() && tags.next() && !(tags.closing() && tags.name() == "object")) {
+    const bool hollow = tags.single();
+    while (!hollow && tags.next() && !(tags.closing() && tags.name() == "object")) {
       if (tags.closing()) continue;
       if (tags.name() == "vertex") {
         Vec3d p;

@@ -317,12 +317,22 @@ class Repairer {
       if (flat(mesh_.triangles[t])) work.push_back(t);
     if (work.empty()) return;
     EdgeTable edges = make_edges(mesh_.triangles, mesh_.positions.size());
-    // A flip can only succeed next to a triangle with area, so strips of flat ones unravel from their ends.
-    std::size_t before = 0;
-    do {
-      before = work.size();
-      std::erase_if(work, [&](Index t) { return flip_longest(t, edges.twin); });
-    } while (work.size() < before && !work.empty());
+    // Strips of flat triangles unravel from their ends. Each flip between two flat ones shortens an edge, so this ends;
+    // the bound is for time.
+    std::size_t flips = 16 * work.size() + 64;
+    std::vector<Index> left;
+    for (bool moved = true; moved && flips > 0; std::swap(work, left)) {
+      moved = false;
+      left.clear();
+      for (const Index t : work) {
+        if (flips > 0 && flat(mesh_.triangles[t]) && flip_longest(t, edges.twin)) {
+          moved = true;
+          --flips;
+        }
+        if (flat(mesh_.triangles[t])) left.push_back(t);
+      }
+      report_.flipped_triangles += work.size() - left.size();
+    }
     if (!work.empty()) {
       std::vector<bool> gone(mesh_.triangles.size(), false);
       for (const Index t : work) gone[t] = true;
@@ -332,18 +342,25 @@ class Repairer {
     if (report_.flipped_triangles != 0) drop_duplicates();
   }
 
-  bool flip_longest(Index t, std::vector<Index>& twin) {
+  [[nodiscard]] Index longest_edge(Index t) const noexcept {
     Index longest = 3 * t;
-    double length2 = -1.0;
+    double longest2 = -1.0;
     for (Index h = 3 * t; h < 3 * t + 3; ++h) {
       const Vec3d d = at(to(h)) - at(from(h));
-      if (dot(d, d) > length2) {
-        length2 = dot(d, d);
-        longest = h;
-      }
+      if (dot(d, d) <= longest2) continue;
+      longest2 = dot(d, d);
+      longest = h;
     }
+    return longest;
+  }
+
+  /// Flips the longest edge of flat triangle t when what lies behind has area, or is flat with the same longest edge.
+  bool flip_longest(Index t, std::vector<Index>& twin) {
+    const Index longest = longest_edge(t);
     const Index other = twin[longest];
-    if (other == kNone || other == kMany || flat(mesh_.triangles[other / 3])) return false;
+    if (other == kNone || other == kMany) return false;
+    const Index n = other / 3;
+    if (flat(mesh_.triangles[n]) && longest_edge(n) != other) return false;
     const Index b = opposite(longest);
     const Index d = opposite(other);
     const Index p = from(other);
@@ -357,7 +374,6 @@ class Repairer {
     const Index outside_bq = twin[to_q];
     const Index outside_qd = twin[next_edge(other)];
     const Index outside_dp = twin[previous_edge(other)];
-    const Index n = other / 3;
     mesh_.triangles[n] = {p, b, d};
     mesh_.triangles[t] = {b, q, d};
     const auto join = [&](Index h, Index with) {
@@ -369,7 +385,6 @@ class Repairer {
     join(3 * t, outside_bq);
     join(3 * t + 1, outside_qd);
     join(3 * n + 1, 3 * t + 2);
-    ++report_.flipped_triangles;
     return true;
   }
 

@@ -122,7 +122,7 @@ void FaceSink::add(std::span<const std::uint32_t> corners, std::size_t place) {
   if (corners.size() < 3) return;
   std::uint32_t highest = 0;
   for (const std::uint32_t corner : corners) highest = std::max(highest, corner);
-  if (highest > highest_ || highest_place_ == 0) {
+  if (highest > highest_) {
     highest_ = highest;
     highest_place_ = place;
   }

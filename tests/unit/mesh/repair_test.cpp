@@ -1,0 +1,259 @@
+#include "mesh_checks.h"
+
+#include <relief/mesh/repair.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace relief {
+namespace {
+
+using testing::append;
+using testing::box;
+
+Repaired repaired(const TriangleMesh& soup) {
+  auto result = repair(soup);
+  EXPECT_TRUE(result.has_value()) << result.error().message;
+  if (!result) return {};
+  EXPECT_EQ(testing::manifold_fault(result->mesh), "");
+  return *std::move(result);
+}
+
+TriangleMesh soup_of(const TriangleMesh& mesh) {
+  TriangleMesh soup;
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t corner : t) soup.positions.push_back(mesh.positions[corner]);
+    const auto last = static_cast<std::uint32_t>(soup.positions.size() - 1);
+    soup.triangles.push_back({last - 2, last - 1, last});
+  }
+  return soup;
+}
+
+TEST(Repair, LeavesACleanMeshAlone) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 2, 3});
+  for (std::uint8_t k = 0; k < 8; ++k) mesh.colours.push_back({k, k, k, k});
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.mesh.positions, mesh.positions);
+  EXPECT_EQ(out.mesh.triangles, mesh.triangles);
+  EXPECT_EQ(out.mesh.colours, mesh.colours);
+  EXPECT_EQ(to_string(out.report), "");
+  EXPECT_EQ(out.report.parts, 1U);
+  EXPECT_EQ(out.report.boundary_loops, 0U);
+}
+
+TEST(Repair, WeldsEqualPositionsAndSignedZeros) {
+  TriangleMesh soup = soup_of(box({0, 0, 0}, {1, 2, 3}));
+  for (std::size_t k = 0; k < soup.positions.size(); k += 2) {
+    if (soup.positions[k].x == 0.0) soup.positions[k].x = -0.0;
+  }
+  const Repaired out = repaired(soup);
+  EXPECT_EQ(out.mesh.positions.size(), 8U);
+  EXPECT_EQ(out.report.welded_vertices, 28U);
+  EXPECT_EQ(out.report.boundary_loops, 0U);
+  EXPECT_EQ(to_string(out.report), "28 vertices welded");
+}
+
+TEST(Repair, DropsWhatIsNotThereAndCountsIt) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
+  mesh.positions.push_back({std::nan(""), 0, 0});
+  mesh.positions.push_back({0, std::numeric_limits<double>::infinity(), 0});
+  mesh.positions.push_back({5, 5, 5});
+  mesh.triangles.push_back({0, 1, 8});
+  mesh.triangles.push_back({9, 1, 2});
+  mesh.triangles.push_back({3, 3, 1});
+  mesh.triangles.push_back({2, 1, 0});  // the first one, the other way round
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.nonfinite_triangles, 2U);
+  EXPECT_EQ(out.report.degenerate_triangles, 1U);
+  EXPECT_EQ(out.report.duplicate_triangles, 1U);
+  EXPECT_EQ(out.report.unused_vertices, 1U);
+  EXPECT_EQ(out.mesh.triangles.size(), 12U);
+  EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 1.0);
+}
+
+TEST(Repair, FlatTrianglesDoNotOpenTheMesh) {
+  // The top of a box with a point in the middle of one edge: a triangle without area closes the gap to the side below.
+  for (const double shift : {0.0, 1e6, 0.1}) {
+    TriangleMesh mesh = box({shift, shift, shift}, {shift + 1, shift + 1, shift + 1});
+    const auto m = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.push_back((mesh.positions[4] + mesh.positions[5]) * 0.5);
+    std::erase(mesh.triangles, Triangle{4, 5, 6});
+    mesh.triangles.push_back({4, m, 6});
+    mesh.triangles.push_back({m, 5, 6});
+    mesh.triangles.push_back({4, 5, m});
+    const Repaired out = repaired(mesh);
+    EXPECT_EQ(out.report.boundary_loops, 0U);
+    EXPECT_EQ(out.report.flipped_triangles, 1U);
+    EXPECT_EQ(out.report.degenerate_triangles, 0U);
+    EXPECT_NEAR(signed_volume(out.mesh), 1.0, 1e-9);
+  }
+}
+
+TEST(Repair, TinyTrianglesFarAwayAreNotFlat) {
+  TriangleMesh mesh = box({5e5, 4e6, 0}, {5e5 + 1e-6, 4e6 + 1e-6, 1e-6});
+  EXPECT_EQ(repaired(mesh).mesh.triangles.size(), 12U);
+}
+
+TEST(Repair, OrientsShuffledTriangles) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
+  for (std::size_t k = 0; k < mesh.triangles.size(); k += 3) std::swap(mesh.triangles[k][0], mesh.triangles[k][1]);
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.turned_triangles, 4U);
+  EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 1.0);
+}
+
+TEST(Repair, TurnsInsideOutParts) {
+  TriangleMesh mesh;
+  append(mesh, box({0, 0, 0}, {1, 1, 1}), true);
+  append(mesh, box({2, 0, 0}, {3, 1, 1}));
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.turned_parts, 1U);
+  EXPECT_EQ(out.report.parts, 2U);
+  EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 2.0);
+}
+
+TEST(Repair, CavitiesStayCavities) {
+  const TriangleMesh outer = box({0, 0, 0}, {4, 4, 4});
+  const TriangleMesh inner = box({1, 1, 1}, {3, 3, 3});
+  const TriangleMesh island = box({1.5, 1.5, 1.5}, {2.5, 2.5, 2.5});
+  struct Case {
+    bool outer_turned, inner_turned, island_turned;
+    double volume;
+  };
+  for (const Case& c : {Case{false, true, false, 64 - 8 + 1},   // a hollow box with an island: nothing to do
+                        Case{true, false, true, 64 - 8 + 1},    // all of it inside out
+                        Case{false, true, true, 64 - 8 + 1},    // only the island inside out
+                        Case{false, false, false, 64 + 8 + 1},  // solids in solids stay so
+                        Case{true, true, true, 64 + 8 + 1}}) {
+    TriangleMesh mesh;
+    append(mesh, inner, c.inner_turned);  // not in order of size
+    append(mesh, outer, c.outer_turned);
+    append(mesh, island, c.island_turned);
+    EXPECT_NEAR(signed_volume(repaired(mesh).mesh), c.volume, 1e-12);
+  }
+}
+
+TEST(Repair, OverlappingPartsAreNotNested) {
+  TriangleMesh mesh;
+  append(mesh, box({0, 0, 0}, {4, 4, 4}));
+  append(mesh, box({2, 2, 2}, {5, 5, 5}), true);
+  EXPECT_DOUBLE_EQ(signed_volume(repaired(mesh).mesh), 64.0 + 27.0);
+}
+
+TEST(Repair, BoxesThatShareAnEdgeComeApartClosed) {
+  TriangleMesh mesh;
+  append(mesh, box({0, 0, 0}, {1, 1, 1}));
+  append(mesh, box({1, 1, 0}, {2, 2, 1}));
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.split_edges, 1U);
+  EXPECT_EQ(out.report.split_vertices, 2U);
+  EXPECT_EQ(out.report.parts, 2U);
+  EXPECT_EQ(out.report.boundary_loops, 0U);
+  EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 2.0);
+}
+
+TEST(Repair, BoxesThatShareACornerComeApart) {
+  TriangleMesh mesh;
+  append(mesh, box({0, 0, 0}, {1, 1, 1}));
+  append(mesh, box({1, 1, 1}, {2, 2, 2}));
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.split_vertices, 1U);
+  EXPECT_EQ(out.mesh.positions.size(), 16U);
+  EXPECT_EQ(out.report.parts, 2U);
+}
+
+TEST(Repair, AFinOnASolidIsCutOff) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
+  mesh.positions.push_back({0.5, -1, -1});
+  mesh.triangles.push_back({0, 1, 8});
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.split_edges, 1U);
+  EXPECT_EQ(out.report.parts, 2U);
+  EXPECT_EQ(out.report.boundary_loops, 1U) << "the box stays closed, the fin has a rim";
+}
+
+TEST(Repair, AMoebiusStripIsCutOnce) {
+  TriangleMesh mesh;
+  constexpr std::uint32_t kSteps = 24;
+  for (std::uint32_t k = 0; k < kSteps; ++k) {
+    const double a = 2 * 3.14159265358979 * k / kSteps;
+    for (const double side : {-0.3, 0.3}) {
+      const double r = 1 + side * std::cos(a / 2);
+      mesh.positions.push_back({r * std::cos(a), r * std::sin(a), side * std::sin(a / 2)});
+    }
+  }
+  for (std::uint32_t k = 0; k < kSteps; ++k) {
+    const bool last = k + 1 == kSteps;
+    const std::uint32_t a = 2 * k, b = 2 * k + 1, c = last ? 1 : 2 * k + 2, d = last ? 0 : 2 * k + 3;
+    mesh.triangles.push_back({a, c, b});
+    mesh.triangles.push_back({b, c, d});
+  }
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.cut_seams, 1U);
+  EXPECT_EQ(out.report.parts, 1U);
+  EXPECT_EQ(out.report.boundary_loops, 1U);
+  EXPECT_EQ(out.mesh.positions.size(), 2 * kSteps + 2);
+}
+
+TEST(Repair, AKleinBottleBecomesAnOrientedManifold) {
+  // A grid whose second direction closes with a flip; only the connections matter, positions are spread out.
+  constexpr std::uint32_t kSteps = 6;
+  TriangleMesh mesh;
+  const auto id = [&](std::uint32_t i, std::uint32_t j) {
+    if (j == kSteps) return (kSteps - i % kSteps) % kSteps;
+    return j * kSteps + i % kSteps;
+  };
+  for (std::uint32_t k = 0; k < kSteps * kSteps; ++k) {
+    mesh.positions.push_back({std::cos(1.0 * k), std::sin(1.7 * k), std::cos(2.3 * k + 1)});
+  }
+  for (std::uint32_t j = 0; j < kSteps; ++j) {
+    for (std::uint32_t i = 0; i < kSteps; ++i) {
+      mesh.triangles.push_back({id(i, j), id(i + 1, j), id(i, j + 1)});
+      mesh.triangles.push_back({id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)});
+    }
+  }
+  EXPECT_GT(repaired(mesh).report.cut_seams, 0U);
+}
+
+TEST(Repair, ARandomTangleBecomesAnOrientedManifold) {
+  std::uint64_t state = 1;
+  const auto random = [&](std::uint32_t below) {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<std::uint32_t>((state >> 33U) % below);
+  };
+  for (int round = 0; round < 60; ++round) {
+    TriangleMesh mesh;
+    // Few grid points: many equal positions, flat triangles, crowded edges and pinched vertices.
+    const std::uint32_t points = 4 + random(40);
+    for (std::uint32_t k = 0; k < points; ++k) {
+      mesh.positions.push_back({double(random(4)), double(random(4)), double(random(3))});
+      mesh.colours.push_back({static_cast<std::uint8_t>(k), 0, 0, 255});
+    }
+    const std::uint32_t triangles = 3 + random(200);
+    for (std::uint32_t k = 0; k < triangles; ++k)
+      mesh.triangles.push_back({random(points), random(points), random(points)});
+    const auto result = repair(mesh);
+    if (!result) continue;
+    ASSERT_EQ(testing::manifold_fault(result->mesh), "") << "round " << round;
+    EXPECT_EQ(result->mesh.colours.size(), result->mesh.positions.size());
+    // The same soup always gives the same mesh.
+    const auto again = repair(mesh);
+    EXPECT_EQ(again->mesh.triangles, result->mesh.triangles);
+  }
+}
+
+TEST(Repair, RefusesWhatHasNoAreaAndStopsWhenAsked) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
+  mesh.triangles = {{0, 1, 2}};
+  EXPECT_EQ(repair(mesh).error().code, Errc::Corrupt);
+  EXPECT_EQ(repair({}).error().code, Errc::Corrupt);
+  const std::atomic<bool> stop{true};
+  EXPECT_EQ(repair(box({0, 0, 0}, {1, 1, 1}), {.report = {}, .cancel = &stop}).error().code, Errc::Cancelled);
+}
+
+}  // namespace
+}  // namespace relief
