@@ -44,9 +44,11 @@ std::uint32_t pack_colour(const Tile& tile, std::size_t k) noexcept {
 std::size_t ring_index(int n, GridPoint p) noexcept {
   const std::array<int, 3> w = weights(n, p);
   for (int corner = 0; corner < 3; ++corner)
-    if (w[static_cast<std::size_t>(corner)] == n) return static_cast<std::size_t>((corner + 2) % 3 * n);
+    if (w[static_cast<std::size_t>(corner)] == n)
+      return static_cast<std::size_t>((corner + 2) % 3) * static_cast<std::size_t>(n);
   const int edge = w[0] == 0 ? 0 : w[1] == 0 ? 1 : 2;
-  return static_cast<std::size_t>(edge * n + w[static_cast<std::size_t>((edge + 2) % 3)]);
+  return static_cast<std::size_t>(edge) * static_cast<std::size_t>(n) +
+         static_cast<std::size_t>(w[static_cast<std::size_t>((edge + 2) % 3)]);
 }
 
 }  // namespace
@@ -72,7 +74,7 @@ void DisplayCache::rebuild(const Snapshot& model) {
     Chunk& chunk = chunks_[at->second];
     slabs_[s].chunk = at->second;
     slabs_[s].samples_at = chunk.sample_total;
-    slabs_[s].ring.resize(static_cast<std::size_t>(3 * n));
+    slabs_[s].ring.resize(3 * static_cast<std::size_t>(n));
     chunk.sample_total += sample_count(n);
     chunk.slabs.push_back(s);
   }
@@ -149,7 +151,7 @@ void DisplayCache::measure(const Snapshot& model, SlabId s) {
   };
   std::size_t row = 0;
   for (int j = 0; j < n; ++j) {
-    const auto length = static_cast<std::size_t>(n - j + 1), next = row + length;
+    const std::size_t length = static_cast<std::size_t>(n - j) + 1, next = row + length;
     for (std::size_t i = 0; i + 1 < length; ++i) {
       add(row + i, row + i + 1, next + i);
       if (i + 2 < length) add(row + i + 1, next + i + 1, next + i);
@@ -251,7 +253,7 @@ std::uint64_t DisplayCache::update(const Snapshot& model) {
       for (int t = 0; t < n; ++t) {
         const std::size_t k = sample_index(n, edge_point(n, edge, t));
         const Share share{normals_[k], spreads_[k]};
-        Share& kept = slabs_[s].ring[static_cast<std::size_t>(edge * n + t)];
+        Share& kept = slabs_[s].ring[ring_index(n, edge_point(n, edge, t))];
         if (kept == share) continue;
         kept = share;
         if (!fresh) mesh.for_each_copy(s, n, edge_point(n, edge, t), [&](SampleCopy copy) { words[copy.slab] = true; });

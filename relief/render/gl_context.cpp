@@ -125,7 +125,7 @@ GlVertexArray make_vertex_array() {
 }
 
 Result<GlProgram> make_program(std::string_view name, std::string_view vertex, std::string_view fragment) {
-  const auto complaint = [&](std::string text) {
+  const auto complaint = [&](std::string_view text) {
     return fail(Errc::Io, "the graphics driver refuses the program '" + std::string(name) +
                               "': " + printable(text.substr(0, text.find('\n'))));
   };

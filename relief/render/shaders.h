@@ -74,7 +74,8 @@ vec3 lattice_colour() {
   uint i = min(uint(at.x), m - 1u), j = min(uint(at.y), m - 1u - i);
   vec2 f = at - vec2(i, j);
   if (f.x + f.y > 1.0 && i + j + 2u <= m)
-    return texel(m, i + 1u, j + 1u) * (f.x + f.y - 1.0) + texel(m, i, j + 1u) * (1.0 - f.x) + texel(m, i + 1u, j) * (1.0 - f.y);
+    return texel(m, i + 1u, j + 1u) * (f.x + f.y - 1.0) + texel(m, i, j + 1u) * (1.0 - f.x) +
+           texel(m, i + 1u, j) * (1.0 - f.y);
   return texel(m, i, j) * (1.0 - f.x - f.y) + texel(m, i + 1u, j) * f.x + texel(m, i, j + 1u) * f.y;
 }
 vec3 linear(vec3 c) {
@@ -102,7 +103,8 @@ void main() {
     vec3 slope = max(fwidth(weights), vec3(1e-6));
     vec3 steps = weights / slope;
     float nearest = min(steps.x, min(steps.y, steps.z));
-    float line = clamp(0.55 * heat_range.z + 0.5 - nearest, 0.0, 1.0) * (1.0 - smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z))));
+    float crowded = smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z)));
+    float line = clamp(0.55 * heat_range.z + 0.5 - nearest, 0.0, 1.0) * (1.0 - crowded);
     base = mix(base, vec3(0.012), 0.9 * line);
     shine = mix(shine, 0.0, line);
   }
@@ -293,7 +295,8 @@ void main() {
     else sum += w * vec4(texture(taken_map, at + d * radii.x).r, 0.0, texture(taken_map, at + d * radii.y).b, 0.0);
   }
   sum /= total;
-  if (mode.x == 0) result = vec4(clamp(sum.g / max(sum.r, 1e-5), 1.0, 1.6 * around), clamp(sum.a / max(sum.b, 1e-5), 1.5, 2.5 * around), 0.0, 0.0);
+  vec2 radius = sum.ga / max(sum.rb, vec2(1e-5));
+  if (mode.x == 0) result = vec4(clamp(radius, vec2(1.0, 1.5), vec2(1.6, 2.5) * around), 0.0, 0.0);
   else result = vec4(sum.r, sum.b, 0.0, 0.0);
 }
 )";
@@ -334,7 +337,8 @@ vec3 behind(vec2 pixel) {
   vec2 taken = texture(floor_map, place * 0.5 + 0.5).rg;
   float edge = max(abs(place.x), abs(place.y));
   float light = 1.0 - (taken.r + taken.g) * (1.0 - smoothstep(0.8, 1.0, edge));
-  vec3 ground = vec3(0.33, 0.326, 0.32) * (0.14 + 0.86 * exp(-0.6 * away2)) * mix(vec3(0.82, 0.90, 1.05) * light, vec3(light), light);
+  vec3 ground = vec3(0.33, 0.326, 0.32) * (0.14 + 0.86 * exp(-0.6 * away2));
+  ground *= mix(vec3(0.90, 0.94, 1.02), vec3(1.0), light) * pow(max(light, 0.0), 1.25);
   return mix(back, ground, exp(-0.16 * away2));
 }
 void main() {
@@ -343,7 +347,7 @@ void main() {
   for (int y = 0; y < modes.x; ++y)
     for (int x = 0; x < modes.x; ++x) {
       vec4 l = texelFetch(light_map, first + ivec2(x, y), 0);
-      // Each sub-pixel goes through the film curve by itself: bright edges stay smooth. What shines through is added below.
+      // Each sub-pixel goes through the film curve by itself: bright edges stay smooth.
       if (l.a > 0.0) sum += vec4(film(l.rgb / l.a) * l.a, l.a);
     }
   sum /= float(modes.x * modes.x);

@@ -95,11 +95,18 @@ Frame floor_frame(const Eye& eye, Vec3d up) {
 Studio make_studio(int count, const Eye& eye, Vec3d up) {
   const Frame f = floor_frame(eye, up);
   Studio studio;
+  std::array<int, kBoxes.size()> numbers{};
   int left = count;
-  for (const SoftBox& box : kBoxes) {
-    const int number = std::min(left, std::max(1, static_cast<int>(std::lround(count * box.share))));
-    if (number == 0) break;
-    left -= number;
+  for (std::size_t b = 0; b < kBoxes.size(); ++b) {
+    numbers[b] = std::min(left, std::max(1, static_cast<int>(std::lround(count * kBoxes[b].share))));
+    left -= numbers[b];
+  }
+  // Too few for a sky serve the first box better.
+  const bool sky = left >= 6;
+  if (!sky) numbers[0] += left;
+  for (std::size_t b = 0; b < kBoxes.size(); ++b) {
+    const SoftBox& box = kBoxes[b];
+    const int number = numbers[b];
     const Vec3d flat = f.back * std::cos(box.azimuth) + f.right * std::sin(box.azimuth);
     const Vec3d middle = flat * std::cos(box.elevation) + f.up * std::sin(box.elevation);
     const Vec3d across = normalized(cross(f.up, middle)), over = cross(middle, across);
@@ -110,7 +117,7 @@ Studio make_studio(int count, const Eye& eye, Vec3d up) {
                                1.3 * box.half_edge / std::sqrt(number)});
     }
   }
-  if (left < 6) {
+  if (!sky) {
     studio.sky = kSky * 0.75F;
     studio.ground = kBounce * 0.75F;
     return studio;
