@@ -13,6 +13,7 @@
 #include <cstring>
 #include <random>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace relief::detail {
@@ -199,7 +200,8 @@ Result<Database> Database::open(const fs::path& place, Access access, const fs::
   int rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
   if (rc == SQLITE_READONLY_ROLLBACK || rc == SQLITE_READONLY_RECOVERY || rc == SQLITE_CANTOPEN) {
     if (auto writer = connect(SQLITE_OPEN_READWRITE)) {
-      (void)writer->run("PRAGMA schema_version");
+      const Status undone = writer->run("PRAGMA schema_version");
+      if (!undone) return std::unexpected(undone.error());
       rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
     }
   }
@@ -282,12 +284,16 @@ void remove_leftovers(const fs::path& target) {
   }
 }
 
-/// The folder of a file, held by one replacer at a time. Where folders cannot be locked nothing is held.
+/// The folder of a file, held by one replacer at a time, so that none opens the old file while another puts the new one
+/// in its place. Where the folder cannot be had within the time that we wait for a database, nothing is held.
 class Folder {
  public:
   explicit Folder(const fs::path& file)
       : descriptor_(::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+    for (int waited = 0; descriptor_ >= 0 && waited < kBusyMilliseconds; waited += 10) {
+      if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
   }
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
@@ -361,8 +367,9 @@ Status Replacement::replace_target() {
   Result<Database> old = Database::open(target_, Database::Access::Write);
   bool orphaned = false;
   if (old) {
-    (void)old->run("PRAGMA journal_mode = DELETE");
-    if (const Status locked = old->run("BEGIN EXCLUSIVE"); !locked) {
+    Status locked = old->run("PRAGMA journal_mode = DELETE");
+    if (locked) locked = old->run("BEGIN EXCLUSIVE");
+    if (!locked) {
       if (locked.error().code != Errc::UnsupportedFormat && locked.error().code != Errc::Corrupt) return locked;
       orphaned = true;
     }

@@ -527,7 +527,7 @@ class Rows {
       if (!detail::unpack(row.data, sizeof(float), part))
         return page_damage(layer, page, row.stroke, "cannot be unpacked");
       if (first) {
-        all = std::move(part);
+        all.swap(part);
         continue;
       }
       for (SlabId t = 0; t < kTilesPerPage; ++t)
@@ -547,19 +547,20 @@ class Rows {
   /// proportion to its size.
   [[nodiscard]] Status check_pages(const SlabMesh& mesh, const LayerTable& layers) const {
     for (std::size_t k = 0; k < layers.size(); ++k) {
-      if (!layers[k]) continue;
+      const auto& entry = layers[k];
+      if (!entry) continue;
       const auto layer = static_cast<Layer>(k);
       RELIEF_TRY(Statement rows, database_.prepare("SELECT page, tiles, length(data) FROM pages WHERE layer = ? AND "
                                                    "stroke = ? AND whole = 1 ORDER BY page"));
-      rows.bind(name(layer)).bind(layers[k]->stroke);
+      rows.bind(name(layer)).bind(entry->stroke);
       for (SlabId page = 0; page < page_count(mesh); ++page) {
         RELIEF_TRY(const bool more, rows.step());
-        if (!more || rows.integer(0) != page) return page_damage(layer, page, layers[k]->stroke, "is missing");
-        const PageLayout layout(*layers[k], layer, mesh, page, all_tiles(mesh, page));
+        if (!more || rows.integer(0) != page) return page_damage(layer, page, entry->stroke, "is missing");
+        const PageLayout layout(*entry, layer, mesh, page, all_tiles(mesh, page));
         if (std::bit_cast<std::uint64_t>(rows.integer(1)) != layout.mask ||
             layout.bytes() / detail::kMaxExpansion >
                 static_cast<std::size_t>(std::max<std::int64_t>(rows.integer(2), 0)))
-          return page_damage(layer, page, layers[k]->stroke, "does not fit the cage");
+          return page_damage(layer, page, entry->stroke, "does not fit the cage");
       }
       RELIEF_TRY(const bool more, rows.step());
       if (more) return damaged("it has more pages than its cage needs");
@@ -614,11 +615,12 @@ Result<SnapshotPtr> load(const Rows& rows, const std::shared_ptr<const SlabMesh>
   RELIEF_CHECK(rows.check_pages(*mesh, layers));
   SnapshotDraft draft(Snapshot::make(mesh));
   for (std::size_t k = 0; k < layers.size(); ++k) {
-    if (!layers[k]) continue;
+    const auto& entry = layers[k];
+    if (!entry) continue;
     const auto layer = static_cast<Layer>(k);
-    if (layer != Layer::Displacement) draft.add_layer(layer, static_cast<int>(layers[k]->intervals), 0.0F);
+    if (layer != Layer::Displacement) draft.add_layer(layer, static_cast<int>(entry->intervals), 0.0F);
     for (SlabId page = 0; page < page_count(*mesh); ++page) {
-      RELIEF_TRY(const auto tiles, rows.read_page(*mesh, layer, *layers[k], page, stroke));
+      RELIEF_TRY(const auto tiles, rows.read_page(*mesh, layer, *entry, page, stroke));
       for (SlabId t = 0; t < tiles_in_page(*mesh, page); ++t) draft.put(layer, page * kTilesPerPage + t, tiles[t]);
       if (page % 256 == 255) (void)draft.finish();  // lets go of the tiles that were replaced
     }
@@ -665,11 +667,12 @@ Status write_model(const Database& database, const Model& model, const Meta& met
   RELIEF_CHECK(rows.write_cage(mesh));
   std::int64_t row_count = 0;
   for (std::size_t k = 0; k < layers.size(); ++k) {
-    if (!layers[k]) continue;
+    const auto& entry = layers[k];
+    if (!entry) continue;
     const auto layer = static_cast<Layer>(k);
-    RELIEF_CHECK(rows.write_layer(layer, *layers[k]));
+    RELIEF_CHECK(rows.write_layer(layer, *entry));
     for (SlabId page = 0; page < page_count(mesh); ++page)
-      RELIEF_CHECK(rows.write_page({layer, page, 0, true}, *layers[k], 0, nullptr, *model.head));
+      RELIEF_CHECK(rows.write_page({layer, page, 0, true}, *entry, 0, nullptr, *model.head));
     row_count += 1 + std::int64_t{page_count(mesh)};
   }
   RELIEF_CHECK(rows.write_stroke({}, row_count));
@@ -695,6 +698,11 @@ struct ModelFile::State {
     return {};
   }
 
+  /// When another writer was quicker, the next transaction says so.
+  void keep_others_out() const {
+    if (!database.run("BEGIN IMMEDIATE")) database.roll_back();
+  }
+
   /// Runs `change` in a transaction of its own; what it wrote is on disk on return, or nothing of it is left.
   template <typename Change>
   [[nodiscard]] Status transaction(Change&& change) {
@@ -710,7 +718,7 @@ struct ModelFile::State {
     Status done = change();
     if (done) done = database.run("COMMIT");
     database.roll_back();
-    (void)database.run("BEGIN IMMEDIATE");  // when another writer was quicker, the next transaction says so
+    keep_others_out();
     return done;
   }
 

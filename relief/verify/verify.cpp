@@ -661,8 +661,8 @@ class Checker {
 }  // namespace
 
 std::string_view name(Condition condition) noexcept {
-  constexpr std::array<std::string_view, 5> names = {"C0", "C1", "C2", "C3", "C4"};
-  return names[static_cast<std::size_t>(condition)];
+  constexpr std::array<std::string_view, 5> kNames = {"C0", "C1", "C2", "C3", "C4"};
+  return kNames[static_cast<std::size_t>(condition)];
 }
 
 Certificate check(const Shell& shell) { return Checker(shell).run(); }
