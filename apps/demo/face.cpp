@@ -102,11 +102,12 @@ class Planner {
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  static constexpr double kTravel = 0.25, kFeel = 0.1, kWork = 0.06;  // m/s
+  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04;  // m/s
 
   std::optional<RayHit> cast(FacePoint f) const {
     const Vec3d half = box_.extent() * 0.5, centre = box_.centre();
-    const Vec3d from = {centre.x + 0.8 * f.x * half.x, centre.y + 0.8 * f.y * half.y, box_.high.z + 0.1 * scale_};
+    const Vec3d from = {centre.x + 0.8 * f.x * half.x, centre.y + (0.75 * f.y - 0.12) * half.y,
+                        box_.high.z + 0.1 * scale_};
     auto hit = raycast(model_, {from, {0, 0, -1}});
     // Places that look away from the viewer are no part of a face.
     if (hit && hit->point.normal.z < 0.2) return std::nullopt;
@@ -140,40 +141,40 @@ Performance plan_face(const Snapshot& model, const Workspace& workspace, bool br
   Planner plan(model, workspace);
   const double d = plan.scale();
   const std::vector<Brush> brushes = {
-      {.tool = Tool::Carve, .radius = 0.014 * d, .resilience = 0.003 * d},
-      {.tool = Tool::Deposit, .radius = 0.022 * d, .strength = 0.25},
-      {.tool = Tool::Paint, .radius = 0.020 * d, .strength = 0.20, .colour = {0.23F, 0.11F, 0.05F}},
+      {.tool = Tool::Carve, .radius = 0.012 * d, .resilience = 0.002 * d},
+      {.tool = Tool::Deposit, .radius = 0.024 * d, .strength = 1.0},
+      {.tool = Tool::Paint, .radius = 0.017 * d, .strength = 0.25, .colour = {0.23F, 0.11F, 0.05F}},
       {.tool = Tool::Paint, .radius = 0.018 * d, .strength = 0.12, .colour = {0.98F, 0.87F, 0.55F}},
-      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.03, .colour = {0.80F, 0.20F, 0.12F}}};
-  const Line left_eye = fill_triangle({-0.30, 0.42}, {-0.46, 0.12}, {-0.14, 0.12}, brief ? 3 : 6);
-  const Line right_eye = fill_triangle({0.30, 0.42}, {0.14, 0.12}, {0.46, 0.12}, 6);
-  const Line nose = fill_triangle({0, 0.06}, {-0.08, -0.12}, {0.08, -0.12}, 3);
+      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.05, .colour = {0.80F, 0.20F, 0.12F}}};
+  const Line left_eye = fill_triangle({-0.30, 0.42}, {-0.46, 0.12}, {-0.14, 0.12}, brief ? 3 : 9);
+  const Line right_eye = fill_triangle({0.30, 0.42}, {0.14, 0.12}, {0.46, 0.12}, 9);
+  const Line nose = fill_triangle({0, 0.06}, {-0.08, -0.12}, {0.08, -0.12}, 5);
   const Line mouth = grin();
 
   // Feel first.
   plan.follow(arc({-0.6, 0.1}, {0, 0.35}, {0.6, 0.1}), 0.004, 0);
   if (!brief) plan.follow(arc({0.5, -0.3}, {0, -0.55}, {-0.5, -0.3}), 0.004, 0);
   // Carve.
-  constexpr double kCut = 0.024;
+  constexpr double kCut = 0.015;
   plan.follow(left_eye, kCut, press(kCutter));
   if (!brief) {
     plan.follow(right_eye, kCut, press(kCutter));
     plan.follow(nose, 0.8 * kCut, press(kCutter));
     plan.follow(mouth, 0.9 * kCut, press(kCutter));
     // Build brows.
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.006, press(kBuilder));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.006, press(kBuilder));
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.012, press(kBuilder));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.012, press(kBuilder));
   }
   // Paint: into what was carved, on what was built, and the cheeks.
-  plan.follow(left_eye, kCut + 0.006, press(kDarkPaint));
+  plan.follow(left_eye, kCut + 0.007, press(kDarkPaint));
   if (!brief) {
-    plan.follow(right_eye, kCut + 0.006, press(kDarkPaint));
-    plan.follow(nose, 0.8 * kCut + 0.006, press(kDarkPaint));
-    plan.follow(mouth, 0.9 * kCut + 0.006, press(kDarkPaint));
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.003, press(kLightPaint));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.003, press(kLightPaint));
-    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.006, press(kBlush));
-    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.006, press(kBlush));
+    plan.follow(right_eye, kCut + 0.007, press(kDarkPaint));
+    plan.follow(nose, 0.8 * kCut + 0.007, press(kDarkPaint));
+    plan.follow(mouth, 0.9 * kCut + 0.007, press(kDarkPaint));
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.004, press(kLightPaint));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.004, press(kLightPaint));
+    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.010, press(kBlush));
+    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.010, press(kBlush));
   }
   return plan.finish(brushes);
 }

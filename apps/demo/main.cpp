@@ -136,13 +136,14 @@ class Demo {
 
   /// Servo, editor and renderer at once.
   Status perform() {
-    const PlantPreset& preset = plant_presets().front();
+    // A device with little friction: the hand draws smooth lines with it.
+    const PlantPreset& preset = *std::ranges::find(plant_presets(), "premium-like", &PlantPreset::name);
     const SnapshotPtr head = file_->model().head;
     const Workspace workspace = fit_workspace(preset.info, head->slab_mesh().bounds());
     const Performance performance = plan_face(*head, workspace, o_.quick);
     say(fmt::format("the hand works for {:.0f} s", performance.seconds));
     auto done = std::make_shared<std::atomic<bool>>(false);
-    SimulatedHand hand(preset, {.stiffness = 700, .damping = 5, .tremor = 0}, script_of(performance, done));
+    SimulatedHand hand(preset, {.stiffness = 800, .damping = 8, .max_force = 4}, script_of(performance, done));
 
     Session::Settings settings;
     settings.servo.workspace = workspace;

@@ -66,8 +66,9 @@ class Plot {
   }
   void add(std::string_view shape) { body_ += shape; }
   std::string finish(std::string_view x_title, std::string_view y_title) {
-    body_ += fmt::format(R"svg(<text class="mid" x="{}" y="{}">{}</text><text class="mid" transform="translate(14 {}) rotate(-90)">{}</text></svg>)svg",
-                         (kLeft + kWidth - kRight) / 2, kHeight - 6, x_title, (kTop + kHeight - kBottom) / 2, y_title);
+    body_ += fmt::format(
+        R"svg(<text class="mid" x="{}" y="{}">{}</text><text class="mid" transform="translate(14 {}) rotate(-90)">{}</text></svg>)svg",
+        (kLeft + kWidth - kRight) / 2, kHeight - 6, x_title, (kTop + kHeight - kBottom) / 2, y_title);
     return body_;
   }
 

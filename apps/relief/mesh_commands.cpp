@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <memory>
 
 namespace relief::cli {
@@ -59,7 +60,12 @@ Status run_export(const std::string& file, const std::string& out, int level, co
       return fail(Errc::InvalidArgument, fmt::format("{}: n = {} has levels 0 to {} only; choose --level among them",
                                                      printable(file), slab.intervals, level_count(slab.intervals) - 1));
   const TriangleMesh mesh = to_mesh(head, level);
-  RELIEF_CHECK(export_mesh(mesh, out, {.unit = model.model().info.unit}));
+  // Far from the origin a float keeps too little of a coordinate.
+  const Box3d box = bounds(mesh);
+  const double reach = std::max({std::abs(box.low.x), std::abs(box.low.y), std::abs(box.low.z), std::abs(box.high.x),
+                                 std::abs(box.high.y), std::abs(box.high.z)});
+  const bool far = reach > 20 * diagonal(box);
+  RELIEF_CHECK(export_mesh(mesh, out, {.unit = model.model().info.unit, .double_positions = far}));
   return say(context, out, mesh.positions.size(), mesh.triangles.size());
 }
 

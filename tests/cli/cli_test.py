@@ -1,0 +1,499 @@
+"""The command line as a user meets it: exit statuses, one line per failure, files that are whole or absent, real work."""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import struct
+import subprocess
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(os.environ["RELIEF_BIN"])
+DATA = pathlib.Path(os.environ.get("RELIEF_TEST_DATA", "no-such-folder"))
+SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
+
+
+class Run:
+    """One finished command."""
+
+    def __init__(self, *args, cwd=None, timeout=300):
+        started = subprocess.Popen(
+            [str(BIN / "relief"), *map(str, args)], cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE)
+        try:
+            out, err = started.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            started.kill()
+            started.communicate()
+            raise
+        self.status = started.returncode
+        self.out = out.decode("utf-8", "strict")
+        self.err = err.decode("utf-8", "strict")
+
+    def json(self):
+        return json.loads(self.out)
+
+
+class Case(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="relief-cli-"))
+        cls.scan = cls.folder / "pumpkin.ply"
+        cls.model = cls.folder / "pumpkin.relief"
+        cls.ok("sample", "pumpkin", "-o", cls.scan, "--triangles", 20000)
+        cls.ok("convert", cls.scan, "-o", cls.model, "--slabs", 150, "--samples", 16)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def ok(cls, *args):
+        run = Run(*args)
+        if run.status != 0:
+            raise AssertionError(f"{args} ended with {run.status}: {run.err}")
+        return run
+
+    def assert_failed(self, run, status, *words):
+        self.assertEqual(run.status, status, run.err)
+        self.assertEqual(run.err.count("\n"), 1, f"not exactly one line: {run.err!r}")
+        self.assertLessEqual(len(run.err.encode()), 500)
+        self.assertFalse(any(ord(c) < 32 for c in run.err[:-1]), run.err)
+        for word in words:
+            self.assertIn(word, run.err)
+
+
+class Contract(Case):
+    def test_help_goes_to_standard_output(self):
+        for args in (["--help"], ["convert", "--help"], ["touch", "--help"], ["sculpt", "--help"]):
+            run = Run(*args)
+            self.assertEqual((run.status, run.err), (0, ""))
+            self.assertGreater(len(run.out), 100)
+        for command in ("convert", "verify", "info", "touch", "sculpt", "undo", "redo", "render", "export", "sample",
+                        "bench", "devices"):
+            self.assertIn(command, Run("--help").out)
+
+    def test_wrong_usage_is_2(self):
+        for args in ([], ["frobnicate"], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
+                     ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
+                     ["touch", self.model], ["touch", self.model, "--path", "p.csv"], ["render", self.model, "-o"],
+                     ["sample", "pumpkin", "-o", "x.ply", "--triangles", "12"], ["info", self.model, "--threads", "0"]):
+            self.assert_failed(Run(*args), 2, "--help")
+
+    def test_world_failed_is_1_and_names_the_file(self):
+        gone = self.folder / "gone.ply"
+        self.assert_failed(Run("convert", gone, "-o", self.folder / "x.relief"), 1, "gone.ply")
+        self.assert_failed(Run("info", gone), 1, "gone.ply")
+        self.assert_failed(Run("info", self.scan), 1, "pumpkin.ply")
+        self.assert_failed(Run("info", self.folder), 1, self.folder.name)
+        self.assert_failed(Run("convert", self.scan, "-o", self.folder / "no" / "where.relief"), 1, "where.relief")
+        self.assert_failed(Run("export", self.model, self.folder / "x.xyz"), 1, "x.xyz")
+        self.assert_failed(Run("export", self.model, self.folder / "x.ply", "--level", "7"), 1, "--level")
+        self.assert_failed(Run("sample", "melon", "-o", self.folder / "x.ply"), 1, "melon", "pumpkin")
+        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--size", "wide"), 1, "--size")
+        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--view", "inside"), 1, "--view")
+        self.assert_failed(Run("touch", self.model, "--device", "sim:claw", "--seconds", "1"), 1, "sim:claw", "sim:hand")
+        for name in ("x.relief", "x.xyz", "x.ply", "x.png"):
+            self.assertFalse((self.folder / name).exists(), name)
+
+    def test_control_characters_in_names_are_escaped(self):
+        self.assert_failed(Run("info", self.folder / "bad\nname\x1b[31m.relief"), 1, "bad\\x0aname\\x1b[31m.relief")
+
+    def test_modes_that_cannot_be_reached_leave_no_output(self):
+        out = self.folder / "certified.relief"
+        self.assert_failed(Run("convert", self.scan, "-o", out, "--mode", "certified"), 1, "--mode preview")
+        self.assertFalse(out.exists())
+
+    def test_the_input_is_never_overwritten(self):
+        before = self.scan.read_bytes()
+        self.assert_failed(Run("convert", self.scan, "-o", self.scan), 1, "is the input itself")
+        self.assert_failed(Run("convert", self.scan, "-o", self.folder / "x.relief", "--mended", self.scan), 1, "input")
+        self.assertEqual(self.scan.read_bytes(), before)
+
+    def test_json_is_one_object_and_nothing_else(self):
+        out = self.folder / "j.relief"
+        run = Run("convert", self.scan, "-o", out, "--json", "--samples", 8)
+        self.assertEqual(run.err, "")
+        report = run.json()
+        self.assertEqual(report["mode"], "preview")
+        self.assertEqual(set(report["hits"]), {"single", "none", "several"})
+        self.assertEqual(sum(report["hits"].values()), report["samples"])
+        self.assertGreater(report["seconds"], 0)
+        info = Run("info", out, "--json").json()
+        self.assertEqual(info["slabs"], report["slabs"])
+        self.assertEqual(info["samples"], report["samples"])
+        self.assertEqual(info["strokes"], 0)
+        self.assertIn("displacement", info["layers"])
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+
+    def test_results_do_not_depend_on_threads(self):
+        hashes = set()
+        for threads in (1, 2, 5):
+            out = self.folder / "threads.relief"
+            self.ok("convert", self.scan, "-o", out, "--threads", threads, "--samples", 8)
+            hashes.add(Run("info", out, "--json").json()["content_hash"])
+        self.assertEqual(len(hashes), 1)
+
+    def test_samples_are_the_same_bytes_every_time(self):
+        for name in ("pumpkin", "head", "torus", "bowl"):
+            files = [self.folder / f"{name}{k}.ply" for k in (0, 1)]
+            for file in files:
+                self.ok("sample", name, "-o", file, "--triangles", 3000)
+            self.assertEqual(files[0].read_bytes(), files[1].read_bytes())
+
+    def test_interrupt_is_130_and_leaves_nothing(self):
+        big = self.folder / "big.ply"
+        self.ok("sample", "head", "-o", big, "--triangles", 1000000)
+        out = self.folder / "interrupted.relief"
+        started = subprocess.Popen([str(BIN / "relief"), "convert", str(big), "-o", str(out)], stderr=subprocess.PIPE)
+        time.sleep(0.6)
+        started.send_signal(signal.SIGINT)
+        err = started.communicate(timeout=60)[1].decode()
+        if started.returncode == 0:
+            self.skipTest("converted before the signal came")
+        self.assertEqual(started.returncode, 130, err)
+        self.assertEqual(err.count("\n"), 1)
+        self.assertFalse(out.exists())
+        self.assertEqual(list(self.folder.glob("interrupted*")), [])
+
+
+class Workflow(Case):
+    def test_every_export_reads_back(self):
+        for extension in ("ply", "obj", "stl", "glb", "3mf"):
+            with self.subTest(extension):
+                mesh = self.folder / f"out.{extension}"
+                exported = self.ok("export", self.model, mesh, "--json").json()
+                self.assertEqual(exported["triangles"], Run("info", self.model, "--json").json()["slabs"] * 256)
+                again = Run("convert", mesh, "-o", self.folder / "again.relief", "--json")
+                self.assertEqual(again.status, 0, again.err)
+                self.assertEqual(again.json()["source_triangles"], exported["triangles"])
+                self.assertEqual("colour" in self.layers(self.folder / "again.relief"), extension != "stl")
+
+    def layers(self, model):
+        return Run("info", model, "--json").json()["layers"]
+
+    def test_ply_is_closed_with_one_vertex_per_sample_and_colours(self):
+        mesh = self.folder / "closed.ply"
+        self.ok("export", self.model, mesh)
+        raw = mesh.read_bytes()
+        header, body = raw.split(b"end_header\n", 1)
+        self.assertIn(b"property uchar red", header)
+        counts = {l.split()[1]: int(l.split()[2]) for l in header.decode().splitlines() if l.startswith("element")}
+        self.assertEqual(counts["vertex"], Run("info", self.model, "--json").json()["samples"])
+        stride = (len(body) - 13 * counts["face"]) // counts["vertex"]
+        faces = body[stride * counts["vertex"]:]
+        edges = set()
+        for k in range(counts["face"]):
+            three, a, b, c = struct.unpack_from("<Biii", faces, 13 * k)
+            self.assertEqual(three, 3)
+            for edge in ((a, b), (b, c), (c, a)):
+                self.assertNotIn(edge, edges, "an edge run through twice in the same direction")
+                edges.add(edge)
+        self.assertTrue(all((b, a) in edges for a, b in edges), "open edge")
+
+    def test_slabs_text_has_the_documented_form(self):
+        text = self.folder / "cage.slabs"
+        self.ok("export", self.model, text)
+        lines = text.read_text().splitlines()
+        self.assertEqual(lines[0], "relief-slabs 1")
+        fibres = int(lines[1].removeprefix("fibres "))
+        for line in lines[2:2 + fibres]:
+            values = [float(word) for word in line.split()]
+            self.assertEqual(len(values), 6)
+            self.assertNotEqual(values[:3], values[3:])
+        slabs = int(lines[2 + fibres].removeprefix("slabs "))
+        rows = [[int(word) for word in line.split()] for line in lines[3 + fibres:]]
+        self.assertEqual(len(rows), slabs)
+        for number, (f0, f1, f2, a0, a1, a2, n) in enumerate(rows):
+            self.assertEqual(n, 16)
+            corners = (f0, f1, f2)
+            for k, other in enumerate((a0, a1, a2)):
+                if other >= 0:
+                    self.assertIn(number, rows[other][3:6])
+                    self.assertLessEqual({corners[(k + 1) % 3], corners[(k + 2) % 3]}, set(rows[other][:3]))
+
+    def test_the_papers_own_set_up(self):
+        for n in (15, 31, 1):
+            model = self.folder / "paper.relief"
+            report = self.ok("convert", self.scan, "-o", model, "--samples", n, "--json").json()
+            self.assertEqual(Run("info", model, "--json").json()["intervals"], {"min": n, "max": n})
+            self.assertEqual(self.ok("export", model, self.folder / "p.ply", "--json").json()["triangles"],
+                             n * n * report["slabs"])
+
+    def test_mended_source_and_unit(self):
+        mended = self.folder / "mended.ply"
+        model = self.folder / "unit.relief"
+        self.ok("convert", self.scan, "-o", model, "--unit", "cm", "--mended", mended, "--samples", 8)
+        self.assertIn(b"property double x", mended.read_bytes()[:400])
+        self.assertEqual(Run("info", model, "--json").json()["unit"], "cm")
+
+    def test_strokes_are_not_lost_by_converting_again(self):
+        model = self.folder / "strokes.relief"
+        shutil.copy(self.model, model)
+        strokes = self.folder / "one.json"
+        strokes.write_text(json.dumps([{"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0, 0, 40, 60, 1]]}]))
+        self.ok("sculpt", model, "--strokes", strokes, "-o", model)
+        self.assert_failed(Run("convert", self.scan, "-o", model), 1, "--force")
+        self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
+        self.ok("convert", self.scan, "-o", model, "--force", "--samples", 8)
+        self.assertEqual(Run("info", model, "--json").json()["strokes"], 0)
+
+    def test_works_in_an_empty_folder_with_odd_names(self):
+        folder = self.folder / "Größe 兔 и"
+        folder.mkdir()
+        for args in (["sample", "torus", "-o", "a b.ply", "--triangles", 4000], ["convert", "a b.ply", "-o", "ü.relief", "--samples", 8],
+                     ["render", "ü.relief", "-o", "p.png", "--size", "64x64", "--lights", "1"], ["export", "ü.relief", "q.glb"]):
+            run = Run(*args, cwd=folder)
+            self.assertEqual(run.status, 0, run.err)
+        self.assertEqual(sorted(p.name for p in folder.iterdir()), sorted(["a b.ply", "ü.relief", "p.png", "q.glb"]))
+
+
+class Touch(Case):
+    HEADER = "t,x,y,z,contact,slab,u,v,alpha,depth,px,py,pz,nx,ny,nz,fx,fy,fz,flags"
+
+    def touch(self, rows, *options):
+        path, forces = self.folder / "P.csv", self.folder / "F.csv"
+        path.write_text("t,x,y,z\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+        run = self.ok("touch", self.model, "--path", path, "-o", forces, *options)
+        text = forces.read_text()
+        self.assertEqual(text.split("\n", 1)[0], self.HEADER)
+        return list(csv.DictReader(text.splitlines())), run
+
+    def press(self, steps=400):
+        """From in front of the pumpkin to some units below its skin."""
+        return [[k * 1e-3, 2.5, 40.25, 70 - 0.045 * k] for k in range(steps)]
+
+    def test_rows_answer_rows_and_contact_is_as_documented(self):
+        path = self.press()
+        rows, _ = self.touch(path, "--damping", 0)
+        self.assertEqual(len(rows), len(path))
+        contacts = 0
+        unit = None
+        for row, (t, x, y, z) in zip(rows, path):
+            self.assertEqual([float(row[k]) for k in "txyz"], [t, x, y, z])
+            n = [float(row[k]) for k in ("nx", "ny", "nz")]
+            f = [float(row[k]) for k in ("fx", "fy", "fz")]
+            p = [float(row[k]) for k in ("px", "py", "pz")]
+            if row["contact"] == "0":
+                self.assertEqual((row["slab"], n, f, p), ("-1", [0, 0, 0], [0, 0, 0], [x, y, z]))
+                continue
+            contacts += 1
+            depth = float(row["depth"])
+            self.assertGreater(depth, 0)
+            self.assertAlmostEqual(math.hypot(*n), 1, places=9)
+            self.assertGreater(n[2], 0.3, "the front of the pumpkin faces +z")
+            for k, place in enumerate((x, y, z)):
+                self.assertAlmostEqual(p[k], place + n[k] * depth, places=6)
+            size = math.hypot(*f)
+            if row["flags"] == "0" and depth > 0.1:
+                unit = unit or size / depth
+                self.assertAlmostEqual(size / depth / unit, 1, places=6, msg="force in proportion to depth")
+                for k in range(3):
+                    self.assertAlmostEqual(f[k] / size, n[k], places=6)
+        self.assertGreater(contacts, 20)
+        diagonal = Run("info", self.model, "--json").json()["source_diagonal"]
+        self.assertAlmostEqual(unit, 400 * 0.15 / diagonal, places=6)
+
+    def test_settings_change_the_force(self):
+        soft, _ = self.touch(self.press(350), "--damping", 0, "--stiffness", 100)
+        hard, _ = self.touch(self.press(350), "--damping", 0, "--stiffness", 200)
+        large, _ = self.touch(self.press(350), "--damping", 0, "--stiffness", 100, "--metres-per-unit", 1e-4)
+        def last(rows): return [float(rows[-1][k]) for k in ("fx", "fy", "fz")]
+        self.assertEqual(rows_contact := soft[-1]["contact"], "1", rows_contact)
+        self.assertAlmostEqual(math.hypot(*last(hard)) / math.hypot(*last(soft)), 2, places=6)
+        self.assertNotAlmostEqual(math.hypot(*last(large)), math.hypot(*last(soft)), places=3)
+        self.assertLessEqual(math.hypot(*last(self.touch(self.press(350), "--stiffness", 1e6)[0])), 3.3 + 1e-9)
+
+    def test_friction_resists_sliding(self):
+        slide = self.press(330) + [[0.33 + k * 1e-3, 2.5 + 0.01 * k, 40.25, 70 - 0.045 * 329] for k in range(300)]
+        free, _ = self.touch(slide, "--damping", 0, "--friction", 0)
+        rough, _ = self.touch(slide, "--damping", 0, "--friction", 0.5)
+        self.assertEqual(rough[-1]["contact"], "1")
+        self.assertLess(float(rough[-1]["fx"]), float(free[-1]["fx"]) - 1e-3)
+
+    def test_bad_readings_are_answered_by_the_safe_state(self):
+        good = self.press(330)
+        for bad in (["nan", 0, 0, 0], [0.33, "inf", 0, 0], [0.33, 0, "-inf", 1e300], [0.33, 1e30, 0, 0], [0.329, 2.5, 40, 55],
+                    [0.1, 2.5, 40, 55], [50, 2.5, 40, 55], [0.33, "nan", "nan", "nan"]):
+            after = [[0.331 + k * 1e-3, 2.5, 40.25, good[-1][3]] for k in range(20)]
+            rows, _ = self.touch(good + [bad] + after)
+            self.assertEqual(len(rows), len(good) + 1 + len(after))
+            self.assertNotEqual(int(rows[len(good)]["flags"]), 0, bad)
+            for row in rows[len(good):]:
+                force = [float(row[k]) for k in ("fx", "fy", "fz")]
+                self.assertTrue(all(map(math.isfinite, force)), bad)
+            self.assertEqual([float(rows[len(good)][k]) for k in ("fx", "fy", "fz")], [0, 0, 0], bad)
+
+    def test_path_files_that_are_refused(self):
+        path, out = self.folder / "bad.csv", self.folder / "refused.csv"
+        for text, word in (("x,y,z,t\n0,0,0,0\n", "header"), ("", "empty"), ("t,x,y,z\n0,0,0\n", "line 2"),
+                           ("t,x,y,z\n0,0,0,0\n1,2,3,4,5\n", "line 3"), ("t,x,y,z\n0,0,zero,0\n", "zero"),
+                           ("t,x,y,z\n0,0,,0\n", "line 2"), ("t,x,y,z\n0,0,0x10,0\n", "0x10")):
+            path.write_text(text)
+            self.assert_failed(Run("touch", self.model, "--path", path, "-o", out), 1, "bad.csv", word)
+            self.assertFalse(out.exists())
+
+    def test_live_with_the_simulated_hand(self):
+        run = self.ok("touch", self.model, "--device", "sim:hand", "--seconds", 1.5, "-o", self.folder / "live.csv", "--json")
+        report = run.json()
+        self.assertGreater(report["ticks"], 50)
+        self.assertLessEqual(report["force_max"], 3.3 + 1e-9)
+        rows = (self.folder / "live.csv").read_text().splitlines()
+        self.assertEqual(len(rows) - 1, report["ticks"])
+
+
+class Sculpt(Case):
+    STROKES = [
+        {"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0.1 * k, -12 + 3 * k, 45, 60, 1] for k in range(9)]},
+        {"tool": "deposit", "radius": 6, "strength": 0.8, "points": [[0.1 * k, -12 + 3 * k, 30, 60, 1] for k in range(9)]},
+        {"tool": "paint", "radius": 6, "strength": 0.9, "colour": [20, 40, 200], "points": [[0, 0, 60, 60, 1]]}]
+
+    def strokes(self, content, name="S.json"):
+        file = self.folder / name
+        file.write_text(content if isinstance(content, str) else json.dumps(content))
+        return file
+
+    def hash(self, model):
+        return Run("info", model, "--json").json()["content_hash"]
+
+    def test_three_strokes_undo_and_redo(self):
+        out = self.folder / "three.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out)
+        info = Run("info", out, "--strokes", "--json").json()
+        self.assertEqual(info["strokes"], 3)
+        self.assertEqual([s["label"] for s in info["journal"]], ["carve", "deposit", "paint"])
+        self.assertEqual(Run("info", self.model, "--json").json()["strokes"], 0, "MODEL is not touched")
+        full = self.hash(out)
+        self.ok("undo", out, "--strokes", 2)
+        self.ok("undo", out)
+        self.assertEqual(self.hash(out), self.hash(self.model))
+        self.assert_failed(Run("undo", out), 1, "no stroke to undo")
+        self.ok("redo", out, "--strokes", 3)
+        self.assertEqual(self.hash(out), full)
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+
+    def test_in_place_and_in_steps_is_the_same(self):
+        at_once, in_steps = self.folder / "once.relief", self.folder / "steps.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", at_once)
+        shutil.copy(self.model, in_steps)
+        for stroke in self.STROKES:
+            self.ok("sculpt", in_steps, "--strokes", self.strokes([stroke]), "-o", in_steps)
+        self.assertEqual(self.hash(at_once), self.hash(in_steps))
+
+    def surface(self, model):
+        mesh = self.folder / "surface.obj"
+        self.ok("export", model, mesh)
+        return [tuple(map(float, line.split()[1:4])) for line in mesh.read_text().splitlines() if line.startswith("v ")]
+
+    def test_carving_removes_and_deposit_adds_where_it_should(self):
+        before = self.surface(self.model)
+        for tool, sign in (("carve", -1), ("deposit", 1)):
+            out = self.folder / "tool.relief"
+            stroke = {"tool": tool, "radius": 8, "strength": 0.5, "points": [[0, 2.5, 40, 60, 1], [0.5, 2.5, 40, 60, 1]]}
+            self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", out)
+            moved = [(a, b) for a, b in zip(before, self.surface(out)) if math.dist(a, b) > 1e-5]
+            self.assertGreater(len(moved), 20)
+            centre = (0, 40, 0)
+            for a, b in moved:
+                self.assertLess(math.dist(a[:2], (2.5, 40)), 12, "moved far from the tool")
+                self.assertGreater(sign * (math.dist(b, centre) - math.dist(a, centre)), 0)
+
+    def test_strokes_files_that_are_refused_leave_no_output(self):
+        out = self.folder / "refused.relief"
+        good = self.STROKES[0]
+        for content, word in (("[{", "JSON"), ({}, "list"), ([{**good, "tool": "chisel"}], "chisel"), ([{**good, "radius": -1}], "radius"),
+                              ([{**good, "radius": "6"}], "radius"), ([{**good, "strength": 2}], "strength"),
+                              ([{**good, "points": []}], "points"), ([{**good, "points": [[0, 1, 2]]}], "point 1"),
+                              ([good, {**good, "pionts": []}], "stroke 2"), ([{**self.STROKES[2], "colour": [300, 0, 0]}], "colour"),
+                              ([{k: v for k, v in self.STROKES[2].items() if k != "colour"}], "colour")):
+            self.assert_failed(Run("sculpt", self.model, "--strokes", self.strokes(content), "-o", out), 1, "S.json", word)
+            self.assertFalse(out.exists())
+
+    def test_kill_9_keeps_every_finished_stroke(self):
+        random.seed(9)
+        many = [dict(self.STROKES[k % 2], points=[[0.1 * i, -12 + 3 * i, 30 + k % 30, 60, 1] for i in range(9)]) for k in range(60)]
+        file = self.strokes(many, "many.json")
+        for _ in range(6):
+            out = self.folder / "killed.relief"
+            started = subprocess.Popen([str(BIN / "relief"), "sculpt", str(self.model), "--strokes", str(file), "-o", str(out)],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(random.uniform(0.05, 1.0))
+            started.kill()
+            started.wait()
+            if not out.exists():
+                continue
+            info = Run("info", out, "--json")
+            self.assertEqual(info.status, 0, info.err)
+            # Whole at the last finished stroke: undoing all of them gives the start again.
+            if info.json()["strokes"] > 0:
+                self.ok("undo", out, "--strokes", 1000)
+            self.assertEqual(self.hash(out), self.hash(self.model))
+
+
+class Render(Case):
+    def test_pictures_have_the_size_and_show_the_model(self):
+        pictures = {}
+        for name, options in {"plain": [], "slabs": ["--overlay", "slabs"], "heat": ["--overlay", "heat"],
+                              "hand": ["--at", "2.5,40,54", "--tool-radius", "4"], "back": ["--view", "back"],
+                              "free": ["--view", "-30,20"], "coarse": ["--level", "3"]}.items():
+            out = self.folder / f"{name}.png"
+            report = self.ok("render", self.model, "-o", out, "--size", "160x90", "--lights", 4, "--json", *options).json()
+            raw = out.read_bytes()
+            self.assertEqual(raw[:8], b"\x89PNG\r\n\x1a\n")
+            self.assertEqual(struct.unpack(">II", raw[16:24]), (160, 90))
+            self.assertGreater(report["triangles"], 0)
+            pictures[name] = raw
+        self.assertEqual(len(set(pictures.values())), len(pictures), "two different pictures are the same bytes")
+
+
+class BadFiles(Case):
+    def test_each_is_converted_or_refused_with_one_sentence(self):
+        folder = DATA / "b_bad"
+        if not folder.exists():
+            self.skipTest("skipped: no test data")
+        refused = []
+        for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+            with self.subTest(str(file.relative_to(folder))):
+                out = self.folder / "bad.relief"
+                out.unlink(missing_ok=True)
+                before = resource.getrusage(resource.RUSAGE_CHILDREN)
+                run = Run("convert", file, "-o", out, "--json", "--samples", 8, timeout=600)
+                after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                if run.status == 0:
+                    self.assertTrue(Run("verify", out, "--json").json()["holds"])
+                else:
+                    self.assert_failed(run, 1, "relief: ")
+                    self.assertFalse(out.exists())
+                    refused.append(f"{file.name}: {run.err.strip()}")
+                if not SANITIZED:
+                    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+                    self.assertLess(spent, 120, "runs away")
+                    self.assertLess(after.ru_maxrss, 2 * 1024 * 1024, "more than 2 GiB")
+        print("\n".join(["refused:"] + refused))
+
+
+class Demo(Case):
+    def test_quick_demo_on_our_model_and_on_a_scan(self):
+        for scan in ([], [str(self.scan)]):
+            out = self.folder / f"out{len(scan)}"
+            run = subprocess.run([str(BIN / "relief-demo"), "--quick", "--out", str(out), *scan], capture_output=True, timeout=600)
+            self.assertEqual(run.returncode, 0, run.stderr.decode())
+            names = {p.name for p in out.iterdir()}
+            self.assertLessEqual({"before.png", "after.png", "model.relief", "report.html", "after.ply"}, names)
+            self.assertNotEqual((out / "before.png").read_bytes(), (out / "after.png").read_bytes())
+            self.assertGreater(Run("info", out / "model.relief", "--json").json()["strokes"], 0)
+            page = (out / "report.html").read_text()
+            self.assertNotIn('src="http', page)
+            self.assertNotIn("href=", page)
+            self.assertIn("<svg", page)
+
+
+if __name__ == "__main__":
+    unittest.main()
