@@ -242,7 +242,7 @@ void main() {
     const float rough = 0.40, a2 = rough * rough * rough * rough;
     float d = nh * nh * (a2 - 1.0) + 1.0;
     float bend = 1.0 - lh;
-    float fresnel = 0.04 + 0.96 * bend * bend * bend * bend * bend;
+    float fresnel = 0.04 + 0.36 * bend * bend * bend * bend * bend;
     float gloss = fresnel * a2 / (4.0 * d * d * max(lh * lh, 0.1) * (rough + 0.5));
     light += colour[k].rgb * (max(facing, 0.0) * lit) * (base.rgb + gloss * base.a);
   }
@@ -314,7 +314,7 @@ layout(location = 7) uniform vec3 floor_axes[2]; // in shares of the floor map
 layout(location = 9) uniform vec4 floor_middle;  // middle of the floor map; half its edge
 layout(location = 0) out vec4 out_colour;
 vec3 film(vec3 x) {
-  vec3 p = pow(max(x, vec3(0.0)), vec3(1.22));
+  vec3 p = pow(max(x * 0.94, vec3(0.0)), vec3(1.25));
   return p / (p * 0.93 + 0.56);
 }
 vec3 encode(vec3 c) {
