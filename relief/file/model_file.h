@@ -22,8 +22,9 @@ struct StrokeRecord {
   std::uint64_t tiles = 0;   ///< changed by it
 };
 
-/// An open model file. One thread at a time. Whatever happens to the process, the file is a whole model at the last
-/// committed stroke. All errors name the file.
+/// An open model file. One thread at a time. While it is open for writing, others can read it; a second writer, in this
+/// process or another, gets Io ("in use") after two seconds. Whatever happens to the process, the file is a whole model
+/// at the last committed stroke. All errors name the file.
 class ModelFile {
  public:
   /// Makes a new file, as a whole and at once (written beside and renamed); an existing file, and whatever a killed run
