@@ -28,7 +28,8 @@ struct StrokeRecord {
 class ModelFile {
  public:
   /// Makes a new file, as a whole and at once (written beside and renamed); an existing file, and whatever a killed run
-  /// left beside it, is replaced. Error: Io.
+  /// left beside it, is replaced. Errors: Io (also when the old file is in use), InvalidArgument (samples out of range
+  /// or torn at an edge).
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
   /// samples and ranges. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
@@ -49,7 +50,8 @@ class ModelFile {
   [[nodiscard]] Result<std::vector<StrokeRecord>> strokes() const;
 
   /// Writes the tiles in which `head` differs from model(), as one transaction; strokes that had been undone are
-  /// dropped. On return the stroke is on disk. `head` must have the cage of model(). Errors: Io (disk full, read-only).
+  /// dropped. On return the stroke is on disk. Errors: Io (disk full, read-only), InvalidArgument (another cage,
+  /// samples out of range or torn at an edge); then nothing has changed.
   [[nodiscard]] Status commit(SnapshotPtr head, const StrokeRecord& stroke);
   /// Moves the current stroke back or forth, as one transaction. Returns how many strokes it moved, fewer at the end.
   [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1);
