@@ -58,7 +58,6 @@ THIRD_PARTY = {
     "oneapi/": ["convert"],
     "embree3/": ["convert"],
     "meshoptimizer.h": ["convert"],
-    "assimp/": ["mesh"],
     "zlib.h": ["mesh"],
     "nlohmann/": ["mesh"],
     "sqlite3.h": ["file"],
