@@ -95,8 +95,7 @@ std::vector<Subject> paper_subjects(std::size_t triangles) {
 
 /// A path that slides over the surface `depth` below it: the nearest surface points of a great turn around the model.
 std::vector<Vec3d> slide_path(const Snapshot& model, double depth, int count) {
-  Box3d box;
-  for (const Vec3d p : tessellate(model, 0).positions) box.add(p);
+  const Box3d box = surface_bounds(model);
   const double scale = diagonal(box);
   std::vector<Vec3d> path;
   const int anchors = std::max(2, count / 50);
@@ -264,7 +263,7 @@ class Bench {
 
   ordered_json frames(Renderer& renderer, const Snapshot& model, int width, int height, int level) {
     std::vector<double> cpu, wall;
-    const Camera camera = framing(model.slab_mesh().bounds(), 20, 15, static_cast<double>(width) / height);
+    const Camera camera = framing(surface_bounds(model), 20, 15, static_cast<double>(width) / height);
     DrawSettings settings;
     settings.width = width;
     settings.height = height;

@@ -4,7 +4,6 @@
 
 #include <relief/base/try.h>
 #include <relief/core/query.h>
-#include <relief/core/tessellate.h>
 #include <relief/file/model_file.h>
 #include <relief/mesh/export.h>
 #include <relief/mesh/import.h>
@@ -112,7 +111,7 @@ class Demo {
                     made.report.slabs, report_.convert_seconds));
     RELIEF_TRY(ModelFile created, ModelFile::create(o_.out / "model.relief", made.model));
     file_.emplace(std::move(created));
-    for (const Vec3d p : tessellate(*made.model.head).positions) box_.add(p);
+    box_ = surface_bounds(*made.model.head);
     return {};
   }
 

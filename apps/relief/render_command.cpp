@@ -3,7 +3,6 @@
 
 #include <relief/base/try.h>
 #include <relief/core/query.h>
-#include <relief/core/tessellate.h>
 #include <relief/file/model_file.h>
 #include <relief/render/renderer.h>
 
@@ -84,12 +83,8 @@ Status run_render(RenderOptions& o, const Context& context) {
     }
     o.draw.hand = hand;
   }
-  // The displaced surface, not the slabs, is what must fit the picture.
-  const Tessellation surface = tessellate(head, 0);
-  Box3d box;
-  for (const Vec3d p : surface.positions) box.add(p);
   const double aspect = static_cast<double>(o.draw.width) / o.draw.height;
-  const Camera camera = framing(box, angles.first, angles.second, aspect);
+  const Camera camera = framing(surface_bounds(head), angles.first, angles.second, aspect);
   context.progress("render", 0.1);
   RELIEF_TRY(Renderer renderer, Renderer::create());
   RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));
