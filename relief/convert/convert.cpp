@@ -113,19 +113,40 @@ struct Attempt {
   Decimation::Result decimated;
   Shell shell;
   std::vector<std::uint32_t> flagged;  ///< base faces that cannot carry a slab, or whose slab misses much of the source
-  double missed = 0;                   ///< share of the fibres, all slabs alike
+  double torn = 0;                     ///< share of the area that cannot carry a slab, crumbs not counted
+  double missed = 0;                   ///< share of the fibres that pass the source by, weighted by area
+  [[nodiscard]] double badness() const noexcept { return missed + 4 * torn; }
 };
 
 Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, double longest,
                    const Progress& progress) {
   constexpr double kMuch = 0.15;
+  // A crumb that no slab can stand on would not get better with more faces: it is let go.
+  constexpr std::uint32_t kCrumb = 8;
   Attempt attempt;
   attempt.shell = build_shell(decimated.base, wanted_fibres(decimated.base, source, longest), progress);
   attempt.decimated = std::move(decimated);
-  attempt.flagged = attempt.shell.dropped;
+  const BaseMesh& base = attempt.decimated.base;
+  std::vector<double> areas;
+  double all = 0;
+  for (const Face& f : base.faces) {
+    const LatticePoint a = base.points[f[0]];
+    areas.push_back(length(cross(to_double(base.points[f[1]] - a), to_double(base.points[f[2]] - a))));
+    all += areas.back();
+  }
+  if (!(all > 0)) return attempt;
+  const Parts parts = find_parts(base.points.size(), base.faces);
+  std::vector<std::uint32_t> size(parts.count, 0), gone(parts.count, 0);
+  for (const std::uint32_t part : parts.of_face) ++size[part];
+  for (const std::uint32_t f : attempt.shell.dropped) ++gone[parts.of_face[f]];
+  for (const std::uint32_t f : attempt.shell.dropped) {
+    if (const std::uint32_t part = parts.of_face[f]; gone[part] == size[part] && size[part] <= kCrumb) continue;
+    attempt.flagged.push_back(f);
+    attempt.torn += areas[f] / all;
+  }
   const std::vector<double> missed = missed_shares(attempt.shell, source);
   for (std::size_t s = 0; s < missed.size(); ++s) {
-    attempt.missed += missed[s] / double(missed.size());
+    attempt.missed += missed[s] * areas[attempt.shell.from[s]] / all;
     if (missed[s] > kMuch) attempt.flagged.push_back(attempt.shell.from[s]);
   }
   return attempt;
@@ -136,8 +157,9 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
 Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face>& faces, const SourceSurface& source,
                         const Lattice& lattice, const CageSettings& settings, const Progress& progress,
                         Stopwatch& stopwatch) {
-  constexpr double kEnough = 0.03;  // of the fibres may miss
-  constexpr double kFiner = 16;     // halves the edges where it weighs
+  constexpr double kEnough = 0.03;    // of the fibres may miss
+  constexpr double kHairline = 1e-4;  // of the area may be torn
+  constexpr double kFiner = 16;       // halves the edges where it weighs
   constexpr int kRounds = 5;
   const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
   const Decimation decimation(points, faces, settings.target, progress);
@@ -146,26 +168,27 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
 
   const std::size_t most = 16 * settings.target;
   std::vector<double> importance(decimation.point_count(), 1);
-  std::size_t goal = settings.target;
+  // Each part takes four slabs at least; what many parts take is not taken from the large ones.
+  const std::size_t for_parts = 4 * std::size_t{find_parts(points.size(), faces).count};
+  std::size_t goal = std::min(most, std::max(settings.target, settings.target / 2 + for_parts));
   Attempt best;
+  int in_vain = 0;
   for (int round = 0; round < kRounds; ++round) {
     progress("shell", double(round) / kRounds);
     Attempt attempt =
         attempt_at(decimation.finish(goal, most, importance, progress), source, settings.longest, progress);
     if (progress.cancelled()) return cancelled();
-    const auto badness = [](const Attempt& a) {
-      return a.missed +
-             2 * double(a.shell.dropped.size()) / double(std::max<std::size_t>(1, a.decimated.base.faces.size()));
-    };
     std::vector<std::uint8_t> flagged(attempt.decimated.base.points.size(), 0);
     for (const std::uint32_t f : attempt.flagged)
       for (const std::uint32_t v : attempt.decimated.base.faces[f]) flagged[v] = 1;
     for (std::size_t v = 0; v < importance.size(); ++v)
       if (flagged[attempt.decimated.went_to[v]] != 0) importance[v] *= kFiner;
-    const bool good = attempt.shell.dropped.empty() && attempt.missed <= kEnough;
+    const bool good = attempt.torn <= kHairline && attempt.missed <= kEnough;
     const std::size_t more = 3 * attempt.flagged.size();
-    if (round == 0 || badness(attempt) < badness(best)) best = std::move(attempt);
-    if (good || goal >= most) break;
+    const bool better = round == 0 || attempt.badness() < 0.95 * best.badness();
+    if (better) best = std::move(attempt);
+    in_vain = better ? 0 : in_vain + 1;
+    if (good || in_vain == 2 || goal >= most) break;
     goal = std::min(most, goal + std::max<std::size_t>(more, 4));
   }
   stopwatch.phase_done("shell");

@@ -819,8 +819,10 @@ Decimation::Result Decimation::finish(std::size_t target, std::size_t most, std:
   const Guards strict = {.normal = 0.2, .shape = 0.1, .visibility = 0.2, .apart = true};
   const Guards loose = {.normal = 0, .shape = 0.03, .visibility = 0.08, .apart = true};
   const Guards last = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = true};
-  for (const Guards& guards : {strict, loose, last})
+  for (const Guards& guards : {strict, loose})
     if (!collapser.run(target, guards, true, progress, 0.7, 1)) return {};
+  // Vertices that hardly see their faces carry no slabs worth having: better too many faces, up to a limit.
+  if (!collapser.run(most, last, true, progress, 0.9, 1)) return {};
   // Where the source meets itself no collapse may pass; beyond the greatest count it must.
   const Guards any = {.normal = -1, .shape = 0.005, .visibility = 0.02, .apart = false};
   if (!collapser.run(most, any, true, progress, 0.9, 1)) return {};

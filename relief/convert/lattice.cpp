@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace relief::detail {
 namespace {
@@ -177,6 +178,13 @@ JacobianFault jacobian_fault(const LatticeTriangle& inner, const LatticeTriangle
 
 bool in_hull(const LatticeTriangle& inner, const LatticeTriangle& outer, LatticePoint p) noexcept {
   const std::array<LatticePoint, 6> q = {inner[0], inner[1], inner[2], outer[0], outer[1], outer[2]};
+  // Beyond the plane of the inner or the outer triangle, when all other corners are on its near side.
+  for (const auto& [t, other, beyond] : {std::tuple{&inner, &outer, -1}, std::tuple{&outer, &inner, 1}}) {
+    const LatticeTriangle& base = *t;
+    const int sense = beyond;
+    const auto side = [&](LatticePoint x) { return sense * orientation(base[0], base[1], base[2], x); };
+    if (side(p) > 0 && side((*other)[0]) <= 0 && side((*other)[1]) <= 0 && side((*other)[2]) <= 0) return false;
+  }
   // A point of the hull lies in one of the tetrahedra over four of its points.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = a + 1; b < 4; ++b)

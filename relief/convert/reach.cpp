@@ -29,6 +29,11 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
     for (std::size_t s = range.begin(); s != range.end(); ++s) {
       const Face& f = base.faces[s];
       std::size_t at = s * per_face;
+      // What lies farther off than the face is large is another part of the source.
+      double edge = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        edge = std::max(edge, length(to_double(base.points[f[k]]) - to_double(base.points[f[(k + 1) % 3]])));
+      const double far = std::min(longest, 1.5 * edge);
       for (int j = 0; j <= m; ++j)
         for (int i = 0; i + j <= m; ++i, ++at) {
           const std::array<double, 3> w = {double(m - i - j) / m, double(i) / m, double(j) / m};
@@ -39,7 +44,7 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
           }
           departures[at] = {w, std::numeric_limits<double>::quiet_NaN()};
           Crossings crossings;
-          source.cross(p, d, -longest, longest, crossings);
+          source.cross(p, d, -far, far, crossings);
           for (const Crossing& c : crossings.all())
             if (c.front && !(std::abs(c.t) >= std::abs(departures[at].height))) departures[at].height = c.t;
         }

@@ -44,7 +44,9 @@ IntBox united(const IntBox& a, const IntBox& b) noexcept {
 
 class Builder {
  public:
-  Builder(const BaseMesh& base, const Fibres& fibres) : base_(base), fibres_(fibres) {
+  /// `start`, where not empty, holds depths from which to start instead of the wanted ones.
+  Builder(const BaseMesh& base, const Fibres& fibres, const std::array<std::vector<double>, 2>& start)
+      : base_(base), fibres_(fibres) {
     const std::size_t points = base.points.size(), faces = base.faces.size();
     for (const Side side : {kInner, kOuter}) {
       depth_[side].resize(points);
@@ -58,6 +60,13 @@ class Builder {
       for (const Side side : {kInner, kOuter}) place(v, side);
     for (std::uint32_t s = 0; s < faces; ++s) measure(s);
     find_pairs();
+    if (start[kInner].empty()) return;
+    for (std::uint32_t v = 0; v < points; ++v)
+      for (const Side side : {kInner, kOuter}) {
+        depth_[side][v] = std::min(depth_[side][v], start[side][v]);
+        place(v, side);
+      }
+    for (std::uint32_t s = 0; s < faces; ++s) measure(s);
   }
 
   /// True when all conditions hold or only faces at their least depth are to blame (faults()); false when cancelled.
@@ -67,6 +76,7 @@ class Builder {
 
   [[nodiscard]] const std::vector<std::pair<std::uint32_t, std::uint32_t>>& faults() const noexcept { return faults_; }
   [[nodiscard]] const std::vector<std::uint32_t>& part_of_face() const noexcept { return parts_.of_face; }
+  [[nodiscard]] double depth(std::uint32_t v, Side side) const noexcept { return depth_[side][v]; }
   [[nodiscard]] std::array<std::vector<LatticePoint>, 2> take_ends() { return std::move(ends_); }
 
  private:
@@ -238,6 +248,7 @@ bool Builder::shrink(const Progress& progress) {
     }
     for (std::uint32_t a = 0; a < faces; ++a) {
       if (stale[a] == 0) continue;
+      if ((a & 63U) == 0 && progress.cancelled()) return false;
       for (const std::uint32_t b : partners(a)) {
         if (stale[b] != 0 && b < a) continue;
         const bool adjacent = share_fibre(a, b);
@@ -245,8 +256,15 @@ bool Builder::shrink(const Progress& progress) {
           for (const Side sb : {kInner, kOuter})
             if ((sa != sb || !adjacent) && meet(a, sa, b, sb)) accuse(a, sa, b, sb);
         if (!adjacent && parts_.of_face[a] != parts_.of_face[b]) {
-          if (holds_corner_of(a, b)) accuse(a, kInner, a, kOuter);
-          if (holds_corner_of(b, a)) accuse(b, kInner, b, kOuter);
+          for (const auto& [holder, held] : {std::pair{a, b}, std::pair{b, a}}) {
+            if (!holds_corner_of(holder, held)) continue;
+            if (least(holder, kInner) && least(holder, kOuter)) {
+              faults_.emplace_back(a, b);
+              faulty[a] = 1;
+            }
+            blame(holder, kInner);
+            blame(holder, kOuter);
+          }
         }
       }
     }
@@ -347,7 +365,7 @@ bool Builder::sound_at(std::uint32_t v) const noexcept {
 }
 
 bool Builder::grow(const Progress& progress) {
-  for (const double factor : {2.0, 1.4, 1.4, 1.15, 1.15}) {
+  for (const double factor : {3.0, 2.0, 1.4, 1.4, 1.15, 1.15}) {
     for (std::uint32_t v = 0; v < base_.points.size(); ++v) {
       if ((v & 255U) == 0 && progress.cancelled()) return false;
       for (const Side side : {kInner, kOuter}) {
@@ -489,8 +507,9 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
   Shell shell;
   shell.from.resize(base.faces.size());
   std::iota(shell.from.begin(), shell.from.end(), 0U);
+  std::array<std::vector<double>, 2> start;
   while (!mesh.faces.empty()) {
-    Builder builder(mesh, wanted);
+    Builder builder(mesh, wanted, start);
     if (!builder.shrink(progress)) return {};
     if (builder.faults().empty()) {
       if (!builder.grow(progress)) return {};
@@ -501,6 +520,7 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
     const std::vector<std::uint8_t> keep = faces_to_keep(mesh, builder.part_of_face(), builder.faults());
     BaseMesh rest;
     Fibres rest_wanted;
+    std::array<std::vector<double>, 2> rest_start;
     std::vector<std::uint32_t> number(mesh.points.size(), 0xffffffffU), from;
     for (std::size_t s = 0; s < mesh.faces.size(); ++s) {
       if (keep[s] == 0) {
@@ -514,7 +534,10 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
           number[v] = static_cast<std::uint32_t>(rest.points.size());
           rest.points.push_back(mesh.points[v]);
           rest_wanted.directions.push_back(wanted.directions[v]);
-          for (const Side side : {kInner, kOuter}) rest_wanted.wanted[side].push_back(wanted.wanted[side][v]);
+          for (const Side side : {kInner, kOuter}) {
+            rest_wanted.wanted[side].push_back(wanted.wanted[side][v]);
+            rest_start[side].push_back(4 * builder.depth(v, side));
+          }
         }
         face[k] = number[v];
       }
@@ -523,6 +546,7 @@ Shell build_shell(const BaseMesh& base, const Fibres& fibres, const Progress& pr
     }
     mesh = std::move(rest);
     wanted = std::move(rest_wanted);
+    start = std::move(rest_start);
     shell.from = std::move(from);
   }
   return shell;

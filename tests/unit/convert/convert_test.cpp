@@ -1,0 +1,415 @@
+#include "shapes.h"
+#include "support/data.h"
+
+#include <relief/convert/convert.h>
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+#include <relief/mesh/import.h>
+#include <relief/verify/verify.h>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <sstream>
+
+namespace relief {
+namespace {
+
+using testing::append;
+
+ConvertSettings few(int slabs, int n = 15) {
+  ConvertSettings settings;
+  settings.slabs = slabs;
+  settings.intervals = n;
+  return settings;
+}
+
+std::size_t open_edges(const SlabMesh& mesh) {
+  std::size_t count = 0;
+  for (const Slab& s : mesh.slabs())
+    for (const SlabId other : s.neighbours) count += other == kNoSlab;
+  return count;
+}
+
+verify::Certificate certificate(const SlabMesh& mesh) {
+  std::vector<std::array<double, 3>> inner, outer;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const Fibre& f : mesh.fibres()) {
+    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
+    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
+  }
+  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
+  return verify::check({inner, outer, triangles});
+}
+
+/// What holds for every conversion.
+void expect_sound(const Result<Conversion>& result, const ConvertSettings& settings) {
+  ASSERT_TRUE(result) << result.error().message;
+  const Snapshot& model = *result->model.head;
+  const ConvertReport& report = result->report;
+  const auto valid = validate(model);
+  EXPECT_TRUE(valid) << valid.error().message;
+  const verify::Certificate shell = certificate(model.slab_mesh());
+  EXPECT_TRUE(shell.all()) << (shell.failures.empty() ? "" : shell.failures.front().what);
+  EXPECT_TRUE(shell.on_lattice);
+  EXPECT_EQ(report.slabs, model.slab_mesh().slab_count());
+  EXPECT_LE(report.slabs, 16U * static_cast<std::size_t>(settings.slabs));
+  EXPECT_EQ(report.hits_single + report.hits_none + report.hits_several, report.fibres_cast);
+  const double diagonal = result->model.info.source_diagonal;
+  for (const Fibre& f : model.slab_mesh().fibres())
+    EXPECT_LE(length(f.direction()), settings.thickness * diagonal * (1 + 1e-6));
+  EXPECT_EQ(result->model.info.mode, Mode::Preview);
+  EXPECT_GT(report.thickness_min, 0);
+}
+
+double single_share(const ConvertReport& report) { return double(report.hits_single) / double(report.fibres_cast); }
+
+TEST(Convert, BallAtEveryGridSize) {
+  for (const int n : {1, 2, 15, 32, 63, 128}) {
+    const ConvertSettings settings = few(80, n);
+    const auto result = convert(testing::ball(40, 0.05), settings);
+    expect_sound(result, settings);
+    ASSERT_TRUE(result);
+    EXPECT_LE(result->report.slabs, 80U);
+    EXPECT_GE(result->report.slabs, 60U);
+    EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+    EXPECT_EQ(result->report.hits_single, result->report.fibres_cast) << n;
+    EXPECT_LT(result->report.distance_max, n == 1 ? 0.1 : n == 2 ? 0.04 : n == 15 ? 4e-3 : 2e-3) << n;
+  }
+}
+
+TEST(Convert, LeavesRoomToCarveAndToAdd) {
+  const ConvertSettings settings = few(80);
+  const auto result = convert(testing::ball(40), settings);
+  expect_sound(result, settings);
+  const Snapshot& model = *result->model.head;
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+    const float* const alpha = model.displacement(s);
+    for (std::size_t k = 0; k < sample_count(15); ++k) {
+      EXPECT_GT(alpha[k], 0.15F);
+      EXPECT_LT(alpha[k], 0.9F);
+    }
+  }
+  EXPECT_GT(result->report.thickness_min, 0.05);
+}
+
+TEST(Convert, TorusStaysATorus) {
+  const ConvertSettings settings = few(120);
+  const auto result = convert(testing::torus(80, 40), settings);
+  expect_sound(result, settings);
+  const SlabMesh& mesh = result->model.head->slab_mesh();
+  EXPECT_EQ(open_edges(mesh), 0U);
+  EXPECT_LE(mesh.slab_count(), 120U);
+  // Euler characteristic 0: V - E + F with E = 3 F / 2.
+  EXPECT_EQ(2 * mesh.fibres().size(), mesh.slab_count());
+  EXPECT_GT(single_share(result->report), 0.99);
+}
+
+TEST(Convert, CubeAndTetrahedronAreExact) {
+  for (const TriangleMesh& solid : {testing::box({1, 1, 1}), testing::tetrahedron()}) {
+    const ConvertSettings settings = few(4, 8);
+    const auto result = convert(solid, settings);
+    expect_sound(result, settings);
+    EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+    EXPECT_EQ(result->report.dropped_slabs, 0U);
+    EXPECT_LT(result->report.distance_rms, 0.02);
+  }
+  const ConvertSettings settings = few(12, 8);
+  const auto cube = convert(testing::box({1, 1, 1}), settings);
+  expect_sound(cube, settings);
+  EXPECT_EQ(cube->report.slabs, 12U);
+  EXPECT_LT(cube->report.distance_max, 1e-6);
+}
+
+TEST(Convert, ThinPlateStaysClosed) {
+  const ConvertSettings settings = few(40);
+  const auto plate = convert(testing::box({1, 1, 0.002}), settings);
+  expect_sound(plate, settings);
+  EXPECT_EQ(open_edges(plate->model.head->slab_mesh()), 0U);
+  EXPECT_EQ(plate->report.dropped_slabs, 0U);
+  EXPECT_LT(plate->report.distance_max, 1e-4);
+}
+
+TEST(Convert, KnifeEdgeStaysClosed) {
+  TriangleMesh blade = testing::box({1, 1, 0.1});
+  for (Vec3d& p : blade.positions)
+    if (p.y > 0.5) p.z = p.z > 0.05 ? 0.0505 : 0.0495;
+  const ConvertSettings settings = few(40);
+  const auto result = convert(blade, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+}
+
+TEST(Convert, FlatSheetStaysFlat) {
+  const ConvertSettings settings = few(20);
+  const auto result = convert(testing::sheet(30), settings);
+  expect_sound(result, settings);
+  EXPECT_GT(open_edges(result->model.head->slab_mesh()), 3U);
+  EXPECT_LE(result->report.slabs, 20U);
+  for (const Vec3d p : to_mesh(*result->model.head).positions) EXPECT_NEAR(p.z, 0, 1e-6);
+}
+
+TEST(Convert, HillyOpenSheet) {
+  const ConvertSettings settings = few(100, 32);
+  const auto result = convert(testing::sheet(60, 0.08), settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(result->report.dropped_slabs, 0U);
+  EXPECT_GT(single_share(result->report), 0.97);
+  EXPECT_LT(result->report.distance_rms, 1e-3);
+}
+
+TEST(Convert, NestedBallsKeepTheirCavity) {
+  TriangleMesh mesh = testing::ball(30);
+  append(mesh, testing::turned(testing::ball(24)), {}, 0.9);
+  const ConvertSettings settings = few(200);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+  EXPECT_EQ(result->report.dropped_slabs, 0U);
+  // The volume of the wall, less what 200 slabs of 15 intervals round off.
+  const double wall = 4.18879 * (1 - 0.9 * 0.9 * 0.9);
+  EXPECT_NEAR(signed_volume(to_mesh(*result->model.head)), wall, 0.05 * wall);
+}
+
+TEST(Convert, SmallPartBesideALargeOneIsNotSwallowed) {
+  // The crumb lies within the depth that the ball's slabs would like to have.
+  TriangleMesh mesh = testing::ball(30);
+  append(mesh, testing::ball(8), {1.08, 0.02, 0.03}, 0.03);
+  const ConvertSettings settings = few(80);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+}
+
+TEST(Convert, PartsFarApart) {
+  TriangleMesh mesh = testing::ball(30);
+  append(mesh, testing::torus(30, 20), {500, -300, 200});
+  const ConvertSettings settings = few(150);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+  EXPECT_GT(single_share(result->report), 0.98);
+}
+
+TEST(Convert, EveryPartGetsItsSlabsBeyondTheTarget) {
+  TriangleMesh mesh;
+  for (int k = 0; k < 100; ++k) append(mesh, testing::ball(6), {3.0 * (k % 10), 3.0 * (k / 10), 0});
+  const ConvertSettings settings = few(50, 4);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(result->report.dropped_parts, 0U);
+  EXPECT_GE(result->report.slabs, 400U);
+  EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+}
+
+TEST(Convert, SmallestPartsGoWhenSixteenTimesTheTargetIsNotEnough) {
+  TriangleMesh mesh;
+  for (int k = 0; k < 40; ++k)
+    append(mesh, testing::tetrahedron(), {3.0 * (k % 10), 3.0 * (k / 10), 0}, k < 10 ? 0.5 : 1.0);
+  const ConvertSettings settings = few(8, 4);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_EQ(result->report.slabs, 128U);
+  EXPECT_EQ(result->report.dropped_parts, 8U);
+  EXPECT_NE(to_string(result->report).find("8 of the smallest parts"), std::string::npos);
+}
+
+TEST(Convert, PartsThatRunThroughEachOtherAreOpenedThere) {
+  TriangleMesh mesh = testing::ball(30);
+  append(mesh, testing::ball(30), {0.9, 0.3, 0.2});
+  const ConvertSettings settings = few(100);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_GT(result->report.dropped_slabs, 0U);
+  EXPECT_GT(result->report.slabs, 100U);
+  EXPECT_NE(to_string(result->report).find("meets itself"), std::string::npos);
+}
+
+TEST(Convert, MoebiusStripIsCutAndConverted) {
+  const ConvertSettings settings = few(60);
+  const auto result = convert(testing::moebius(60), settings);
+  expect_sound(result, settings);
+  EXPECT_GT(result->report.repair.cut_seams, 0U);
+}
+
+TEST(Convert, AnySizeAnywhere) {
+  const TriangleMesh ball = testing::ball(24, 0.05);
+  for (const auto& [scale, shift] :
+       {std::pair{1e-3, 0.0}, {1e6, 0.0}, {1.0, 1e6}, {1e-3, 1e6}, {1e-30, 0.0}, {1e30, 0.0}}) {
+    const ConvertSettings settings = few(60);
+    const auto result = convert(testing::scaled(ball, scale, {shift, -shift, shift}), settings);
+    expect_sound(result, settings);
+    ASSERT_TRUE(result);
+    EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
+    EXPECT_GT(single_share(result->report), 0.99) << scale << " " << shift;
+    EXPECT_LT(result->report.distance_rms, 1e-3) << scale << " " << shift;
+  }
+}
+
+TEST(Convert, TheNumberOfThreadsChangesNothing) {
+  TriangleMesh mesh = testing::torus(60, 30);
+  for (const Vec3d p : mesh.positions)
+    mesh.colours.push_back(
+        {static_cast<std::uint8_t>(40 * (p.x + 3)), static_cast<std::uint8_t>(40 * (p.y + 3)), 7, 255});
+  std::vector<std::uint64_t> hashes;
+  for (const std::size_t threads : {1U, 2U, 2U}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    const auto result = convert(mesh, few(100, 16));
+    ASSERT_TRUE(result);
+    hashes.push_back(result->model.head->content_hash());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Convert, ColoursFollowTheSource) {
+  TriangleMesh mesh = testing::ball(60);
+  const auto colour = [](Vec3d p) { return Vec3d{(p.x + 1) / 2, (p.y + 1) / 2, (p.z + 1) / 2}; };
+  for (const Vec3d p : mesh.positions) {
+    const Vec3d c = colour(p) * 255;
+    mesh.colours.push_back(
+        {static_cast<std::uint8_t>(c.x), static_cast<std::uint8_t>(c.y), static_cast<std::uint8_t>(c.z), 255});
+  }
+  ConvertSettings settings = few(60);
+  const auto result = convert(mesh, settings);
+  expect_sound(result, settings);
+  const Snapshot& model = *result->model.head;
+  ASSERT_TRUE(model.has(Layer::Colour));
+  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 32) << "the power of two at or above 2 n";
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+    const SurfacePoint p = surface_point(model, s, 0.3, 0.4);
+    const Vec3d want = colour(normalized(p.position));
+    const Vec3d got = to_double(colour_at(model, s, 0.3, 0.4));
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(got[c], want[c], 0.02);
+  }
+  const TriangleMesh out = to_mesh(model);
+  ASSERT_EQ(out.colours.size(), out.positions.size());
+  EXPECT_NEAR(out.colours[0].r, 255 * colour(normalized(out.positions[0])).x, 6);
+  settings.colour_intervals = 5;
+  EXPECT_EQ(convert(mesh, settings)->model.head->tile(Layer::Colour, 0).intervals(), 5);
+}
+
+TEST(Convert, StopsWhenAsked) {
+  std::atomic<bool> cancel = true;
+  Progress progress;
+  progress.cancel = &cancel;
+  const TriangleMesh mesh = testing::ball(60);
+  const auto at_once = convert(mesh, few(80), progress);
+  ASSERT_FALSE(at_once);
+  EXPECT_EQ(at_once.error().code, Errc::Cancelled);
+  for (const std::string_view phase : {"decimate", "shell", "sample", "measure"}) {
+    cancel = false;
+    bool seen = false;
+    progress.report = [&](std::string_view name, double share) {
+      EXPECT_GE(share, 0);
+      EXPECT_LE(share, 1);
+      if (name != phase) return;
+      seen = true;
+      cancel = true;
+    };
+    const auto result = convert(mesh, few(80), progress);
+    EXPECT_TRUE(seen) << phase;
+    ASSERT_FALSE(result) << phase;
+    EXPECT_EQ(result.error().code, Errc::Cancelled);
+  }
+}
+
+TEST(Convert, RefusesWithASentence) {
+  const TriangleMesh mesh = testing::ball(8);
+  const auto refused = [&](const ConvertSettings& settings, std::string_view word) {
+    const auto result = convert(mesh, settings);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, Errc::InvalidArgument);
+    EXPECT_NE(result.error().message.find(word), std::string::npos) << result.error().message;
+  };
+  refused(few(3), "3");
+  refused(few(2'000'000), "2000000");
+  refused(few(80, 0), "0");
+  refused(few(80, 129), "129");
+  ConvertSettings thin = few(80);
+  thin.thickness = 0;
+  refused(thin, "thickness");
+  thin.thickness = std::nan("");
+  refused(thin, "thickness");
+  EXPECT_EQ(convert({}, few(80)).error().code, Errc::Corrupt);
+}
+
+TEST(ToMesh, HasOneVertexPerDistinctSampleAndIsClosed) {
+  const auto result = convert(testing::ball(30), few(60, 16));
+  ASSERT_TRUE(result);
+  const TriangleMesh full = to_mesh(*result->model.head), half = to_mesh(*result->model.head, 1);
+  EXPECT_EQ(full.positions.size(), result->report.fibres_cast);
+  EXPECT_EQ(full.triangles.size(), 256 * result->report.slabs);
+  EXPECT_EQ(half.triangles.size(), 64 * result->report.slabs);
+  for (const TriangleMesh* mesh : {&full, &half}) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    for (const Triangle& t : mesh->triangles)
+      for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}];
+    for (const auto& [edge, count] : edges) {
+      EXPECT_EQ(count, 1);
+      EXPECT_TRUE(edges.contains({edge.second, edge.first}));
+    }
+    EXPECT_NEAR(signed_volume(*mesh), 4.1, 0.1);
+  }
+  EXPECT_TRUE(full.colours.empty());
+}
+
+TEST(ToSlabsText, ReadsBackBitForBit) {
+  const auto result = convert(testing::sheet(10, 0.05), few(20, 7));
+  ASSERT_TRUE(result);
+  const SlabMesh& mesh = result->model.head->slab_mesh();
+  std::istringstream text(to_slabs_text(mesh));
+  std::string word;
+  std::size_t count = 0;
+  int version = 0;
+  text >> word >> version;
+  EXPECT_EQ(word, "relief-slabs");
+  EXPECT_EQ(version, 1);
+  text >> word >> count;
+  EXPECT_EQ(word, "fibres");
+  ASSERT_EQ(count, mesh.fibres().size());
+  for (const Fibre& f : mesh.fibres()) {
+    Fibre g;
+    text >> g.inner.x >> g.inner.y >> g.inner.z >> g.outer.x >> g.outer.y >> g.outer.z;
+    EXPECT_EQ(f.inner, g.inner);
+    EXPECT_EQ(f.outer, g.outer);
+  }
+  text >> word >> count;
+  EXPECT_EQ(word, "slabs");
+  ASSERT_EQ(count, mesh.slabs().size());
+  for (const Slab& s : mesh.slabs()) {
+    for (const FibreId f : s.fibres) {
+      FibreId g = 0;
+      text >> g;
+      EXPECT_EQ(f, g);
+    }
+    for (const SlabId a : s.neighbours) {
+      std::int64_t b = 0;
+      text >> b;
+      EXPECT_EQ(b, a == kNoSlab ? -1 : std::int64_t{a});
+    }
+    int n = 0;
+    text >> n;
+    EXPECT_EQ(n, 7);
+  }
+  EXPECT_TRUE(text.good());
+  EXPECT_FALSE(text >> word) << "nothing follows";
+}
+
+TEST(ConvertScan, BunnyAt150Slabs) {
+  RELIEF_DATA_FILE(file, "a_models/bunny.ply");
+  const auto mesh = import_mesh(file);
+  ASSERT_TRUE(mesh);
+  const ConvertSettings settings = few(150, 15);
+  const auto result = convert(*mesh, settings);
+  expect_sound(result, settings);
+  EXPECT_LE(result->report.slabs, 150U);
+  EXPECT_GE(single_share(result->report), 0.97);
+  EXPECT_EQ(result->report.dropped_slabs, 0U);
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,116 @@
+// Triangle meshes made in the test.
+#pragma once
+
+#include <relief/mesh/triangle_mesh.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace relief::testing {
+
+inline void append(TriangleMesh& to, const TriangleMesh& more, Vec3d shift = {}, double scale = 1) {
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  for (const Vec3d p : more.positions) to.positions.push_back(p * scale + shift);
+  for (const Triangle& t : more.triangles) to.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+inline TriangleMesh scaled(TriangleMesh mesh, double scale, Vec3d shift = {}) {
+  for (Vec3d& p : mesh.positions) p = p * scale + shift;
+  return mesh;
+}
+
+inline TriangleMesh turned(TriangleMesh mesh) {
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  return mesh;
+}
+
+/// A grid of columns x rows quadrilaterals over [0,1]^2, each cut in two, bent by `place`; closed around where asked
+/// for. Counter-clockwise where place(1,0) x place(0,1) looks outwards.
+inline TriangleMesh bent_grid(int columns, int rows, bool around_x, bool around_y,
+                              const std::function<Vec3d(double, double)>& place) {
+  TriangleMesh mesh;
+  const int w = around_x ? columns : columns + 1, h = around_y ? rows : rows + 1;
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) mesh.positions.push_back(place(double(x) / columns, double(y) / rows));
+  const auto id = [&](int x, int y) { return static_cast<std::uint32_t>((y % h) * w + x % w); };
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) {
+      mesh.triangles.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
+      mesh.triangles.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
+    }
+  return mesh;
+}
+
+/// A ball with bumps of height `bump`.
+inline TriangleMesh ball(int rows, double bump = 0) {
+  const int columns = 2 * rows;
+  TriangleMesh mesh;
+  const auto place = [&](double u, double v) {
+    const double a = 2 * std::numbers::pi * u, b = std::numbers::pi * (v - 0.5);
+    const Vec3d d = {std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b)};
+    return d * (1 + bump * std::sin(5 * d.x) * std::sin(6 * d.y) * std::sin(7 * d.z));
+  };
+  mesh.positions.push_back(place(0, 0));
+  for (int y = 1; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) mesh.positions.push_back(place(double(x) / columns, double(y) / rows));
+  mesh.positions.push_back(place(0, 1));
+  const auto id = [&](int x, int y) {
+    return y == 0      ? 0U
+           : y == rows ? static_cast<std::uint32_t>(mesh.positions.size() - 1)
+                       : static_cast<std::uint32_t>(1 + (y - 1) * columns + x % columns);
+  };
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) {
+      if (y > 0) mesh.triangles.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
+      if (y < rows - 1) mesh.triangles.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
+    }
+  return mesh;
+}
+
+inline TriangleMesh torus(int around, int across) {
+  return bent_grid(around, across, true, true, [](double u, double v) {
+    const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v;
+    return Vec3d{(2 + 0.7 * std::cos(b)) * std::cos(a), (2 + 0.7 * std::cos(b)) * std::sin(a), 0.7 * std::sin(b)};
+  });
+}
+
+inline TriangleMesh box(Vec3d size) {
+  TriangleMesh mesh;
+  for (int k = 0; k < 8; ++k)
+    mesh.positions.push_back({(k & 1) != 0 ? size.x : 0, (k & 2) != 0 ? size.y : 0, (k & 4) != 0 ? size.z : 0});
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+inline TriangleMesh tetrahedron() {
+  return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {}};
+}
+
+inline TriangleMesh sheet(int cells, double height = 0) {
+  return bent_grid(cells, cells, false, false,
+                   [&](double u, double v) { return Vec3d{u, v, height * std::sin(9 * u) * std::cos(7 * v)}; });
+}
+
+inline TriangleMesh moebius(int cells) {
+  TriangleMesh mesh;
+  constexpr int kAcross = 4;
+  for (int x = 0; x < cells; ++x)
+    for (int y = 0; y <= kAcross; ++y) {
+      const double a = 2 * std::numbers::pi * x / cells, w = (double(y) / kAcross - 0.5) * 0.8;
+      const double r = 2 + w * std::cos(a / 2);
+      mesh.positions.push_back({r * std::cos(a), r * std::sin(a), w * std::sin(a / 2)});
+    }
+  const auto id = [&](int x, int y) {
+    return static_cast<std::uint32_t>(x < cells ? x * (kAcross + 1) + y : kAcross - y);
+  };
+  for (int x = 0; x < cells; ++x)
+    for (int y = 0; y < kAcross; ++y) {
+      mesh.triangles.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
+      mesh.triangles.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
+    }
+  return mesh;
+}
+
+}  // namespace relief::testing
