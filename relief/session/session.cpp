@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <mutex>
 #include <string>
@@ -69,6 +70,7 @@ struct Session::State {
       brush = brushes[std::min<std::size_t>(sample.buttons >> 8U, brushes.size() - 1)];
       editor.begin_stroke(brush, std::string(name(brush.tool)));
       last_dab_t = sample.t - 1 / settings.sculpt.dabs_per_second;
+      axis = sample.normal;
     }
     const double elapsed = sample.t - last_dab_t;
     // Half a tick of slack, so that 1000 and 250 dabs per second come out as every and every fourth tick.
@@ -81,11 +83,13 @@ struct Session::State {
     const SculptSettings& s = settings.sculpt;
     const double span = s.full_depth - s.light_depth;
     const double pressure = span > 0 ? std::clamp((sample.depth - s.light_depth) / span, 0.0, 1.0) : 1.0;
+    const double follow = s.turn_time > 0 ? 1 - std::exp(-elapsed / s.turn_time) : 1.0;
+    axis = normalized(axis + (sample.normal - axis) * follow);
     const std::uint64_t start = thread_cpu_ns();
     const DabResult result = editor.dab({.slab = sample.at.slab,
                                          .contact = sample.contact_point,
                                          .cursor = sample.cursor,
-                                         .normal = sample.normal,
+                                         .normal = axis,
                                          .pressure = pressure,
                                          .seconds = std::clamp(elapsed, 0.0, 0.1)});
     channel.publish(editor.head());
@@ -113,6 +117,7 @@ struct Session::State {
   std::vector<Brush> brushes{1};
   Brush brush;
   double last_dab_t = 0;
+  Vec3d axis;  ///< of the tool, while a stroke is open
   Status file_status;
   SessionStats stats;
   std::atomic<bool> stopping{false};

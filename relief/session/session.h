@@ -29,7 +29,9 @@ struct SessionStats {
 struct SculptSettings {
   double dabs_per_second = 250;  ///< of contact; the paper used 10
   double full_depth = 0;         ///< model units: penetration that counts as pressure 1
-  double light_depth = 0;        ///< up to this depth pressure is 0 (paper, Sec. 5)
+  double turn_time = 0.15;  ///< s: the tool's axis follows the surface normal with this time constant; 0 at once, as in
+                            ///< the paper, where each dent that the tool makes turns it and cuts the next dent askew
+  double light_depth = 0;  ///< up to this depth pressure is 0 (paper, Sec. 5)
 };
 
 /// Owns the servo thread and the edit thread. The caller's thread may draw channel() meanwhile. While button 0 of the
