@@ -11,7 +11,9 @@
 
 namespace relief::detail {
 
-enum Side : std::size_t { kInner = 0, kOuter = 1 };
+/// Which end of a fibre, or which of a slab's two triangles.
+using Side = std::size_t;
+inline constexpr Side kInner = 0, kOuter = 1;
 
 /// What the depths are to be, in lattice steps, and along which unit direction, per base point.
 struct Fibres {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
 namespace relief::detail {
 namespace {
@@ -61,6 +62,7 @@ struct SourceSurface::Scene {
 SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces)
     : points_(points), faces_(faces), scene_(std::make_unique<Scene>()) {
   scene_->device = rtcNewDevice(nullptr);
+  if (scene_->device == nullptr) throw std::bad_alloc();
   scene_->scene = rtcNewScene(scene_->device);
   rtcSetSceneFlags(scene_->scene,
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
@@ -70,6 +72,7 @@ SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
   auto* const indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), faces.size()));
+  if (vertices == nullptr || indices == nullptr) throw std::bad_alloc();
   for (std::size_t v = 0; v < points.size(); ++v) {
     const Vec3f p = to_scene(points[v]);
     for (std::size_t k = 0; k < 3; ++k) vertices[3 * v + k] = p[k];

@@ -30,7 +30,7 @@ struct Crossings {
 /// about the middle of the lattice, places are computed anew in double. Queries may run on many threads at once.
 class SourceSurface {
  public:
-  /// Points and faces must outlive it.
+  /// Points and faces must outlive it. Throws std::bad_alloc.
   SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces);
   ~SourceSurface();
   SourceSurface(const SourceSurface&) = delete;
