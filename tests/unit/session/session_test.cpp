@@ -1,0 +1,130 @@
+#include "support/shells.h"
+
+#include <relief/devices/open_device.h>
+#include <relief/session/session.h>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+namespace relief {
+namespace {
+
+/// A sphere of radius about 1 in model units, 0.05 m in the hand.
+SnapshotPtr ball() { return Snapshot::make(testing::sphere_shell(3, 16)); }
+constexpr double kMetres = 0.05;
+
+Session::Settings settings() {
+  Session::Settings s;
+  s.servo.workspace.metres_per_unit = kMetres;
+  s.sculpt.full_depth = 0.02;
+  s.keep_trace = true;
+  return s;
+}
+
+/// Comes from +z, presses into the ball with the button held, slides, lifts off; `presses` times, a new brush each.
+HandScript pressing(int presses, const std::shared_ptr<std::atomic<bool>>& done) {
+  return [presses, done](double t) -> HandTarget {
+    constexpr double kPress = 0.5;
+    const int k = static_cast<int>(t / kPress);
+    if (k >= presses) {
+      done->store(true);
+      return {{0, 0, 1.3 * kMetres}, 0};
+    }
+    const double phase = t / kPress - k;
+    const bool down = phase > 0.3 && phase < 0.8;
+    const double reach = phase > 0.1 && phase < 0.8 ? 0.9 : 1.3;
+    const double side = 0.2 * k + (down ? 0.1 * (phase - 0.3) : 0);
+    return {Vec3d{std::sin(side), 0, std::cos(side)} * (reach * kMetres),
+            down ? 1U | (static_cast<std::uint32_t>(k) << 8U) : 0U};
+  };
+}
+
+/// Runs the session until the script is over, or for ten seconds of wall time.
+void wait_for(const std::atomic<bool>& done, const Session& session) {
+  for (int k = 0; k < 1000 && !done.load() && session.running(); ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
+TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
+  auto done = std::make_shared<std::atomic<bool>>(false);
+  SimulatedHand hand(plant_presets()[1], {.stiffness = 800, .damping = 8, .max_force = 3}, pressing(3, done));
+  const SnapshotPtr start = ball();
+  Session session(hand, start, nullptr, settings());
+  session.set_brushes({{.tool = Tool::Carve, .radius = 0.2, .resilience = 0.005},
+                       {.tool = Tool::Deposit, .radius = 0.2, .strength = 0.5},
+                       {.tool = Tool::Paint, .radius = 0.2, .strength = 0.5, .colour = {1, 0, 0}}});
+  // The application draws meanwhile: whatever it sees is whole.
+  {
+    SnapshotChannel::Reader reader = session.channel().reader();
+    for (int k = 0; k < 1000 && !done->load() && session.running(); ++k) {
+      EXPECT_TRUE(validate(reader.latest()));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+  ASSERT_TRUE(done->load());
+  ASSERT_TRUE(session.stop());
+  const SessionStats& stats = session.stats();
+  EXPECT_EQ(stats.strokes, 3U);
+  EXPECT_GT(stats.dabs, 20U);
+  EXPECT_EQ(stats.dab_time.count(), stats.dabs);
+  EXPECT_EQ(stats.trace.size(), stats.samples);
+  EXPECT_GT(stats.contact_samples, 100U);
+  const Snapshot& end = *session.head();
+  EXPECT_TRUE(validate(end));
+  EXPECT_TRUE(end.has(Layer::Colour));
+  const auto alpha = [&](const Snapshot& model, double side) {
+    return closest_point(model, Vec3d{std::sin(side), 0, std::cos(side)}).alpha;
+  };
+  EXPECT_LT(alpha(end, 0.025), alpha(*start, 0.025) - 0.02) << "carved";
+  EXPECT_GT(alpha(end, 0.225), alpha(*start, 0.225) + 0.01) << "built";
+}
+
+TEST(Session, EachFinishedStrokeIsInTheFile) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("relief-session-" + std::to_string(::getpid()) + ".relief");
+  std::uint64_t made = 0;
+  {
+    auto created = ModelFile::create(file, Model{.info = ModelInfo{}, .head = ball()});
+    ASSERT_TRUE(created) << created.error().message;
+    auto done = std::make_shared<std::atomic<bool>>(false);
+    SimulatedHand hand(plant_presets()[1], {.stiffness = 800, .damping = 8, .max_force = 3}, pressing(2, done));
+    Session session(hand, created->model().head, &*created, settings());
+    session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+    wait_for(*done, session);
+    ASSERT_TRUE(session.stop());
+    EXPECT_EQ(session.stats().strokes, 2U);
+    made = session.head()->content_hash();
+  }
+  auto opened = ModelFile::open(file);
+  ASSERT_TRUE(opened) << opened.error().message;
+  EXPECT_EQ(opened->stroke_count(), 2U);
+  EXPECT_EQ(opened->model().head->content_hash(), made);
+  std::filesystem::remove(file);
+}
+
+TEST(Session, ALostDeviceEndsItAndKeepsTheStroke) {
+  // Forty readings that press with the button down, then the device is gone.
+  std::vector<DeviceState> readings;
+  for (int k = 0; k < 120; ++k) {
+    const double reach = k < 60 ? 1.25 - 0.005 * k : 0.95;
+    readings.push_back(
+        {.t = k * 1e-3, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 60 ? 1U : 0U});
+  }
+  ReplayDevice device({}, readings);
+  Session session(device, ball(), nullptr, settings());
+  session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+  for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_FALSE(session.running());
+  EXPECT_TRUE(session.stop());
+  EXPECT_TRUE(session.stop()) << "stopping twice is harmless";
+  EXPECT_EQ(session.stats().strokes, 1U);
+  EXPECT_TRUE(validate(*session.head()));
+}
+
+}  // namespace
+}  // namespace relief
