@@ -115,7 +115,7 @@ struct Attempt {
   std::vector<std::uint32_t> flagged;  ///< base faces that cannot carry a slab, or whose slab misses much of the source
   double torn = 0;                     ///< share of the area that cannot carry a slab, crumbs not counted
   double missed = 0;                   ///< share of the fibres that pass the source by, weighted by area
-  [[nodiscard]] double badness() const noexcept { return missed + 4 * torn + (torn > 0 ? 0.03 : 0); }
+  [[nodiscard]] double badness() const noexcept { return missed + 4 * torn + (torn > 0 ? 0.05 : 0); }
 };
 
 Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, double longest,
