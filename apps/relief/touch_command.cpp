@@ -170,15 +170,16 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 
 void add_touch(CLI::App& app, Context& context) {
   auto o = std::make_shared<TouchOptions>();
-  CLI::App* c = app.add_subcommand("touch",
-                                   "Feel a model along a path, or live with a device.\n"
-                                   "P.csv has the header t,x,y,z (s; model units), one row per tick. F.csv has a row "
-                                   "per row: position as read, contact 0/1,\n"
-                                   "slab, u, v, alpha, depth (model units), surface contact point p, unit normal n "
-                                   "outwards, force f on the hand (N), and\n"
-                                   "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
-                                   "rate clamped, 64 setting clamped,\n"
-                                   "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped.");
+  CLI::App* c =
+      app.add_subcommand("touch",
+                         "Feel a model along a path, or live with a device.\n"
+                         "P.csv has the header t,x,y,z (s; model units), one row per tick. F.csv has a row "
+                         "per row: position as read, contact 0/1,\n"
+                         "slab, u, v, alpha, depth (model units), surface contact point p, unit normal n "
+                         "outwards, force f on the hand (N), and\n"
+                         "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
+                         "rate clamped, 64 setting clamped,\n"
+                         "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped.");
   c->add_option("MODEL", o->model, "The model")->required();
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");
