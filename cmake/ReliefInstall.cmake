@@ -6,10 +6,8 @@ set(RELIEF_CMAKE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/Relief")
 
 # How an installed package finds each foreign target that a part links; a static library hands its needs on.
 set(relief_find_Threads::Threads "find_dependency(Threads)")
-set(relief_find_Eigen3::Eigen "find_dependency(Eigen3 NO_MODULE)")
 set(relief_find_TBB::tbb "find_dependency(TBB)")
 set(relief_find_embree "find_dependency(embree 3)")
-set(relief_find_meshoptimizer::meshoptimizer "find_dependency(meshoptimizer)")
 set(relief_find_ZLIB::ZLIB "find_dependency(ZLIB)")
 set(relief_find_nlohmann_json::nlohmann_json "find_dependency(nlohmann_json)")
 set(relief_find_fmt::fmt "find_dependency(fmt)")

@@ -58,7 +58,9 @@ template <typename T>
 [[nodiscard]] constexpr Vec3f to_float(Vec3d a) noexcept {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }
-[[nodiscard]] constexpr Vec3d to_double(Vec3f a) noexcept { return {double{a.x}, double{a.y}, double{a.z}}; }
+[[nodiscard]] constexpr Vec3d to_double(Vec3f a) noexcept {
+  return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
+}
 
 /// Axis-aligned box; empty until something is added.
 struct Box3d {
@@ -71,9 +73,10 @@ struct Box3d {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
+  /// An empty box adds nothing.
   constexpr void add(const Box3d& b) noexcept {
-    add(b.low);
-    add(b.high);
+    low = {std::min(low.x, b.low.x), std::min(low.y, b.low.y), std::min(low.z, b.low.z)};
+    high = {std::max(high.x, b.high.x), std::max(high.y, b.high.y), std::max(high.z, b.high.z)};
   }
   [[nodiscard]] constexpr bool empty() const noexcept { return low.x > high.x; }
   [[nodiscard]] constexpr bool contains(Vec3d p) const noexcept {

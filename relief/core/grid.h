@@ -23,7 +23,8 @@ struct GridPoint {
 }
 /// Row-packed: row j holds the samples (0..n-j, j).
 [[nodiscard]] constexpr std::size_t sample_index(int n, GridPoint p) noexcept {
-  return static_cast<std::size_t>(p.j * (n + 1) - p.j * (p.j - 1) / 2 + p.i);
+  const int row = p.j * (n + 1) - p.j * (p.j - 1) / 2;
+  return static_cast<std::size_t>(row) + static_cast<std::size_t>(p.i);
 }
 /// The integer weights of the three corners; they add up to n.
 [[nodiscard]] constexpr std::array<int, 3> weights(int n, GridPoint p) noexcept { return {n - p.i - p.j, p.i, p.j}; }

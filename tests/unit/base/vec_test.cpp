@@ -79,5 +79,15 @@ TEST(Box, DistanceIsZeroInsideAndEuclideanOutside) {
   EXPECT_EQ(box.distance2({4, -4, 0.5}), 25);
 }
 
+TEST(Box, AnEmptyBoxAddsNothing) {
+  Box3d box;
+  box.add(Box3d{});
+  EXPECT_TRUE(box.empty());
+  box.add(Vec3d{1, 2, 3});
+  box.add(Box3d{});
+  EXPECT_EQ(box.low, box.high);
+  EXPECT_EQ(box.low, (Vec3d{1, 2, 3}));
+}
+
 }  // namespace
 }  // namespace relief
