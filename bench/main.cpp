@@ -223,16 +223,17 @@ class Bench {
       for (const double wanted : {1e3, 1e4, 1e5}) {
         const double radius = std::sqrt(wanted / samples_per_area / 3.14159265);
         Brush brush{.tool = tool, .radius = radius, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
-        // A carving ball is larger than the dent it makes.
-        if (tool == Tool::Carve) brush.radius = 0.25;
+        // A large ball makes a shallow dent of the wanted radius; it sinks a little with each dab.
+        const double dent = std::min(0.02, radius / 2);
+        if (tool == Tool::Carve) brush.radius = (radius * radius + dent * dent) / (2 * dent);
         Editor editor(model);
         std::vector<double> seconds, affected;
         editor.begin_stroke(brush);
         const int dabs = thorough_ ? 400 : 100;
         for (int k = 0; k < dabs; ++k) {
-          const double turn = 0.3 * k / dabs;
-          const SurfacePoint p = closest_point(*editor.head(), Vec3d{std::sin(turn), 0.3, std::cos(turn)} * 1.3);
-          const double depth = tool == Tool::Carve ? radius * radius / (2 * brush.radius) : 0;
+          const double turn = tool == Tool::Carve ? 0 : 0.3 * k / dabs;
+          const SurfacePoint p = closest_point(*model, Vec3d{std::sin(turn), 0.3, std::cos(turn)} * 1.3);
+          const double depth = tool == Tool::Carve ? dent * (0.7 + 0.3 * k / dabs) : 0;
           const Dab dab{.slab = p.slab,
                         .contact = p.position,
                         .cursor = p.position - p.normal * depth,

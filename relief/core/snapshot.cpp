@@ -52,18 +52,23 @@ bool Tile::same_values(const Tile& other) const noexcept {
          std::memcmp(values_.get(), other.values_.get(), bytes()) == 0;
 }
 
+Snapshot::Snapshot() {
+  static const auto none = std::make_shared<const PageTable>();
+  tables_.fill(none);
+}
+
 SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha) {
-  auto made = std::make_shared<Snapshot>();
-  auto& pages = made->pages_[static_cast<std::size_t>(Layer::Displacement)];
-  pages.resize(page_count(*slab_mesh));
-  for (std::size_t p = 0; p < pages.size(); ++p) {
+  const std::shared_ptr<Snapshot> made(new Snapshot);
+  auto pages = std::make_shared<PageTable>(page_count(*slab_mesh));
+  for (std::size_t p = 0; p < pages->size(); ++p) {
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t) {
       const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t;
       if (s < slab_mesh->slab_count()) page->tiles[t] = std::make_shared<const Tile>(slab_mesh->intervals(s), 1, alpha);
     }
-    pages[p] = std::move(page);
+    (*pages)[p] = std::move(page);
   }
+  made->tables_[static_cast<std::size_t>(Layer::Displacement)] = std::move(pages);
   made->slab_mesh_ = std::move(slab_mesh);
   return made;
 }
@@ -86,28 +91,38 @@ std::uint64_t Snapshot::content_hash() const noexcept {
 
 std::size_t Snapshot::bytes() const noexcept {
   std::size_t sum = 0;
-  for (const auto& pages : pages_)
-    for (const PagePtr& page : pages)
+  for (const auto& table : tables_)
+    for (const PagePtr& page : *table)
       for (const TilePtr& t : page->tiles)
         if (t) sum += t->bytes();
   return sum;
 }
 
-SnapshotDraft::SnapshotDraft(SnapshotPtr base) : base_(std::move(base)), next_(std::make_shared<Snapshot>(*base_)) {
-  for (std::size_t k = 0; k < own_pages_.size(); ++k) own_pages_[k].resize(next_->pages_[k].size());
-}
+SnapshotDraft::SnapshotDraft(SnapshotPtr base) : base_(std::move(base)), next_(std::make_shared<Snapshot>(*base_)) {}
 
 const Tile& SnapshotDraft::tile(Layer layer, SlabId s) const noexcept { return next_->tile(layer, s); }
 
-SnapshotDraft::OwnPage& SnapshotDraft::page_for_writing(Layer layer, SlabId s) {
+SnapshotDraft::OwnLayer& SnapshotDraft::layer_for_writing(Layer layer) {
   const auto k = static_cast<std::size_t>(layer);
-  const std::size_t p = s / kTilesPerPage;
-  OwnPage& own = own_pages_[k][p];
-  if (!own.page) {
-    own.page = std::make_shared<Page>(*next_->pages_[k][p]);
-    next_->pages_[k][p] = own.page;
+  OwnLayer& own = own_[k];
+  if (!own.table) {
+    own.table = std::make_shared<PageTable>(*next_->tables_[k]);
+    own.pages.resize(own.table->size());
+    next_->tables_[k] = own.table;
   }
   return own;
+}
+
+SnapshotDraft::OwnPage& SnapshotDraft::page_for_writing(Layer layer, SlabId s) {
+  OwnLayer& own = layer_for_writing(layer);
+  const std::size_t p = s / kTilesPerPage;
+  OwnPage& page = own.pages[p];
+  if (!page.page) {
+    page.page = std::make_shared<Page>(*(*own.table)[p]);
+    own.own_pages.push_back(p);
+    (*own.table)[p] = page.page;
+  }
+  return page;
 }
 
 Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
@@ -125,18 +140,18 @@ Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
 void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   RELIEF_ASSERT(m >= 1 && m <= kMaxIntervals);
   RELIEF_ASSERT(layer != Layer::Displacement);
-  const auto k = static_cast<std::size_t>(layer);
   const SlabId count = next_->slab_mesh().slab_count();
-  next_->pages_[k].assign(page_count(next_->slab_mesh()), nullptr);
-  own_pages_[k].assign(next_->pages_[k].size(), {});
+  OwnLayer& own = layer_for_writing(layer);
+  own.table->assign(page_count(next_->slab_mesh()), nullptr);
+  own.pages.assign(own.table->size(), {});
+  own.own_pages.clear();
   // Immutable until written, so one tile serves all slabs.
   const auto blank = std::make_shared<const Tile>(m, channels(layer), value);
-  for (std::size_t p = 0; p < next_->pages_[k].size(); ++p) {
+  for (std::size_t p = 0; p < own.table->size(); ++p) {
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t)
       if (static_cast<SlabId>(p) * kTilesPerPage + t < count) page->tiles[t] = blank;
-    own_pages_[k][p].page = page;
-    next_->pages_[k][p] = std::move(page);
+    (*own.table)[p] = std::move(page);
   }
 }
 
@@ -153,7 +168,11 @@ SnapshotPtr SnapshotDraft::finish() {
   SnapshotPtr finished = next_;
   base_ = finished;
   next_ = std::make_shared<Snapshot>(*finished);
-  for (std::size_t k = 0; k < own_pages_.size(); ++k) own_pages_[k].assign(next_->pages_[k].size(), {});
+  for (OwnLayer& own : own_) {
+    own.table.reset();
+    for (const std::size_t p : own.own_pages) own.pages[p] = {};
+    own.own_pages.clear();
+  }
   return finished;
 }
 

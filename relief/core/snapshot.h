@@ -79,11 +79,12 @@ struct Page {
   std::array<TilePtr, kTilesPerPage> tiles;
 };
 using PagePtr = std::shared_ptr<const Page>;
+using PageTable = std::vector<PagePtr>;
 
 class Snapshot;
 using SnapshotPtr = std::shared_ptr<const Snapshot>;
 
-/// Immutable; safe to read from any thread for as long as somebody holds it. Copying one copies pointers to pages.
+/// Immutable; safe to read from any thread for as long as somebody holds it. Copying one copies a pointer per layer.
 class Snapshot {
  public:
   /// A model with a displacement of `alpha` everywhere, each tile with its slab's n, and no other layer.
@@ -96,9 +97,8 @@ class Snapshot {
     return *pages(layer)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
   }
   [[nodiscard]] const float* displacement(SlabId s) const noexcept { return tile(Layer::Displacement, s).plane(); }
-  [[nodiscard]] const std::vector<PagePtr>& pages(Layer layer) const noexcept {
-    return pages_[static_cast<std::size_t>(layer)];
-  }
+  /// The pages of a layer in order of slabs; empty where the model has no such layer.
+  [[nodiscard]] const PageTable& pages(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
   /// Equal for equal content (cage, layers, values), whatever the history; O(model).
   [[nodiscard]] std::uint64_t content_hash() const noexcept;
   /// Bytes of all tiles.
@@ -106,8 +106,9 @@ class Snapshot {
 
  private:
   friend class SnapshotDraft;
+  Snapshot();
   std::shared_ptr<const SlabMesh> slab_mesh_;
-  std::array<std::vector<PagePtr>, kLayerCount> pages_;
+  std::array<std::shared_ptr<const PageTable>, kLayerCount> tables_;  ///< never null
 };
 
 /// Makes the next snapshot from one: tiles are copied when they are first written. One thread.
@@ -129,16 +130,22 @@ class SnapshotDraft {
   [[nodiscard]] SnapshotPtr finish();
 
  private:
-  /// A page made by this draft since the last finish(); null where the base's page still stands.
+  /// What this draft has made since the last finish(): nothing of a layer that it has not written.
   struct OwnPage {
     std::shared_ptr<Page> page;
     std::uint64_t own_tiles = 0;  ///< bit t: tile t was made by edit(), so it may be written
   };
+  struct OwnLayer {
+    std::shared_ptr<PageTable> table;
+    std::vector<OwnPage> pages;          ///< by page number
+    std::vector<std::size_t> own_pages;  ///< numbers of those that are set
+  };
+  OwnLayer& layer_for_writing(Layer layer);
   OwnPage& page_for_writing(Layer layer, SlabId s);
 
   SnapshotPtr base_;
   std::shared_ptr<Snapshot> next_;
-  std::array<std::vector<OwnPage>, kLayerCount> own_pages_;
+  std::array<OwnLayer, kLayerCount> own_;
 };
 
 /// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order.
