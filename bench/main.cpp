@@ -264,7 +264,7 @@ class Bench {
 
   ordered_json frames(Renderer& renderer, const Snapshot& model, int width, int height, int level) {
     std::vector<double> cpu, wall;
-    const Camera camera = framing(surface_bounds(model), 20, 15, static_cast<double>(width) / height);
+    const Camera camera = framing(model, 20, 15, static_cast<double>(width) / height);
     DrawSettings settings;
     settings.width = width;
     settings.height = height;

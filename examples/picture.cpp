@@ -23,7 +23,7 @@ int main() {
   settings.height = 270;
   settings.lights = 16;
   settings.slab_wires = true;
-  const relief::Camera camera = relief::framing(relief::surface_bounds(*model), 20, 15, 16.0 / 9);
+  const relief::Camera camera = relief::framing(*model, 20, 15, 16.0 / 9);
   const auto picture = renderer->draw(*model, camera, settings);
   if (!picture || !relief::save_png(*picture, "torus.png")) return 1;
   // end draw

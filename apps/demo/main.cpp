@@ -112,18 +112,16 @@ class Demo {
     RELIEF_TRY(ModelFile created, ModelFile::create(o_.out / "model.relief", made.model));
     file_.emplace(std::move(created));
     box_ = surface_bounds(*made.model.head);
+    // All pictures of a run have this shape and this view.
+    camera_ = framing(*made.model.head, 14, 14, 16.0 / 9);
     return {};
-  }
-
-  [[nodiscard]] Camera camera(int width, int height) const {
-    return framing(box_, 14, 14, static_cast<double>(width) / height);
   }
 
   Status picture(const Snapshot& model, const char* name, const char* caption, DrawSettings settings) {
     settings.width = o_.quick ? 320 : 1280;
     settings.height = o_.quick ? 180 : 720;
     settings.lights = o_.quick ? 8 : 64;
-    RELIEF_TRY(const Picture drawn, renderer_->draw(model, camera(settings.width, settings.height), settings));
+    RELIEF_TRY(const Picture drawn, renderer_->draw(model, camera_, settings));
     RELIEF_CHECK(save_png(drawn, o_.out / name));
     report_.figures.push_back({o_.out / name, caption});
     say(fmt::format("drew {} ({} triangles, {:.1f} CPU s)", name, renderer_->stats().triangles,
@@ -181,7 +179,7 @@ class Demo {
     std::vector<double> seconds;
     while (!done.load() && session_->running() && !cancel_asked.load()) {
       const auto start = std::chrono::steady_clock::now();
-      RELIEF_CHECK(renderer_->draw_quick(reader.latest(), camera(settings.width, settings.height), settings));
+      RELIEF_CHECK(renderer_->draw_quick(reader.latest(), camera_, settings));
       seconds.push_back(renderer_->stats().cpu_seconds);
       report_.frame_triangles = renderer_->stats().triangles;
       // The paper drew about 10 frames a second; the servo gets the rest of the machine.
@@ -227,6 +225,7 @@ class Demo {
   std::optional<ModelFile> file_;
   std::unique_ptr<Session> session_;
   Box3d box_;
+  Camera camera_;
   Report report_;
 };
 

@@ -84,7 +84,7 @@ Status run_render(RenderOptions& o, const Context& context) {
     o.draw.hand = hand;
   }
   const double aspect = static_cast<double>(o.draw.width) / o.draw.height;
-  const Camera camera = framing(surface_bounds(head), angles.first, angles.second, aspect);
+  const Camera camera = framing(head, angles.first, angles.second, aspect);
   context.progress("render", 0.1);
   RELIEF_TRY(Renderer renderer, Renderer::create());
   RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));

@@ -124,14 +124,17 @@ GlVertexArray make_vertex_array() {
   return GlVertexArray(name);
 }
 
-Result<GlProgram> make_program(std::string_view name, std::string_view vertex, std::string_view fragment) {
+Result<GlProgram> make_program(std::string_view name, std::initializer_list<std::string_view> vertex,
+                               std::initializer_list<std::string_view> fragment) {
   const auto complaint = [&](std::string_view text) {
     return fail(Errc::Io, "the graphics driver refuses the program '" + std::string(name) +
                               "': " + printable(text.substr(0, text.find('\n'))));
   };
   GlProgram program(glCreateProgram());
-  for (const auto& [stage, source] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
-    if (source.empty()) continue;
+  for (const auto& [stage, parts] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
+    if (parts.size() == 0) continue;
+    std::string source = "#version 450\n";
+    for (const std::string_view part : parts) source += part;
     const GLuint shader = glCreateShader(static_cast<GLenum>(stage));
     const char* text = source.data();
     const auto size = static_cast<GLint>(source.size());

@@ -5,6 +5,7 @@
 
 #include <epoxy/gl.h>
 
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -81,7 +82,9 @@ using GlSampler = GlName<delete_sampler>;
 [[nodiscard]] GlTexture make_texture(GLenum format, int width, int height, GLenum filter = GL_NEAREST);
 [[nodiscard]] GlFramebuffer make_framebuffer();
 [[nodiscard]] GlVertexArray make_vertex_array();
-/// Compiles and links; `fragment` may be empty. Error: Io with the first line of the driver's complaint.
-[[nodiscard]] Result<GlProgram> make_program(std::string_view name, std::string_view vertex, std::string_view fragment);
+/// Compiles and links texts that follow one another; `fragment` may be empty. Error: Io with the first line of the
+/// driver's complaint.
+[[nodiscard]] Result<GlProgram> make_program(std::string_view name, std::initializer_list<std::string_view> vertex,
+                                             std::initializer_list<std::string_view> fragment);
 
 }  // namespace relief::detail

@@ -15,7 +15,18 @@
 
 namespace relief {
 
-Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up) {
+namespace {
+
+constexpr double kMargin = 1.08;
+
+/// From where a camera looks, and the axes of its picture.
+struct Look {
+  Camera camera;  ///< up and lens only
+  Vec3d back, right, over;
+  double tan_x, tan_y;
+};
+
+Look look_from(double azimuth, double elevation, double aspect, Vec3d up) {
   const double turn = azimuth * std::numbers::pi / 180, rise = elevation * std::numbers::pi / 180;
   const Vec3d above = length(up) > 0 ? normalized(up) : Vec3d{0, 1, 0};
   // Azimuth 0 looks from +z; with z up, from -y, as is usual there.
@@ -23,25 +34,67 @@ Camera framing(const Box3d& box, double azimuth, double elevation, double aspect
   const Vec3d front = length(from_z) > 1e-6 ? normalized(from_z) : Vec3d{0, -1, 0};
   const Vec3d side = cross(above, front);
   const Vec3d flat = front * std::cos(turn) + side * std::sin(turn);
-  const Vec3d back = flat * std::cos(rise) + above * std::sin(rise);
+  Look look{};
+  look.back = flat * std::cos(rise) + above * std::sin(rise);
+  // From straight above the picture's upper edge is where azimuth 0 would look to.
+  look.camera.up = std::abs(std::cos(rise)) > 1e-6 ? above : flat * (rise > 0 ? -1.0 : 1.0);
+  look.right = normalized(cross(look.camera.up, look.back));
+  look.over = cross(look.back, look.right);
+  look.tan_y = std::tan(look.camera.field_of_view * std::numbers::pi / 360);
+  look.tan_x = look.tan_y * std::max(aspect, 1e-3);
+  return look;
+}
 
-  Camera camera;
+}  // namespace
+
+Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up) {
+  const Look look = look_from(azimuth, elevation, aspect, up);
+  Camera camera = look.camera;
   const double size = diagonal(box);
   camera.target = box.empty() ? Vec3d{} : box.centre();
-  // From straight above the picture's upper edge is where azimuth 0 would look to.
-  camera.up = std::abs(std::cos(rise)) > 1e-6 ? above : flat * (rise > 0 ? -1.0 : 1.0);
-  const Vec3d right = normalized(cross(camera.up, back)), over = cross(back, right);
-  const double tan_y = std::tan(camera.field_of_view * std::numbers::pi / 360), tan_x = tan_y * std::max(aspect, 1e-3);
-  constexpr double kMargin = 1.08;
   double distance = size > 0 ? 0 : 1;
   for (unsigned k = 0; k < 8 && size > 0; ++k) {
     const Vec3d corner = {(k & 1U) != 0 ? box.high.x : box.low.x, (k & 2U) != 0 ? box.high.y : box.low.y,
                           (k & 4U) != 0 ? box.high.z : box.low.z};
     const Vec3d d = corner - camera.target;
-    const double aside = std::max(std::abs(dot(d, right)) / tan_x, std::abs(dot(d, over)) / tan_y);
-    distance = std::max(distance, dot(d, back) + aside * kMargin);
+    const double aside = std::max(std::abs(dot(d, look.right)) / look.tan_x, std::abs(dot(d, look.over)) / look.tan_y);
+    distance = std::max(distance, dot(d, look.back) + aside * kMargin);
   }
-  camera.eye = camera.target + back * distance;
+  camera.eye = camera.target + look.back * distance;
+  return camera;
+}
+
+Camera framing(const Snapshot& model, double azimuth, double elevation, double aspect, Vec3d up) {
+  const SlabMesh& mesh = model.slab_mesh();
+  if (mesh.slab_count() == 0) return framing(Box3d{}, azimuth, elevation, aspect, up);
+  const Look look = look_from(azimuth, elevation, aspect, up);
+  const double tan_x = look.tan_x / kMargin, tan_y = look.tan_y / kMargin;
+  const Vec3d origin = mesh.bounds().centre();
+  // The four planes through the eye that just hold all points, and how deep these lie.
+  double right = -Box3d::kFar, left = right, top = right, bottom = right, nearest = right, farthest = -right;
+  const auto hold = [&](SlabId s, GridPoint at) {
+    const Vec3d d = sample_position(model, s, at) - origin;
+    const double x = dot(d, look.right), y = dot(d, look.over), z = dot(d, look.back);
+    right = std::max(right, x + tan_x * z);
+    left = std::max(left, -x + tan_x * z);
+    top = std::max(top, y + tan_y * z);
+    bottom = std::max(bottom, -y + tan_y * z);
+    nearest = std::max(nearest, z);
+    farthest = std::min(farthest, z);
+  };
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = mesh.intervals(s), step = std::clamp(n / 4, 1, 4);
+    for (int j = 0; j <= n; j += step)
+      for (int i = 0; i + j <= n; i += step) hold(s, {i, j});
+    hold(s, {n, 0});
+    hold(s, {0, n});
+  }
+  const double middle = 0.5 * (nearest + farthest);
+  const double away = std::max((right + left) / (2 * tan_x), (top + bottom) / (2 * tan_y)) - middle;
+  Camera camera = look.camera;
+  camera.target =
+      origin + look.right * (0.5 * (right - left)) + look.over * (0.5 * (top - bottom)) + look.back * middle;
+  camera.eye = camera.target + look.back * (away > 0 ? away : 1.0);
   return camera;
 }
 

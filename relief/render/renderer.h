@@ -22,6 +22,10 @@ struct Camera {
 };
 /// A camera that sees the whole box: looking from the given azimuth (0 from +z, 90 from +x) and elevation.
 [[nodiscard]] Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up = {0, 1, 0});
+/// The same, fitted to the displaced surface itself, which then fills the picture's height or width but for 8 %.
+/// Looks at every 4th sample; O(samples), so keep the camera while the model is worked on.
+[[nodiscard]] Camera framing(const Snapshot& model, double azimuth, double elevation, double aspect,
+                             Vec3d up = {0, 1, 0});
 
 /// The box of the displaced surface, tighter than that of the slabs; O(samples).
 [[nodiscard]] Box3d surface_bounds(const Snapshot& model);
@@ -75,7 +79,9 @@ class Renderer {
 
   /// Full quality.
   [[nodiscard]] Result<Picture> draw(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
-  /// One quick frame for interactive use: one light, no supersampling; the same geometry. Picture as above.
+  /// One quick frame for interactive use: the same geometry in one pass, one light with a shadow, no supersampling;
+  /// `lights` and `supersample` have no effect. Where triangles are few pixels large, light and colour are found at
+  /// their corners.
   [[nodiscard]] Result<Picture> draw_quick(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
   /// Signed coverage per pixel: front faces +1, back faces -1, depth test off; 0 everywhere on a closed model without
   /// cracks. The count of pixels that differ from 0, and of pixels covered.

@@ -154,6 +154,155 @@ TEST(Picture, AQuickFrameShowsTheSameShape) {
   EXPECT_EQ(renderer().stats().triangles, 128U * 256U);
 }
 
+/// A ball with a colour and a dent, in triangles of about the given number of pixels.
+SnapshotPtr coloured_ball(int n) {
+  return coloured(ball(2, n, [](Vec3d d) { return 0.03 * std::sin(7 * d.x + 5 * d.y); }), 16,
+                  [](Vec3d p) { return Vec3f{p.x > 0 ? 0.8F : 0.3F, 0.5F, p.y > 0 ? 0.7F : 0.3F}; });
+}
+
+Picture quick(const Snapshot& model, const Camera& camera, const DrawSettings& settings) {
+  auto picture = renderer().draw_quick(model, camera, settings);
+  if (!picture) {
+    ADD_FAILURE() << picture.error().message;
+    return Picture{1, 1, {0, 0, 0}};
+  }
+  return *std::move(picture);
+}
+
+TEST(QuickFrame, LooksLikeTheFullPicture) {
+  DrawSettings settings = small_settings();
+  settings.lights = 16;
+  settings.ground = true;
+  // Triangles large and small: lit at every pixel, lit at their corners.
+  for (const int n : {4, 32}) {
+    const auto model = coloured_ball(n);
+    for (const double azimuth : {0.0, 130.0}) {
+      const Camera camera = framing(*model, azimuth, 15, 16.0 / 9);
+      EXPECT_GT(psnr(quick(*model, camera, settings), draw(*model, camera, settings)), 20) << n << ' ' << azimuth;
+    }
+  }
+}
+
+TEST(QuickFrame, LargeAndSmallTrianglesAreLitAlike) {
+  const DrawSettings settings = small_settings();
+  DrawSettings large = settings;
+  large.width *= 4;
+  large.height *= 4;
+  const auto model = coloured_ball(16);
+  const Camera camera = framing(*model, 30, 15, 16.0 / 9);
+  const Picture at_corners = quick(*model, camera, settings), at_pixels = quick(*model, camera, large);
+  double sum = 0;
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x) sum += difference(pixel(at_corners, x, y), pixel(at_pixels, 4 * x + 2, 4 * y + 2));
+  EXPECT_LT(sum / (320 * 180), 3);
+}
+
+TEST(QuickFrame, LightComesFromAboveAndAShadowLiesOnTheFloor) {
+  DrawSettings settings = small_settings();
+  settings.ground = true;
+  const Camera camera = framing({{-1.5, -1, -1.5}, {1.5, 1, 1.5}}, 0, 15, 16.0 / 9);
+  const Picture picture = quick(*ball(), camera, settings);
+  const auto bright = [&](Vec3d p) {
+    const Pixel c = pixel_at(picture, camera, p);
+    return c[0] + c[1] + c[2];
+  };
+  EXPECT_GT(bright(normalized(Vec3d{-0.3, 0.6, 0.7})), bright(normalized(Vec3d{0.2, -0.6, 0.75})) + 60);
+  EXPECT_LT(bright({0.3, -1, 0.5}) + 60, bright({-2, -1, 1}));
+  // The key light stands to the left of the eye: its shadow falls to the right.
+  EXPECT_LT(bright({1.2, -1, -0.3}) + 30, bright({-1.2, -1, -0.3}));
+}
+
+TEST(QuickFrame, OverlaysLieWhereTheyLieInTheFullPicture) {
+  const auto model = coloured_ball(16);
+  const Camera camera = framing(*model, 20, 15, 16.0 / 9);
+  DrawSettings wires = small_settings(), heat = wires, hand = wires;
+  wires.slab_wires = true;
+  heat.heat_map = true;
+  const Vec3d out = normalized(camera.eye - camera.target);
+  hand.hand =
+      HandOverlay{.cursor = out * 0.95, .contact_point = out, .force = out * 2.0, .tool_radius = 0.2, .contact = true};
+  for (const DrawSettings& overlay : {wires, heat, hand}) {
+    const auto changed = [&](const Picture& with, const Picture& without) {
+      std::vector<bool> mask;
+      for (int y = 0; y < 180; ++y)
+        for (int x = 0; x < 320; ++x) mask.push_back(difference(pixel(with, x, y), pixel(without, x, y)) > 40);
+      return mask;
+    };
+    const std::vector<bool> full = changed(draw(*model, camera, overlay), draw(*model, camera, small_settings()));
+    const std::vector<bool> seen = changed(quick(*model, camera, overlay), quick(*model, camera, small_settings()));
+    int both = 0, either = 0;
+    for (std::size_t k = 0; k < full.size(); ++k) {
+      both += full[k] && seen[k] ? 1 : 0;
+      either += full[k] || seen[k] ? 1 : 0;
+    }
+    EXPECT_GT(either, 500);
+    EXPECT_GT(both, 0.6 * either) << overlay.slab_wires << overlay.heat_map;
+  }
+}
+
+TEST(QuickFrame, AnOpenSheetIsSeenFromBothSides) {
+  const auto sheet = displaced(plane_shell(2, 8), [](Vec3d) { return 0.5; });
+  DrawSettings settings = small_settings();
+  settings.base_colour = {0.9F, 0.2F, 0.2F};
+  const Box3d box = surface_bounds(*sheet);
+  for (const double elevation : {60.0, -60.0}) {
+    const Camera camera = framing(box, 0, elevation, 16.0 / 9);
+    const Pixel c = pixel_at(quick(*sheet, camera, settings), camera, box.centre());
+    EXPECT_GT(c[0], c[1] + 30) << elevation;
+  }
+}
+
+TEST(QuickFrame, APictureInPartsHasNoSeam) {
+  // More than one part holds; the ball fills the picture.
+  DrawSettings settings = small_settings();
+  settings.width = settings.height = 3010;
+  Camera camera = front();
+  camera.eye = {0, 0, 2};
+  const Picture picture = quick(*ball(2, 16), camera, settings);
+  int worst = 0;
+  for (int y = 0; y + 1 < 3010; ++y)
+    for (int x = 5; x < 3010; x += 500)
+      worst = std::max(worst, difference(pixel(picture, x, y), pixel(picture, x, y + 1)));
+  EXPECT_LE(worst, 12);
+}
+
+TEST(QuickFrame, IsTheSameTwice) {
+  const auto model = coloured_ball(16);
+  DrawSettings settings = small_settings();
+  settings.ground = true;
+  const Picture first = quick(*model, front(), settings);
+  settings.heat_map = settings.slab_wires = true;
+  quick(*model, front(), settings);
+  settings.heat_map = settings.slab_wires = false;
+  EXPECT_EQ(first.rgb, quick(*model, front(), settings).rgb);
+}
+
+TEST(Framing, FillsThePictureWithTheSurfaceItself) {
+  // Long, bent and far from the origin, in a shell much larger than itself.
+  const Vec3d centre = {100, 200, -300};
+  for (const int n : {1, 5, 15, 32}) {
+    const auto model = ball(2, n, [](Vec3d d) { return 0.15 * d.x - 0.1 * d.y * d.y; }, centre);
+    for (const double aspect : {0.4, 1.0, 1.78, 4.0})
+      for (const double azimuth : {0.0, 35.0, 200.0})
+        for (const double elevation : {-60.0, 15.0, 90.0})
+          for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+            const Camera camera = framing(*model, azimuth, elevation, aspect, up);
+            Box3d seen;
+            for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+              for (int j = 0; j <= n; ++j)
+                for (int i = 0; i + j <= n; ++i) {
+                  const Place at =
+                      project(camera, static_cast<int>(10000 * aspect), 10000, sample_position(*model, s, {i, j}));
+                  seen.add(Vec3d{at.x / (5000 * aspect) - 1, at.y / 5000 - 1, 0});
+                }
+            const Vec3d size = seen.high - seen.low;
+            EXPECT_NEAR(std::max(size.x, size.y), 2 / 1.08, 0.02) << aspect << ' ' << azimuth << ' ' << elevation;
+            EXPECT_NEAR(size.x > size.y ? seen.low.x + seen.high.x : seen.low.y + seen.high.y, 0, 0.02);
+            EXPECT_LT(std::max({-seen.low.x, -seen.low.y, seen.high.x, seen.high.y}), 0.95);
+          }
+  }
+}
+
 TEST(Framing, SeesTheWholeBox) {
   const Box3d box = {{-3, 1, 10}, {5, 2, 30}};
   for (const double aspect : {0.4, 1.0, 1.78, 4.0})
