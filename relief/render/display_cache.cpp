@@ -224,9 +224,15 @@ void DisplayCache::total_up() {
   }
 }
 
-std::uint64_t DisplayCache::update(const Snapshot& model) {
+std::optional<std::uint64_t> DisplayCache::update(const Snapshot& model, const std::atomic<bool>* cancel) {
   const SlabMesh& mesh = model.slab_mesh();
   const bool fresh = !last_ || last_->shared_slab_mesh() != model.shared_slab_mesh();
+  const auto cancelled = [&] {
+    if (cancel == nullptr || !cancel->load(std::memory_order_relaxed)) return false;
+    last_.reset();
+    return true;
+  };
+  if (cancelled()) return std::nullopt;
   if (fresh) rebuild(model);
   bool colours_move = fresh || last_->has(Layer::Colour) != model.has(Layer::Colour);
   std::vector<bool> shape(mesh.slab_count(), fresh), colour(mesh.slab_count(), false);
@@ -247,6 +253,7 @@ std::uint64_t DisplayCache::update(const Snapshot& model) {
   std::vector<bool> words = shape;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     if (!shape[s]) continue;
+    if (cancelled()) return std::nullopt;
     measure(model, s);
     const int n = mesh.intervals(s);
     for (int edge = 0; edge < 3; ++edge)
@@ -261,6 +268,7 @@ std::uint64_t DisplayCache::update(const Snapshot& model) {
   }
   std::uint64_t uploaded = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    if ((words[s] || colour[s]) && cancelled()) return std::nullopt;
     if (words[s]) {
       measure(model, s);
       pack(model, s);
@@ -321,7 +329,10 @@ std::uint64_t DisplayCache::triangle_count(int level) const noexcept {
   return total;
 }
 
-std::uint64_t DisplayCache::draw(int level) {
+std::uint64_t DisplayCache::draw(int level) { return draw(level, {}); }
+
+std::uint64_t DisplayCache::draw(int level, const std::function<bool()>& go_on) {
+  constexpr std::size_t kPortion = 100'000;
   if (vertex_array_ == 0) {
     vertex_array_ = make_vertex_array();
     for (GLuint k = 0; k < 7; ++k) {
@@ -342,8 +353,14 @@ std::uint64_t DisplayCache::draw(int level) {
     glVertexArrayVertexBuffer(vertex_array_, 0, chunk.records, 0, sizeof(Record));
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, grid_table(chunk.intervals));
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, chunk.colours);
-    glDrawElementsInstanced(GL_TRIANGLES, p.count, GL_UNSIGNED_SHORT, nullptr,
-                            static_cast<GLsizei>(chunk.slabs.size()));
+    const std::size_t slabs = chunk.slabs.size(), triangles = static_cast<std::size_t>(p.count) / 3;
+    const std::size_t most = go_on ? std::max<std::size_t>(1, kPortion / triangles) : slabs;
+    for (std::size_t first = 0; first < slabs; first += most) {
+      glDrawElementsInstancedBaseInstance(GL_TRIANGLES, p.count, GL_UNSIGNED_SHORT, nullptr,
+                                          static_cast<GLsizei>(std::min(most, slabs - first)),
+                                          static_cast<GLuint>(first));
+      if (go_on && !go_on()) return triangle_count(level);
+    }
   }
   return triangle_count(level);
 }

@@ -6,6 +6,8 @@
 
 #include <relief/core/snapshot.h>
 
+#include <atomic>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -17,12 +19,15 @@ namespace relief::detail {
 class DisplayCache {
  public:
   /// Brings the cache to the snapshot: only tiles whose pointers differ are packed and uploaded, and the neighbours
-  /// whose normals change with them. Context current. Returns the number of tiles uploaded.
-  [[nodiscard]] std::uint64_t update(const Snapshot& model);
+  /// whose normals change with them. Context current. Returns the number of tiles uploaded;
+  /// nothing when `cancel` became true, and the next update starts anew.
+  [[nodiscard]] std::optional<std::uint64_t> update(const Snapshot& model, const std::atomic<bool>* cancel = nullptr);
 
   /// Draws all slabs with the program in use, at every 2^level-th sample as far as each n has it. Vertex stage: see
   /// kSurfaceVertex. Returns the number of triangles.
   std::uint64_t draw(int level);
+  /// The same in portions of about 100,000 triangles; stops where `go_on` says false.
+  std::uint64_t draw(int level, const std::function<bool()>& go_on);
   [[nodiscard]] std::uint64_t triangle_count(int level) const noexcept;
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }

@@ -13,6 +13,8 @@ namespace relief::detail {
 namespace {
 
 constexpr int kAround = 40;
+/// Forces up to this are not shown, N.
+constexpr double kNoForce = 1e-3;
 
 /// A solid of revolution: `profile` gives (height along the axis, radius) from the bottom up.
 struct Ring {
@@ -55,7 +57,26 @@ void ball(std::vector<SolidVertex>& to, Box3d& bounds, Vec3d centre, double radi
   for (std::size_t k = first; k < to.size(); ++k) to[k].normal = normalized(to[k].position - to_float(centre));
 }
 
+/// Where the surface that the hand touches faces, unit: along the depth, else along the force, else to the eye.
+Vec3d outwards(const HandOverlay& hand, Vec3d to_eye, double view_height) {
+  const Vec3d depth = hand.contact_point - hand.cursor;
+  if (hand.contact && length(depth) > 1e-6 * view_height) return normalized(depth);
+  return length(hand.force) > kNoForce ? normalized(hand.force) : to_eye;
+}
+
 }  // namespace
+
+Vec3d stylus_lean(Vec3d out, const Eye& eye, Vec3d to_eye) {
+  // Of all directions at one angle to `out`: to the right, up and to the eye, but in the picture beside `out`, on the
+  // side nearer to right and up.
+  constexpr double kTilt = 50 * std::numbers::pi / 180, kBeside = 2;
+  const Vec3d beside = cross(to_eye, out);
+  const double turn = dot(beside, eye.right * 0.88 + eye.up * 0.46) < 0 ? -kBeside : kBeside;
+  Vec3d side = normalized(eye.right * 0.80 + eye.up * 0.42 + to_eye * 0.45) + beside * turn;
+  side -= out * dot(side, out);
+  if (length(side) < 1e-6) side = cross(out, std::abs(out.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
+  return out * std::cos(kTilt) + normalized(side) * std::sin(kTilt);
+}
 
 Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double view_height) {
   Solids solids;
@@ -63,8 +84,8 @@ Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double
   const double tip = 0.016 * view_height;
   ball(solids.opaque, solids.bounds, cursor, tip, {0.86F, 0.10F, 0.12F});
 
-  // The stylus leans from the tip towards the eye, up and to the right, like the hand of a right-handed user.
-  const Vec3d lean = normalized(eye.right * 0.80 + eye.up * 0.42 - eye.forward * 0.45);
+  const Vec3d away = eye.at - cursor, to_eye = length(away) > 0 ? normalized(away) : -eye.forward;
+  const Vec3d lean = stylus_lean(outwards(hand, to_eye, view_height), eye, to_eye);
   const std::array<Ring, 3> nose = {
       {{0.6 * tip, 0.25 * tip}, {0.06 * view_height, 0.85 * tip}, {0.062 * view_height, 0}}};
   std::array<Ring, 9> body = {
@@ -77,9 +98,9 @@ Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double
   revolve(solids.opaque, solids.bounds, cursor, lean, body, {0.16F, 0.17F, 0.20F});
 
   const double newtons = length(hand.force);
-  if (newtons > 1e-3 && std::isfinite(newtons)) {
+  if (newtons > kNoForce && std::isfinite(newtons)) {
     constexpr double kFullForce = 3.3;
-    const double full = 0.2 * view_height, size = full * std::min(newtons / kFullForce, 1.0);
+    const double size = std::clamp(0.2 * newtons / kFullForce, 0.04, 0.2) * view_height;
     const double head = std::min(0.4 * size, 0.055 * view_height), thick = std::min(0.0085 * view_height, 0.2 * size);
     const std::array<Ring, 5> arrow = {
         {{0, 0}, {0, thick}, {size - head, thick}, {size - head, 2.3 * thick}, {size, 0}}};

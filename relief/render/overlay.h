@@ -22,6 +22,11 @@ inline constexpr std::array<Vec3f, 9> kHeat = {{{0.06F, 0.03F, 0.14F},
                                                 {0.97F, 0.42F, 0.10F},
                                                 {0.80F, 0.07F, 0.09F}}};
 
+/// The way from the stylus's tip to its end, unit, for a surface that faces `out`: 50 degrees off it, so outside a
+/// solid that is not hollow there, like the hand of a right-handed user, and in the picture clear of an arrow along
+/// `out`. `to_eye` is the direction from the tip to the eye; both unit.
+[[nodiscard]] Vec3d stylus_lean(Vec3d out, const Eye& eye, Vec3d to_eye);
+
 /// A corner of a solid; position relative to the display cache's centre.
 struct SolidVertex {
   Vec3f position, normal, colour;
@@ -33,7 +38,7 @@ struct Solids {
   Box3d bounds;
 };
 /// Sizes follow the picture: `view_height` is the height of what the camera sees at the cursor, model units. A force of
-/// 3.3 N or more gives an arrow of a fifth of it.
+/// 3.3 N or more gives an arrow of a fifth of it, a weak one of a twenty-fifth, so that it is seen beside the tip.
 [[nodiscard]] Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double view_height);
 
 /// The heat map's scale with the displacement at its ends, in the lower left corner.

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstring>
 #include <ctime>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <string>
@@ -43,6 +44,8 @@ constexpr double kQuickFloorReach = 1.9;
 constexpr std::uint64_t kQuickShadowTriangles = 60'000;
 /// Triangles of fewer pixels than this, as Renderer::State::quick_surface() reckons them, are lit at their corners.
 constexpr double kQuickSmall = 64;
+/// Sub-pixels lit between two questions whether the picture is cancelled: about 0.05 s on a software driver.
+constexpr int kStripSubPixels = 200'000;
 
 /// The uniform block of a batch of lights.
 struct BatchBlock {
@@ -211,6 +214,10 @@ struct Renderer::State {
     Solids solids;
     std::array<float, 4> ring{};
     int shadow_level = 0;
+    /// Empty when nobody can cancel the picture, which is then queued at once. Else waits until the driver has done
+    /// what it was told, and says false from the first time that it sees the picture cancelled.
+    std::function<bool()> go_on;
+    [[nodiscard]] bool cancelled() const { return go_on && !go_on(); }
   };
 
   std::unique_ptr<GlContext> context;
@@ -244,6 +251,8 @@ struct Renderer::State {
   void draw_veils(GLuint program, const Scene& scene, const Matrix& view);
   void draw_solids(GLuint program, std::size_t first, std::size_t count);
   void full_screen(GLuint program) const;
+  void full_screen_in_strips(GLuint program, const Scene& scene, int width, int height) const;
+  static Status cancelled();
   void set_floor(GLuint program, const Scene& scene);
   Status set_up_quick();
   static Status size_quick(QuickTargets& targets, int width, int height);
@@ -419,6 +428,25 @@ void Renderer::State::full_screen(GLuint program) const {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+/// The same pixels, strip by strip where the picture may be cancelled; the rest is left out when it is.
+void Renderer::State::full_screen_in_strips(GLuint program, const Scene& scene, int width, int height) const {
+  if (!scene.go_on) return full_screen(program);
+  const int rows = std::max(1, kStripSubPixels / width);
+  glEnable(GL_SCISSOR_TEST);
+  for (int y = 0; y < height && !scene.cancelled(); y += rows) {
+    glScissor(0, y, width, std::min(rows, height - y));
+    full_screen(program);
+  }
+  glDisable(GL_SCISSOR_TEST);
+}
+
+/// Leaves the context as a picture that is finished does.
+Status Renderer::State::cancelled() {
+  for (const GLenum each : {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_STENCIL_TEST}) glDisable(each);
+  glBindSampler(3, 0);
+  return fail(Errc::Cancelled, "the picture was cancelled");
+}
+
 /// The surface and the solid overlays, without light. Stencil: 1 the model, 2 solids before it.
 void Renderer::State::draw_surface(const Scene& scene, const DrawSettings& settings, const Matrix& view) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.surface);
@@ -444,7 +472,7 @@ void Renderer::State::draw_surface(const Scene& scene, const DrawSettings& setti
       static_cast<float>(settings.supersample) * std::max(1.0F, static_cast<float>(settings.height) / 720.0F), 0);
   glProgramUniform3fv(surface, 5, static_cast<GLsizei>(kHeat.size()), &kHeat[0].x);
   glUseProgram(surface);
-  stats.triangles = cache.draw(settings.level);
+  stats.triangles = cache.draw(settings.level, scene.go_on);
 
   glEnable(GL_CULL_FACE);
   glStencilFunc(GL_ALWAYS, 2, 0xff);
@@ -464,7 +492,7 @@ void Renderer::State::draw_shadows(const Scene& scene, std::size_t first, std::s
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1.5F, 4.0F);
   if (cache.closed()) glEnable(GL_CULL_FACE);
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < count && !scene.cancelled(); ++k) {
     const Light& each = scene.studio.lights[first + k];
     const ShadowView& view = scene.shadows[first + k];
     block.rows[k] = view.rows;
@@ -476,7 +504,7 @@ void Renderer::State::draw_shadows(const Scene& scene, std::size_t first, std::s
     const Matrix matrix = shadow_matrix(view);
     set(shadow, 0, matrix);
     glUseProgram(shadow);
-    cache.draw(scene.shadow_level);
+    cache.draw(scene.shadow_level, scene.go_on);
     set(solid_shadow, 0, matrix);
     draw_solids(solid_shadow, 0, scene.solids.opaque.size());
   }
@@ -578,6 +606,7 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
   const Part share = part_of(part, settings);
   const Matrix view = projection(scene.eye, share);
   draw_surface(scene, settings, view);
+  if (scene.cancelled()) return cancelled();
 
   glBindFramebuffer(GL_FRAMEBUFFER, targets.lit);
   constexpr std::array<float, 4> kNothing{};
@@ -596,7 +625,7 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
   set(ambient, 0, scene.floor.up);
   set(ambient, 1, scene.studio.sky);
   set(ambient, 2, scene.studio.ground);
-  full_screen(ambient);
+  full_screen_in_strips(ambient, scene, targets.width, targets.height);
   glDisable(GL_STENCIL_TEST);
 
   set(light, 0, scene.eye.at);
@@ -610,6 +639,7 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
   for (std::size_t k = 0; k < scene.studio.lights.size(); k += kBatch) {
     const std::size_t count = std::min<std::size_t>(kBatch, scene.studio.lights.size() - k);
     draw_shadows(scene, k, count);
+    if (scene.cancelled()) return cancelled();
     if (on_floor) take_from_floor(scene, maps, k, count);
     on_covered();
     glBindTextureUnit(3, shadow_maps);
@@ -617,11 +647,12 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
     glProgramUniform1i(light, 4, static_cast<GLint>(count));
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
-    full_screen(light);
+    full_screen_in_strips(light, scene, targets.width, targets.height);
     glDisable(GL_BLEND);
     glDisable(GL_STENCIL_TEST);
   }
   glBindSampler(3, 0);
+  if (scene.cancelled()) return cancelled();
   if (on_floor) blur_floor(maps);
 
   glBindFramebuffer(GL_FRAMEBUFFER, targets.lit);
@@ -638,7 +669,8 @@ Status Renderer::State::draw_part(const Scene& scene, const DrawSettings& settin
   glProgramUniform4i(resolve, 4, settings.supersample, settings.ground ? 1 : 0, part.x, part.y);
   glProgramUniform4f(resolve, 5, static_cast<float>(settings.width), static_cast<float>(settings.height), 0, 0);
   set_floor(resolve, scene);
-  full_screen(resolve);
+  full_screen_in_strips(resolve, scene, part.width, part.height);
+  if (scene.cancelled()) return cancelled();
 
   std::vector<std::uint8_t> rows(static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height) * 3);
   glReadPixels(0, 0, part.width, part.height, GL_RGB, GL_UNSIGNED_BYTE, rows.data());
@@ -658,9 +690,17 @@ Result<Picture> Renderer::State::draw(const Snapshot& model, const Camera& camer
   if (!scope.current()) return fail(Errc::Io, "cannot draw: the graphics driver lost the context; make a new renderer");
   const Stopwatch watch;
   stats = {};
-  stats.tiles_uploaded = cache.update(model);
+  const std::optional<std::uint64_t> uploaded = cache.update(model, settings.cancel);
   RELIEF_CHECK(gl_status());
-  const Scene scene = make_scene(camera, settings, kShadowEdge, kShadowTriangles);
+  if (!uploaded) return std::unexpected(cancelled().error());
+  stats.tiles_uploaded = *uploaded;
+  Scene scene = make_scene(camera, settings, kShadowEdge, kShadowTriangles);
+  if (settings.cancel != nullptr)
+    scene.go_on = [cancel = settings.cancel, on = true]() mutable {
+      glFinish();
+      on = on && !cancel->load(std::memory_order_relaxed);
+      return on;
+    };
   load_solids(scene.solids);
   Picture picture;
   picture.width = settings.width;
@@ -903,7 +943,7 @@ Result<Picture> Renderer::State::draw_quick(const Snapshot& model, const Camera&
   if (!scope.current()) return fail(Errc::Io, "cannot draw: the graphics driver lost the context; make a new renderer");
   const Stopwatch watch;
   stats = {};
-  stats.tiles_uploaded = cache.update(model);
+  stats.tiles_uploaded = cache.update(model).value_or(0);
   RELIEF_CHECK(gl_status());
   DrawSettings three = settings;
   three.supersample = 1;
@@ -964,7 +1004,7 @@ Result<Renderer::Coverage> Renderer::coverage(const Snapshot& model, const Camer
   if (!scope.current()) return fail(Errc::Io, "cannot draw: the graphics driver lost the context; make a new renderer");
   const Stopwatch watch;
   state.stats = {};
-  state.stats.tiles_uploaded = state.cache.update(model);
+  state.stats.tiles_uploaded = state.cache.update(model).value_or(0);
   const Eye eye =
       make_eye(camera, state.cache.centre(), double(settings.width) / settings.height, state.cache.bounds());
   Coverage total;

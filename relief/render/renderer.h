@@ -4,6 +4,7 @@
 #include <relief/base/error.h>
 #include <relief/core/snapshot.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -57,6 +58,7 @@ struct DrawSettings {
   bool ground = true;                         ///< soft floor and background
   Vec3f base_colour = {0.72F, 0.66F, 0.60F};  ///< sRGB, where the model has no colour layer
   std::optional<HandOverlay> hand = std::nullopt;
+  const std::atomic<bool>* cancel = nullptr;  ///< asked between lights and parts; draw() then returns Errc::Cancelled
 };
 
 /// What the last draw() cost.
@@ -77,7 +79,8 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
   ~Renderer();
 
-  /// Full quality.
+  /// Full quality. Errors: InvalidArgument, Io; Cancelled, about 0.2 s after `settings.cancel` became true, and the
+  /// renderer can draw again.
   [[nodiscard]] Result<Picture> draw(const Snapshot& model, const Camera& camera, const DrawSettings& settings);
   /// One quick frame for interactive use: the same geometry in one pass, one light with a shadow, no supersampling;
   /// `lights` and `supersample` have no effect. Where triangles are few pixels large, light and colour are found at

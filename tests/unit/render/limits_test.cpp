@@ -1,8 +1,11 @@
 // Settings and machines that cannot give a picture say so; odd views give one all the same.
 #include "render_support.h"
 
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <limits>
+#include <thread>
 
 namespace relief::testing {
 namespace {
@@ -81,6 +84,50 @@ TEST(Limits, APictureInPartsHasNoSeam) {
       covered += difference(pixel(parts, x, y), pixel(parts, 1500, y)) > 20 ? 1 : 0;
     }
   EXPECT_GT(covered, 30);
+}
+
+TEST(Cancel, APictureThatIsNotCancelledIsTheSame) {
+  DrawSettings settings = small_settings();
+  settings.width = 1000;
+  settings.height = 600;
+  settings.ground = true;
+  settings.lights = 9;
+  settings.hand = HandOverlay{
+      .cursor = {0, 0, 0.97}, .contact_point = {0, 0, 1}, .force = {0, 0, 2}, .tool_radius = 0.2, .contact = true};
+  // More triangles than are drawn between two questions.
+  const auto model = ball(3, 32);
+  const Picture expected = draw(*model, front(), settings);
+  const std::atomic<bool> cancel = false;
+  settings.cancel = &cancel;
+  EXPECT_EQ(draw(*model, front(), settings).rgb, expected.rgb);
+}
+
+TEST(Cancel, EndsAPictureAndTheNextOneIsWhole) {
+  auto made = Renderer::create();
+  ASSERT_TRUE(made);
+  const auto model = ball(3, 32);
+  DrawSettings settings = small_settings();
+  settings.ground = true;
+  const Picture expected = draw(*model, front(), settings);
+  // Before the first tile, then at whatever the renderer is doing: the picture would take minutes.
+  DrawSettings large = settings;
+  large.width = large.height = 8192;
+  large.supersample = 4;
+  large.lights = 256;
+  for (const int wait : {0, 30, 300, 900}) {
+    std::atomic<bool> cancel = wait == 0;
+    large.cancel = &cancel;
+    std::jthread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+      cancel = true;
+    });
+    const auto picture = made->draw(*model, front(1), large);
+    ASSERT_FALSE(picture) << wait;
+    EXPECT_EQ(picture.error().code, Errc::Cancelled) << picture.error().message;
+    const auto next = made->draw(*model, front(), settings);
+    ASSERT_TRUE(next) << next.error().message;
+    EXPECT_EQ(next->rgb, expected.rgb) << wait;
+  }
 }
 
 TEST(Limits, SeveralRenderersWorkSideBySide) {

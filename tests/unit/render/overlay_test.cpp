@@ -1,6 +1,8 @@
 // What is drawn over the model is where it must be, and nowhere else.
 #include "render_support.h"
 
+#include <relief/render/overlay.h>
+
 namespace relief::testing {
 namespace {
 
@@ -93,6 +95,51 @@ TEST(Hand, ShowsCursorRingToolAndForce) {
   const Picture free = draw(*model, camera, settings);
   EXPECT_TRUE(reddish(pixel_at(free, camera, hand.cursor)));
   EXPECT_EQ(count(free, greenish), 0);
+}
+
+TEST(Hand, TheStylusStandsOutsideTheSurfaceAndClearOfTheForce) {
+  const detail::Eye eye{.at = {0, 0, 5}, .right = {1, 0, 0}, .up = {0, 1, 0}, .forward = {0, 0, -1}};
+  const Vec3d to_eye = {0, 0, 1};
+  const auto in_picture = [](Vec3d d) { return std::hypot(d.x, d.y); };
+  for (int azimuth = 0; azimuth < 360; azimuth += 5)
+    for (int off = 0; off <= 180; off += 5) {
+      const double a = azimuth * std::numbers::pi / 180, t = off * std::numbers::pi / 180;
+      const Vec3d out = {std::sin(t) * std::cos(a), std::sin(t) * std::sin(a), std::cos(t)};
+      const Vec3d lean = detail::stylus_lean(out, eye, to_eye);
+      EXPECT_NEAR(length(lean), 1, 1e-9);
+      EXPECT_GT(dot(lean, out), 0.6) << azimuth << ' ' << off;
+      if (off > 110) continue;
+      EXPECT_GT(in_picture(lean), 0.5) << azimuth << ' ' << off;
+      if (in_picture(out) < 0.4) continue;
+      EXPECT_LT(lean.x * out.x + lean.y * out.y, 0.85 * in_picture(lean) * in_picture(out)) << azimuth << ' ' << off;
+    }
+}
+
+TEST(Hand, StylusAndForceAreSeenWhereverTheSurfaceIsTouched) {
+  const auto model = ball();
+  DrawSettings settings = small_settings();
+  settings.width = 640;
+  settings.height = 360;
+  Camera camera = front();
+  camera.eye = camera.eye * 1.5;  // room for the stylus all around
+  const auto dark = [](Pixel c) { return *std::max_element(c.begin(), c.end()) < 75; };
+  const int without = count(draw(*model, camera, settings), dark);
+  // To the left, the right, above and below, the rim's surface faces across the way the eye looks.
+  for (const Vec3d out :
+       {Vec3d{-1, 0, 0.2}, {1, 0, 0.2}, {0, 1, 0.2}, {0, -1, 0.2}, {0.88, 0.46, 0.2}, {-0.88, -0.46, 0.2}, {0, 0, 1}}) {
+    HandOverlay hand;
+    hand.contact_point = normalized(out);
+    hand.cursor = hand.contact_point * 0.98;
+    hand.force = hand.contact_point * 3.3;
+    hand.contact = true;
+    settings.hand = hand;
+    const Picture picture = draw(*model, camera, settings);
+    EXPECT_GT(count(picture, greenish), 60) << out.x << ' ' << out.y;
+    EXPECT_GT(count(picture, dark) - without, 700) << out.x << ' ' << out.y;
+    // A weak force is still seen beside the tip.
+    settings.hand->force = hand.contact_point * 0.05;
+    EXPECT_GT(count(draw(*model, camera, settings), greenish), 20) << out.x << ' ' << out.y;
+  }
 }
 
 TEST(Hand, IsFaintBehindTheModel) {
