@@ -3,6 +3,7 @@
 #include "support/data.h"
 #include "support/shells.h"
 
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/core/query.h>
@@ -20,7 +21,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <random>
 
 namespace relief::bench {
@@ -28,14 +28,6 @@ namespace relief::bench {
 namespace {
 
 using nlohmann::ordered_json;
-
-double seconds_of(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-double thread_cpu() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
-double process_cpu() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 /// Percentiles of many single measurements, in the unit given.
 ordered_json percentiles(std::vector<double> values, double scale) {
@@ -134,9 +126,9 @@ class Bench {
       std::vector<double> seconds;
       ConvertReport report;
       for (int k = 0; k < (thorough_ ? 5 : 3); ++k) {
-        const double start = process_cpu();
+        const double start = process_cpu_seconds();
         RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs}));
-        seconds.push_back(process_cpu() - start);
+        seconds.push_back(process_cpu_seconds() - start);
         report = made.report;
       }
       std::ranges::sort(seconds);
@@ -240,9 +232,9 @@ class Bench {
                         .normal = p.normal,
                         .pressure = 0.5,
                         .seconds = 4e-3};
-          const double start = thread_cpu();
+          const double start = thread_cpu_seconds();
           const DabResult result = editor.dab(dab);
-          seconds.push_back(thread_cpu() - start);
+          seconds.push_back(thread_cpu_seconds() - start);
           affected.push_back(static_cast<double>(result.samples));
         }
         editor.end_stroke();
@@ -285,9 +277,9 @@ class Bench {
   Status paper_table() {
     RELIEF_TRY(Renderer renderer, Renderer::create());
     for (const Subject& s : paper_subjects(100'000)) {
-      const double start = process_cpu();
+      const double start = process_cpu_seconds();
       RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs, .intervals = 15}));
-      const double convert_seconds = process_cpu() - start;
+      const double convert_seconds = process_cpu_seconds() - start;
       const Snapshot& head = *made.model.head;
       ordered_json row;
       row["slabs"] = head.slab_mesh().slab_count();
@@ -304,14 +296,14 @@ class Bench {
       double dab_seconds = 0;
       for (const Vec3d p : slide_path(head, 0.004, 400)) {
         const SurfacePoint at = closest_point(*editor.head(), p);
-        const double before = thread_cpu();
+        const double before = thread_cpu_seconds();
         samples += editor
                        .dab({.slab = at.slab,
                              .contact = at.position,
                              .cursor = at.position - at.normal * (0.004 * scale),
                              .normal = at.normal})
                        .samples;
-        dab_seconds += thread_cpu() - before;
+        dab_seconds += thread_cpu_seconds() - before;
         ++dabs;
       }
       editor.end_stroke();

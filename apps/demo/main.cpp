@@ -2,6 +2,7 @@
 #include "face.h"
 #include "report.h"
 
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/core/query.h>
 #include <relief/file/model_file.h>
@@ -17,7 +18,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <optional>
 #include <thread>
 
@@ -36,12 +36,6 @@ struct Options {
   std::filesystem::path out = "out";
   bool quick = false;
 };
-
-double process_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 void say(const std::string& text) {
   std::fputs((text + "\n").c_str(), stdout);
@@ -149,11 +143,7 @@ class Demo {
     settings.sculpt.full_depth = 0.008 * diagonal(box_);
     session_ = std::make_unique<Session>(hand, head, &*file_, settings);
     session_->set_brushes(performance.brushes);
-    std::atomic<bool> null_done{false};
-    std::thread null_thread([&] {
-      report_.null_loop = null_loop(performance.seconds);
-      null_done.store(true);
-    });
+    std::thread null_thread([&] { report_.null_loop = null_loop(performance.seconds, &cancel_asked); });
 
     const Status drawn = draw_until(*done);
     const Status stopped = session_->stop();
@@ -175,7 +165,7 @@ class Demo {
     settings.width = o_.quick ? 320 : 640;
     settings.height = o_.quick ? 180 : 360;
     settings.level = o_.quick ? 0 : 2;
-    SnapshotChannel::Reader reader = session_->channel().reader();
+    SnapshotChannel::Reader reader = session_->reader();
     std::vector<double> seconds;
     while (!done.load() && session_->running() && !cancel_asked.load()) {
       const auto start = std::chrono::steady_clock::now();

@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,12 +43,25 @@ void add_sample(CLI::App& app, Context& context);
 void add_bench(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
 
-/// Text for standard output; a closed pipe is no error.
+/// A check for options that are real numbers: finite, and from low to high.
+[[nodiscard]] std::function<std::string(const std::string&)> in_range(double low, double high);
+
+/// Refuses an output that is one of the inputs. Error: InvalidArgument.
+[[nodiscard]] Status check_outputs(std::initializer_list<std::string_view> outputs,
+                                   std::initializer_list<std::string_view> inputs);
+
+/// Whether `file` has one of the extensions, whatever their case; the form that an option's check takes.
+[[nodiscard]] std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions);
+
+/// Text for standard output. A closed pipe is no error; any other failure makes the command fail at its end.
 void print(std::string_view text);
 void print_json(const nlohmann::ordered_json& object);
 
 /// "x,y,z". Error: InvalidArgument naming the option.
 [[nodiscard]] Result<Vec3d> parse_vector(std::string_view option, std::string_view text);
+
+/// How a model lies in a device's workspace: in its middle, at the given scale, or (0) with its diagonal 0.15 m long.
+[[nodiscard]] Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit);
 
 /// One row of a path: a device reading in model units, and the four fields as they were written.
 struct PathRow {

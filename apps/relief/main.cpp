@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -54,6 +56,13 @@ class ProgressLine {
   int percent_ = -1;
 };
 
+ProgressLine& progress_line() {
+  static ProgressLine line;
+  return line;
+}
+
+bool output_failed = false;
+
 int fail_with(const Error& error) {
   // Exactly one line, whatever a message holds.
   std::fputs(("relief: " + printable(error.message, 480) + "\n").c_str(), stderr);
@@ -79,8 +88,7 @@ int main_inner(int argc, char** argv) {
   app.set_version_flag("--version", std::string("relief ") + RELIEF_VERSION);
 
   Context context;
-  ProgressLine line;
-  context.progress.report = [&line](std::string_view phase, double share) { line.show(phase, share); };
+  context.progress.report = [](std::string_view phase, double share) { progress_line().show(phase, share); };
   context.progress.cancel = &cancel_asked;
   add_convert(app, context);
   add_verify(app, context);
@@ -94,6 +102,10 @@ int main_inner(int argc, char** argv) {
   add_bench(app, context);
   add_devices(app, context);
 
+  if (argc > 1 && argv[1][0] != '-') {
+    const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == argv[1]; });
+    if (commands.empty()) return wrong_usage(app, "there is no command " + printable(argv[1], 60));
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
@@ -118,8 +130,11 @@ int main_inner(int argc, char** argv) {
     status = context.run();
   } catch (const std::bad_alloc&) {
     status = fail(Errc::Io, "out of memory; use a smaller model, fewer slabs or a smaller n");
+  } catch (const std::exception& error) {
+    status = fail(Errc::Io, error.what());
   }
-  line.clear();
+  progress_line().clear();
+  if (status && output_failed) status = fail(Errc::Io, "standard output cannot be written");
   return status ? kDone : fail_with(status.error());
 }
 
@@ -132,9 +147,30 @@ void finish_command(CLI::App& command, Context& context, std::function<Status()>
   command.callback([&context, action = std::move(action)] { context.run = action; });
 }
 
+std::function<std::string(const std::string&)> in_range(double low, double high) {
+  return [low, high](const std::string& text) -> std::string {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    // Written so that what is no number fails, too.
+    if (error == std::errc{} && end == text.data() + text.size() && value >= low && value <= high) return {};
+    return fmt::format("takes a number from {:g} to {:g}, not \"{}\"", low, high, printable(text, 40));
+  };
+}
+
+Status check_outputs(std::initializer_list<std::string_view> outputs, std::initializer_list<std::string_view> inputs) {
+  std::error_code ignored;
+  for (const std::string_view out : outputs)
+    for (const std::string_view in : inputs)
+      if (!out.empty() && !in.empty() && std::filesystem::equivalent(in, out, ignored))
+        return fail(Errc::InvalidArgument,
+                    printable(out) + ": is the input itself; choose another name for the output");
+  return {};
+}
+
 void print(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  std::fflush(stdout);
+  progress_line().clear();
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+  if (!written && errno != EPIPE) output_failed = true;
 }
 
 void print_json(const nlohmann::ordered_json& object) {

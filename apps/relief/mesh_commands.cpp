@@ -41,12 +41,14 @@ Status say(const Context& context, const std::string& file, std::size_t vertices
 }
 
 Status run_sample(const std::string& name, const std::string& out, std::size_t triangles, const Context& context) {
-  RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles));
+  RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles, context.progress));
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   RELIEF_CHECK(export_mesh(mesh, out));
   return say(context, out, mesh.positions.size(), mesh.triangles.size());
 }
 
 Status run_export(const std::string& file, const std::string& out, int level, const Context& context) {
+  RELIEF_CHECK(check_outputs({out}, {file}));
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Snapshot& head = *model.model().head;
   if (lower_extension(out) == ".slabs") {
@@ -60,6 +62,7 @@ Status run_export(const std::string& file, const std::string& out, int level, co
       return fail(Errc::InvalidArgument, fmt::format("{}: n = {} has levels 0 to {} only; choose --level among them",
                                                      printable(file), slab.intervals, level_count(slab.intervals) - 1));
   const TriangleMesh mesh = to_mesh(head, level);
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   // Far from the origin a float keeps too little of a coordinate.
   const Box3d box = bounds(mesh);
   const double reach = std::max({std::abs(box.low.x), std::abs(box.low.y), std::abs(box.low.z), std::abs(box.high.x),
@@ -71,6 +74,15 @@ Status run_export(const std::string& file, const std::string& out, int level, co
 
 }  // namespace
 
+std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions) {
+  return [extensions = std::move(extensions)](const std::string& file) -> std::string {
+    if (std::ranges::find(extensions, lower_extension(file)) != extensions.end()) return {};
+    std::string known;
+    for (const std::string_view e : extensions) known += (known.empty() ? "" : ", ") + std::string(e);
+    return fmt::format("\"{}\" ends in none of {}", printable(file, 120), known);
+  };
+}
+
 void add_sample(CLI::App& app, Context& context) {
   struct Options {
     std::string name, out;
@@ -80,8 +92,13 @@ void add_sample(CLI::App& app, Context& context) {
   std::string names;
   for (const std::string_view n : sample_names()) names += (names.empty() ? "" : ", ") + std::string(n);
   CLI::App* c = app.add_subcommand("sample", "Write one of Relief's own models: " + names);
-  c->add_option("NAME", o->name, "Which one")->required();
-  c->add_option("-o,--output", o->out, "The mesh: .ply, .obj, .stl, .glb or .3mf")->required();
+  c->add_option("NAME", o->name, "Which one")->required()->check([names](const std::string& name) -> std::string {
+    if (std::ranges::find(sample_names(), name) != sample_names().end()) return {};
+    return "there is no sample \"" + printable(name, 60) + "\"; there are " + names;
+  });
+  c->add_option("-o,--output", o->out, "The mesh: .ply, .obj, .stl, .glb or .3mf")
+      ->required()
+      ->check(has_extension({".ply", ".obj", ".stl", ".glb", ".3mf"}));
   c->add_option("--triangles", o->triangles, "About how many triangles, 1000 to 50 million (default 200000)")
       ->check(CLI::Range(1000, 50'000'000));
   finish_command(*c, context, [o, &context] { return run_sample(o->name, o->out, o->triangles, context); });
@@ -96,7 +113,8 @@ void add_export(CLI::App& app, Context& context) {
   CLI::App* c = app.add_subcommand("export", "Write the surface for other programs, or the slabs as text");
   c->add_option("MODEL", o->file, "The model")->required();
   c->add_option("OUT", o->out, "The file: .ply, .obj, .stl, .glb, .3mf (the displaced surface) or .slabs (the cage)")
-      ->required();
+      ->required()
+      ->check(has_extension({".ply", ".obj", ".stl", ".glb", ".3mf", ".slabs"}));
   c->add_option("--level", o->level, "Every 2^k-th sample only, as far as 2^k divides n (default 0)")
       ->check(CLI::Range(0, 7));
   finish_command(*c, context, [o, &context] { return run_export(o->file, o->out, o->level, context); });

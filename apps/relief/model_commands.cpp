@@ -1,6 +1,7 @@
 // convert, verify, info, undo, redo: what is done with a model as a whole.
 #include "commands.h"
 
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/file/model_file.h>
@@ -10,8 +11,8 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
-#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -20,12 +21,6 @@ namespace relief::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-double process_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::size_t distinct_samples(const SlabMesh& mesh) {
   std::size_t count = mesh.fibres().size();
@@ -63,17 +58,14 @@ ordered_json to_json(const verify::Certificate& certificate) {
 }
 
 struct ConvertOptions {
-  std::string in, out, mended, mode, unit = "mm";
+  std::string in, out, mended, mode, unit;
   ConvertSettings settings;
   bool force = false;
 };
 
-/// Refuses an output that is one of the inputs, or a model whose strokes would be lost.
-Status check_output(const ConvertOptions& o) {
+/// Refuses a model whose strokes would be lost.
+Status check_strokes(const ConvertOptions& o) {
   std::error_code ignored;
-  for (const std::string& out : {o.out, o.mended})
-    if (!out.empty() && std::filesystem::equivalent(o.in, out, ignored))
-      return fail(Errc::InvalidArgument, printable(out) + ": is the input itself; choose another name for the output");
   if (o.force || !std::filesystem::exists(o.out, ignored)) return {};
   const auto existing = ModelFile::open(o.out, true);
   if (existing && existing->stroke_count() + existing->redo_count() > 0)
@@ -82,6 +74,35 @@ Status check_output(const ConvertOptions& o) {
                             printable(o.out), existing->stroke_count() + existing->redo_count()));
   return {};
 }
+
+/// The mended source under a name of its own until the model stands, so that a run that fails leaves neither.
+class MendedFile {
+ public:
+  Status write(const TriangleMesh& mesh, const std::filesystem::path& target, Unit unit) {
+    target_ = target;
+    temporary_ = target;
+    temporary_ += fmt::format(".{}.part.ply", getpid());
+    return export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});
+  }
+  Status keep() {
+    if (temporary_.empty()) return {};
+    std::error_code error;
+    std::filesystem::rename(temporary_, target_, error);
+    if (error) return fail(Errc::Io, printable(target_.string()) + ": cannot be replaced: " + error.message());
+    temporary_.clear();
+    return {};
+  }
+  MendedFile() = default;
+  MendedFile(const MendedFile&) = delete;
+  MendedFile& operator=(const MendedFile&) = delete;
+  ~MendedFile() {
+    std::error_code ignored;
+    if (!temporary_.empty()) std::filesystem::remove(temporary_, ignored);
+  }
+
+ private:
+  std::filesystem::path target_, temporary_;
+};
 
 ordered_json to_json(const Conversion& made, const verify::Certificate& certificate, double seconds) {
   const ConvertReport& r = made.report;
@@ -121,10 +142,14 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     return fail(Errc::Unfoldable,
                 fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
                             printable(o.in), o.mode));
-  RELIEF_CHECK(check_output(o));
-  o.settings.unit = *unit_from_name(o.unit);
+  RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
+  if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
+    return fail(Errc::InvalidArgument,
+                printable(o.out) + ": is both the model and the mended source; choose two names");
+  RELIEF_CHECK(check_strokes(o));
   context.progress("import", 0);
   RELIEF_TRY(const TriangleMesh source, import_mesh(o.in));
+  o.settings.unit = o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : *unit_from_name(o.unit);
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
@@ -137,10 +162,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                 fmt::format("{}: the shell failed its check ({}); try more --slabs or a smaller --thickness",
                             printable(o.in), what));
   }
-  if (!o.mended.empty())
-    RELIEF_CHECK(export_mesh(made.mended, o.mended, {.unit = o.settings.unit, .double_positions = true}));
+  MendedFile mended;
+  if (!o.mended.empty()) RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
   context.progress("save", 0.99);
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
+  RELIEF_CHECK(mended.keep());
   const double seconds = process_cpu_seconds() - start;
   if (context.json)
     print_json(to_json(made, certificate, seconds));
@@ -208,6 +234,7 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
     json["strokes"] = model.stroke_count();
     json["redo"] = model.redo_count();
     json["layers"] = layers;
+    if (head.has(Layer::Colour)) json["colour_intervals"] = head.tile(Layer::Colour, 0).intervals();
     json["unit"] = name(info.unit);
     json["source"] = info.source;
     json["source_diagonal"] = info.source_diagonal;
@@ -270,8 +297,9 @@ void add_convert(CLI::App& app, Context& context) {
   c->add_option("--mode", o->mode, "preview; certified and tolerant are not in this version")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
-      ->check(CLI::Range(1e-4, 1.0));
-  c->add_option("--unit", o->unit, "What a model unit is: mm (default), cm or m; kept for 3MF and glTF")
+      ->check(in_range(1e-4, 1));
+  c->add_option("--unit", o->unit,
+                "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));
   c->add_option("--mended", o->mended, "Also write the repaired source (PLY, double coordinates)");
   c->add_flag("--force", o->force, "Replace a model that has strokes");

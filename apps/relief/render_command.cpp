@@ -61,8 +61,10 @@ Result<std::pair<double, double>> parse_view(const std::string& text) {
 }
 
 Status run_render(RenderOptions& o, const Context& context) {
+  RELIEF_CHECK(check_outputs({o.out}, {o.model}));
   RELIEF_CHECK(parse_size(o.size, o.draw));
   RELIEF_TRY(const auto angles, parse_view(o.view));
+  o.draw.cancel = context.progress.cancel;
   for (const std::string& overlay : o.overlays) {
     o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
     o.draw.heat_map = o.draw.heat_map || overlay == "heat";
@@ -76,7 +78,7 @@ Status run_render(RenderOptions& o, const Context& context) {
         .cursor = cursor, .contact_point = cursor, .force = {}, .tool_radius = o.tool_radius, .contact = false};
     if (const auto contact = probe(head, cursor, hint); contact && contact->touching()) {
       const ForceSettings law;
-      const double metres_per_unit = 0.15 / file.model().info.source_diagonal;
+      const double metres_per_unit = workspace_for(file.model(), {}, 0).metres_per_unit;
       hand.contact = true;
       hand.contact_point = cursor + contact->surface.normal * contact->depth;
       hand.force = contact->surface.normal * std::min(law.stiffness * contact->depth * metres_per_unit, 3.3);
@@ -112,17 +114,29 @@ void add_render(CLI::App& app, Context& context) {
   auto o = std::make_shared<RenderOptions>();
   CLI::App* c = app.add_subcommand("render", "Draw a picture of a model, without a screen");
   c->add_option("MODEL", o->model, "The model")->required();
-  c->add_option("-o,--output", o->out, "The picture, OUT.png")->required();
-  c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)");
+  c->add_option("-o,--output", o->out, "The picture, OUT.png")->required()->check(has_extension({".png"}));
+  c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)")->check([](const std::string& text) {
+    DrawSettings ignored;
+    const Status parsed = parse_size(text, ignored);
+    return parsed ? std::string() : parsed.error().message;
+  });
   c->add_option("--view", o->view,
                 "front (from +z, the default), back, left, right, top, bottom, corner, or azimuth,elevation in degrees "
-                "(azimuth 0 from +z, 90 from +x; y is up)");
+                "(azimuth 0 from +z, 90 from +x; y is up)")
+      ->check([](const std::string& text) {
+        const auto parsed = parse_view(text);
+        return parsed ? std::string() : parsed.error().message;
+      });
   c->add_option("--overlay", o->overlays, "slabs (wires), heat (displacement); may be given more than once")
       ->check(CLI::IsMember({"slabs", "heat"}))
       ->delimiter(',');
-  c->add_option("--at", o->at, "Show the hand with its cursor at x,y,z (model units): tool, contact point, force");
+  c->add_option("--at", o->at, "Show the hand with its cursor at x,y,z (model units): tool, contact point, force")
+      ->check([](const std::string& text) {
+        const auto parsed = parse_vector("--at", text);
+        return parsed ? std::string() : parsed.error().message;
+      });
   c->add_option("--tool-radius", o->tool_radius, "Radius of the shown tool sphere, model units")
-      ->check(CLI::Range(0.0, 1e12));
+      ->check(in_range(0, 1e12));
   c->add_option("--level", o->draw.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));
   c->add_option("--supersample", o->draw.supersample, "Sub-pixels per edge, 1 to 4 (default 2)")
       ->check(CLI::Range(1, 4));

@@ -1,12 +1,12 @@
 // sculpt: strokes from a file, one transaction each.
 #include "commands.h"
 
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/file/model_file.h>
 
 #include <fmt/format.h>
 
-#include <ctime>
 #include <memory>
 
 namespace relief::cli {
@@ -14,12 +14,6 @@ namespace relief::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-double thread_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// The stroke as the journal keeps it: the same form as in a strokes file.
 std::string journal_text(const Stroke& stroke) {
@@ -38,6 +32,7 @@ std::string journal_text(const Stroke& stroke) {
 
 Status run_sculpt(const std::string& model, const std::string& strokes_file, const std::string& out,
                   const Context& context) {
+  RELIEF_CHECK(check_outputs({out, model}, {strokes_file}));
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
   std::error_code ignored;
   if (!std::filesystem::equivalent(model, out, ignored)) RELIEF_CHECK(ModelFile::copy(model, out));
@@ -58,7 +53,6 @@ Status run_sculpt(const std::string& model, const std::string& strokes_file, con
       StrokeRecord record;
       record.label = strokes[k].label.empty() ? std::string(name(strokes[k].brush.tool)) : strokes[k].label;
       record.details = journal_text(strokes[k]);
-      record.tiles = tiles;
       RELIEF_CHECK(file.commit(editor.head(), record));
     }
     report.push_back(

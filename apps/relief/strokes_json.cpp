@@ -68,7 +68,7 @@ class StrokeReader {
 
  private:
   std::unexpected<Error> problem(std::string_view what) const {
-    return fail(Errc::Corrupt, fmt::format("{} {}", place_, what));
+    return fail(Errc::Corrupt, fmt::format("{}: {}", place_, what));
   }
   Result<double> number(const char* key, std::optional<double> fallback) const {
     const auto value = object_.find(key);

@@ -9,7 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <memory>
+#include <thread>
 
 extern char** environ;
 
@@ -33,7 +37,7 @@ Status run_bench(const std::string& what, bool thorough, const Context& context)
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
   const std::filesystem::path program = self.parent_path() / "relief-bench";
-  if (error || !std::filesystem::exists(program))
+  if (error || !std::filesystem::exists(program, error))
     return fail(
         Errc::NotFound,
         fmt::format("{}: the benchmark program is missing; build it with ./dev build and run build/release/bin/relief",
@@ -49,7 +53,12 @@ Status run_bench(const std::string& what, bool thorough, const Context& context)
   if (posix_spawn(&child, name.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
     return fail(Errc::Io, printable(name) + ": cannot be started");
   int state = 0;
-  while (waitpid(child, &state, 0) < 0) {
+  while (true) {
+    const pid_t ended = waitpid(child, &state, WNOHANG);
+    if (ended == child) break;
+    if (ended < 0 && errno != EINTR) return fail(Errc::Io, printable(name) + ": cannot be waited for");
+    if (context.progress.cancelled()) kill(child, SIGTERM);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   if (!WIFEXITED(state) || WEXITSTATUS(state) != 0) return fail(Errc::Io, printable(name) + ": the benchmark failed");

@@ -27,44 +27,35 @@ struct TouchOptions {
   ForceSettings force;
 };
 
+std::vector<std::string> flag_names(std::uint32_t flags) {
+  std::vector<std::string> names;
+  for (std::uint32_t b = 1; b != 0 && b <= flags; b <<= 1U)
+    if ((flags & b) != 0) names.emplace_back(name(static_cast<ServoFault>(b)));
+  return names;
+}
+
 /// What the user learns from a run, whichever way it went.
 struct Summary {
-  std::size_t ticks = 0, contact = 0, faults = 0;
+  std::uint64_t ticks = 0, contact = 0, flagged = 0;
   std::uint32_t flags = 0;
   double force_max = 0, depth_max = 0;
-
-  void add(const ServoSample& s) {
-    ++ticks;
-    contact += s.contact ? 1U : 0U;
-    faults += s.flags != 0 ? 1U : 0U;
-    flags |= s.flags;
-    force_max = std::max(force_max, length(s.force));
-    depth_max = std::max(depth_max, s.depth);
-  }
-  [[nodiscard]] std::vector<std::string> flag_names() const {
-    std::vector<std::string> names;
-    for (std::uint32_t b = 1; b != 0 && b <= flags; b <<= 1U)
-      if ((flags & b) != 0) names.emplace_back(name(static_cast<ServoFault>(b)));
-    return names;
-  }
 };
 
-DeviceInfo path_device() { return plant_presets().front().info; }
-
-Workspace workspace_for(const TouchOptions& o, const DeviceInfo& device, const Model& model) {
-  Workspace workspace = fit_workspace(device, model.head->slab_mesh().bounds());
-  workspace.metres_per_unit = o.metres_per_unit > 0            ? o.metres_per_unit
-                              : model.info.source_diagonal > 0 ? 0.15 / model.info.source_diagonal
-                                                               : workspace.metres_per_unit;
-  return workspace;
+/// A scripted hand over the whole model; what a device is opened with.
+Result<std::unique_ptr<HapticDevice>> open_named(const std::string& device, const Workspace& workspace,
+                                                 const Box3d& bounds) {
+  Box3d reach;
+  reach.add(workspace.to_device(bounds.low));
+  reach.add(workspace.to_device(bounds.high));
+  return open_device(device, exploring_hand(reach));
 }
 
 ordered_json to_json(const Summary& s) {
   ordered_json json;
   json["ticks"] = s.ticks;
   json["contact"] = s.contact;
-  json["flagged"] = s.faults;
-  json["flags"] = s.flag_names();
+  json["flagged"] = s.flagged;
+  json["flags"] = flag_names(s.flags);
   json["force_max"] = s.force_max;
   json["depth_max"] = s.depth_max;
   return json;
@@ -76,17 +67,23 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
     return;
   }
   std::string flags;
-  for (const std::string& f : s.flag_names()) flags += (flags.empty() ? "" : ", ") + f;
+  for (const std::string& f : flag_names(s.flags)) flags += (flags.empty() ? "" : ", ") + f;
   print(fmt::format("{} ticks, {} in contact, largest force {:.3f} N, deepest {:.4g}{}\n", s.ticks, s.contact,
                     s.force_max, s.depth_max,
-                    flags.empty() ? "" : fmt::format("; {} ticks flagged: {}", s.faults, flags)));
+                    flags.empty() ? "" : fmt::format("; {} ticks flagged: {}", s.flagged, flags)));
 }
 
 Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
-  const DeviceInfo device = path_device();
-  const ServoSettings settings{.workspace = workspace_for(o, device, file.model()), .force = o.force};
+  // The limits are those of the device named, or touch-like.
+  DeviceInfo device = plant_presets().front().info;
+  const Box3d bounds = file.model().head->slab_mesh().bounds();
+  if (!o.device.empty()) {
+    RELIEF_TRY(const auto named, open_named(o.device, workspace_for(file.model(), device, o.metres_per_unit), bounds));
+    device = named->info();
+  }
+  const ServoSettings settings{.workspace = workspace_for(file.model(), device, o.metres_per_unit), .force = o.force};
   Servo servo(settings, device);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(o.out));
   RELIEF_CHECK(out.write(force_header()));
@@ -102,7 +99,12 @@ Status run_path(const TouchOptions& o, const Context& context) {
     ServoSample sample = servo.step(*file.model().head, reading);
     // Without contact p is the cursor, as read and not through the device's units.
     if (!sample.contact) sample.contact_point = rows[k].position;
-    summary.add(sample);
+    ++summary.ticks;
+    summary.contact += sample.contact ? 1U : 0U;
+    summary.flagged += sample.flags != 0 ? 1U : 0U;
+    summary.flags |= sample.flags;
+    summary.force_max = std::max(summary.force_max, length(sample.force));
+    summary.depth_max = std::max(summary.depth_max, sample.depth);
     RELIEF_CHECK(out.write(force_row(sample, rows[k].text)));
   }
   RELIEF_CHECK(out.commit());
@@ -114,13 +116,9 @@ Status run_path(const TouchOptions& o, const Context& context) {
 
 Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
-  const DeviceInfo nominal = path_device();
-  const Workspace workspace = workspace_for(o, nominal, file.model());
-  const Box3d bounds = file.model().head->slab_mesh().bounds();
-  Box3d reach;
-  reach.add(workspace.to_device(bounds.low));
-  reach.add(workspace.to_device(bounds.high));
-  RELIEF_TRY(const std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(reach)));
+  const Workspace workspace = workspace_for(file.model(), plant_presets().front().info, o.metres_per_unit);
+  RELIEF_TRY(const std::unique_ptr<HapticDevice> device,
+             open_named(o.device, workspace, file.model().head->slab_mesh().bounds()));
   std::optional<AtomicFile> out;
   if (!o.out.empty()) {
     RELIEF_TRY(AtomicFile created, AtomicFile::create(o.out));
@@ -128,7 +126,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
   }
   Session::Settings settings;
   settings.servo = {.workspace = workspace, .force = o.force};
-  settings.keep_trace = true;
+  settings.keep_trace = out.has_value();
   Session session(*device, file.model().head, nullptr, settings);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(o.seconds);
   while (session.running() && std::chrono::steady_clock::now() < end && !context.progress.cancelled()) {
@@ -139,8 +137,12 @@ Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_CHECK(session.stop());
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   const SessionStats& stats = session.stats();
-  Summary summary;
-  for (const ServoSample& s : stats.trace) summary.add(s);
+  const Summary summary = {.ticks = stats.samples,
+                           .contact = stats.contact_samples,
+                           .flagged = stats.flagged_samples,
+                           .flags = stats.flags,
+                           .force_max = stats.force_max,
+                           .depth_max = stats.depth_max};
   if (out) {
     RELIEF_CHECK(out->write(force_header()));
     for (const ServoSample& s : stats.trace)
@@ -162,11 +164,21 @@ Status run_live(const TouchOptions& o, const Context& context) {
 }
 
 Status run_touch(const TouchOptions& o, const Context& context) {
+  RELIEF_CHECK(check_outputs({o.out}, {o.model, o.path}));
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }
 
 }  // namespace
+
+Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit) {
+  Workspace workspace = fit_workspace(device, model.head->slab_mesh().bounds());
+  if (metres_per_unit > 0)
+    workspace.metres_per_unit = metres_per_unit;
+  else if (model.info.source_diagonal > 0)
+    workspace.metres_per_unit = 0.15 / model.info.source_diagonal;
+  return workspace;
+}
 
 void add_touch(CLI::App& app, Context& context) {
   auto o = std::make_shared<TouchOptions>();
@@ -183,23 +195,22 @@ void add_touch(CLI::App& app, Context& context) {
   c->add_option("MODEL", o->model, "The model")->required();
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");
-  CLI::Option* device =
-      c->add_option("--device", o->device, "Live: sim:hand, or another name that `relief devices` lists");
-  CLI::Option* seconds = c->add_option("--seconds", o->seconds, "Live: how long")->check(CLI::Range(0.01, 86400.0));
+  CLI::Option* device = c->add_option(
+      "--device", o->device,
+      "sim:hand, or another name that `relief devices` lists: live with --seconds; with --path its limits hold");
+  CLI::Option* seconds = c->add_option("--seconds", o->seconds, "Live: how long")->check(in_range(0.01, 3600));
   c->add_option("--metres-per-unit", o->metres_per_unit,
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
-      ->check(CLI::Range(1e-12, 1e12));
+      ->check(in_range(1e-12, 1e12));
   c->add_option("--stiffness", o->force.stiffness, "N/m at the hand (default 400; the device's limit holds)")
-      ->check(CLI::Range(0.0, 1e6));
-  c->add_option("--damping", o->force.damping, "N*s/m along the normal (default 1)")->check(CLI::Range(0.0, 1e4));
-  c->add_option("--friction", o->force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")
-      ->check(CLI::Range(0.0, 4.0));
-  path->excludes(device)->excludes(seconds)->needs(out);
-  device->needs(seconds);
+      ->check(in_range(0, 1e6));
+  c->add_option("--damping", o->force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
+  c->add_option("--friction", o->force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")->check(in_range(0, 4));
+  path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
   c->parse_complete_callback([o] {
-    if (o->path.empty() && o->device.empty())
+    if (o->path.empty() && (o->device.empty() || o->seconds == 0))
       throw CLI::ValidationError("touch needs --path P.csv -o F.csv, or --device NAME --seconds S");
   });
 }

@@ -33,27 +33,34 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
     // A device or a pipe is written as it is; replacing it would destroy it.
     const int direct = ::open(real.c_str(), O_WRONLY | O_CLOEXEC);
     if (direct < 0) return io_error(target, "cannot be written", errno);
-    return AtomicFile(real, {}, direct);
+    return AtomicFile(real, {}, direct, true);
   }
-  std::string pattern = real.string() + ".XXXXXX.part";
-  const int descriptor = ::mkostemps(pattern.data(), 5, O_CLOEXEC);
-  if (descriptor < 0) return io_error(target, "cannot be written", errno);
-  // mkstemp makes a private file; give it the rights that the target has, or that a new file would get.
+  // The rights that the target has, or that a new file would get.
   struct stat existing{};
   const mode_t mask = ::umask(0);
   ::umask(mask);
   const mode_t mode = ::stat(real.c_str(), &existing) == 0 ? existing.st_mode & 07777U : 0666U & ~mask;
+  // A file without a name, where the file system has them: what a killed program leaves of it is nothing.
+  const std::filesystem::path folder = real.has_parent_path() ? real.parent_path() : std::filesystem::path(".");
+  std::string temporary;
+  int descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor < 0) {
+    temporary = real.string() + ".XXXXXX.part";
+    descriptor = ::mkostemps(temporary.data(), 5, O_CLOEXEC);
+  }
+  if (descriptor < 0) return io_error(target, "cannot be written", errno);
   static_cast<void>(::fchmod(descriptor, mode));
-  return AtomicFile(real, pattern, descriptor);
+  return AtomicFile(real, temporary, descriptor, false);
 }
 
-AtomicFile::AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor)
-    : target_(std::move(target)), temporary_(std::move(temporary)), descriptor_(descriptor) {}
+AtomicFile::AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor, bool direct)
+    : target_(std::move(target)), temporary_(std::move(temporary)), descriptor_(descriptor), direct_(direct) {}
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
     : target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
+      direct_(other.direct_),
       buffer_(std::move(other.buffer_)) {}
 
 AtomicFile::~AtomicFile() {
@@ -84,19 +91,34 @@ Status AtomicFile::write(std::span<const std::byte> bytes) {
   return {};
 }
 
+Status AtomicFile::give_name() {
+  // A name is taken by trying: another program may be writing the same target.
+  std::string here = "/proc/self/fd/";
+  here += std::to_string(descriptor_);
+  for (unsigned attempt = 0; attempt < 1000; ++attempt) {
+    temporary_ = target_;
+    for (const std::string& piece : {std::string("."), std::to_string(::getpid()), std::string("-"),
+                                     std::to_string(attempt), std::string(".part")})
+      temporary_ += piece;
+    if (::linkat(AT_FDCWD, here.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) == 0) return {};
+    if (errno != EEXIST) break;
+  }
+  const int error = errno;
+  temporary_.clear();
+  return io_error(target_, "cannot be written", error);
+}
+
 Status AtomicFile::commit() {
   RELIEF_CHECK(flush());
-  if (temporary_.empty()) return {};
+  if (direct_) return {};
   if (::fsync(descriptor_) != 0) return io_error(target_, "cannot be written", errno);
-  if (::close(std::exchange(descriptor_, -1)) != 0) {
+  if (temporary_.empty()) RELIEF_CHECK(give_name());
+  // From here on the destructor has only the name to remove.
+  const int closed = ::close(std::exchange(descriptor_, -1));
+  if (closed != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) {
     const int error = errno;
     ::unlink(temporary_.c_str());
-    return io_error(target_, "cannot be written", error);
-  }
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-    const int error = errno;
-    ::unlink(temporary_.c_str());
-    return io_error(target_, "cannot be replaced", error);
+    return io_error(target_, closed != 0 ? "cannot be written" : "cannot be replaced", error);
   }
   sync_folder_of(target_);
   return {};

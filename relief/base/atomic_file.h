@@ -11,9 +11,9 @@
 
 namespace relief {
 
-/// Bytes go to a new file beside the target; commit() makes them durable and renames it over the target. Without
-/// commit() the new file is removed and the target stays as it was. A target that is a device or a pipe is written
-/// directly. Errors name the target: Io.
+/// Bytes go to a new file in the target's folder, without a name where the file system can; commit() makes them durable
+/// and renames it over the target. Without commit() the new file is removed and the target stays as it was. A target
+/// that is a device or a pipe is written directly. Errors name the target: Io.
 class AtomicFile {
  public:
   [[nodiscard]] static Result<AtomicFile> create(const std::filesystem::path& target);
@@ -25,14 +25,15 @@ class AtomicFile {
   [[nodiscard]] Status write(std::span<const std::byte> bytes);
   [[nodiscard]] Status write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
   [[nodiscard]] Status commit();
-  /// The file that is being written, for libraries that want a name; empty for a device or a pipe.
-  [[nodiscard]] const std::filesystem::path& temporary() const noexcept { return temporary_; }
 
  private:
-  AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor);
+  AtomicFile(std::filesystem::path target, std::filesystem::path temporary, int descriptor, bool direct);
   [[nodiscard]] Status flush();
-  std::filesystem::path target_, temporary_;
+  [[nodiscard]] Status give_name();
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;  ///< empty while the new file has no name
   int descriptor_;
+  bool direct_;
   std::string buffer_;
 };
 

@@ -233,7 +233,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   const Box3d box = bounds(result.mended);
   const double diagonal = diagonal_of(box);
-  if (!std::isfinite(diagonal) || diagonal < 1e-280 || diagonal > 1e140)
+  if (!std::isfinite(diagonal) || diagonal < 1e-36 || diagonal > 1e36)
     return fail(Errc::Corrupt,
                 "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
   const Lattice lattice = Lattice::around(box, settings.thickness * diagonal);

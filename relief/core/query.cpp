@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -141,7 +142,8 @@ std::optional<SlabCoord> solve_cold(const SlabCorners& corners, SlabId slab, Vec
   return best;
 }
 
-bool inside_alpha(double alpha) noexcept { return alpha >= 0 && alpha <= 1; }
+/// On or between the inner and the outer triangle; a point on one of them is inside whichever way it was found.
+bool inside_alpha(double alpha) noexcept { return alpha >= -1e-12 && alpha <= 1 + 1e-12; }
 
 /// The wall rule for one slab and a point whose coordinates in it are known.
 bool owns_at(const SlabMesh& mesh, const SlabCoord& at, Vec3d point) noexcept {
@@ -355,11 +357,11 @@ bool wall_side(const SlabMesh& mesh, FibreId a, FibreId b, Vec3d point) noexcept
   // Gauss-Newton onto the patch across*s + dl*t + twist*s*t; a fixed number of steps, so that both slabs do the same.
   double s = 0.5, t = 0.5;
   Vec3d ps, pt, miss;
-  for (int step = 0; step < 4; ++step) {
+  for (int step = 0; step < 7; ++step) {
     ps = across + twist * t;
     pt = dl + twist * s;
     miss = p - (across * s + dl * t + twist * (s * t));
-    if (step == 3) break;
+    if (step == 6) break;
     const double ss = dot(ps, ps), st = dot(ps, pt), tt = dot(pt, pt), rs = dot(ps, miss), rt = dot(pt, miss);
     const double d = ss * tt - st * st;
     if (!(d > 0)) break;
@@ -381,7 +383,10 @@ std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& h
   const auto accept = [&](const SlabCoord& at) -> std::optional<SlabCoord> {
     std::optional<SlabCoord> owner = at;
     if (least(weights_of(at.u, at.v)) <= kWallBand) owner = settle(mesh, at, point);
-    if (owner) hint.last = *owner;
+    if (owner) {
+      owner->alpha = std::clamp(owner->alpha, 0.0, 1.0);
+      hint.last = *owner;
+    }
     return owner;
   };
   if (hint.last.slab < mesh.slab_count()) {
@@ -473,7 +478,7 @@ SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept {
           const Weights w = nearest_in_triangle(p, a, b, c);
           const Vec3d q = a * w[0] + b * w[1] + c * w[2];
           const double distance2 = dot(p - q, p - q);
-          if (distance2 >= best) return;
+          if (!(distance2 < best)) return;
           best = distance2;
           best_slab = s;
           best_cell = {at, w};
@@ -573,36 +578,41 @@ std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept 
   return RayHit{point_in_cell(model, best_slab, best_cell, ray.origin + ray.direction * best), best};
 }
 
-Status validate(const Snapshot& model) {
+Status validate(const Snapshot& model, Layer layer, SlabId s) {
   const SlabMesh& mesh = model.slab_mesh();
+  const Tile& tile = model.tile(layer, s);
+  const LayerRange allowed = range(layer);
+  const int n = tile.intervals();
+  if (layer == Layer::Displacement && n != mesh.intervals(s))
+    return fail(Errc::Corrupt, "the displacement tile of slab " + std::to_string(s) + " has the wrong size");
+  for (int c = 0; c < tile.channel_count(); ++c)
+    for (std::size_t i = 0; i < tile.size(); ++i)
+      if (!(tile.plane(c)[i] >= allowed.low && tile.plane(c)[i] <= allowed.high))
+        return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
+                                       std::to_string(tile.plane(c)[i]) + ", outside its range");
+  const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+  for (int edge = 0; edge < 3; ++edge)
+    for (int t = 0; t < n; ++t) {
+      const GridPoint at = edge_point(n, edge, t);
+      bool same = true;
+      mesh.for_each_copy(s, n, at, [&](const SampleCopy& copy) {
+        if (copy.slab == s) return;
+        const Tile& other = model.tile(layer, copy.slab);
+        same = same && other.intervals() == n;
+        for (int c = 0; same && c < tile.channel_count(); ++c)
+          same = bits(tile.plane(c)[sample_index(n, at)]) == bits(other.plane(c)[sample_index(n, copy.at)]);
+      });
+      if (!same) return fail(Errc::Corrupt, "the copies of a shared sample differ: " + where(layer, s, at));
+    }
+  return {};
+}
+
+Status validate(const Snapshot& model) {
   for (int k = 0; k < kLayerCount; ++k) {
     const auto layer = static_cast<Layer>(k);
     if (!model.has(layer)) continue;
-    const LayerRange allowed = range(layer);
-    for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-      const Tile& tile = model.tile(layer, s);
-      const int n = tile.intervals();
-      if (layer == Layer::Displacement && n != mesh.intervals(s))
-        return fail(Errc::Corrupt, "the displacement tile of slab " + std::to_string(s) + " has the wrong size");
-      for (int c = 0; c < tile.channel_count(); ++c)
-        for (std::size_t i = 0; i < tile.size(); ++i)
-          if (!(tile.plane(c)[i] >= allowed.low && tile.plane(c)[i] <= allowed.high))
-            return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
-                                           std::to_string(tile.plane(c)[i]) + ", outside its range");
-      for (int edge = 0; edge < 3; ++edge)
-        for (int t = 0; t < n; ++t) {
-          const GridPoint at = edge_point(n, edge, t);
-          bool same = true;
-          mesh.for_each_copy(s, n, at, [&](const SampleCopy& copy) {
-            if (copy.slab == s) return;
-            const Tile& other = model.tile(layer, copy.slab);
-            same = same && other.intervals() == n;
-            for (int c = 0; same && c < tile.channel_count(); ++c)
-              same = tile.plane(c)[sample_index(n, at)] == other.plane(c)[sample_index(n, copy.at)];
-          });
-          if (!same) return fail(Errc::Corrupt, "the copies of a shared sample differ: " + where(layer, s, at));
-        }
-    }
+    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s)
+      if (Status tile = validate(model, layer, s); !tile) return tile;
   }
   return {};
 }

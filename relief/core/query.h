@@ -75,7 +75,8 @@ struct Contact {
 /// Empty outside all slabs.
 [[nodiscard]] std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept;
 
-/// The point of the tessellated surface nearest to p; exact, from nothing; O(log slabs + cells of a few slabs).
+/// The point of the tessellated surface nearest to p; exact as far as a double holds squared distances, from nothing;
+/// O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far for that (about 1e154).
 [[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept;
 /// The first crossing of the tessellated surface with the ray, with its distance in lengths of ray.direction.
 struct RayHit {
@@ -87,5 +88,7 @@ struct RayHit {
 /// Whether the copies of every shared sample are bit-identical in all layers, and all values are within their ranges;
 /// else the first offence (Corrupt, naming layer, slab and sample).
 [[nodiscard]] Status validate(const Snapshot& model);
+/// The same for one tile and its copies in the tiles around it.
+[[nodiscard]] Status validate(const Snapshot& model, Layer layer, SlabId slab);
 
 }  // namespace relief

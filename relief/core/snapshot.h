@@ -150,7 +150,7 @@ class SnapshotDraft {
 
 /// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order.
 /// Cost: the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed
-/// throughout.
+/// throughout; one that only `from` has is not visited.
 template <typename Visit>
 void for_each_change(const Snapshot& from, const Snapshot& to, Visit&& visit) {
   for (int k = 0; k < kLayerCount; ++k) {

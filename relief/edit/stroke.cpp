@@ -47,6 +47,7 @@ bool is_finite(const StrokePoint& p) noexcept {
 
 /// One dab at a place of the surface as it stood at the stroke's start.
 void dab_at(Editor& editor, const Brush& brush, const SurfacePoint& place, double pressure, double seconds) {
+  if (place.slab == kNoSlab) return;  // too far away for any place to be the nearest
   const double p = std::clamp(pressure, 0.0, 1.0), s = std::clamp(brush.strength, 0.0, 1.0);
   // A tool that rests on the surface cuts nothing, also where the surface is hollow.
   if (brush.tool == Tool::Carve && !(s * p > 0)) return;
@@ -69,12 +70,15 @@ std::optional<Tool> tool_from_name(std::string_view text) noexcept {
 }
 
 Status check(const Stroke& stroke) {
+  constexpr double kLatest = 1e12;  // s
   RELIEF_CHECK(check(stroke.brush));
   std::size_t dabs = 0;
   for (std::size_t k = 0; k < stroke.points.size(); ++k) {
     const StrokePoint& p = stroke.points[k];
     const std::string where = "point " + std::to_string(k + 1) + " of the stroke";
     if (!is_finite(p)) return fail(Errc::InvalidArgument, where + " holds a number that is not finite");
+    if (std::abs(p.t) > kLatest)
+      return fail(Errc::InvalidArgument, where + " is at " + number(p.t) + " s, which no stroke lasts to");
     RELIEF_CHECK(check_share("the pressure at " + where, p.pressure));
     if (k > 0 && p.t < stroke.points[k - 1].t)
       return fail(Errc::InvalidArgument, where + " is earlier (" + number(p.t) + " s) than the one before it (" +

@@ -164,33 +164,6 @@ struct PageLayout {
   }
 };
 
-/// Whether the values of a tile are in range and agree with their copies in other tiles, as core's validate() asks of a
-/// whole model.
-Status check_tile(const Snapshot& model, Layer layer, SlabId s) {
-  const Tile& tile = model.tile(layer, s);
-  const auto [low, high] = range(layer);
-  const int n = tile.intervals();
-  const auto where = [&] { return std::string(name(layer)) + " of slab " + std::to_string(s); };
-  for (int c = 0; c < tile.channel_count(); ++c)
-    for (std::size_t k = 0; k < tile.size(); ++k)
-      if (!(tile.plane(c)[k] >= low && tile.plane(c)[k] <= high))
-        return fail(Errc::Corrupt, where() + " holds a value outside its range");
-  for (int edge = 0; edge < 3; ++edge)
-    for (int t = 0; t < n; ++t) {
-      const GridPoint at = edge_point(n, edge, t);
-      bool same = true;
-      model.slab_mesh().for_each_copy(s, n, at, [&](const SampleCopy& copy) {
-        const Tile& other = model.tile(layer, copy.slab);
-        same = same && other.intervals() == n;
-        for (int c = 0; same && c < tile.channel_count(); ++c)
-          same = std::bit_cast<std::uint32_t>(tile.plane(c)[sample_index(n, at)]) ==
-                 std::bit_cast<std::uint32_t>(other.plane(c)[sample_index(n, copy.at)]);
-      });
-      if (!same) return fail(Errc::Corrupt, where() + " differs from its neighbours on a shared edge");
-    }
-  return {};
-}
-
 /// The tiles of one page that a stroke changes.
 struct PageChange {
   Layer layer;
@@ -235,7 +208,7 @@ class Rows {
   [[nodiscard]] Status write_cage(const SlabMesh& mesh) const {
     RELIEF_TRY(Statement put, database_.prepare("INSERT INTO cage VALUES(?, ?, ?)"));
     const auto write = [&](std::string_view part, const std::vector<std::byte>& raw, std::size_t width) {
-      const std::vector<std::byte> blob = detail::pack(raw, width);
+      const std::vector<std::byte> blob = detail::pack(raw, width, detail::kMaxCageExpansion);
       put.reset();
       return put.bind(part).bind(hash_of(part, blob)).bind(Bytes(blob)).run();
     };
@@ -392,7 +365,8 @@ class Rows {
       if (!row) return damaged("it lacks the " + std::string(part) + " of its cage");
       const Bytes blob = get.blob(1);
       if (get.integer(0) != hash_of(part, blob)) return damaged("the " + std::string(part) + " fail their checksum");
-      if (!detail::may_hold(blob, bytes)) return damaged("it claims more " + std::string(part) + " than it can hold");
+      if (!detail::may_hold(blob, bytes, detail::kMaxCageExpansion))
+        return damaged("it claims more " + std::string(part) + " than it can hold");
       std::vector<std::byte> raw(bytes);
       if (!detail::unpack(blob, width, raw)) return damaged("the " + std::string(part) + " cannot be unpacked");
       return raw;
@@ -651,7 +625,7 @@ Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerT
   }
   SnapshotPtr moved = draft.finish();
   for (const auto& [layer, s] : changed)
-    if (const Status sound = check_tile(*moved, layer, s); !sound) return rows.damaged(sound.error().message);
+    if (const Status sound = validate(*moved, layer, s); !sound) return rows.damaged(sound.error().message);
   return moved;
 }
 
@@ -854,7 +828,7 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
     changes.back().tiles |= std::uint64_t{1} << (s % kTilesPerPage);
     ++tiles;
     sound = head->tile(layer, s).intervals() == intervals_of(*layers[static_cast<std::size_t>(layer)], mesh, s)
-                ? check_tile(*head, layer, s)
+                ? validate(*head, layer, s)
                 : fail(Errc::Corrupt, "a tile of " + std::string(name(layer)) + " has the wrong size");
   });
   if (!sound) return refuse(sound.error().message);

@@ -18,7 +18,7 @@ constexpr int kLevel = 3;
 constexpr std::uint32_t kSkippable = 0x184D2A50U;
 }  // namespace
 
-std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width) {
+std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width, std::size_t expansion) {
   const std::size_t count = raw.size() / width;
   std::vector<std::byte> shuffled(raw.size());
   for (std::size_t rank = 0; rank < width; ++rank)
@@ -28,8 +28,8 @@ std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width) {
   const std::size_t size = ZSTD_compress(blob.data(), blob.size(), shuffled.data(), shuffled.size(), kLevel);
   blob.resize(ZSTD_isError(size) != 0U ? 0
                                        : size);  // only lack of memory makes it fail; unpack() refuses the empty blob
-  if (!may_hold(blob, raw.size())) {
-    const std::size_t padding = raw.size() / kMaxExpansion - blob.size();
+  if (!may_hold(blob, raw.size(), expansion)) {
+    const std::size_t padding = raw.size() / expansion - blob.size();
     const std::array<std::uint32_t, 2> header = {kSkippable, static_cast<std::uint32_t>(padding)};
     const auto bytes = std::as_bytes(std::span(header));
     blob.insert(blob.end(), bytes.begin(), bytes.end());

@@ -9,15 +9,19 @@
 
 namespace relief::detail {
 
-/// No blob stands for more than this many times its own bytes, so what a file can ask for is bounded by its size.
+/// No blob stands for more than so many times its own bytes, so what a file can ask for is bounded by its size. The
+/// cage gets less, because what is built from it takes ten times its bytes.
 inline constexpr std::size_t kMaxExpansion = 256;
+inline constexpr std::size_t kMaxCageExpansion = 16;
 
-/// `raw` holds values of `width` bytes. Blobs that would expand by more than kMaxExpansion end in an empty (skippable)
+/// `raw` holds values of `width` bytes. Blobs that would expand by more than `expansion` end in an empty (skippable)
 /// frame.
-[[nodiscard]] std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width);
+[[nodiscard]] std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width,
+                                          std::size_t expansion = kMaxExpansion);
 /// Whether `blob` may stand for `bytes` bytes; asked before memory is taken for them.
-[[nodiscard]] constexpr bool may_hold(std::span<const std::byte> blob, std::size_t bytes) noexcept {
-  return bytes / kMaxExpansion <= blob.size();
+[[nodiscard]] constexpr bool may_hold(std::span<const std::byte> blob, std::size_t bytes,
+                                      std::size_t expansion = kMaxExpansion) noexcept {
+  return bytes / expansion <= blob.size();
 }
 /// Fills `raw`; false when the blob does not stand for exactly as many bytes.
 [[nodiscard]] bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::byte> raw);

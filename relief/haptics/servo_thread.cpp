@@ -1,3 +1,4 @@
+#include <relief/base/cpu_time.h>
 #include <relief/haptics/servo_thread.h>
 
 #include <pthread.h>
@@ -21,11 +22,7 @@ namespace {
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
 constexpr int kPriority = 80;                 // below the kernel's own threads for USB
 
-std::uint64_t clock_ns(clockid_t clock) noexcept {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(now.tv_nsec);
-}
+std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
 
 void sleep_until(std::uint64_t due) noexcept {
   timespec at{};
@@ -83,13 +80,13 @@ void prepare_thread(ServoTimes& times) noexcept {
 /// The absolute schedule: when each tick is due, and what the clock made of it.
 class Schedule {
  public:
-  explicit Schedule(ServoTimes& times) noexcept : times_(times), due_(clock_ns(CLOCK_MONOTONIC)), woken_(due_) {}
+  explicit Schedule(ServoTimes& times) noexcept : times_(times), due_(monotonic_ns()), woken_(due_) {}
 
   /// Sleeps to the next due time. Returns how late the thread woke, in ns; whole periods of it are skipped.
   std::uint64_t wait() noexcept {
     due_ += kPeriod;
     sleep_until(due_);
-    const std::uint64_t now = clock_ns(CLOCK_MONOTONIC);
+    const std::uint64_t now = monotonic_ns();
     const std::uint64_t late = now > due_ ? now - due_ : 0;
     const std::uint64_t skipped = late / kPeriod;
     times_.period.add(now - woken_);
@@ -112,23 +109,30 @@ void TimeHistogram::add(std::uint64_t ns) noexcept {
   std::size_t bin = 0;
   if (ns >= 64) {
     const auto power = static_cast<unsigned>(std::bit_width(ns)) - 1U;
-    bin = std::min<std::size_t>(std::size_t{power - 6U} * 8U + ((ns >> (power - 3U)) & 7U), kBins - 1);
+    // The five bits below the highest one, which there are from 64 on.
+    bin = std::min<std::size_t>(std::size_t{power - 6U} * kBinsPerOctave + ((ns >> (power - 5U)) & 31U), kBins - 1);
   }
   ++bins_[bin];
   ++count_;
   max_ = std::max(max_, ns);
 }
 
-double TimeHistogram::bin_low(int bin) noexcept { return std::ldexp(1 + (bin % 8) / 8.0, 6 + bin / 8); }
+double TimeHistogram::bin_low(int bin) noexcept {
+  return std::ldexp(1 + (bin % kBinsPerOctave) / double{kBinsPerOctave}, 6 + bin / kBinsPerOctave);
+}
 
 std::uint64_t TimeHistogram::quantile(double q) const noexcept {
   if (count_ == 0) return 0;
   const double wanted = std::clamp(q, 0.0, 1.0) * static_cast<double>(count_);
-  std::uint64_t seen = 0;
-  for (int bin = 0; bin + 1 < kBins; ++bin) {
-    seen += bin_count(bin);
-    if (seen > 0 && static_cast<double>(seen) >= wanted)
-      return std::min(static_cast<std::uint64_t>(bin_low(bin + 1)), max_);
+  double seen = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    const auto here = static_cast<double>(bin_count(bin));
+    if (here > 0 && seen + here >= wanted) {
+      // The values of a bin are taken to lie evenly in it; the last bin ends at the greatest value.
+      const double low = bin_low(bin), high = std::min(bin_low(bin + 1), static_cast<double>(max_));
+      return static_cast<std::uint64_t>(low + (std::max(high, low) - low) * std::max(0.0, wanted - seen) / here);
+    }
+    seen += here;
   }
   return max_;
 }
@@ -165,7 +169,7 @@ void ServoThread::run() noexcept {
     const std::uint64_t late = schedule.wait();
     if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
 
-    const std::uint64_t start = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    const std::uint64_t start = thread_cpu_ns();
     for (ServoSettings changed; settings_.pop(changed);) servo_.set(changed);
     DeviceState reading;
     ServoSample sample;
@@ -174,7 +178,7 @@ void ServoThread::run() noexcept {
       sample = servo_.step(reader_.latest(), reading);
       alive = device_.write(sample.force);
     }
-    const std::uint64_t compute = clock_ns(CLOCK_THREAD_CPUTIME_ID) - start;
+    const std::uint64_t compute = thread_cpu_ns() - start;
     times_.compute.add(compute);
 
     if (!alive) {
@@ -196,17 +200,17 @@ void ServoThread::run() noexcept {
   running_.store(false, std::memory_order_release);
 }
 
-ServoTimes null_loop(double seconds) {
+ServoTimes null_loop(double seconds, const std::atomic<bool>* stop) {
   ServoTimes times;
   const auto ticks = static_cast<std::uint64_t>(std::clamp(seconds, 0.0, 3600.0) * 1000);
-  const auto loop = [&times, ticks] {
+  const auto loop = [&times, ticks, stop] {
     prepare_thread(times);
     Schedule schedule(times);
-    const std::uint64_t end = clock_ns(CLOCK_MONOTONIC) + ticks * kPeriod;
-    while (clock_ns(CLOCK_MONOTONIC) + kPeriod <= end) {
+    const std::uint64_t end = monotonic_ns() + ticks * kPeriod;
+    while (monotonic_ns() + kPeriod <= end && (stop == nullptr || !stop->load(std::memory_order_relaxed))) {
       schedule.wait();
-      const std::uint64_t start = clock_ns(CLOCK_THREAD_CPUTIME_ID);
-      times.compute.add(clock_ns(CLOCK_THREAD_CPUTIME_ID) - start);
+      const std::uint64_t start = thread_cpu_ns();
+      times.compute.add(thread_cpu_ns() - start);
     }
   };
   try {

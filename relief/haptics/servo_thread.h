@@ -14,14 +14,15 @@
 
 namespace relief {
 
-/// Logarithmic histogram of nanoseconds: 8 bins per power of two from 64 ns to about 17 s.
+/// Logarithmic histogram of nanoseconds: 32 bins per power of two (2 % wide) from 64 ns to about 17 s.
 class TimeHistogram {
  public:
-  static constexpr int kBins = 8 * 28;
+  static constexpr int kBinsPerOctave = 32;
+  static constexpr int kBins = kBinsPerOctave * 28;
   void add(std::uint64_t ns) noexcept;
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
   [[nodiscard]] std::uint64_t max() const noexcept { return max_; }
-  /// The upper border of the bin that holds the share q of all values, 0..1; 0 when empty.
+  /// The value below which the share q of all values lies, 0..1, within a bin's width; 0 when empty.
   [[nodiscard]] std::uint64_t quantile(double q) const noexcept;
   [[nodiscard]] std::uint64_t bin_count(int bin) const noexcept { return bins_[static_cast<std::size_t>(bin)]; }
   /// Lower border of a bin, ns.
@@ -76,7 +77,8 @@ class ServoThread {
   std::thread thread_;
 };
 
-/// The same loop with nothing in it, for comparison: sleeps to each due time for `seconds` on a thread of its own.
-[[nodiscard]] ServoTimes null_loop(double seconds);
+/// The same loop with nothing in it, for comparison: sleeps to each due time for `seconds`, or until `stop`, on a
+/// thread of its own.
+[[nodiscard]] ServoTimes null_loop(double seconds, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace relief

@@ -159,6 +159,20 @@ std::string unescape(std::string_view text) {
   return out;
 }
 
+/// What 3MF calls its units. Numbers in one that Relief does not have become millimetres: times `factor` over `divisor`
+/// (0.001 itself is no double).
+struct ModelUnit {
+  std::string_view name;
+  double factor, divisor;
+  Unit unit;
+};
+constexpr std::array<ModelUnit, 6> kModelUnits = {{{"millimeter", 1.0, 1.0, Unit::Millimetre},
+                                                   {"centimeter", 1.0, 1.0, Unit::Centimetre},
+                                                   {"meter", 1.0, 1.0, Unit::Metre},
+                                                   {"micron", 1.0, 1000.0, Unit::Millimetre},
+                                                   {"inch", 25.4, 1.0, Unit::Millimetre},
+                                                   {"foot", 304.8, 1.0, Unit::Millimetre}}};
+
 struct Reference {
   std::string model;  ///< the part of the archive that holds the object
   std::uint32_t id = 0;
@@ -183,6 +197,13 @@ class Reader {
     for (const Reference& item : items_) RELIEF_CHECK(place(item, Placement{}, 0, scene));
     if (scene.mesh.triangles.empty())
       return source_.error(Errc::UnsupportedFormat, "its build list holds no triangles");
+    if (unit_ != nullptr) {
+      scene.mesh.unit = unit_->unit;
+      if (unit_->factor != unit_->divisor) {
+        for (Vec3d& p : scene.mesh.positions)
+          for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = p[axis] * unit_->factor / unit_->divisor;
+      }
+    }
     return std::move(scene.mesh);
   }
 
@@ -205,7 +226,7 @@ class Reader {
     return name;
   }
 
-  /// Reads one model part; only the root's build list counts.
+  /// Reads one model part; only the root's build list and unit count.
   [[nodiscard]] Status read_model(const std::string& model, bool root) {
     if (std::ranges::find(read_models_, model) != read_models_.end()) return {};
     read_models_.push_back(model);
@@ -217,7 +238,9 @@ class Reader {
     XmlTags tags(text);
     while (tags.next()) {
       if (tags.closing()) continue;
-      if (tags.name() == "colorgroup" || tags.name() == "basematerials") {
+      if (tags.name() == "model" && root) {
+        read_unit(tags.attribute("unit"));
+      } else if (tags.name() == "colorgroup" || tags.name() == "basematerials") {
         RELIEF_CHECK(read_colours(tags));
       } else if (tags.name() == "object") {
         RELIEF_CHECK(read_object(tags, model));
@@ -228,6 +251,13 @@ class Reader {
     }
     if (tags.broken()) return source_.corrupt("the XML of part '" + printable(model, 80) + "' is broken");
     return {};
+  }
+
+  /// Millimetres when the attribute is missing, as 3MF has it; a name that 3MF does not know leaves the unit open.
+  void read_unit(std::string_view name) noexcept {
+    if (name.empty()) name = "millimeter";
+    const auto known = std::ranges::find(kModelUnits, name, &ModelUnit::name);
+    unit_ = known == kModelUnits.end() ? nullptr : &*known;
   }
 
   [[nodiscard]] Status read_colours(XmlTags& tags) {
@@ -347,6 +377,7 @@ class Reader {
   std::map<std::uint32_t, std::vector<Rgba8>> colours_;
   std::map<std::pair<std::string, std::uint32_t>, Object> objects_;
   std::vector<Reference> items_;
+  const ModelUnit* unit_ = nullptr;  ///< null where the file names none that is known
   std::size_t unpacked_ = 0;
   std::size_t placed_ = 0;
 };

@@ -154,6 +154,7 @@ class Reader {
     Scene scene(total_bytes());
     RELIEF_CHECK(walk(scene));
     if (scene.mesh.triangles.empty()) return source_.error(Errc::UnsupportedFormat, "its scene holds no triangles");
+    scene.mesh.unit = Unit::Metre;  // glTF knows no other
     return std::move(scene.mesh);
   }
 

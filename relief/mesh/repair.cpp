@@ -190,7 +190,9 @@ class Nesting {
 
 class Repairer {
  public:
-  explicit Repairer(const TriangleMesh& soup) : soup_(soup), coloured_(!soup.colours.empty()) {}
+  explicit Repairer(const TriangleMesh& soup) : soup_(soup), coloured_(!soup.colours.empty()) {
+    mesh_.unit = soup.unit;
+  }
 
   Result<Repaired> run(const Progress& progress) {
     using Step = void (Repairer::*)();

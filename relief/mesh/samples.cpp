@@ -4,6 +4,7 @@
 #include "samples_rings.h"
 #include "samples_torus.h"
 
+#include <relief/base/try.h>
 #include <relief/mesh/samples.h>
 
 #include <algorithm>
@@ -14,8 +15,11 @@ namespace relief {
 
 namespace detail {
 
-TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
-  const RingLayout layout(surface);
+Result<TriangleMesh> mesh_surface(SampleSurface&& surface, std::size_t triangles, const Progress& progress) {
+  SampleProgress done(progress);
+  RELIEF_CHECK(done.reach(0.0));
+  RELIEF_CHECK(surface.prepare(done));
+  RELIEF_TRY(const RingLayout layout, RingLayout::make(surface, done));
   const bool closed = surface.closed();
   const double edge = std::sqrt(4.0 * layout.area() / (std::sqrt(3.0) * double(triangles)));
   const double strips = std::max(6.0, std::floor(layout.height() / (edge * std::sqrt(0.75)) + 0.5));
@@ -48,10 +52,12 @@ TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
   const std::size_t vertices = firsts[rings] + (closed ? 0U : 1U);
   mesh.positions.reserve(vertices);
   mesh.colours.reserve(vertices);
+  Box3d box;
   const auto add_vertex = [&](double s, double turn) {
     const SampleSurface::Vertex v = surface.fine(s, turn, edge);
     const auto byte = [](double c) { return static_cast<std::uint8_t>(std::floor(clamp01(c) * 255.0 + 0.5)); };
     mesh.positions.push_back(v.position);
+    box.add(v.position);
     mesh.colours.push_back({byte(v.colour.x), byte(v.colour.y), byte(v.colour.z), 255});
   };
   const auto shift = [](std::size_t k) { return std::uint64_t{k & 1U}; };  // in half steps, so that rings are staggered
@@ -59,7 +65,13 @@ TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
   if (!closed) add_vertex(0.0, 0.0);
   for (std::size_t k = 0; k < rings; ++k) {
     layout.spread(ring_height(k), counts[k], 0.5 * double(shift(k)), places);
-    for (const auto& [s, turn] : places) add_vertex(s, turn);
+    for (const auto& [s, turn] : places) {
+      if (mesh.positions.size() % 256 == 0) {
+        const double part = double(mesh.positions.size()) / double(vertices);
+        RELIEF_CHECK(done.reach(mix(SampleProgress::kLaidOut, SampleProgress::kPlaced, part)));
+      }
+      add_vertex(s, turn);
+    }
   }
   if (!closed) add_vertex(1.0, 0.0);
 
@@ -68,6 +80,7 @@ TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
     for (std::uint32_t i = 0; i < counts[0]; ++i)
       mesh.triangles.push_back({0, firsts[0] + (i + 1) % counts[0], firsts[0] + i});
   for (std::size_t k = 0; k + (closed ? 0 : 1) < rings; ++k) {
+    RELIEF_CHECK(done.reach(mix(SampleProgress::kPlaced, SampleProgress::kJoined, double(k) / double(rings))));
     // Walk along both rings at once; step on the one whose next edge has its middle first.
     const std::size_t next = (k + 1) % rings;
     const std::uint64_t n = counts[k], m = counts[next];
@@ -87,10 +100,14 @@ TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles) {
     for (std::uint32_t i = 0; i < counts[rings - 1]; ++i)
       mesh.triangles.push_back({firsts[rings - 1] + i, firsts[rings - 1] + (i + 1) % counts[rings - 1], firsts[rings]});
 
-  Box3d box;
-  for (const Vec3d p : mesh.positions) box.add(p);
   const double scale = 100.0 / box.extent().y;
-  for (Vec3d& p : mesh.positions) p = {p.x * scale, (p.y - box.low.y) * scale, p.z * scale};
+  for (std::size_t k = 0; k < mesh.positions.size(); ++k) {
+    if (k % 65536 == 0)
+      RELIEF_CHECK(done.reach(mix(SampleProgress::kJoined, 1.0, double(k) / double(mesh.positions.size()))));
+    Vec3d& p = mesh.positions[k];
+    p = {p.x * scale, (p.y - box.low.y) * scale, p.z * scale};
+  }
+  RELIEF_CHECK(done.reach(1.0));
   return mesh;
 }
 
@@ -105,7 +122,7 @@ constexpr std::array<std::string_view, 4> kNames = {"pumpkin", "head", "torus", 
 
 std::span<const std::string_view> sample_names() noexcept { return kNames; }
 
-Result<TriangleMesh> make_sample(std::string_view name, std::size_t triangles) {
+Result<TriangleMesh> make_sample(std::string_view name, std::size_t triangles, const Progress& progress) {
   constexpr std::size_t kFewest = 1'000, kMost = 50'000'000;
   if (std::ranges::find(kNames, name) == kNames.end()) {
     std::string known;
@@ -115,10 +132,10 @@ Result<TriangleMesh> make_sample(std::string_view name, std::size_t triangles) {
   if (triangles < kFewest || triangles > kMost)
     return fail(Errc::InvalidArgument, "a sample model has " + std::to_string(kFewest) + " to " +
                                            std::to_string(kMost) + " triangles, not " + std::to_string(triangles));
-  if (name == "pumpkin") return detail::mesh_surface(detail::PumpkinSurface(), triangles);
-  if (name == "head") return detail::mesh_surface(detail::HeadSurface(), triangles);
-  if (name == "torus") return detail::mesh_surface(detail::TorusSurface(), triangles);
-  return detail::mesh_surface(detail::BowlSurface(), triangles);
+  if (name == "pumpkin") return detail::mesh_surface(detail::PumpkinSurface(), triangles, progress);
+  if (name == "head") return detail::mesh_surface(detail::HeadSurface(), triangles, progress);
+  if (name == "torus") return detail::mesh_surface(detail::TorusSurface(), triangles, progress);
+  return detail::mesh_surface(detail::BowlSurface(), triangles, progress);
 }
 
 }  // namespace relief

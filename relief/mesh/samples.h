@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/progress.h>
 #include <relief/mesh/triangle_mesh.h>
 
 #include <cstddef>
@@ -16,7 +17,8 @@ namespace relief {
 
 /// A closed, oriented, manifold mesh with vertex colours, y up, facing +z, about 100 units tall, of `triangles`
 /// triangles or within 2 % of it (at least 1000). The same arguments give the same bytes on every machine. Errors:
-/// NotFound (unknown name, lists the known ones), InvalidArgument (count out of 1000 .. 50 million).
-[[nodiscard]] Result<TriangleMesh> make_sample(std::string_view name, std::size_t triangles);
+/// NotFound (unknown name, lists the known ones), InvalidArgument (count out of 1000 .. 50 million), Cancelled.
+[[nodiscard]] Result<TriangleMesh> make_sample(std::string_view name, std::size_t triangles,
+                                               const Progress& progress = {});
 
 }  // namespace relief

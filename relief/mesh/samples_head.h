@@ -8,7 +8,7 @@ namespace relief::detail {
 
 class HeadSurface final : public SampleSurface {
  public:
-  HeadSurface();
+  [[nodiscard]] Status prepare(SampleProgress& progress) override;
   [[nodiscard]] Vec3d coarse(double s, double turn) const noexcept override;
   /// The features of the face deserve smaller triangles.
   [[nodiscard]] double weight(Vec3d p) const noexcept override {
@@ -173,13 +173,17 @@ inline HeadSurface::Field HeadSurface::field(Vec3d p) noexcept {
   return f;
 }
 
-inline HeadSurface::HeadSurface() : reach_((kRows + 1) * (kColumns + 1)) {
-  for (std::size_t i = 0; i <= kRows; ++i)
+inline Status HeadSurface::prepare(SampleProgress& progress) {
+  reach_.resize((kRows + 1) * (kColumns + 1));
+  for (std::size_t i = 0; i <= kRows; ++i) {
+    RELIEF_CHECK(progress.reach(SampleProgress::kPrepared * double(i) / double(kRows + 1)));
     for (std::size_t j = 0; j <= kColumns; ++j) {
       const bool first = i == 0 || j == 0;
       const double before = first ? kFarthest : std::max(reach_[at(i - 1, j)], reach_[at(i, j - 1)]) + 1.5;
       reach_[at(i, j)] = crossing(ray(double(i) / kRows, double(j) / kColumns), std::min(before, kFarthest));
     }
+  }
+  return {};
 }
 
 inline double HeadSurface::crossing(const Ray& ray, double start) noexcept {

@@ -4,11 +4,39 @@
 
 #include "samples_math.h"
 
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/base/try.h>
 #include <relief/mesh/triangle_mesh.h>
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace relief::detail {
+
+/// Tells how far the making of a sample has come, in steps of a hundredth, and hears whether it should stop.
+class SampleProgress {
+ public:
+  explicit SampleProgress(const Progress& progress) noexcept : progress_(progress) {}
+
+  /// Cancelled when the caller wants no more. Cheap enough for every few hundred vertices.
+  [[nodiscard]] Status reach(double share) {
+    if (progress_.cancelled()) return fail(Errc::Cancelled, "making the sample was cancelled");
+    if (share >= next_) {
+      progress_("sample", share);
+      next_ = std::min(1.0, share + 0.01);
+    }
+    return {};
+  }
+
+  // Shares of the whole at which the phases end.
+  static constexpr double kPrepared = 0.05, kLaidOut = 0.1, kPlaced = 0.96, kJoined = 0.99;
+
+ private:
+  const Progress& progress_;
+  double next_ = 0.0;
+};
 
 /// A surface over (s, turn) in [0,1] x [0,1): turn runs around, s along; it looks to the side of d/dturn x d/ds.
 /// Either s = 0 and s = 1 are poles, or s closes upon itself (closed()).
@@ -24,6 +52,8 @@ class SampleSurface {
   SampleSurface& operator=(const SampleSurface&) = delete;
   virtual ~SampleSurface() = default;
 
+  /// Called once before all else, for tables that take long to fill. Cancelled.
+  [[nodiscard]] virtual Status prepare(SampleProgress&) { return {}; }
   [[nodiscard]] virtual bool closed() const noexcept { return false; }
   /// The shape without relief; triangles are made even on it.
   [[nodiscard]] virtual Vec3d coarse(double s, double turn) const noexcept = 0;
@@ -37,7 +67,7 @@ class SampleSurface {
 /// shape in both directions.
 class RingLayout {
  public:
-  explicit RingLayout(const SampleSurface& surface);
+  [[nodiscard]] static Result<RingLayout> make(const SampleSurface& surface, SampleProgress& progress);
 
   [[nodiscard]] double area() const noexcept { return area_; }
   /// Mean length of the meridians.
@@ -52,6 +82,8 @@ class RingLayout {
 
  private:
   static constexpr std::size_t kRows = 192, kColumns = 256;
+  /// From the coarse shape at the grid points.
+  RingLayout(const SampleSurface& surface, const std::vector<Vec3d>& points);
   struct Row {
     std::size_t row;
     double part;
@@ -68,13 +100,19 @@ class RingLayout {
   std::vector<double> heights_;  ///< of each row above the first
 };
 
-inline RingLayout::RingLayout(const SampleSurface& surface)
-    : s_((kRows + 1) * (kColumns + 1)), along_(s_.size()), lengths_(kRows + 1), heights_(kRows + 1) {
-  std::vector<Vec3d> points(s_.size());
-  for (std::size_t i = 0; i <= kRows; ++i)
+inline Result<RingLayout> RingLayout::make(const SampleSurface& surface, SampleProgress& progress) {
+  std::vector<Vec3d> points((kRows + 1) * (kColumns + 1));
+  for (std::size_t i = 0; i <= kRows; ++i) {
+    RELIEF_CHECK(
+        progress.reach(mix(SampleProgress::kPrepared, SampleProgress::kLaidOut, double(i) / double(kRows + 1))));
     for (std::size_t j = 0; j <= kColumns; ++j)
       points[at(i, j)] = j == kColumns ? points[at(i, 0)] : surface.coarse(double(i) / kRows, double(j) / kColumns);
+  }
+  return RingLayout(surface, points);
+}
 
+inline RingLayout::RingLayout(const SampleSurface& surface, const std::vector<Vec3d>& points)
+    : s_(points.size()), along_(s_.size()), lengths_(kRows + 1), heights_(kRows + 1) {
   const auto weighed = [&](Vec3d a, Vec3d b) { return length(b - a) * surface.weight((a + b) * 0.5); };
 
   // Steps along each meridian, smoothed around the ring so that neighbouring meridians keep pace.
@@ -156,7 +194,7 @@ inline void RingLayout::spread(double height, std::size_t count, double shift, s
   }
 }
 
-/// A closed mesh of about this many triangles, scaled and moved to stand on y = 0 and reach y = 100.
-TriangleMesh mesh_surface(const SampleSurface& surface, std::size_t triangles);
+/// A closed mesh of about this many triangles, scaled and moved to stand on y = 0 and reach y = 100. Errors: Cancelled.
+Result<TriangleMesh> mesh_surface(SampleSurface&& surface, std::size_t triangles, const Progress& progress);
 
 }  // namespace relief::detail

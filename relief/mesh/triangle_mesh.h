@@ -1,10 +1,12 @@
 // A plain indexed triangle mesh: what scans are read into and models are written from.
 #pragma once
 
+#include <relief/base/unit.h>
 #include <relief/base/vec.h>
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace relief {
@@ -17,6 +19,8 @@ struct TriangleMesh {
   std::vector<Vec3d> positions;
   std::vector<Triangle> triangles;
   std::vector<Rgba8> colours;
+  std::optional<Unit> unit =
+      std::nullopt;  ///< what one model unit is, where the file says so (glTF: metre, 3MF: its attribute)
 
   [[nodiscard]] bool empty() const noexcept { return triangles.empty(); }
 };

@@ -1,10 +1,11 @@
+#include <relief/base/assert.h>
+#include <relief/base/cpu_time.h>
 #include <relief/session/session.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -13,13 +14,6 @@
 namespace relief {
 
 namespace {
-
-/// CPU time of the calling thread, ns.
-std::uint64_t thread_cpu_ns() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000U + static_cast<std::uint64_t>(now.tv_nsec);
-}
 
 /// A second of ticks: the edit thread may be away that long before samples are dropped.
 constexpr std::size_t kTelemetryCapacity = 1024;
@@ -55,14 +49,20 @@ struct Session::State {
   void take(const ServoSample& sample) {
     ++stats.samples;
     stats.contact_samples += sample.contact ? 1U : 0U;
+    stats.force_max = std::max(stats.force_max, length(sample.force));
+    stats.depth_max = std::max(stats.depth_max, sample.depth);
+    stats.flagged_samples += sample.flags != 0 ? 1U : 0U;
+    stats.flags |= sample.flags;
     if (settings.keep_trace) stats.trace.push_back(sample);
     const bool pressed = (sample.buttons & 1U) != 0;
     if (!pressed) {
       finish_stroke();
       return;
     }
-    if (!sample.contact) {
-      last_dab_t = sample.t;
+    // In the safe state the hand feels nothing, so it must not cut anything either.
+    constexpr std::uint32_t kSafeState = bit(ServoFault::Latched) | bit(ServoFault::StartInside);
+    if (!sample.contact || (sample.flags & kSafeState) != 0) {
+      if (std::isfinite(sample.t)) last_dab_t = sample.t;
       return;
     }
     if (!editor.in_stroke()) {
@@ -73,6 +73,10 @@ struct Session::State {
       axis = sample.normal;
     }
     const double elapsed = sample.t - last_dab_t;
+    if (!(elapsed >= 0)) {
+      if (std::isfinite(sample.t)) last_dab_t = sample.t;
+      return;
+    }
     // Half a tick of slack, so that 1000 and 250 dabs per second come out as every and every fourth tick.
     if (elapsed < 1 / settings.sculpt.dabs_per_second - 0.5e-3) return;
     last_dab_t = sample.t;
@@ -102,7 +106,13 @@ struct Session::State {
     if (!editor.in_stroke()) return;
     if (!editor.end_stroke()) return;
     ++stats.strokes;
-    if (file == nullptr || !file_status) return;
+    save();
+  }
+
+  /// Writes what is not in the file yet: after a commit that failed (a reader may hold the file for long) the next one
+  /// carries the stroke that was missed.
+  void save() {
+    if (file == nullptr || file->model().head == editor.head()) return;
     StrokeRecord record;
     record.label = std::string(name(brush.tool));
     file_status = file->commit(editor.head(), record);
@@ -135,11 +145,12 @@ void Session::set_brush(const Brush& brush) { set_brushes({brush}); }
 
 void Session::set_brushes(std::vector<Brush> brushes) {
   if (brushes.empty()) return;
+  for (const Brush& brush : brushes) RELIEF_ASSERT(std::isfinite(brush.radius) && brush.radius > 0);
   const std::scoped_lock lock(state_->brush_mutex);
   state_->brushes = std::move(brushes);
 }
 
-SnapshotChannel& Session::channel() noexcept { return state_->channel; }
+SnapshotChannel::Reader Session::reader() { return state_->channel.reader(); }
 bool Session::running() const noexcept { return state_->servo.running(); }
 
 Status Session::stop() {
@@ -149,6 +160,7 @@ Status Session::stop() {
     state_->stopping.store(true, std::memory_order_release);
     state_->edit_thread.join();
     state_->stats.servo = state_->servo.times();
+    if (!state_->file_status) state_->save();
   }
   return state_->file_status;
 }

@@ -7,7 +7,6 @@
 #include <relief/haptics/servo_thread.h>
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -21,8 +20,12 @@ struct SessionStats {
   std::uint64_t dabs = 0;
   std::uint64_t samples_edited = 0;
   std::uint64_t strokes = 0;
-  TimeHistogram dab_time;          ///< thread CPU time of one dab with undo and publishing
-  std::vector<ServoSample> trace;  ///< every sample, when asked for
+  TimeHistogram dab_time;             ///< thread CPU time of one dab with undo and publishing
+  double force_max = 0;               ///< N
+  double depth_max = 0;               ///< model units
+  std::uint64_t flagged_samples = 0;  ///< with any fault bit
+  std::uint32_t flags = 0;            ///< all fault bits that were set
+  std::vector<ServoSample> trace;     ///< every sample, when asked for
 };
 
 /// How the hand's contact becomes dabs.
@@ -31,12 +34,12 @@ struct SculptSettings {
   double full_depth = 0;         ///< model units: penetration that counts as pressure 1
   double turn_time = 0.15;  ///< s: the tool's axis follows the surface normal with this time constant; 0 at once, as in
                             ///< the paper, where each dent that the tool makes turns it and cuts the next dent askew
-  double light_depth = 0;  ///< up to this depth pressure is 0 (paper, Sec. 5)
+  double light_depth = 0;   ///< up to this depth pressure is 0 (paper, Sec. 5)
 };
 
-/// Owns the servo thread and the edit thread. The caller's thread may draw channel() meanwhile. While button 0 of the
-/// device is down and the tip touches, dabs are made with the brush; a stroke lasts from press to release. With a file,
-/// each finished stroke is committed.
+/// Owns the servo thread and the edit thread. The caller's thread may draw what reader() sees meanwhile. While button 0
+/// of the device is down and the tip touches, and the servo is not in its safe state, dabs are made with the brush; a
+/// stroke lasts from press to release. With a file, each finished stroke is committed.
 class Session {
  public:
   struct Settings {
@@ -55,9 +58,11 @@ class Session {
   /// Brush chosen by the buttons word of the reading at which a stroke begins: bits 8 and up are its number in this
   /// list.
   void set_brushes(std::vector<Brush> brushes);
-  [[nodiscard]] SnapshotChannel& channel() noexcept;
+  /// For drawing meanwhile, on one other thread each. Readers must be gone before the session is.
+  [[nodiscard]] SnapshotChannel::Reader reader();
   [[nodiscard]] bool running() const noexcept;
-  /// Stops the servo, finishes an open stroke, joins both threads. The first error of the file, if any.
+  /// Stops the servo, finishes an open stroke, joins both threads. What could not be saved
+  /// meanwhile is tried once more; the error of the file, if it still fails.
   [[nodiscard]] Status stop();
   [[nodiscard]] const SnapshotPtr& head() const noexcept;    ///< after stop()
   [[nodiscard]] const SessionStats& stats() const noexcept;  ///< after stop()

@@ -81,7 +81,16 @@ class Contract(Case):
             self.assertIn(command, Run("--help").out)
 
     def test_wrong_usage_is_2(self):
-        for args in ([], ["frobnicate"], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
+        self.assert_failed(Run("frobnicate"), 2, "frobnicate")
+        self.assert_failed(Run("export", self.model, self.folder / "x.xyz"), 2, "x.xyz", ".glb")
+        self.assert_failed(Run("sample", "melon", "-o", self.folder / "x.ply"), 2, "melon", "pumpkin")
+        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--size", "wide"), 2, "--size", "wide")
+        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--view", "inside"), 2, "--view", "inside")
+        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--at", "1,2"), 2, "--at")
+        for option in ("--stiffness", "--damping", "--friction", "--metres-per-unit"):
+            self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", option, "nan"), 2, option)
+        self.assertFalse((self.folder / "x.png").exists())
+        for args in ([], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
                      ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
                      ["touch", self.model], ["touch", self.model, "--path", "p.csv"], ["render", self.model, "-o"],
                      ["sample", "pumpkin", "-o", "x.ply", "--triangles", "12"], ["info", self.model, "--threads", "0"]):
@@ -94,11 +103,7 @@ class Contract(Case):
         self.assert_failed(Run("info", self.scan), 1, "pumpkin.ply")
         self.assert_failed(Run("info", self.folder), 1, self.folder.name)
         self.assert_failed(Run("convert", self.scan, "-o", self.folder / "no" / "where.relief"), 1, "where.relief")
-        self.assert_failed(Run("export", self.model, self.folder / "x.xyz"), 1, "x.xyz")
         self.assert_failed(Run("export", self.model, self.folder / "x.ply", "--level", "7"), 1, "--level")
-        self.assert_failed(Run("sample", "melon", "-o", self.folder / "x.ply"), 1, "melon", "pumpkin")
-        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--size", "wide"), 1, "--size")
-        self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--view", "inside"), 1, "--view")
         self.assert_failed(Run("touch", self.model, "--device", "sim:claw", "--seconds", "1"), 1, "sim:claw", "sim:hand")
         for name in ("x.relief", "x.xyz", "x.ply", "x.png"):
             self.assertFalse((self.folder / name).exists(), name)
@@ -116,6 +121,31 @@ class Contract(Case):
         self.assert_failed(Run("convert", self.scan, "-o", self.scan), 1, "is the input itself")
         self.assert_failed(Run("convert", self.scan, "-o", self.folder / "x.relief", "--mended", self.scan), 1, "input")
         self.assertEqual(self.scan.read_bytes(), before)
+
+    def test_no_output_replaces_an_input(self):
+        path = self.folder / "path.csv"
+        path.write_text("t,x,y,z\n0,0,0,0\n")
+        strokes = self.folder / "strokes.json"
+        strokes.write_text("[]")
+        png = self.folder / "model.png"
+        shutil.copy(self.model, png)
+        for args, kept in ((["touch", self.model, "--path", path, "-o", self.model], self.model),
+                           (["touch", self.model, "--path", path, "-o", path], path),
+                           (["render", png, "-o", png], png), (["sculpt", self.model, "--strokes", strokes, "-o", strokes], strokes)):
+            before = kept.read_bytes()
+            self.assert_failed(Run(*args), 1, "is the input itself")
+            self.assertEqual(kept.read_bytes(), before)
+        both = self.folder / "both.ply"
+        self.assert_failed(Run("convert", self.scan, "-o", both, "--mended", both), 1, "two names")
+        nowhere = self.folder / "no" / "x.relief"
+        self.assert_failed(Run("convert", self.scan, "-o", nowhere, "--mended", self.folder / "left.ply"), 1, "x.relief")
+        self.assertEqual(list(self.folder.glob("left*")), [])
+
+    def test_standard_output_that_cannot_be_written_is_a_failure(self):
+        with open("/dev/full", "w") as full:
+            run = subprocess.run([str(BIN / "relief"), "info", str(self.model)], stdout=full, stderr=subprocess.PIPE)
+        self.assertEqual(run.returncode, 1)
+        self.assertEqual(run.stderr.count(b"\n"), 1)
 
     def test_json_is_one_object_and_nothing_else(self):
         out = self.folder / "j.relief"
@@ -147,6 +177,19 @@ class Contract(Case):
             for file in files:
                 self.ok("sample", name, "-o", file, "--triangles", 3000)
             self.assertEqual(files[0].read_bytes(), files[1].read_bytes())
+
+    def test_interrupt_stops_every_long_command(self):
+        for args, out in ((["sample", "pumpkin", "--triangles", "20000000"], "i.ply"),
+                          (["render", self.model, "--size", "3000x3000", "--supersample", "4", "--lights", "256"], "i.png"),
+                          (["touch", self.model, "--device", "sim:hand", "--seconds", "60"], "i.csv")):
+            started = subprocess.Popen([str(BIN / "relief"), *map(str, args), "-o", str(self.folder / out)],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            time.sleep(0.5)
+            started.send_signal(signal.SIGINT)
+            err = started.communicate(timeout=120)[1].decode()
+            self.assertEqual(started.returncode, 130, (args, err))
+            self.assertEqual(err.count("\n"), 1)
+            self.assertEqual(list(self.folder.glob("i.*")), [])
 
     def test_interrupt_is_130_and_leaves_nothing(self):
         big = self.folder / "big.ply"
@@ -226,6 +269,19 @@ class Workflow(Case):
             self.assertEqual(Run("info", model, "--json").json()["intervals"], {"min": n, "max": n})
             self.assertEqual(self.ok("export", model, self.folder / "p.ply", "--json").json()["triangles"],
                              n * n * report["slabs"])
+
+    def test_formats_with_a_unit_keep_size_and_unit(self):
+        for unit, extension in (("cm", "3mf"), ("mm", "glb")):
+            model, again = self.folder / "u.relief", self.folder / "u2.relief"
+            self.ok("convert", self.scan, "-o", model, "--unit", unit, "--samples", 8)
+            self.ok("export", model, self.folder / f"u.{extension}")
+            self.ok("convert", self.folder / f"u.{extension}", "-o", again, "--samples", 8)
+            info = Run("info", again, "--json").json()
+            self.assertEqual(info["unit"], "m" if extension == "glb" else unit)
+            metres = {"mm": 1e-3, "cm": 1e-2, "m": 1}
+            first = Run("info", model, "--json").json()
+            size = first["source_diagonal"] * metres[first["unit"]]
+            self.assertAlmostEqual(info["source_diagonal"] * metres[info["unit"]] / size, 1, delta=0.02)
 
     def test_mended_source_and_unit(self):
         mended = self.folder / "mended.ply"

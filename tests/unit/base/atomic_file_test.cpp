@@ -127,7 +127,6 @@ TEST_F(AtomicFileTest, FullDiskIsAnErrorAndADeviceIsNotReplaced) {
   if (!fs::is_character_file(device)) GTEST_SKIP() << "skipped: no /dev/full";
   auto file = AtomicFile::create(device);
   ASSERT_TRUE(file);
-  ASSERT_TRUE(file->temporary().empty());
   ASSERT_TRUE(file->write("x"));
   const Status status = file->commit();
   ASSERT_FALSE(status);

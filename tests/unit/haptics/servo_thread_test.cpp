@@ -160,8 +160,8 @@ TEST(TimeHistogram, QuantilesAreWithinOneBin) {
   EXPECT_EQ(histogram.count(), 100'000U);
   EXPECT_EQ(histogram.max(), 100'000U);
   for (const double q : {0.1, 0.5, 0.9, 0.99, 1.0}) {
-    EXPECT_GE(static_cast<double>(histogram.quantile(q)), q * 1e5 - 1);
-    EXPECT_LE(static_cast<double>(histogram.quantile(q)), q * 1e5 * 1.125 + 1);
+    EXPECT_GE(static_cast<double>(histogram.quantile(q)), q * 1e5 * 0.97 - 65);
+    EXPECT_LE(static_cast<double>(histogram.quantile(q)), q * 1e5 * 1.03 + 65);
   }
   for (int bin = 1; bin < TimeHistogram::kBins; ++bin) {
     TimeHistogram one;
@@ -175,9 +175,10 @@ TEST(TimeHistogram, QuantilesAreWithinOneBin) {
 TEST(NullLoop, CountsItsTicks) {
   const ServoTimes times = null_loop(0.05);
   EXPECT_GT(times.ticks, 0U);
-  EXPECT_LE(times.ticks + times.overruns, 51U);
-  EXPECT_GE(times.ticks + times.overruns, 45U);
   EXPECT_EQ(times.period.count(), times.ticks);
+  EXPECT_EQ(times.late.count(), times.ticks);
+  const std::atomic<bool> stop{true};
+  EXPECT_EQ(null_loop(3600, &stop).ticks, 0U) << "stops when asked";
 }
 
 }  // namespace

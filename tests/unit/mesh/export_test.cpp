@@ -142,9 +142,34 @@ TEST(Export, UnitsAreWritten) {
     const auto read = import_mesh(folder / "u.glb");
     ASSERT_TRUE(read.has_value());
     EXPECT_NEAR(bounds(*read).high.z, 3 * metres(unit), 1e-12);
+    EXPECT_EQ(read->unit, Unit::Metre);
     ASSERT_TRUE(export_mesh(mesh, folder / "u.3mf", {.unit = unit}).has_value());
-    EXPECT_EQ(bounds(import_mesh(folder / "u.3mf").value()).high, (Vec3d{1, 2, 3}))
-        << "3MF names the unit and scales nothing";
+    const TriangleMesh other = import_mesh(folder / "u.3mf").value();
+    EXPECT_EQ(bounds(other).high, (Vec3d{1, 2, 3})) << "3MF names the unit and scales nothing";
+    EXPECT_EQ(other.unit, unit);
+  }
+}
+
+TEST(Export, AModelKeepsItsSizeOverManyRoundTrips) {
+  const TempFolder folder;
+  const TriangleMesh mesh = bumpy({3, 4, 5}, 20, false);
+  const double size = diagonal(bounds(mesh)) * 1e-3;  // metres
+  for (const char* name : {"size.glb", "size.3mf"}) {
+    TriangleMesh held = mesh;
+    held.unit = Unit::Millimetre;
+    for (int round = 0; round < 3; ++round) {
+      ASSERT_TRUE(held.unit.has_value()) << name;
+      ASSERT_TRUE(export_mesh(held, folder / name, {.unit = *held.unit}).has_value());
+      auto read = import_mesh(folder / name);
+      ASSERT_TRUE(read.has_value()) << read.error().message;
+      held = repair(*read).value().mesh;
+    }
+    ASSERT_TRUE(held.unit.has_value()) << name;
+    EXPECT_NEAR(diagonal(bounds(held)) * metres(*held.unit), size, 1e-6 * size) << name;
+  }
+  for (const char* name : {"size.ply", "size.obj", "size.stl"}) {
+    ASSERT_TRUE(export_mesh(mesh, folder / name).has_value());
+    EXPECT_EQ(import_mesh(folder / name).value().unit, std::nullopt) << name << " says nothing about units";
   }
 }
 

@@ -301,6 +301,66 @@ TEST(ImportGltf, RefusesCyclesOutsideFilesAndCompression) {
             std::string::npos);
 }
 
+/// A zip archive with one member, stored as it is.
+std::string stored_zip(const std::string& name, const std::string& content) {
+  std::uint32_t crc = ~0U;
+  for (const char c : content) {
+    crc ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);
+  }
+  const auto put_entry = [&](std::string& bytes) {
+    for (const unsigned v : {20U, 0U, 0U, 0U, 0x21U})
+      put_value(bytes, static_cast<std::uint16_t>(v));  // version, flags, method, time, date
+    put_value(bytes, ~crc);
+    put_value(bytes, static_cast<std::uint32_t>(content.size()));
+    put_value(bytes, static_cast<std::uint32_t>(content.size()));
+    put_value(bytes, static_cast<std::uint16_t>(name.size()));
+    put_value(bytes, std::uint16_t{0});
+  };
+  std::string zip = "PK\3\4";
+  put_entry(zip);
+  zip.append(name).append(content);
+  std::string list = "PK\1\2";
+  put_value(list, std::uint16_t{20});
+  put_entry(list);
+  list.append(14, '\0').append(name);  // no comment, the first disk, attributes, the header's place
+  const auto start = static_cast<std::uint32_t>(zip.size());
+  zip.append(list).append("PK\5\6").append(4, '\0');
+  for (int k = 0; k < 2; ++k) put_value(zip, std::uint16_t{1});
+  put_value(zip, static_cast<std::uint32_t>(list.size()));
+  put_value(zip, start);
+  return zip.append(2, '\0');
+}
+
+TEST(Import3mf, EveryUnitComesInAtItsSize) {
+  const auto read = [](const std::string& attribute) {
+    return import_bytes(
+        "unit.3mf",
+        stored_zip("3D/3dmodel.model",
+                   "<?xml version=\"1.0\"?><model" + attribute +
+                       " xml:lang=\"en\"><resources><object id=\"1\"><mesh><vertices>"
+                       "<vertex x=\"3\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"7\" z=\"0\"/>"
+                       "<vertex x=\"0\" y=\"0\" z=\"-1\"/></vertices><triangles>"
+                       "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/></triangles></mesh></object></resources>"
+                       "<build><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 10 0 0\"/></build></model>"));
+  };
+  const auto expect = [&](const std::string& attribute, std::optional<Unit> unit, Vec3d high, double low_z) {
+    const TriangleMesh mesh = read(attribute);
+    EXPECT_EQ(mesh.unit, unit) << attribute;
+    EXPECT_EQ(bounds(mesh).high, high) << attribute;
+    EXPECT_EQ(bounds(mesh).low.z, low_z) << attribute;
+  };
+  expect("", Unit::Millimetre, {13, 7, 0}, -1);
+  expect(" unit=\"millimeter\"", Unit::Millimetre, {13, 7, 0}, -1);
+  expect(" unit='centimeter'", Unit::Centimetre, {13, 7, 0}, -1);
+  expect(" unit=\"meter\"", Unit::Metre, {13, 7, 0}, -1);
+  // Not Relief's: to the nearest double in millimetres, the build item's offset too.
+  expect(" unit=\"micron\"", Unit::Millimetre, {0.013, 0.007, 0}, -0.001);
+  expect(" unit=\"inch\"", Unit::Millimetre, {13 * 25.4, 7 * 25.4, 0}, -25.4);
+  expect(" unit=\"foot\"", Unit::Millimetre, {13 * 304.8, 7 * 304.8, 0}, -304.8);
+  expect(" unit=\"furlong\"", std::nullopt, {13, 7, 0}, -1);
+}
+
 TEST(Import, NamesWhatIsNoMesh) {
   const TempFolder folder;
   EXPECT_EQ(import_mesh(folder / "missing.ply").error().code, Errc::NotFound);

@@ -35,7 +35,9 @@ TriangleMesh soup_of(const TriangleMesh& mesh) {
 TEST(Repair, LeavesACleanMeshAlone) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 2, 3});
   for (std::uint8_t k = 0; k < 8; ++k) mesh.colours.push_back({k, k, k, k});
+  mesh.unit = Unit::Centimetre;
   const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.mesh.unit, Unit::Centimetre);
   EXPECT_EQ(out.mesh.positions, mesh.positions);
   EXPECT_EQ(out.mesh.triangles, mesh.triangles);
   EXPECT_EQ(out.mesh.colours, mesh.colours);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <map>
@@ -166,6 +167,45 @@ TEST_P(Samples, AreTheSameBytesEveryTime) {
   EXPECT_EQ(content(mesh), content(sample(GetParam(), 20'000)));
 }
 
+TEST_P(Samples, TellHowFarTheyAre) {
+  std::vector<double> shares;
+  const auto mesh =
+      make_sample(GetParam(), 20'000,
+                  {.report = [&](std::string_view, double share) { shares.push_back(share); }, .cancel = nullptr});
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(content(*mesh), content(sample(GetParam(), 20'000)));
+  ASSERT_GT(shares.size(), 20U);
+  EXPECT_LT(shares.size(), 200U);
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_EQ(shares.back(), 1.0);
+  for (std::size_t k = 1; k < shares.size(); ++k) {
+    EXPECT_GT(shares[k], shares[k - 1]);
+    // Only the head has tables to fill before its grid.
+    EXPECT_LT(shares[k] - shares[k - 1], k == 1 && GetParam() != "head" ? 0.06 : 0.04) << "a long silence";
+  }
+}
+
+TEST_P(Samples, StopWhereverTheyAre) {
+  for (const double when : {0.0, 0.02, 0.07, 0.1, 0.5, 0.955, 0.98}) {
+    std::atomic<bool> stop{false};
+    double last = 0.0;
+    const auto mesh = make_sample(GetParam(), 20'000,
+                                  {.report =
+                                       [&](std::string_view, double share) {
+                                         last = share;
+                                         if (share >= when) {
+                                           EXPECT_FALSE(stop) << "went on at " << share << ", stopped at " << when;
+                                           stop = true;
+                                         }
+                                       },
+                                   .cancel = &stop});
+    ASSERT_FALSE(mesh) << when;
+    EXPECT_EQ(mesh.error().code, Errc::Cancelled);
+    EXPECT_EQ(mesh.error().message, "making the sample was cancelled");
+    EXPECT_LT(last, when + 0.06);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Samples, ::testing::ValuesIn(sample_names().begin(), sample_names().end()),
                          [](const auto& test) { return std::string(test.param); });
 
@@ -196,6 +236,16 @@ TEST(SampleErrors, NameTheKnownModels) {
   EXPECT_EQ(mesh.error().code, Errc::NotFound);
   for (const std::string_view name : sample_names()) EXPECT_NE(mesh.error().message.find(name), std::string::npos);
   EXPECT_NE(mesh.error().message.find("pump\\x0akin"), std::string::npos) << mesh.error().message;
+}
+
+TEST(SampleErrors, ASampleThatIsCancelledBeforeItStartsSaysNothing) {
+  const std::atomic<bool> stop{true};
+  int reports = 0;
+  const auto mesh =
+      make_sample("head", 50'000'000, {.report = [&](std::string_view, double) { ++reports; }, .cancel = &stop});
+  ASSERT_FALSE(mesh);
+  EXPECT_EQ(mesh.error().code, Errc::Cancelled);
+  EXPECT_EQ(reports, 0);
 }
 
 TEST(SampleErrors, RefuseCountsOutOfRange) {

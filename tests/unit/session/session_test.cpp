@@ -60,7 +60,7 @@ TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
                        {.tool = Tool::Paint, .radius = 0.2, .strength = 0.5, .colour = {1, 0, 0}}});
   // The application draws meanwhile: whatever it sees is whole.
   {
-    SnapshotChannel::Reader reader = session.channel().reader();
+    SnapshotChannel::Reader reader = session.reader();
     for (int k = 0; k < 1000 && !done->load() && session.running(); ++k) {
       EXPECT_TRUE(validate(reader.latest()));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -108,7 +108,7 @@ TEST(Session, EachFinishedStrokeIsInTheFile) {
 }
 
 TEST(Session, ALostDeviceEndsItAndKeepsTheStroke) {
-  // Forty readings that press with the button down, then the device is gone.
+  // Sixty readings of approach, sixty that press with the button down, then the device is gone.
   std::vector<DeviceState> readings;
   for (int k = 0; k < 120; ++k) {
     const double reach = k < 60 ? 1.25 - 0.005 * k : 0.95;
