@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
 
@@ -142,7 +143,7 @@ bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::
     };
     const auto [low, high] = range(hull);
     const auto [face_low, face_high] = range(corners);
-    const Int128 slack = sum_norm(axis) * (scale * blur);
+    const Int128 slack = sum_norm(axis) * (Int128{scale} * blur);
     return low > face_high + slack || high < face_low - slack;
   };
   const Point& n = face.normal;
@@ -295,7 +296,7 @@ class SourceChecker {
       boxes_.push_back(box);
       find_hull(slab, corners);
     }
-    tree_.emplace(boxes_);
+    tree_ = std::make_unique<Tree>(boxes_);
   }
 
   /// The planes through three of the corners that have all six on or below them.
@@ -694,7 +695,7 @@ class SourceChecker {
   std::vector<Point> inner_, outer_;  // by fibre
   std::vector<Slab> slabs_;
   std::vector<Box> boxes_;      // by slab, widened by the margin
-  std::optional<Tree> tree_;    // over boxes_
+  std::unique_ptr<Tree> tree_;  // over boxes_
   bool separate_ = true;        // every pair of C5 could be tested
   std::vector<Spoke> ordered_;  // scratch of C6b, as all that follow
   std::vector<Point> rim_, normals_;

@@ -239,7 +239,7 @@ TEST(VerifySource, KeepsTwoStepsFromTheShell) {
 
 TEST(VerifySource, KeepsTwoStepsFromEdgesAndCorners) {
   // A spike whose tip comes near an edge or a corner of the outer cube's inside, or beside it.
-  const double step = 0x1p-19;  // 2^20 of them are the cage
+  const double step = 0x1p-19;                                           // 2^20 of them are the cage
   for (const Point tip : {Point{0.25, 0.25, 1}, Point{0.25, 0.5, 1}}) {  // on a diagonal edge, on a face
     for (const int steps : {0, 1, 2, 3}) {
       Surface source = cube(0.75);
