@@ -316,6 +316,25 @@ TEST(VerifySource, SteepButSingleValuedPasses) {
   }
 }
 
+TEST(VerifySource, StretchingAndShearingChangeNothing) {
+  // The triangles around a vertex then look almost away from each other: few directions see them all.
+  const auto stretch = [](Vec3d p) { return Vec3d{p.x, p.y, p.z * 0x1p8}; };
+  const auto shear = [](Vec3d p) { return Vec3d{p.x + p.z * 0x1p7, p.y - p.z * 0x1p6, p.z}; };
+  const auto bumps = [](Vec3d d) { return 1 + 0.1 * std::sin(14 * d.x) * std::sin(13 * d.y) * std::cos(15 * d.z); };
+  for (const auto& map : {std::function<Vec3d(Vec3d)>(stretch), std::function<Vec3d(Vec3d)>(shear)}) {
+    Cage cage = sphere_cage(1, 0.5, 1.6);
+    for (auto* ends : {&cage.inner, &cage.outer})
+      for (Point& p : *ends) {
+        const Vec3d q = map(vec(p));
+        p = {q.x, q.y, q.z};
+      }
+    EXPECT_PROVEN(cage.check(ball(5, bumps).moved(map)));
+    Surface folded = ball(5, bumps);
+    folded.points[900] = rounded(normalized(vec(folded.points[900]) + Vec3d{0.1, 0, 0.1}));
+    EXPECT_EQ(broken(cage.check(folded.moved(map))), (Conditions{Condition::C6}));
+  }
+}
+
 TEST(VerifySource, FindsWhatTheShellLeavesOut) {
   for (const Vec3d where : {Vec3d{3, 0, 0}, Vec3d{0.1, 0.2, 0}}) {
     Surface source = ball();
