@@ -13,8 +13,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <tuple>
 
 namespace relief::cli {
 
@@ -33,25 +36,86 @@ std::size_t distinct_samples(const SlabMesh& mesh) {
   return count;
 }
 
-verify::Certificate certificate_of(const SlabMesh& mesh) {
-  std::vector<std::array<double, 3>> inner, outer;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const Fibre& f : mesh.fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  return verify::check({inner, outer, triangles});
-}
+using Corners = std::array<std::uint32_t, 3>;
+using Place = std::array<double, 3>;
 
-/// What the model's mode claims: preview C0, C1 and the triangles of C3; the other modes all five.
+Place place(Vec3d p) { return {p.x, p.y, p.z}; }
+
+/// A cage as the verifier reads it.
+struct PlainShell {
+  std::vector<Place> inner, outer;
+  std::vector<Corners> triangles;
+
+  explicit PlainShell(const SlabMesh& mesh) {
+    for (const Fibre& f : mesh.fibres()) {
+      inner.push_back(place(f.inner));
+      outer.push_back(place(f.outer));
+    }
+    for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
+  }
+  [[nodiscard]] verify::Shell view() const { return {inner, outer, triangles}; }
+};
+
+/// A source as the verifier reads it. Vertices at the same place are one, for formats that repeat them.
+struct PlainSource {
+  std::vector<Place> positions;
+  std::vector<Corners> triangles;
+
+  explicit PlainSource(const TriangleMesh& mesh) : triangles(mesh.triangles) {
+    std::vector<std::uint32_t> order(mesh.positions.size()), number(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto key = [&](std::uint32_t v) {
+      const Vec3d p = mesh.positions[v];
+      return std::tuple(p.x, p.y, p.z);
+    };
+    std::erase_if(order, [&](std::uint32_t v) { return !is_finite(mesh.positions[v]); });
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::iota(number.begin(), number.end(), 0U);
+    for (std::size_t k = 1; k < order.size(); ++k)
+      if (key(order[k]) == key(order[k - 1])) number[order[k]] = number[order[k - 1]];
+    for (const Vec3d p : mesh.positions) positions.push_back(place(p));
+    for (Corners& t : triangles)
+      for (std::uint32_t& v : t)
+        if (v < number.size()) v = number[v];
+  }
+  [[nodiscard]] verify::Source view() const { return {positions, triangles}; }
+};
+
+verify::Certificate certificate_of(const SlabMesh& mesh) { return verify::check(PlainShell(mesh).view()); }
+
+/// What the model's mode claims: preview C0, C1 and the triangles of C3; tolerant C0 to C4 and, with the source, C5;
+/// certified everything that was asked.
+bool is_claimed(Mode mode, verify::Condition condition) {
+  using enum verify::Condition;
+  switch (mode) {
+    case Mode::Preview:
+      return condition == C0 || condition == C1 || condition == C3;
+    case Mode::Tolerant:
+      return condition != C6 && condition != C7;
+    case Mode::Certified:
+      break;
+  }
+  return true;
+}
 bool claim_holds(Mode mode, const verify::Certificate& c) {
-  return mode == Mode::Preview ? c.holds[0] && c.holds[1] && c.holds[3] : c.all();
+  for (std::size_t k = 0; k < c.asked(); ++k)
+    if (is_claimed(mode, static_cast<verify::Condition>(k)) && !c.holds[k]) return false;
+  return true;
+}
+/// The first sentence about something that the mode claims.
+std::string first_reason(Mode mode, const verify::Certificate& c) {
+  for (const verify::Failure& f : c.failures)
+    if (is_claimed(mode, f.condition)) return f.what;
+  for (std::size_t k = 0; k < c.asked(); ++k)
+    if (const auto condition = static_cast<verify::Condition>(k); is_claimed(mode, condition) && !c.holds[k])
+      return std::string(verify::name(condition)) + " could not be tested";
+  return "no reason given";
 }
 
 ordered_json to_json(const verify::Certificate& certificate) {
   ordered_json object;
-  for (std::size_t k = 0; k < certificate.holds.size(); ++k)
+  for (std::size_t k = 0; k < certificate.asked(); ++k)
     object[std::string(verify::name(static_cast<verify::Condition>(k)))] = {{"holds", certificate.holds[k]},
                                                                             {"failures", certificate.failure_count[k]}};
   return object;
@@ -157,10 +221,9 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   made.model.info.source = std::filesystem::path(o.in).filename().string();
   const verify::Certificate certificate = certificate_of(made.model.head->slab_mesh());
   if (!claim_holds(made.model.info.mode, certificate)) {
-    const std::string what = certificate.failures.empty() ? "no reason given" : certificate.failures.front().what;
     return fail(Errc::Unfoldable,
                 fmt::format("{}: the shell failed its check ({}); try more --slabs or a smaller --thickness",
-                            printable(o.in), what));
+                            printable(o.in), first_reason(made.model.info.mode, certificate)));
   }
   MendedFile mended;
   if (!o.mended.empty()) RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
@@ -176,35 +239,115 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   return {};
 }
 
-Status run_verify(const std::string& file, const Context& context) {
+/// The model before its first stroke: of a copy in the folder for temporary files, taken back to there.
+Result<SnapshotPtr> untouched(const std::string& file, const ModelFile& model) {
+  if (model.stroke_count() == 0) return model.model().head;
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) return fail(Errc::Io, "there is no folder for temporary files: " + error.message());
+  const std::filesystem::path copy = folder / fmt::format("relief-verify-{}.relief", getpid());
+  RELIEF_CHECK(ModelFile::copy(file, copy));
+  const auto take_back = [&]() -> Result<SnapshotPtr> {
+    RELIEF_TRY(ModelFile first, ModelFile::open(copy));
+    RELIEF_CHECK(first.undo(model.stroke_count()));
+    return first.model().head;
+  };
+  auto head = take_back();
+  std::filesystem::remove(copy, error);
+  return head;
+}
+
+/// The share of the slabs' diagonal within which a sample must lie from where its fibre meets the source.
+constexpr double kSampleTolerance = 1e-6;
+
+/// Compares the samples of all slabs that no stroke has changed.
+Result<verify::SampleCheck> compare_samples(const std::string& file, const ModelFile& model, const PlainShell& shell,
+                                            const PlainSource& source) {
+  RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
+  const Snapshot& head = *model.model().head;
+  std::vector<verify::SampleTile> tiles;
+  for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
+    const Tile& tile = head.tile(Layer::Displacement, s);
+    if (tile.same_values(first->tile(Layer::Displacement, s)))
+      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
+    else
+      tiles.emplace_back();
+  }
+  return verify::check_samples(shell.view(), source.view(), tiles,
+                               kSampleTolerance * diagonal(head.slab_mesh().bounds()));
+}
+
+ordered_json to_json(const verify::Failure& f) {
+  const auto number = [](std::uint32_t k) { return k == verify::kNothing ? ordered_json() : ordered_json(k); };
+  return {{"condition", verify::name(f.condition)}, {"a", number(f.a)}, {"b", number(f.b)}, {"what", f.what}};
+}
+
+Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
   // Opening checks the tiles: sizes, ranges, copies of shared samples.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Mode mode = model.model().info.mode;
-  const verify::Certificate certificate = certificate_of(model.model().head->slab_mesh());
-  const bool holds = claim_holds(mode, certificate);
+  const PlainShell shell(model.model().head->slab_mesh());
+  verify::Certificate certificate;
+  verify::SampleCheck samples;
+  if (source_file.empty()) {
+    certificate = verify::check(shell.view());
+  } else {
+    RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
+    const PlainSource source(mesh);
+    certificate = verify::check(shell.view(), source.view());
+    if (certificate.holds[0]) {
+      RELIEF_TRY(samples, compare_samples(file, model, shell, source));
+    }
+  }
+  const bool samples_hold = samples.off == 0;
+  const bool holds = claim_holds(mode, certificate) && (mode != Mode::Certified || samples_hold);
   if (context.json) {
     ordered_json json;
     json["mode"] = name(mode);
     json["holds"] = holds;
-    json["slabs"] = model.model().head->slab_mesh().slab_count();
+    json["slabs"] = shell.triangles.size();
     json["certificate"] = to_json(certificate);
     json["tiles"] = true;
+    if (certificate.with_source) {
+      json["source"] = {{"parts", certificate.source_parts},
+                        {"moved", certificate.source_moved},
+                        {"lattice_step", certificate.lattice_step}};
+      json["samples"] = {{"tested", samples.tested},
+                         {"off", samples.off},
+                         {"worst", samples.worst},
+                         {"hits", {{"single", samples.single}, {"none", samples.none}, {"several", samples.several}}}};
+    }
     json["failures"] = ordered_json::array();
-    for (const auto& f : certificate.failures)
-      json["failures"].push_back({{"condition", verify::name(f.condition)}, {"a", f.a}, {"b", f.b}, {"what", f.what}});
+    for (const auto& f : certificate.failures) json["failures"].push_back(to_json(f));
+    if (certificate.with_source) {
+      json["failed_samples"] = ordered_json::array();
+      for (const auto& f : samples.failures)
+        json["failed_samples"].push_back({{"slab", f.a}, {"sample", f.b}, {"what", f.what}});
+    }
     print_json(json);
   } else {
-    for (std::size_t k = 0; k < certificate.holds.size(); ++k)
+    for (std::size_t k = 0; k < certificate.asked(); ++k)
       print(fmt::format("{} {}\n", verify::name(static_cast<verify::Condition>(k)),
-                        certificate.holds[k] ? "holds" : fmt::format("fails {} times", certificate.failure_count[k])));
+                        certificate.holds[k] ? "holds"
+                        : certificate.failure_count[k] == 0
+                            ? "could not be tested"
+                            : fmt::format("fails {} times", certificate.failure_count[k])));
     for (const auto& f : certificate.failures) print(fmt::format("  {}: {}\n", verify::name(f.condition), f.what));
-    print(fmt::format("tiles hold\n{}: all that {} mode claims {}\n", file, name(mode),
-                      holds ? "holds" : "does not hold"));
+    print("tiles hold\n");
+    if (certificate.with_source)
+      print(fmt::format(
+          "samples {} tested, {} off, at most {:.3g} away\nsource  {} parts, judged on a lattice of {:.3g}, "
+          "vertices moved by at most {:.3g}\n",
+          samples.tested, samples.off, samples.worst, certificate.source_parts, certificate.lattice_step,
+          certificate.source_moved));
+    print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
   }
-  if (!holds)
-    return fail(Errc::Corrupt, fmt::format("{}: the shell does not hold what {} mode claims ({}); convert it again",
-                                           printable(file), name(mode), certificate.failures.front().what));
-  return {};
+  if (holds) return {};
+  const bool shell_holds = claim_holds(mode, certificate);
+  return fail(Errc::Corrupt,
+              fmt::format("{}: the shell does not hold what {} mode claims ({}); convert it again{}", printable(file),
+                          name(mode), shell_holds ? samples.failures.front().what : first_reason(mode, certificate),
+                          source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
 }
 
 Status run_info(const std::string& file, bool list_strokes, const Context& context) {
@@ -308,9 +451,13 @@ void add_convert(CLI::App& app, Context& context) {
 
 void add_verify(CLI::App& app, Context& context) {
   auto file = std::make_shared<std::string>();
+  auto source = std::make_shared<std::string>();
   CLI::App* c = app.add_subcommand("verify", "Check a model with the independent verifier");
   c->add_option("MODEL", *file, "The model")->required();
-  finish_command(*c, context, [file, &context] { return run_verify(*file, context); });
+  c->add_option("--source", *source,
+                "Also prove that every fibre meets this mesh exactly once: what convert --mended wrote, or a clean "
+                "original");
+  finish_command(*c, context, [=, &context] { return run_verify(*file, *source, context); });
 }
 
 void add_info(CLI::App& app, Context& context) {

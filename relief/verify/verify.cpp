@@ -1,4 +1,4 @@
-#include <relief/verify/verify.h>
+#include <relief/verify/shell_facts.h>
 
 #include <algorithm>
 #include <bit>
@@ -11,227 +11,7 @@ namespace relief::verify {
 
 namespace {
 
-__extension__ using Int128 = __int128;
-__extension__ using Uint128 = unsigned __int128;
-
-constexpr std::uint32_t kNone = 0xffffffffU;
-constexpr std::size_t kListed = 100;           // failures that are described
-constexpr std::size_t kCountedPairs = 100000;  // C3 stops here: the verdict is settled
-constexpr double kMaxSpan = 0x1p30;            // steps; up to it every predicate below fits its type
-
-/// A lattice point or a difference of two: at most 2^30 in magnitude.
-using Point = std::array<std::int64_t, 3>;
-
-Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-
-/// Of differences: at most 2^61 per component.
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-/// At most 2^94 for a sum of two cross products and a difference.
-Int128 dot(const Point& a, const Point& b) { return Int128{a[0]} * b[0] + Int128{a[1]} * b[1] + Int128{a[2]} * b[2]; }
-int sign(Int128 value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
-
-/// Whether a * a < b * c, in 256 bits.
-bool square_below_product(Int128 a, Int128 b, Int128 c) {
-  struct Wide {
-    Uint128 high, low;
-  };
-  const auto multiply = [](Uint128 x, Uint128 y) {
-    const Uint128 half = (Uint128{1} << 64U) - 1;
-    const Uint128 x0 = x & half, x1 = x >> 64U, y0 = y & half, y1 = y >> 64U;
-    const Uint128 low = x0 * y0, middle = x1 * y0 + (low >> 64U), other = x0 * y1 + (middle & half);
-    return Wide{x1 * y1 + (middle >> 64U) + (other >> 64U), (other << 64U) | (low & half)};
-  };
-  const auto magnitude = [](Int128 x) { return static_cast<Uint128>(x < 0 ? -x : x); };
-  const Wide left = multiply(magnitude(a), magnitude(a)), right = multiply(magnitude(b), magnitude(c));
-  return left.high != right.high ? left.high < right.high : left.low < right.low;
-}
-
-struct Triangle {
-  Point a, b, c;
-};
-
-/// Signs of determinants on one lattice: doubles first, integers where the doubles cannot tell.
-class Predicates {
- public:
-  /// Each of the six products of three differences is off by less than 5 roundings, so the sum by less than
-  /// 30 * 2^-53 * span^3.
-  explicit Predicates(double span) : doubt_(0x1p-48 * span * span * span) {}
-
-  /// Of det(a, b, c), three differences.
-  [[nodiscard]] int determinant(const Point& a, const Point& b, const Point& c) const {
-    const auto d = [](std::int64_t v) { return static_cast<double>(v); };
-    const double value = (d(a[1]) * d(b[2]) - d(a[2]) * d(b[1])) * d(c[0]) +
-                         (d(a[2]) * d(b[0]) - d(a[0]) * d(b[2])) * d(c[1]) +
-                         (d(a[0]) * d(b[1]) - d(a[1]) * d(b[0])) * d(c[2]);
-    if (value > doubt_) return 1;
-    if (value < -doubt_) return -1;
-    return sign(dot(cross(a, b), c));
-  }
-  /// +1 where p lies above the plane of the triangle, seen with its corners counter-clockwise.
-  [[nodiscard]] int side(const Triangle& t, const Point& p) const { return determinant(t.b - t.a, t.c - t.a, p - t.a); }
-  /// Whether two closed triangles of positive area have a point in common.
-  [[nodiscard]] bool meet(const Triangle& s, const Triangle& t) const {
-    const std::array<const Point*, 3> sp = {&s.a, &s.b, &s.c}, tp = {&t.a, &t.b, &t.c};
-    std::array<int, 3> s_side{}, t_side{};
-    for (std::size_t k = 0; k < 3; ++k) s_side[k] = side(t, *sp[k]);
-    if (s_side[0] != 0 && s_side[0] == s_side[1] && s_side[0] == s_side[2]) return false;
-    for (std::size_t k = 0; k < 3; ++k) t_side[k] = side(s, *tp[k]);
-    if (t_side[0] != 0 && t_side[0] == t_side[1] && t_side[0] == t_side[2]) return false;
-    if (s_side == std::array{0, 0, 0}) return meet_in_plane(s, t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t l = (k + 1) % 3;
-      if (segment_meets(*sp[k], *sp[l], s_side[k], s_side[l], t)) return true;
-      if (segment_meets(*tp[k], *tp[l], t_side[k], t_side[l], s)) return true;
-    }
-    return false;
-  }
-
- private:
-  using Flat = std::array<std::int64_t, 2>;
-  /// Twice the area of a triangle, counter-clockwise positive: at most 2^61.
-  static std::int64_t area(const Flat& a, const Flat& b, const Flat& c) {
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-  }
-  static int turn(const Flat& a, const Flat& b, const Flat& c) { return sign(area(a, b, c)); }
-
-  /// An edge pq against a triangle; the ends lie on the given sides of its plane.
-  [[nodiscard]] bool segment_meets(const Point& p, const Point& q, int p_side, int q_side, const Triangle& t) const {
-    if (p_side == q_side && p_side != 0) return false;
-    if (p_side == 0 && q_side == 0) return segment_meets_in_plane(p, q, t);
-    const Point along = q - p, a = t.a - p, b = t.b - p, c = t.c - p;
-    const int ab = determinant(along, a, b), bc = determinant(along, b, c), ca = determinant(along, c, a);
-    return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
-  }
-
-  /// The two axes on which the triangle's plane is projected one to one.
-  static std::array<std::size_t, 2> projection(const Triangle& t) {
-    const Point n = cross(t.b - t.a, t.c - t.a);
-    const std::size_t drop = n[0] != 0 ? 0 : n[1] != 0 ? 1 : 2;
-    return {(drop + 1) % 3, (drop + 2) % 3};
-  }
-  static bool inside(const Flat& p, const std::array<Flat, 3>& t) {
-    const int a = turn(t[0], t[1], p), b = turn(t[1], t[2], p), c = turn(t[2], t[0], p);
-    return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
-  }
-  static bool segments_meet(const Flat& p, const Flat& q, const Flat& a, const Flat& b) {
-    const int pa = turn(a, b, p), qa = turn(a, b, q), ap = turn(p, q, a), bp = turn(p, q, b);
-    if (pa * qa > 0 || ap * bp > 0) return false;
-    if (pa != 0 || qa != 0 || ap != 0 || bp != 0) return true;
-    for (std::size_t k = 0; k < 2; ++k)  // on one line
-      if (std::max(p[k], q[k]) < std::min(a[k], b[k]) || std::max(a[k], b[k]) < std::min(p[k], q[k])) return false;
-    return true;
-  }
-  static std::array<Flat, 3> flatten(const Triangle& t, const std::array<std::size_t, 2>& axes) {
-    const auto flat = [&](const Point& p) { return Flat{p[axes[0]], p[axes[1]]}; };
-    return {flat(t.a), flat(t.b), flat(t.c)};
-  }
-  static bool segment_meets_in_plane(const Point& p, const Point& q, const Triangle& t) {
-    const auto axes = projection(t);
-    const auto flat = flatten(t, axes);
-    const Flat fp = {p[axes[0]], p[axes[1]]}, fq = {q[axes[0]], q[axes[1]]};
-    if (inside(fp, flat)) return true;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (segments_meet(fp, fq, flat[k], flat[(k + 1) % 3])) return true;
-    return false;
-  }
-  static bool meet_in_plane(const Triangle& s, const Triangle& t) {
-    const auto axes = projection(s);
-    const auto fs = flatten(s, axes), ft = flatten(t, axes);
-    if (inside(fs[0], ft) || inside(ft[0], fs)) return true;
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t l = 0; l < 3; ++l)
-        if (segments_meet(fs[k], fs[(k + 1) % 3], ft[l], ft[(l + 1) % 3])) return true;
-    return false;
-  }
-
-  double doubt_;
-};
-
-struct Box {
-  Point low, high;
-
-  void add(const Point& p) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  }
-  void add(const Box& b) {
-    add(b.low);
-    add(b.high);
-  }
-  [[nodiscard]] bool meets(const Box& b) const {
-    return low[0] <= b.high[0] && high[0] >= b.low[0] && low[1] <= b.high[1] && high[1] >= b.low[1] &&
-           low[2] <= b.high[2] && high[2] >= b.low[2];
-  }
-};
-
-Box box_of(const Triangle& t) {
-  Box box{t.a, t.a};
-  box.add(t.b);
-  box.add(t.c);
-  return box;
-}
-
-/// A binary tree over boxes, halved at the median of the longest axis, so its depth is log2 of their number.
-class Tree {
- public:
-  explicit Tree(const std::vector<Box>& boxes) : boxes_(boxes), items_(boxes.size()) {
-    for (std::size_t k = 0; k < items_.size(); ++k) items_[k] = static_cast<std::uint32_t>(k);
-    nodes_.reserve(boxes.size());
-    if (!items_.empty()) build(0, items_.size());
-  }
-  /// Calls visit(item) for each item whose box may meet `box`, until it returns false.
-  template <typename Visit>
-  void query(const Box& box, Visit&& visit) const {
-    if (!nodes_.empty()) descend(0, box, visit);
-  }
-
- private:
-  struct Node {
-    Box box;
-    std::uint32_t first = 0, count = 0;  // leaf: items; inner node: right child and 0 (the left child is next)
-  };
-
-  std::uint32_t build(std::size_t first, std::size_t last) {
-    const auto at = static_cast<std::uint32_t>(nodes_.size());
-    Box box = boxes_[items_[first]];
-    for (std::size_t k = first; k < last; ++k) box.add(boxes_[items_[k]]);
-    nodes_.push_back({box, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last - first)});
-    if (last - first <= 4) return at;
-    const Point extent = box.high - box.low;
-    const auto axis = static_cast<std::size_t>(std::max_element(extent.begin(), extent.end()) - extent.begin());
-    const std::size_t middle = first + (last - first) / 2;
-    const auto begin = items_.begin();
-    std::nth_element(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
-                     begin + static_cast<std::ptrdiff_t>(last), [&](std::uint32_t a, std::uint32_t b) {
-                       const std::int64_t ca = boxes_[a].low[axis] + boxes_[a].high[axis];
-                       const std::int64_t cb = boxes_[b].low[axis] + boxes_[b].high[axis];
-                       return std::pair(ca, a) < std::pair(cb, b);
-                     });
-    build(first, middle);
-    const std::uint32_t right = build(middle, last);
-    nodes_[at].first = right;
-    nodes_[at].count = 0;
-    return at;
-  }
-  template <typename Visit>
-  bool descend(std::uint32_t at, const Box& box, Visit& visit) const {
-    const Node& node = nodes_[at];
-    if (!node.box.meets(box)) return true;
-    if (node.count == 0) return descend(at + 1, box, visit) && descend(node.first, box, visit);
-    for (std::uint32_t k = 0; k < node.count; ++k)
-      if (!visit(items_[node.first + k])) return false;
-    return true;
-  }
-
-  const std::vector<Box>& boxes_;
-  std::vector<std::uint32_t> items_;
-  std::vector<Node> nodes_;
-};
+using namespace detail;
 
 std::string slab_name(std::size_t t) { return "slab " + std::to_string(t); }
 std::string fibre_name(std::size_t f) { return "fibre " + std::to_string(f); }
@@ -254,6 +34,8 @@ class Checker {
     c.holds[4] = c.holds[3] && nesting_holds(tree);
     return std::move(c);
   }
+  /// After run(): what is known of a shell that passed C0.
+  [[nodiscard]] const ShellFacts& facts() const { return facts_; }
 
  private:
   void report(Condition condition, std::size_t a, std::size_t b, std::string what) {
@@ -304,29 +86,11 @@ class Checker {
     return count(Condition::C0) == 0;
   }
 
-  /// Finds the coarsest power of two of which all coordinates are multiples, and counts in its steps from the lowest
-  /// corner.
+  /// Counts in steps of the coarsest power of two of which all coordinates are multiples, from the lowest corner.
   bool snap() {
-    int lowest = std::numeric_limits<int>::max();  // exponent of the lowest bit that is set in any coordinate
-    std::array<double, 3> low{}, high{};
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-    for (const auto ends : {shell_.inner, shell_.outer})
-      for (const auto& p : ends)
-        for (std::size_t k = 0; k < 3; ++k) {
-          low[k] = std::min(low[k], p[k]);
-          high[k] = std::max(high[k], p[k]);
-          if (p[k] == 0) continue;
-          int exponent = 0;
-          const double fraction = std::frexp(p[k], &exponent);
-          const auto digits = static_cast<std::int64_t>(std::ldexp(fraction, 53));
-          const int zeros = std::countr_zero(static_cast<std::uint64_t>(digits < 0 ? -digits : digits));
-          lowest = std::min(lowest, exponent - 53 + zeros);
-        }
-    const int step = lowest == std::numeric_limits<int>::max() ? 0 : lowest;
-    // A difference of at most 2^30 steps has no rounding; a longer one stays longer when rounded.
-    double span = 0;
-    for (std::size_t k = 0; k < 3; ++k) span = std::max(span, std::ldexp(high[k] - low[k], -step));
+    facts_.extent = extent_of(shell_);
+    const int step = facts_.extent.step();
+    const double span = facts_.extent.span(step);
     if (!(span <= kMaxSpan)) {
       report(Condition::C0, 0, 0,
              "the coordinates lie on no lattice of at most 2^30 steps (they are multiples of 2^" +
@@ -334,12 +98,13 @@ class Checker {
       return false;
     }
     certificate_.on_lattice = true;
+    certificate_.lattice_step = std::ldexp(1.0, step);
     predicates_ = Predicates(span);
     const auto convert = [&](std::span<const std::array<double, 3>> ends) {
       std::vector<Point> points(ends.size());
       for (std::size_t f = 0; f < ends.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
-          points[f][k] = static_cast<std::int64_t>(std::ldexp(ends[f][k] - low[k], -step));
+          points[f][k] = static_cast<std::int64_t>(std::ldexp(ends[f][k] - facts_.extent.low[k], -step));
       return points;
     };
     inner_ = convert(shell_.inner);
@@ -389,7 +154,7 @@ class Checker {
     std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
       return std::tuple(a.low, a.high, a.slab, a.corner) < std::tuple(b.low, b.high, b.slab, b.corner);
     });
-    neighbours_.assign(shell_.triangles.size(), {kNone, kNone, kNone});
+    neighbours_.assign(shell_.triangles.size(), {kNothing, kNothing, kNothing});
     for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
       while (last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high)
         ++last;
@@ -427,7 +192,7 @@ class Checker {
       }
       Corner start = corners[f].front();
       for (const Corner c : corners[f])
-        if (neighbours_[c.slab][(c.corner + 2) % 3] == kNone) {
+        if (neighbours_[c.slab][(c.corner + 2) % 3] == kNothing) {
           start = c;
           open_[f] = true;
           break;
@@ -438,7 +203,7 @@ class Checker {
         fans_[f].push_back(at.slab);
         links_[f].push_back(shell_.triangles[at.slab][(at.corner + 2) % 3]);
         const std::uint32_t next = neighbours_[at.slab][(at.corner + 1) % 3];
-        if (next == kNone || next == start.slab) break;
+        if (next == kNothing || next == start.slab) break;
         const auto& fibres = shell_.triangles[next];
         at = {next, fibres[0] == f ? 0U : fibres[1] == f ? 1U : 2U};
       }
@@ -450,23 +215,23 @@ class Checker {
 
   /// Numbers the slabs that hang together by shared walls.
   void make_components() {
-    component_.assign(shell_.triangles.size(), kNone);
+    facts_.component.assign(shell_.triangles.size(), kNothing);
     std::vector<std::uint32_t> waiting;
-    for (std::uint32_t seed = 0; seed < component_.size(); ++seed) {
-      if (component_[seed] != kNone) continue;
-      const auto number = static_cast<std::uint32_t>(closed_.size());
-      closed_.push_back(true);
-      seeds_.push_back(seed);
-      component_[seed] = number;
+    for (std::uint32_t seed = 0; seed < facts_.component.size(); ++seed) {
+      if (facts_.component[seed] != kNothing) continue;
+      const auto number = static_cast<std::uint32_t>(facts_.closed.size());
+      facts_.closed.push_back(true);
+      facts_.seeds.push_back(seed);
+      facts_.component[seed] = number;
       waiting.push_back(seed);
       while (!waiting.empty()) {
         const std::uint32_t t = waiting.back();
         waiting.pop_back();
         for (const std::uint32_t next : neighbours_[t]) {
-          if (next == kNone) {
-            closed_[number] = false;
-          } else if (component_[next] == kNone) {
-            component_[next] = number;
+          if (next == kNothing) {
+            facts_.closed[number] = false;
+          } else if (facts_.component[next] == kNothing) {
+            facts_.component[next] = number;
             waiting.push_back(next);
           }
         }
@@ -575,16 +340,16 @@ class Checker {
   }
 
   bool volumes_hold() {
-    std::vector<std::array<Int128, 2>> volumes(closed_.size());  // six times the volume: inner, outer
+    std::vector<std::array<Int128, 2>> volumes(facts_.closed.size());  // six times the volume: inner, outer
     for (std::size_t k = 0; k < triangles_.size(); ++k) {
       const Triangle& t = triangles_[k];
-      volumes[component_[slab_of(k)]][is_outer(k)] += dot(cross(t.a, t.b), t.c);
+      volumes[facts_.component[slab_of(k)]][is_outer(k)] += dot(cross(t.a, t.b), t.c);
     }
-    for (std::size_t c = 0; c < closed_.size(); ++c) {
+    for (std::size_t c = 0; c < facts_.closed.size(); ++c) {
       const int in = sign(volumes[c][0]), out = sign(volumes[c][1]);
-      if (closed_[c] && (in != out || in == 0))
-        report(Condition::C3, seeds_[c], seeds_[c],
-               "the part with " + slab_name(seeds_[c]) + " has inner and outer volumes of different signs");
+      if (facts_.closed[c] && (in != out || in == 0))
+        report(Condition::C3, facts_.seeds[c], facts_.seeds[c],
+               "the part with " + slab_name(facts_.seeds[c]) + " has inner and outer volumes of different signs");
     }
     return count(Condition::C3) == 0;
   }
@@ -596,17 +361,17 @@ class Checker {
     struct Windings {
       int inner = 0, outer = 0;
     };
-    std::vector<Windings> windings(closed_.size());
+    std::vector<Windings> windings(facts_.closed.size());
     std::vector<std::uint32_t> touched;
-    for (std::size_t part = 0; part < closed_.size(); ++part) {
-      std::uint32_t found = kNone;
+    for (std::size_t part = 0; part < facts_.closed.size(); ++part) {
+      std::uint32_t found = kNothing;
       for (const auto* ends : {&inner_, &outer_}) {
-        const Point p = (*ends)[shell_.triangles[seeds_[part]][0]];
+        const Point p = (*ends)[shell_.triangles[facts_.seeds[part]][0]];
         touched.clear();
         const Box ray = {p, {std::numeric_limits<std::int64_t>::max(), p[1], p[2]}};
         tree.query(ray, [&](std::uint32_t k) {
-          const std::uint32_t other = component_[slab_of(k)];
-          if (other == part || !closed_[other]) return true;
+          const std::uint32_t other = facts_.component[slab_of(k)];
+          if (other == part || !facts_.closed[other]) return true;
           const int crossing = ray_crossing(triangles_[k], p);
           if (crossing == 0) return true;
           (is_outer(k) ? windings[other].outer : windings[other].inner) += crossing;
@@ -618,10 +383,10 @@ class Checker {
         }
         for (const std::uint32_t other : touched) windings[other] = {};
       }
-      if (found != kNone)
-        report(Condition::C4, seeds_[part], seeds_[found],
-               "the part with " + slab_name(seeds_[part]) + " reaches into the shell of the part with " +
-                   slab_name(seeds_[found]));
+      if (found != kNothing)
+        report(Condition::C4, facts_.seeds[part], facts_.seeds[found],
+               "the part with " + slab_name(facts_.seeds[part]) + " reaches into the shell of the part with " +
+                   slab_name(facts_.seeds[found]));
     }
     return count(Condition::C4) == 0;
   }
@@ -644,16 +409,14 @@ class Checker {
 
   const Shell& shell_;
   Certificate certificate_;
+  ShellFacts facts_;
   Predicates predicates_{kMaxSpan};
   std::vector<std::uint32_t> slab_with_;                  // by fibre, once needed
   std::vector<Point> inner_, outer_;                      // by fibre
   std::vector<std::array<std::uint32_t, 3>> neighbours_;  // by slab
   std::vector<std::vector<std::uint32_t>> links_, fans_;  // by fibre
   std::vector<bool> open_;                                // by fibre
-  std::vector<std::uint32_t> component_;                  // by slab
   std::vector<bool> unsound_;                             // by slab
-  std::vector<bool> closed_;                              // by component
-  std::vector<std::uint32_t> seeds_;                      // by component: its lowest slab
   std::vector<Triangle> triangles_;
   std::vector<Box> boxes_;
 };
@@ -661,10 +424,18 @@ class Checker {
 }  // namespace
 
 std::string_view name(Condition condition) noexcept {
-  constexpr std::array<std::string_view, 5> kNames = {"C0", "C1", "C2", "C3", "C4"};
+  constexpr std::array<std::string_view, kConditionCount> kNames = {"C0", "C1", "C2", "C3", "C4", "C5", "C6", "C7"};
   return kNames[static_cast<std::size_t>(condition)];
 }
 
 Certificate check(const Shell& shell) { return Checker(shell).run(); }
+
+Certificate check(const Shell& shell, const Source& source) {
+  Checker checker(shell);
+  Certificate certificate = checker.run();
+  certificate.with_source = true;
+  if (certificate.holds[0]) check_source(shell, checker.facts(), source, certificate);
+  return certificate;
+}
 
 }  // namespace relief::verify

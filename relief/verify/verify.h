@@ -1,4 +1,5 @@
-// The independent check of a shell: exact, on plain arrays, sharing no code with the builder.
+// The independent check of a shell and of the source inside it: exact, on plain arrays, sharing no code with the
+// builder.
 #pragma once
 
 #include <array>
@@ -18,25 +19,53 @@ struct Shell {
   std::span<const std::array<std::uint32_t, 3>> triangles;
 };
 
-/// The conditions that need no source surface. C0: an oriented manifold complex, no repeated triangle, inner != outer.
-/// C1: the Jacobian is positive in every closed slab. C2: the inner triangles around each fibre, seen along it, wind
-/// exactly once. C3: inner and outer triangles are pairwise disjoint unless they share a corner. C4: no part contains
-/// another.
-enum class Condition : std::uint8_t { C0, C1, C2, C3, C4 };
+/// The surface that the slabs are to hold: the mended source, or a clean original. Triangles counter-clockwise seen
+/// from outside; positions that no triangle names are ignored.
+struct Source {
+  std::span<const std::array<double, 3>> positions;
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+};
+
+/// The conditions. Without a source, C0: an oriented manifold complex, no repeated triangle, inner != outer. C1: the
+/// Jacobian is positive in every closed slab. C2: the inner triangles around each fibre, seen along it, wind exactly
+/// once. C3: inner and outer triangles are pairwise disjoint unless they share a corner. C4: no part contains another.
+/// With a source, C5: its triangles keep a distance of two lattice steps from every inner and outer triangle. C6: every
+/// fibre that meets it leaves through its front, and its triangles wind once around each of its vertices. C7: it is
+/// closed, one fibre of each part of the shell meets it exactly once, and each part of it is met by exactly one of
+/// these fibres. All eight together: every fibre meets the source exactly once, and nothing of the source is missed.
+enum class Condition : std::uint8_t { C0, C1, C2, C3, C4, C5, C6, C7 };
+inline constexpr std::size_t kConditionCount = 8;
+inline constexpr std::size_t kShellConditionCount = 5;  ///< C0 to C4
 [[nodiscard]] std::string_view name(Condition condition) noexcept;
 
+inline constexpr std::uint32_t kNothing = 0xffffffffU;
+
+/// Where a condition fails. C0, C1, C3, C4: a and b are slabs, b = a where there is only one. C2: a is the fibre. C5,
+/// C6: a is the slab, or kNothing where the source itself is at fault; b is the source triangle. C7: a is a slab of the
+/// part and b is kNothing, or a is kNothing and b a triangle of the source.
 struct Failure {
   Condition condition;
-  std::uint32_t a = 0, b = 0;  ///< slabs; for C2 a is the fibre; b = a where there is only one
-  std::string what;            ///< one sentence
+  std::uint32_t a = 0, b = 0;
+  std::string what;  ///< one sentence
 };
 
 struct Certificate {
-  std::array<bool, 5> holds{};                 ///< by condition; false also when it could not be tested (below)
-  std::array<std::size_t, 5> failure_count{};  ///< counting stops at 100 000 pairs
-  std::vector<Failure> failures;               ///< the first 100
-  bool on_lattice = false;                     ///< coordinates were exact lattice points, so the verdict is exact
-  [[nodiscard]] bool all() const noexcept { return holds[0] && holds[1] && holds[2] && holds[3] && holds[4]; }
+  std::array<bool, kConditionCount> holds{};  ///< by condition; false also when it could not be tested (below)
+  std::array<std::size_t, kConditionCount> failure_count{};  ///< counting of C3, C5, C6 stops at 100 000
+  std::vector<Failure> failures;                             ///< the first 100 without, and 100 of each with the source
+  bool on_lattice = false;       ///< coordinates were exact lattice points, so the verdict is exact
+  bool with_source = false;      ///< C5 to C7 were asked for
+  double lattice_step = 0;       ///< model units; of the lattice on which shell and source were judged
+  double source_moved = 0;       ///< model units; how far the furthest source vertex lay from that lattice
+  std::size_t source_parts = 0;  ///< components of the source
+
+  /// How many of the conditions were asked for: 5 or 8.
+  [[nodiscard]] std::size_t asked() const noexcept { return with_source ? kConditionCount : kShellConditionCount; }
+  [[nodiscard]] bool all() const noexcept {
+    for (std::size_t k = 0; k < asked(); ++k)
+      if (!holds[k]) return false;
+    return true;
+  }
 };
 
 /// Exact where all coordinates are multiples of one power of two that spans at most 2^30 steps (what convert writes);
@@ -45,5 +74,36 @@ struct Certificate {
 /// area, C4 not where C3 fails. At open edges the curved walls of the boundary are not tested: C3 speaks of the
 /// triangles only.
 [[nodiscard]] Certificate check(const Shell& shell);
+
+/// C0 to C4 as above, then C5 to C7. Shell and source are judged on the coarsest lattice of 2^20 steps or more
+/// that holds both. A source that
+/// fits none of at most 2^30 steps is moved to the nearest points of the finest that holds the shell, by less than a
+/// step per coordinate: C5's margin covers this, and C6 is then shown for every surface within that reach, so that the
+/// verdict holds for the source as it is. C6 never passes what is wrong; what lies nearer to a place where the fibres
+/// run along a triangle than the resolution of its test (2^-8 of a slab's edge) may be refused. Nothing of this is
+/// tested where C0 fails. Parts of the shell with open edges fail C7: what passes through their walls is not looked at.
+/// About 1 microsecond per source triangle.
+[[nodiscard]] Certificate check(const Shell& shell, const Source& source);
+
+/// The displacement of one slab: (n+1)(n+2)/2 values, row by row, row j holding the samples (0..n-j, j), which lie at
+/// the barycentric weights (n-i-j, i, j)/n. Empty: not to be looked at.
+struct SampleTile {
+  int intervals = 0;
+  std::span<const float> values;
+};
+
+/// How the samples fit the source. Copies of shared samples count each.
+struct SampleCheck {
+  std::size_t tested = 0;
+  std::size_t off = 0;  ///< further than the tolerance from every place where the fibre meets it
+  std::size_t single = 0, none = 0, several = 0;  ///< how often the fibres meet the source
+  double worst = 0;                               ///< model units; greatest distance of a sample from such a place
+  std::vector<Failure> failures;  ///< the first 100 that are off: a is the slab, b the number in its tile
+};
+
+/// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
+/// fibre). In doubles. The shell must pass C0; tiles of the wrong size and values out of 0..1 are off.
+[[nodiscard]] SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
+                                        double tolerance);
 
 }  // namespace relief::verify

@@ -163,6 +163,40 @@ class Contract(Case):
         self.assertIn("displacement", info["layers"])
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
 
+    def test_verify_proves_the_source(self):
+        scan, mended, out = (self.folder / name for name in ("ring.ply", "mended.ply", "ring.relief"))
+        self.ok("sample", "torus", "-o", scan, "--triangles", 20000)
+        self.ok("convert", scan, "-o", out, "--slabs", 150, "--samples", 8, "--mended", mended)
+        for source in (scan, mended):
+            found = Run("verify", out, "--source", source, "--json")
+            self.assertEqual((found.status, found.err), (0, ""))
+            report = found.json()
+            self.assertEqual([k for k, c in report["certificate"].items() if not c["holds"]], [])
+            self.assertEqual(len(report["certificate"]), 8)
+            self.assertEqual((report["samples"]["off"], report["failures"]), (0, []))
+            self.assertEqual(report["samples"]["hits"]["single"], report["samples"]["tested"])
+            self.assertLess(report["source"]["moved"], 1e-6)
+        self.assertIn("C7 holds", Run("verify", out, "--source", scan).out)
+        self.assertEqual(len(Run("verify", out, "--json").json()["certificate"]), 5)
+        # Another surface is not what the slabs hold, and is named where it passes through them.
+        report = Run("verify", out, "--source", self.scan, "--json").json()
+        self.assertFalse(report["certificate"]["C5"]["holds"])
+        self.assertRegex(report["failures"][0]["what"], "source triangle|source's edge")
+        self.assertGreater(report["samples"]["off"], 0)
+        self.assert_failed(Run("verify", out, "--source", self.folder / "gone.ply"), 1, "gone.ply")
+
+    def test_verify_leaves_out_what_strokes_have_changed(self):
+        strokes = self.folder / "dent.json"
+        strokes.write_text(json.dumps([{"tool": "carve", "radius": 12, "strength": 1, "points": [[0, 0, 40, 60, 1]]}]))
+        carved = self.folder / "dented.relief"
+        self.ok("sculpt", self.model, "--strokes", strokes, "-o", carved)
+        self.assertEqual(Run("info", carved, "--json").json()["strokes"], 1)
+        before = Run("verify", self.model, "--source", self.scan, "--json").json()["samples"]
+        after = Run("verify", carved, "--source", self.scan, "--json").json()["samples"]
+        self.assertLess(after["tested"], before["tested"])
+        self.assertGreater(after["tested"], 0)
+        self.assertEqual((before["off"], after["off"]), (0, 0))
+
     def test_results_do_not_depend_on_threads(self):
         hashes = set()
         for threads in (1, 2, 5):

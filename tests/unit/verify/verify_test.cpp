@@ -14,7 +14,7 @@
 
 namespace relief::verify {
 
-void PrintTo(Condition condition, std::ostream* out) { *out << name(condition); }
+inline void PrintTo(Condition condition, std::ostream* out) { *out << name(condition); }
 
 namespace {
 

@@ -1,0 +1,58 @@
+// What the check of the shell hands on to the check of the source.
+#pragma once
+
+#include <relief/verify/exact.h>
+#include <relief/verify/verify.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace relief::verify::detail {
+
+/// A range of doubles: their box, and the power of two of which all are multiples.
+struct Extent {
+  std::array<double, 3> low, high;
+  int lowest = std::numeric_limits<int>::max();  ///< exponent of the lowest bit set in any of them
+
+  Extent();
+  void add(const std::array<double, 3>& p);
+  void add(const Extent& other);
+  /// The exponent of the coarsest lattice step; 0 when all coordinates are zero.
+  [[nodiscard]] int step() const { return lowest == std::numeric_limits<int>::max() ? 0 : lowest; }
+  /// The longest side in steps of 2^step. A length of at most 2^30 steps has no rounding; a longer one stays longer.
+  [[nodiscard]] double span(int step) const;
+};
+
+/// A shell that passed C0.
+struct ShellFacts {
+  Extent extent;
+  std::vector<std::uint32_t> component;  ///< by slab: which slabs hang together
+  std::vector<bool> closed;              ///< by component
+  std::vector<std::uint32_t> seeds;      ///< by component: its lowest slab
+};
+
+/// Shell and source on one lattice.
+struct CommonLattice {
+  std::array<double, 3> origin{};  ///< a lattice point
+  int step = 0;                    ///< exponent of the step
+  double span = 0;                 ///< steps, of both together; at most 2^30
+  bool fits = false;               ///< there is such a lattice
+  bool moved = false;              ///< the source is not on it
+
+  CommonLattice(const Extent& shell, const Extent& source);
+  /// The nearest lattice point.
+  [[nodiscard]] Point at(const std::array<double, 3>& p) const;
+};
+
+/// The extent of all coordinates of a shell.
+[[nodiscard]] Extent extent_of(const Shell& shell);
+/// A sentence about the first number of the source that is not usable, or an empty one; fills `extent`.
+[[nodiscard]] std::string source_fault(const Source& source, Extent& extent);
+
+/// C5 to C7, into the certificate of a shell that passed C0.
+void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate);
+
+}  // namespace relief::verify::detail

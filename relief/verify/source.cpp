@@ -1,0 +1,721 @@
+// C5, C6 and C7: that every fibre meets the source exactly once.
+#include <relief/verify/shell_facts.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+namespace relief::verify::detail {
+
+namespace {
+
+constexpr std::int64_t kMargin = 2;  // steps between the source and the triangles of the shell (C5)
+
+std::int64_t sum_norm(const Point& a) { return std::abs(a[0]) + std::abs(a[1]) + std::abs(a[2]); }
+double to_double(std::int64_t v) { return static_cast<double>(v); }
+double magnitude(const Point& a) { return std::hypot(to_double(a[0]), to_double(a[1]), to_double(a[2])); }
+
+// ---- Distances below `margin` steps, exactly. Squares of cross products stay below 2^124.
+
+bool closer(const Point& p, const Point& a, const Point& b, std::int64_t margin) {  // a point and a segment
+  const Point e = b - a, w = p - a;
+  const Int128 along = dot(w, e), length = dot(e, e), limit = Int128{margin} * margin;
+  if (along <= 0) return dot(w, w) < limit;
+  if (along >= length) return dot(p - b, p - b) < limit;
+  const Point off = cross(w, e);
+  return dot(off, off) < limit * length;
+}
+
+bool closer(const Point& p, const Triangle& t, const Point& n, std::int64_t margin) {  // where p lies over the triangle
+  if (dot(n, cross(t.b - t.a, p - t.a)) < 0 || dot(n, cross(t.c - t.b, p - t.b)) < 0 ||
+      dot(n, cross(t.a - t.c, p - t.c)) < 0)
+    return false;
+  return square_below_product(dot(n, p - t.a), Int128{margin} * margin, dot(n, n));
+}
+
+/// Two segments whose nearest points lie inside both.
+bool closer(const Point& p, const Point& q, const Point& a, const Point& b, std::int64_t margin) {
+  const Point u = q - p, v = b - a, r = a - p, n = cross(u, v);
+  const Int128 area = dot(n, n);
+  if (area == 0) return false;  // parallel: an end is as near
+  const Int128 s = dot(cross(r, v), n), t = dot(cross(r, u), n);
+  if (s < 0 || s > area || t < 0 || t > area) return false;
+  return square_below_product(dot(r, n), Int128{margin} * margin, area);
+}
+
+/// Whether two disjoint triangles of positive area come nearer than `margin` steps.
+bool closer(const Triangle& s, const Triangle& t, std::int64_t margin) {
+  const std::array<Point, 3> sp = {s.a, s.b, s.c}, tp = {t.a, t.b, t.c};
+  const Point sn = cross(s.b - s.a, s.c - s.a), tn = cross(t.b - t.a, t.c - t.a);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (closer(sp[k], t, tn, margin) || closer(tp[k], s, sn, margin)) return true;
+    for (std::size_t l = 0; l < 3; ++l) {
+      const Point &s0 = sp[l], &s1 = sp[(l + 1) % 3], &t0 = tp[l], &t1 = tp[(l + 1) % 3];
+      if (closer(sp[k], t0, t1, margin) || closer(tp[k], s0, s1, margin)) return true;
+      if (closer(sp[k], sp[(k + 1) % 3], t0, t1, margin)) return true;
+    }
+  }
+  return false;
+}
+
+/// Points of which above() holds lie more than a margin above a plane; in doubles, rounded to the safe side.
+struct HalfSpace {
+  std::array<double, 3> normal{}, at{};
+  double beyond = 0;
+
+  HalfSpace() = default;
+  /// `size` bounds the coordinates of differences.
+  HalfSpace(const std::array<double, 3>& n, const Point& p, double margin, double size) : normal(n) {
+    for (std::size_t k = 0; k < 3; ++k) at[k] = to_double(p[k]);
+    const double sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
+    beyond = margin * std::hypot(n[0], n[1], n[2]) * (1 + 0x1p-40) + 0x1p-48 * sum * size;
+  }
+  HalfSpace(const Point& n, const Point& p, double margin, double size)
+      : HalfSpace(std::array<double, 3>{to_double(n[0]), to_double(n[1]), to_double(n[2])}, p, margin, size) {}
+  [[nodiscard]] bool above(const std::array<double, 3>& p) const {
+    return normal[0] * (p[0] - at[0]) + normal[1] * (p[1] - at[1]) + normal[2] * (p[2] - at[2]) > beyond;
+  }
+};
+
+/// A triangle of the source, and what is asked of it again and again.
+struct Face {
+  Triangle triangle;
+  std::array<Point, 3> points;
+  std::array<std::array<double, 3>, 3> places;
+  Point e, g, normal;
+  double reach;  // the longest coordinate of e and g
+
+  Face(const Point& a, const Point& b, const Point& c)
+      : triangle{a, b, c}, points{a, b, c}, e(b - a), g(c - a), normal(cross(e, g)) {
+    for (std::size_t k = 0; k < 3; ++k)
+      places[k] = {to_double(points[k][0]), to_double(points[k][1]), to_double(points[k][2])};
+    reach = 0;
+    for (std::size_t k = 0; k < 3; ++k) reach = std::max({reach, std::abs(to_double(e[k])), std::abs(to_double(g[k]))});
+  }
+  [[nodiscard]] bool above(const HalfSpace& h) const {
+    return h.above(places[0]) && h.above(places[1]) && h.above(places[2]);
+  }
+};
+
+/// Vectors beyond 2^63.
+struct Wide {
+  std::array<Int128, 3> v;
+};
+Int128 height(const Wide& a, const Point& b) { return a.v[0] * b[0] + a.v[1] * b[1] + a.v[2] * b[2]; }
+Wide wide_cross(const Point& a, const Point& b) {
+  return {{Int128{a[1]} * b[2] - Int128{a[2]} * b[1], Int128{a[2]} * b[0] - Int128{a[0]} * b[2],
+           Int128{a[0]} * b[1] - Int128{a[1]} * b[0]}};
+}
+Int128 sum_norm(const Wide& a) {
+  Int128 sum = 0;
+  for (const Int128 x : a.v) sum += x < 0 ? -x : x;
+  return sum;
+}
+
+/// The volume between three fibres, which contains every point of a part of a slab.
+struct Block {
+  std::array<Point, 3> inner, outer;
+};
+
+/// Whether a plane lies between the block's hull and every triangle whose corners are within `blur` of the face's.
+/// `scale` is how many of the block's steps make one of the face's. With coordinates up to 2^30, scaled up to 2^41, all
+/// sums stay below 2^126.
+bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::int64_t blur) {
+  std::array<Point, 6> hull{};
+  std::array<Point, 3> corners{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    hull[k] = block.inner[k];
+    hull[k + 3] = block.outer[k];
+    for (std::size_t c = 0; c < 3; ++c) corners[k][c] = face.points[k][c] * scale;
+  }
+  const auto separates = [&](const Wide& axis) {
+    const auto range = [&](const auto& points) {
+      Int128 low = height(axis, points[0] - corners[0]), high = low;
+      for (const Point& p : points) {
+        const Int128 at = height(axis, p - corners[0]);
+        low = std::min(low, at);
+        high = std::max(high, at);
+      }
+      return std::pair(low, high);
+    };
+    const auto [low, high] = range(hull);
+    const auto [face_low, face_high] = range(corners);
+    const Int128 slack = sum_norm(axis) * (Int128{scale} * blur);
+    return low > face_high + slack || high < face_low - slack;
+  };
+  const Point& n = face.normal;
+  if (separates({{n[0], n[1], n[2]}})) return true;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = i + 1; j < 6; ++j)
+      for (std::size_t k = j + 1; k < 6; ++k)
+        if (separates(wide_cross(hull[j] - hull[i], hull[k] - hull[i]))) return true;
+  for (const Point& edge : {face.e, face.g, face.g - face.e})
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t j = i + 1; j < 6; ++j)
+        if (separates(wide_cross(edge, hull[j] - hull[i]))) return true;
+  return false;
+}
+
+std::string face_name(std::size_t t) { return "source triangle " + std::to_string(t); }
+std::string vertex_name(std::size_t v) { return "source vertex " + std::to_string(v); }
+std::string slab_name(std::size_t s) { return "slab " + std::to_string(s); }
+
+class SourceChecker {
+ public:
+  SourceChecker(const Shell& shell, const ShellFacts& facts, const Source& source, const CommonLattice& lattice,
+                Certificate& certificate)
+      : shell_(shell),
+        facts_(facts),
+        source_(source),
+        certificate_(certificate),
+        span_(lattice.span),
+        blur_(lattice.moved ? 1 : 0),
+        bits_(std::min(14, 41 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(lattice.span))))),
+        predicates_(lattice.span) {
+    place(lattice);
+    make_slabs();
+  }
+
+  void run() {
+    check_surface();
+    check_sections();
+    certificate_.holds[5] = separate_ && count(Condition::C5) == 0;
+    certificate_.holds[6] = count(Condition::C6) == 0;
+    certificate_.holds[7] = hits_hold();
+  }
+
+ private:
+  using Place = std::array<std::int32_t, 3>;
+
+  /// One triangle of the shell.
+  struct Side {
+    Triangle triangle;
+    Box box;                          // widened by the margin
+    std::array<HalfSpace, 5> beyond;  // what lies above one of them is far enough away
+    bool flat = false;
+  };
+  struct Slab {
+    std::array<Side, 2> sides;  // inner, outer
+    std::array<Point, 3> inner, along;
+    std::array<std::array<double, 3>, 3> along_places;
+    std::array<double, 3> along_sum{};
+    std::array<HalfSpace, 8> hull;  // planes with the whole slab below
+    std::size_t hull_count = 0;
+  };
+
+  [[nodiscard]] std::size_t count(Condition condition) const {
+    return certificate_.failure_count[static_cast<std::size_t>(condition)];
+  }
+  [[nodiscard]] bool settled(Condition condition) const { return count(condition) >= kCountedPairs; }
+  template <typename Sentence>
+  void report(Condition condition, std::size_t a, std::size_t b, Sentence&& sentence) {
+    if (certificate_.failure_count[static_cast<std::size_t>(condition)]++ < kListed)
+      certificate_.failures.push_back(
+          {condition, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), sentence()});
+  }
+
+  [[nodiscard]] Point point(std::uint32_t vertex) const {
+    const Place& p = points_[vertex];
+    return {p[0], p[1], p[2]};
+  }
+  [[nodiscard]] Face face(std::size_t t) const {
+    const auto& f = source_.triangles[t];
+    return {point(f[0]), point(f[1]), point(f[2])};
+  }
+
+  void place(const CommonLattice& lattice) {
+    points_.resize(source_.positions.size());
+    std::vector<bool> used(points_.size());
+    for (const auto& f : source_.triangles)
+      for (const std::uint32_t v : f) used[v] = true;
+    double furthest = 0;  // squared
+    for (std::size_t v = 0; v < points_.size(); ++v) {
+      if (!used[v]) continue;
+      const Point p = lattice.at(source_.positions[v]);
+      double moved = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        points_[v][k] = static_cast<std::int32_t>(p[k]);
+        const double exact = std::ldexp(source_.positions[v][k] - lattice.origin[k], -lattice.step);
+        moved += (exact - to_double(p[k])) * (exact - to_double(p[k]));
+      }
+      furthest = std::max(furthest, moved);
+    }
+    certificate_.source_moved = std::ldexp(std::sqrt(furthest), lattice.step);
+    certificate_.lattice_step = std::ldexp(1.0, lattice.step);
+    for (const auto& p : shell_.inner) inner_.push_back(lattice.at(p));
+    for (const auto& p : shell_.outer) outer_.push_back(lattice.at(p));
+  }
+
+  [[nodiscard]] Side make_side(const std::vector<Point>& ends, const std::array<std::uint32_t, 3>& f) const {
+    Side side;
+    side.triangle = {ends[f[0]], ends[f[1]], ends[f[2]]};
+    const auto& [a, b, c] = side.triangle;
+    side.box = box_of(side.triangle);
+    for (std::size_t k = 0; k < 3; ++k) {
+      side.box.low[k] -= kMargin;
+      side.box.high[k] += kMargin;
+    }
+    const Point n = cross(b - a, c - a);
+    side.flat = n == Point{};
+    const double margin = kMargin;
+    side.beyond[0] = HalfSpace(n, a, margin, span_);
+    side.beyond[1] = HalfSpace(Point{-n[0], -n[1], -n[2]}, a, margin, span_);
+    // Outwards in the plane, with the normal's length taken off so that nothing overflows.
+    const double length = std::max(1.0, magnitude(n));
+    const std::array<double, 3> unit = {to_double(n[0]) / length, to_double(n[1]) / length, to_double(n[2]) / length};
+    const std::array<const Point*, 4> corners = {&a, &b, &c, &a};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point edge = *corners[k + 1] - *corners[k];
+      const std::array<double, 3> d = {to_double(edge[0]), to_double(edge[1]), to_double(edge[2])};
+      // The rounding of the normal tilts the plane by 2^-49 at most, which half a step outweighs on 2^30 steps.
+      const std::array<double, 3> out = {d[1] * unit[2] - d[2] * unit[1], d[2] * unit[0] - d[0] * unit[2],
+                                         d[0] * unit[1] - d[1] * unit[0]};
+      side.beyond[k + 2] = HalfSpace(out, *corners[k], margin + 0.5, span_);
+    }
+    return side;
+  }
+
+  void make_slabs() {
+    slabs_.reserve(shell_.triangles.size());
+    for (const auto& f : shell_.triangles) {
+      Slab& slab = slabs_.emplace_back();
+      slab.sides = {make_side(inner_, f), make_side(outer_, f)};
+      std::array<Point, 6> corners{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        corners[k] = slab.inner[k] = inner_[f[k]];
+        corners[k + 3] = outer_[f[k]];
+        slab.along[k] = outer_[f[k]] - inner_[f[k]];
+        slab.along_places[k] = {to_double(slab.along[k][0]), to_double(slab.along[k][1]), to_double(slab.along[k][2])};
+        slab.along_sum[k] = to_double(sum_norm(slab.along[k]));
+      }
+      Box box = slab.sides[0].box;
+      box.add(slab.sides[1].box);
+      boxes_.push_back(box);
+      find_hull(slab, corners);
+    }
+    tree_ = std::make_unique<Tree>(boxes_);
+  }
+
+  /// The planes through three of the corners that have all six on or below them.
+  void find_hull(Slab& slab, const std::array<Point, 6>& corners) const {
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t j = i + 1; j < 6; ++j)
+        for (std::size_t k = j + 1; k < 6; ++k) {
+          bool above = false, below = false;
+          for (std::size_t l = 0; l < 6; ++l) {
+            const int side = predicates_.side({corners[i], corners[j], corners[k]}, corners[l]);
+            above = above || side > 0;
+            below = below || side < 0;
+          }
+          if (above == below || slab.hull_count == slab.hull.size()) continue;
+          const Point n = cross(corners[j] - corners[i], corners[k] - corners[i]);
+          const Point out = above ? Point{-n[0], -n[1], -n[2]} : n;
+          slab.hull[slab.hull_count++] = HalfSpace(out, corners[i], blur_ == 0 ? 0.0 : 2.0, span_);
+        }
+  }
+
+  // ---- C5 and C6a, triangle by triangle.
+
+  void check_sections() {
+    for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
+      const Face f = face(t);
+      if (f.normal == Point{}) {
+        separate_ = false;
+        report(Condition::C6, kNothing, t, [&] { return face_name(t) + " has no area"; });
+        continue;
+      }
+      const Box box = box_of(f.triangle);
+      tree_->query(box, [&](std::uint32_t s) {
+        if (!boxes_[s].meets(box)) return true;
+        const Slab& slab = slabs_[s];
+        if (!settled(Condition::C5))
+          for (const Side& side : slab.sides) stays_clear(side, f, box, s, t);
+        if (!settled(Condition::C6) && !section_holds(slab, f))
+          report(Condition::C6, s, t, [&] {
+            return face_name(t) + " does not face outwards along every fibre of " + slab_name(s) + " that meets it";
+          });
+        return true;
+      });
+    }
+  }
+
+  void stays_clear(const Side& side, const Face& f, const Box& box, std::size_t s, std::size_t t) {
+    if (side.flat) {
+      separate_ = false;  // the slab failed C1
+      return;
+    }
+    if (!side.box.meets(box)) return;
+    for (const HalfSpace& h : side.beyond)
+      if (f.above(h)) return;
+    const bool meets = predicates_.meet(side.triangle, f.triangle);
+    if (!meets && !closer(side.triangle, f.triangle, kMargin)) return;
+    report(Condition::C5, s, t, [&] {
+      const char* which = &side == &slabs_[s].sides[0] ? "inner" : "outer";
+      return face_name(t) + (meets ? " meets the " : " comes within two lattice steps of the ") + which +
+             " triangle of " + slab_name(s);
+    });
+  }
+
+  /// Whether every fibre of the slab that meets the face leaves through its front: normal . direction > 0, which is
+  /// linear in the barycentric weights of the fibre, so where it fails is cut off by a straight line.
+  [[nodiscard]] bool section_holds(const Slab& slab, const Face& f) const {
+    std::array<double, 3> value{};
+    bool sure = true;
+    const double n_sum = to_double(sum_norm(f.normal));
+    for (std::size_t k = 0; k < 3 && sure; ++k) {
+      const auto& d = slab.along_places[k];
+      value[k] = to_double(f.normal[0]) * d[0] + to_double(f.normal[1]) * d[1] + to_double(f.normal[2]) * d[2];
+      const double blur = blur_ == 0 ? 0.0 : slab.along_sum[k] * (8 * f.reach + 8);
+      sure = value[k] > 0x1p-49 * n_sum * slab.along_sum[k] + blur;
+    }
+    if (sure) return true;
+    for (std::size_t k = 0; k < slab.hull_count; ++k)
+      if (f.above(slab.hull[k])) return true;
+    std::array<Int128, 3> facing{};
+    std::size_t bad = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      facing[k] = facing_of(slab.along[k], f);
+      if (facing[k] <= 0) ++bad;
+    }
+    return bad == 0 || misses_bad_part(slab, f, facing, bad);
+  }
+
+  /// The least of normal . d over all triangles whose corners are within the blur of the face's.
+  [[nodiscard]] Int128 facing_of(const Point& d, const Face& f) const {
+    const Int128 value = dot(f.normal, d);
+    if (blur_ == 0) return value;
+    const Int128 turn = Int128{sum_norm(cross(d, f.e))} + sum_norm(cross(d, f.g));
+    return value - 2 * turn - 8 * Int128{sum_norm(d)};
+  }
+
+  /// Whether the face misses the fibres from which it is seen from behind; bounded by fibres at whole 2^-k of the
+  /// edges, towards the larger side.
+  [[nodiscard]] bool misses_bad_part(const Slab& slab, const Face& f, const std::array<Int128, 3>& facing,
+                                     std::size_t bad) const {
+    const int edge_bits = bits_ - kHalvings;
+    const std::int64_t whole = std::int64_t{1} << static_cast<unsigned>(edge_bits);
+    // The fibre at w/whole of the way from corner i to corner j: its inner end and direction, `whole` times larger.
+    struct Fibre {
+      Point inner, along;
+    };
+    const auto between = [&](std::size_t i, std::size_t j, std::int64_t w) {
+      Fibre fibre{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        fibre.inner[c] = slab.inner[i][c] * (whole - w) + slab.inner[j][c] * w;
+        fibre.along[c] = slab.along[i][c] * (whole - w) + slab.along[j][c] * w;
+      }
+      return fibre;
+    };
+    const auto corner = [&](std::size_t i) { return between(i, i, 0); };
+    const auto misses = [&](const std::array<Fibre, 3>& fibres) { return column_misses(fibres, f, whole); };
+    if (bad == 3) return misses({corner(0), corner(1), corner(2)});
+    std::size_t i = 0;
+    while ((facing[i] <= 0) != (bad == 1)) ++i;  // the only one of its kind
+    const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    const auto cut = [&](std::size_t other) {
+      const Int128 part = facing[i] * whole, all = facing[i] - facing[other];
+      const Int128 floor = part / all;  // both of one sign
+      if (bad == 2) return std::min(static_cast<std::int64_t>(floor), whole - 1);
+      return std::max(static_cast<std::int64_t>(floor * all == part ? floor : floor + 1), std::int64_t{1});
+    };
+    const Fibre to_j = between(i, j, cut(j)), to_k = between(i, k, cut(k));
+    if (bad == 1) return misses({corner(i), to_j, to_k});
+    return misses({to_j, corner(j), corner(k)}) && misses({to_j, corner(k), to_k});
+  }
+
+  /// Whether the face misses the volume between three fibres; halved along the fibres while its hull does not show it.
+  template <typename Fibres>
+  [[nodiscard]] bool column_misses(const Fibres& fibres, const Face& f, std::int64_t whole) const {
+    const auto part_misses = [&](auto&& again, std::int64_t from, std::int64_t to, int halvings) -> bool {
+      const std::int64_t parts = std::int64_t{1} << static_cast<unsigned>(kHalvings);
+      Block block{};
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c) {
+          block.inner[k][c] = fibres[k].inner[c] * parts + fibres[k].along[c] * from;
+          block.outer[k][c] = fibres[k].inner[c] * parts + fibres[k].along[c] * to;
+        }
+      if (hull_misses(block, f, whole * parts, blur_)) return true;
+      if (halvings == 0) return false;
+      const std::int64_t middle = (from + to) / 2;
+      return again(again, from, middle, halvings - 1) && again(again, middle, to, halvings - 1);
+    };
+    return part_misses(part_misses, 0, std::int64_t{1} << static_cast<unsigned>(kHalvings), kHalvings);
+  }
+
+  // ---- The source as a surface: closed and manifold, winding once around each vertex (C6b).
+
+  void check_surface() {
+    const std::size_t vertex_count = points_.size();
+    std::vector<std::uint32_t> begin(vertex_count + 1, 0), corners(3 * source_.triangles.size());
+    for (const auto& f : source_.triangles)
+      for (const std::uint32_t v : f) ++begin[v + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint32_t> filled(begin.begin(), begin.end() - 1);
+    for (std::size_t t = 0; t < source_.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[filled[source_.triangles[t][k]]++] = static_cast<std::uint32_t>(3 * t + k);
+    std::vector<Spoke> spokes;
+    for (std::uint32_t v = 0; v < vertex_count && !settled(Condition::C6); ++v) {
+      spokes.clear();
+      for (std::uint32_t c = begin[v]; c < begin[v + 1]; ++c) {
+        const auto& f = source_.triangles[corners[c] / 3];
+        spokes.push_back({f[(corners[c] + 1) % 3], f[(corners[c] + 2) % 3], corners[c] / 3});
+      }
+      if (spokes.empty()) continue;
+      if (!is_one_fan(v, spokes)) continue;
+      const std::uint32_t t = spokes.front().triangle;
+      const int turns = turns_around(v, spokes);
+      if (turns == 0)
+        report(Condition::C6, kNothing, t,
+               [&] { return "no direction sees the fronts of all triangles at " + vertex_name(v); });
+      else if (turns != 1)
+        report(Condition::C6, kNothing, t, [&] {
+          return "the triangles at " + vertex_name(v) + " wind " + std::to_string(turns) + " times instead of once";
+        });
+    }
+  }
+
+  /// A triangle at a vertex: the two others, counter-clockwise.
+  struct Spoke {
+    std::uint32_t from, to, triangle;
+  };
+
+  /// Puts the spokes in order around the vertex. False where they are not one closed fan, which is then reported.
+  bool is_one_fan(std::uint32_t v, std::vector<Spoke>& spokes) {
+    std::sort(spokes.begin(), spokes.end(), [](const Spoke& a, const Spoke& b) {
+      return std::pair(a.from, a.triangle) < std::pair(b.from, b.triangle);
+    });
+    const auto find = [&](std::uint32_t from) {
+      return std::lower_bound(spokes.begin(), spokes.end(), from,
+                              [](const Spoke& s, std::uint32_t other) { return s.from < other; });
+    };
+    bool closed = true;
+    for (std::size_t k = 0; k < spokes.size(); ++k) {
+      const Spoke& s = spokes[k];
+      const auto edge = [&](std::uint32_t other) {
+        return "the source's edge from vertex " + std::to_string(v) + " to " + std::to_string(other);
+      };
+      if (s.from == v || s.to == v || s.from == s.to) {
+        report(Condition::C6, kNothing, s.triangle, [&] { return face_name(s.triangle) + " names a vertex twice"; });
+        return false;
+      }
+      if (k > 0 && spokes[k - 1].from == s.from) {
+        report(Condition::C6, kNothing, s.triangle,
+               [&] { return edge(s.from) + " has several triangles on the same side"; });
+        return false;
+      }
+      const auto next = find(s.to);
+      if (next == spokes.end() || next->from != s.to) {
+        report(Condition::C7, kNothing, s.triangle, [&] { return edge(s.to) + " is open"; });
+        closed = false;
+      }
+    }
+    if (!closed) return false;
+    ordered_.clear();
+    for (std::uint32_t from = spokes.front().from; ordered_.size() < spokes.size();) {
+      ordered_.push_back(*find(from));
+      from = ordered_.back().to;
+      if (from == spokes.front().from) break;
+    }
+    if (ordered_.size() != spokes.size() || ordered_.back().to != ordered_.front().from) {
+      report(Condition::C6, kNothing, spokes.front().triangle,
+             [&] { return "the triangles at " + vertex_name(v) + " are not one fan"; });
+      return false;
+    }
+    spokes.swap(ordered_);
+    return true;
+  }
+
+  /// How often the triangles wind around a direction that sees the fronts of them all; 0 where none is found.
+  int turns_around(std::uint32_t v, const std::vector<Spoke>& spokes) {
+    const Point centre = point(v);
+    rim_.clear();
+    for (const Spoke& s : spokes) rim_.push_back(point(s.from) - centre);
+    normals_.clear();
+    units_.clear();
+    for (std::size_t k = 0; k < rim_.size(); ++k) {
+      const Point n = cross(rim_[k], rim_[(k + 1) % rim_.size()]);
+      const double length = std::max(1.0, magnitude(n));
+      normals_.push_back(n);
+      units_.push_back({to_double(n[0]) / length, to_double(n[1]) / length, to_double(n[2]) / length});
+    }
+    const std::optional<Point> axis = seeing_direction(v);
+    if (!axis) return 0;
+    int turns = 0, before = 0;
+    for (std::size_t k = 0; k <= rim_.size(); ++k) {
+      const int now = predicates_axis_.determinant(*axis, rim_[0], rim_[k % rim_.size()]);
+      if (before < 0 && now >= 0) ++turns;
+      before = now;
+    }
+    return turns;
+  }
+
+  [[nodiscard]] bool sees_all(const Point& d) const {
+    return std::all_of(normals_.begin(), normals_.end(), [&](const Point& n) { return dot(n, d) > 0; });
+  }
+  /// The mean of the normals, then turned towards the worst of them again and again, then the fibres nearby.
+  [[nodiscard]] std::optional<Point> seeing_direction(std::uint32_t v) const {
+    constexpr int kTries = 400;
+    std::array<double, 3> d{};
+    for (const auto& n : units_)
+      for (std::size_t k = 0; k < 3; ++k) d[k] += n[k];
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+      const double length = std::hypot(d[0], d[1], d[2]);
+      if (length > 0)
+        for (double& x : d) x /= length;
+      std::size_t worst = 0;
+      double least = 2;
+      for (std::size_t k = 0; k < units_.size(); ++k) {
+        const double visible = units_[k][0] * d[0] + units_[k][1] * d[1] + units_[k][2] * d[2];
+        if (visible < least) {
+          least = visible;
+          worst = k;
+        }
+      }
+      if (least > 0) {
+        Point axis{};
+        for (std::size_t k = 0; k < 3; ++k) axis[k] = std::llround(d[k] * kAxis);
+        if (sees_all(axis)) return axis;
+      }
+      const double share = 1.0 / (attempt + 2);
+      for (std::size_t k = 0; k < 3; ++k) d[k] += share * (units_[worst][k] - d[k]);
+    }
+    const Point p = point(v);
+    std::optional<Point> found;
+    tree_->query({p, p}, [&](std::uint32_t s) {
+      for (const Point& along : slabs_[s].along)
+        if (!found && sees_all(along)) found = along;
+      return !found;
+    });
+    return found;
+  }
+
+  // ---- C7
+
+  /// Which vertices hang together by triangles: the lowest of each component.
+  std::vector<std::uint32_t> find_parts() const {
+    std::vector<std::uint32_t> parent(points_.size());
+    std::iota(parent.begin(), parent.end(), 0U);
+    const auto root = [&](std::uint32_t v) {
+      while (parent[v] != v) v = parent[v] = parent[parent[v]];
+      return v;
+    };
+    for (const auto& f : source_.triangles)
+      for (const std::uint32_t other : {f[1], f[2]}) {
+        const std::uint32_t a = root(f[0]), b = root(other);
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+    for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = parent[parent[v]];
+    return parent;
+  }
+
+  bool hits_hold() {
+    const std::vector<std::uint32_t> parts = find_parts();
+    // The first fibre of each part of the shell stands for all of its fibres.
+    std::vector<Box> reaches;
+    std::vector<std::uint32_t> fibres;
+    for (const std::uint32_t seed : facts_.seeds) {
+      const std::uint32_t f = shell_.triangles[seed][0];
+      fibres.push_back(f);
+      Box box = {inner_[f], inner_[f]};
+      box.add(outer_[f]);
+      reaches.push_back(box);
+    }
+    const Tree tree(reaches);
+    std::vector<std::size_t> hits(fibres.size()), met(points_.size());
+    for (const auto& f : source_.triangles) {
+      const Triangle t = {point(f[0]), point(f[1]), point(f[2])};
+      const Box box = box_of(t);
+      tree.query(box, [&](std::uint32_t c) {
+        if (reaches[c].meets(box) && crosses(inner_[fibres[c]], outer_[fibres[c]], t)) {
+          ++hits[c];
+          ++met[parts[f[0]]];
+        }
+        return true;
+      });
+    }
+    for (std::size_t c = 0; c < hits.size(); ++c) {
+      const std::uint32_t seed = facts_.seeds[c];
+      if (hits[c] != 1)
+        report(Condition::C7, seed, kNothing, [&] {
+          return "fibre " + std::to_string(fibres[c]) + " of " + slab_name(seed) + " meets the source " +
+                 std::to_string(hits[c]) + " times instead of once";
+        });
+      if (!facts_.closed[c])
+        report(Condition::C7, seed, kNothing, [&] {
+          return "the part with " + slab_name(seed) + " is open, so one fibre does not speak for the others";
+        });
+    }
+    for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
+      const std::uint32_t part = parts[source_.triangles[t][0]];
+      constexpr std::size_t kDone = ~std::size_t{0};
+      if (met[part] == kDone) continue;
+      ++certificate_.source_parts;
+      if (met[part] != 1)
+        report(Condition::C7, kNothing, t, [&] {
+          return "the part of the source with triangle " + std::to_string(t) + " is met by " +
+                 std::to_string(met[part]) + " test fibres instead of one";
+        });
+      met[part] = kDone;
+    }
+    return count(Condition::C7) == 0;
+  }
+
+  /// Whether a fibre passes through the triangle. The fibre is thought shifted sideways by (e, e^2, e^3) for a
+  /// vanishing e > 0, so it meets no edge and no vertex; by C6 this changes nothing in how often it meets the source.
+  [[nodiscard]] bool crosses(const Point& p, const Point& q, const Triangle& t) const {
+    const Point along = q - p;
+    const auto turn = [&](const Point& a, const Point& b) {
+      const int side = predicates_.determinant(along, a - p, b - p);
+      if (side != 0) return side;
+      for (const std::int64_t shift : cross(along, b - a))
+        if (shift != 0) return shift > 0 ? -1 : 1;
+      return 0;
+    };
+    const int sense = turn(t.a, t.b);
+    if (sense == 0 || turn(t.b, t.c) != sense || turn(t.c, t.a) != sense) return false;
+    return predicates_.side(t, p) == -sense && predicates_.side(t, q) == sense;
+  }
+
+  static constexpr int kHalvings = 2;
+  static constexpr double kAxis = 0x1p28;  // length of the directions of C6b
+
+  const Shell& shell_;
+  const ShellFacts& facts_;
+  const Source& source_;
+  Certificate& certificate_;
+  double span_;
+  std::int64_t blur_;  // steps by which the source's coordinates may be off
+  int bits_;           // by which points may be scaled
+  Predicates predicates_, predicates_axis_{kMaxSpan};
+  std::vector<Place> points_;         // by source vertex
+  std::vector<Point> inner_, outer_;  // by fibre
+  std::vector<Slab> slabs_;
+  std::vector<Box> boxes_;      // by slab, widened by the margin
+  std::unique_ptr<Tree> tree_;  // over boxes_
+  bool separate_ = true;        // every pair of C5 could be tested
+  std::vector<Spoke> ordered_;  // scratch of C6b, as all that follow
+  std::vector<Point> rim_, normals_;
+  std::vector<std::array<double, 3>> units_;
+};
+
+}  // namespace
+
+void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate) {
+  const auto refuse = [&](std::string what) {
+    certificate.failure_count[5] = 1;
+    certificate.failures.push_back({Condition::C5, kNothing, kNothing, std::move(what)});
+  };
+  Extent extent;
+  std::string fault = source_fault(source, extent);
+  if (!fault.empty()) return refuse(std::move(fault));
+  const CommonLattice lattice(facts.extent, extent);
+  if (!lattice.fits)
+    return refuse("the source reaches so far beyond the slabs that no lattice of 2^30 steps holds both");
+  SourceChecker(shell, facts, source, lattice, certificate).run();
+}
+
+}  // namespace relief::verify::detail
