@@ -138,10 +138,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 
 Status run_convert(ConvertOptions& o, const Context& context) {
   const double start = process_cpu_seconds();
-  if (o.mode == "certified" || o.mode == "tolerant")
+  if (o.mode == "tolerant")
     return fail(Errc::Unfoldable,
                 fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
                             printable(o.in), o.mode));
+  o.settings.mode = mode_from_name(o.mode);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,

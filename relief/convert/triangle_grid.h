@@ -4,6 +4,8 @@
 #include <relief/base/vec.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -14,14 +16,16 @@ namespace relief::detail {
 /// the caller tests what it is given once more. Rebuild when many entries are stale.
 class TriangleGrid {
  public:
-  void reset(const Box3d& all, double cell, std::size_t numbers) {
+  /// `finest` bounds the cells per axis.
+  void reset(const Box3d& all, double cell, std::size_t numbers, double finest = 128) {
     low_ = all.low;
     const Vec3d extent = all.extent();
-    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / 128);
+    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
     for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<int>(extent[k] / cell_) + 1;
-    heads_.assign(
-        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
-        kEnd);
+    // Cells share heads where there are many more of them than numbers.
+    const std::size_t cells =
+        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
+    heads_.assign(std::bit_ceil(std::min(cells, 4 * numbers + 64)), kEnd);
     entries_.clear();
     seen_.assign(numbers, 0);
     round_ = 0;
@@ -66,9 +70,10 @@ class TriangleGrid {
     for (int z = from[2]; z <= to[2]; ++z)
       for (int y = from[1]; y <= to[1]; ++y)
         for (int x = from[0]; x <= to[0]; ++x)
-          visit((static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
-                    static_cast<std::size_t>(size_[0]) +
-                static_cast<std::size_t>(x));
+          visit(((static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
+                     static_cast<std::size_t>(size_[0]) +
+                 static_cast<std::size_t>(x)) &
+                (heads_.size() - 1));
   }
 
   Vec3d low_;
