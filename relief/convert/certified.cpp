@@ -162,6 +162,7 @@ class Reducer {
   [[nodiscard]] const std::vector<std::uint32_t>& faults() const noexcept { return faults_; }
   /// False when cancelled.
   bool reduce(const Progress& progress);
+  bool sweep(std::size_t stop, const Progress& progress);
   bool thicken(const Progress& progress);
   [[nodiscard]] Shell shell() const;
 
@@ -216,6 +217,7 @@ class Reducer {
   }
 
   void place(std::uint32_t v, const std::array<double, 2>& heights, Vec3d d);
+  [[nodiscard]] std::pair<double, Vec3d> weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
   void fill_queue();
   void build_grid();
@@ -241,9 +243,9 @@ class Reducer {
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
-  bool improve(std::uint32_t v);
-  bool flip(std::uint32_t h);
-  bool lengthen(std::uint32_t v, double share);
+  void improve(std::uint32_t v);
+  void flip(std::uint32_t h);
+  void lengthen(std::uint32_t v, double share);
 
   Source& source_;
   CertifiedSettings settings_;
@@ -252,12 +254,13 @@ class Reducer {
   std::vector<Vec3d> at_;
   std::vector<Ends> ends_;
   std::vector<Quadric> quadrics_;
-  std::vector<std::uint32_t> stamps_, touched_, improved_, tried_;
+  std::vector<std::uint32_t> swept_, stamps_, touched_, improved_, tried_;
   std::uint32_t clock_ = 1;
   std::vector<List> lists_;
   std::vector<Entry> pool_;
   std::size_t listed_ = 0, alive_ = 0;
   std::vector<Candidate> queue_;
+  bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
   std::vector<std::uint32_t> faults_;
@@ -318,7 +321,7 @@ void Reducer::build_grid() {
     size += std::max({e.x, e.y, e.z});
     all.add(box);
   }
-  grid_.reset(all, size / double(std::max<std::size_t>(alive_, 1)), faces_.size(), 2048);
+  grid_.reset(all, 1.5 * size / double(std::max<std::size_t>(alive_, 1)), faces_.size(), 2048);
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
     if (!alive(f)) continue;
     Box3d box;
@@ -440,9 +443,8 @@ bool Reducer::thin_shell(const Progress& progress) {
   return true;
 }
 
-void Reducer::push(std::uint32_t h) {
-  std::uint32_t u = origin(h), v = target(h);
-  if (u > v) std::swap(u, v);
+/// What merging the ends of an edge costs, and where they would go.
+std::pair<double, Vec3d> Reducer::weigh(std::uint32_t u, std::uint32_t v) const noexcept {
   Quadric q = quadrics_[u];
   q += quadrics_[v];
   const Vec3d middle = (at_[u] + at_[v]) * 0.5;
@@ -450,7 +452,12 @@ void Reducer::push(std::uint32_t h) {
   const double edge2 = dot(edge, edge);
   Vec3d p = q.optimum(middle);
   if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
-  queue_.push_back({q.error(p) + 5e-5 * q.trace() * edge2 + 1e-12 * std::sqrt(edge2), u, v, stamps_[u], stamps_[v]});
+  return {q.error(p) + 5e-5 * q.trace() * edge2 + 1e-12 * std::sqrt(edge2), p};
+}
+
+void Reducer::push(std::uint32_t h) {
+  const auto [u, v] = std::minmax({origin(h), target(h)});
+  queue_.push_back({weigh(u, v).first, u, v, stamps_[u], stamps_[v]});
 }
 
 void Reducer::fill_queue() {
@@ -696,7 +703,6 @@ Fault Reducer::evaluate_source() {
       const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
       if (whole == Meeting::Section) trial_.lists.push_back(e);
       if (whole != Meeting::Mixed) continue;
-      const std::size_t before = trial_.lists.size();
       const auto stop = static_cast<std::uint32_t>(std::min<std::size_t>(e.first() + kBlock, source_.faces.size()));
       for (std::uint32_t t = e.first(); t < stop; ++t) {
         const Meeting m = s.meet(source_.triangle(t));
@@ -704,7 +710,6 @@ Fault Reducer::evaluate_source() {
         if (m != Meeting::Section) return fault_of(m);
         trial_.lists.push_back(Entry::triangle(t));
       }
-      (void)before;
     }
     // Triangles that make up half a block or more are listed as the block.
     std::size_t kept = begin;
@@ -810,11 +815,7 @@ bool Reducer::try_ends(Vec3d at, const Ends& ends) {
 bool Reducer::collapse(std::uint32_t h) {
   if (!link_allows(h) || !star_of_edge(h)) return false;
   const std::uint32_t u = origin(h), v = target(h);
-  Quadric q = quadrics_[u];
-  q += quadrics_[v];
-  const Vec3d middle = (at_[u] + at_[v]) * 0.5, edge = at_[v] - at_[u];
-  Vec3d best = q.optimum(middle);
-  if (dot(best - middle, best - middle) > 2.25 * dot(edge, edge)) best = middle;
+  const Vec3d best = weigh(u, v).second;
   double before = quality_now().least;
   for (const std::uint32_t f : trial_.vanished) {
     const Face& g = faces_[f];
@@ -911,6 +912,7 @@ void Reducer::merge(std::uint32_t h, Vec3d at) {
   alive_ -= 2;
   commit_lists();
   touch(u);
+  if (!queued_) return;
   for_ring(u, [&](std::uint32_t e) {
     push(e);
     std::push_heap(queue_.begin(), queue_.end());
@@ -918,10 +920,9 @@ void Reducer::merge(std::uint32_t h, Vec3d at) {
 }
 
 // Turns, slides and shortens a fibre where that makes further collapses likelier.
-bool Reducer::improve(std::uint32_t v) {
+void Reducer::improve(std::uint32_t v) {
   star_of(v);
   gather();
-  bool any = false;
   const auto fibre = [&] { return to_double(ends_[v][kOuter] - ends_[v][kInner]); };
   const auto shifted = [](LatticePoint p, Vec3d by) { return snap(to_double(p) + by); };
   {
@@ -932,9 +933,7 @@ bool Reducer::improve(std::uint32_t v) {
                    out = dot(to_double(ends_[v][kOuter]) - at_[v], d);
       for (const double share : {1.0, 0.5, 0.25}) {
         const Vec3d turned = normalized(d * (1 - share) + best.d * share);
-        if (!try_ends(at_[v], {snap(at_[v] - turned * in), snap(at_[v] + turned * out)})) continue;
-        any = true;
-        break;
+        if (try_ends(at_[v], {snap(at_[v] - turned * in), snap(at_[v] + turned * out)})) break;
       }
     }
   }
@@ -948,11 +947,8 @@ bool Reducer::improve(std::uint32_t v) {
     for (const double share : {0.6, 0.3}) {
       const Quality after = quality(at_[v] + step * share);
       if (after.least + 0.3 * after.mean < before.least + 0.3 * before.mean + 0.01) continue;
-      if (!try_ends(at_[v] + step * share,
-                    {shifted(ends_[v][kInner], step * share), shifted(ends_[v][kOuter], step * share)}))
-        continue;
-      any = true;
-      break;
+      const Vec3d by = step * share;
+      if (try_ends(at_[v] + by, {shifted(ends_[v][kInner], by), shifted(ends_[v][kOuter], by)})) break;
     }
   }
   if (length(fibre()) > 1e-3 * settings_.longest) {
@@ -960,13 +956,12 @@ bool Reducer::improve(std::uint32_t v) {
       return shifted(ends_[v][side], (at_[v] - to_double(ends_[v][side])) * 0.4);
     };
     const LatticePoint in = shortened(kInner), out = shortened(kOuter);
-    any = try_ends(at_[v], {in, out}) || try_ends(at_[v], {ends_[v][kInner], out}) ||
-          try_ends(at_[v], {in, ends_[v][kOuter]}) || any;
+    if (!try_ends(at_[v], {in, out}) && !try_ends(at_[v], {ends_[v][kInner], out}))
+      try_ends(at_[v], {in, ends_[v][kOuter]});
   }
-  return any;
 }
 
-bool Reducer::flip(std::uint32_t h) {
+void Reducer::flip(std::uint32_t h) {
   const std::uint32_t back = twins_[h];
   const std::uint32_t u = origin(h), v = target(h), a = target(next_of(h)), b = target(next_of(back));
   const auto shape = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
@@ -974,14 +969,14 @@ bool Reducer::flip(std::uint32_t h) {
   };
   const double before = std::min(shape(u, v, a), shape(v, u, b)), after = std::min(shape(u, b, a), shape(b, v, a));
   const std::array<std::size_t, 4> degree = {valence(u), valence(v), valence(a), valence(b)};
-  if (degree[0] < 4 || degree[1] < 4 || degree[2] > 11 || degree[3] > 11) return false;
+  if (degree[0] < 4 || degree[1] < 4 || degree[2] > 11 || degree[3] > 11) return;
   const auto off = [](std::size_t d) { return std::abs(static_cast<int>(d) - 6); };
   const int gain = off(degree[0]) + off(degree[1]) + off(degree[2]) + off(degree[3]) - off(degree[0] - 1) -
                    off(degree[1] - 1) - off(degree[2] + 1) - off(degree[3] + 1);
-  if (!(after > 1.05 * before + 0.02 || (gain >= 2 && after > 0.5 * before && after > 0.2))) return false;
+  if (!(after > 1.05 * before + 0.02 || (gain >= 2 && after > 0.5 * before && after > 0.2))) return;
   bool joined = false;
   for_ring(a, [&](std::uint32_t e) { joined = joined || target(e) == b; });
-  if (joined) return false;
+  if (joined) return;
   const std::uint32_t f = h / 3, g = back / 3;
   trial_.faces = {{u, b, a}, {b, v, a}};
   trial_.slots = {f, g};
@@ -989,7 +984,7 @@ bool Reducer::flip(std::uint32_t h) {
   trial_.moved = kNone;
   gathered_ = false;
   gather();
-  if (evaluate() != Fault::None) return false;
+  if (evaluate() != Fault::None) return;
   const std::uint32_t a_to_v = twins_[next_of(h)], u_to_a = twins_[last_of(h)];
   const std::uint32_t b_to_u = twins_[next_of(back)], v_to_b = twins_[last_of(back)];
   faces_[f] = trial_.faces[0];
@@ -1010,10 +1005,50 @@ bool Reducer::flip(std::uint32_t h) {
   out_[a] = 3 * f + 2;
   commit_lists();
   for (const std::uint32_t w : {u, v, a, b}) touch(w);
+}
+
+// While there are many slabs, edges below a rising cost are collapsed in the order in which they lie in memory, at most
+// one per vertex and sweep: the order by cost matters little there, and what is touched stays in the cache.
+bool Reducer::sweep(std::size_t stop, const Progress& progress) {
+  constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
+  constexpr std::size_t kStride = 7;
+  std::vector<double> costs;
+  swept_.assign(out_.size(), 0);
+  const double start = double(alive_);
+  for (std::uint32_t round = 1; alive_ > stop; ++round) {
+    costs.clear();
+    std::size_t counter = 0;
+    const auto is_edge = [&](std::uint32_t h) { return alive(h / 3) && h < twins_[h]; };
+    for (std::uint32_t h = 0; h < twins_.size(); ++h)
+      if (is_edge(h) && ++counter % kStride == 0) costs.push_back(weigh(origin(h), target(h)).first);
+    const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(kShare * double(costs.size()));
+    std::nth_element(costs.begin(), middle, costs.end());
+    const double most = *middle;
+    const std::size_t before = alive_;
+    for (std::uint32_t h = 0; h < twins_.size() && alive_ > stop; ++h) {
+      if (!is_edge(h)) continue;
+      const std::uint32_t u = origin(h), v = target(h);
+      if (swept_[u] == round || swept_[v] == round || std::max(touched_[u], touched_[v]) <= tried_[h]) continue;
+      if (weigh(u, v).first > most) continue;
+      if (collapse(h)) {
+        swept_[u] = round;
+        if ((alive_ & 1023U) == 0) {
+          if (progress.cancelled()) return false;
+          progress("reduce", 0.5 * (start - double(alive_)) / (start - double(stop)));
+        }
+      } else {
+        tried_[h] = tried_[twins_[h]] = clock_;
+      }
+    }
+    if (progress.cancelled()) return false;
+    if (before - alive_ < before / 50) break;
+  }
   return true;
 }
 
 bool Reducer::reduce(const Progress& progress) {
+  if (!sweep(std::max<std::size_t>(12000, 8 * settings_.target), progress)) return false;
+  queued_ = true;
   const double start = double(alive_);
   for (int round = 0; alive_ > settings_.target && round < 40; ++round) {
     const std::size_t before = alive_;
@@ -1023,7 +1058,7 @@ bool Reducer::reduce(const Progress& progress) {
       if ((++counter & 255U) == 0) {
         if (progress.cancelled()) return false;
         if ((counter & 8191U) == 0)
-          progress("reduce", std::log(start / double(alive_)) / std::log(start / double(settings_.target)));
+          progress("reduce", 0.5 + 0.5 * std::log(start / double(alive_)) / std::log(start / double(settings_.target)));
       }
       std::pop_heap(queue_.begin(), queue_.end());
       const Candidate c = queue_.back();
@@ -1039,11 +1074,10 @@ bool Reducer::reduce(const Progress& progress) {
     const std::size_t removed = before - alive_;
     if (alive_ <= settings_.target) break;
     if (alive_ >= 20000 && 10 * removed >= before) continue;
-    std::size_t moves = 0;
     const auto improve_all = [&] {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {
         if (out_[v] == kNone || touched_[v] <= improved_[v]) continue;
-        moves += improve(v);
+        improve(v);
         improved_[v] = clock_;
         if ((v & 63U) == 0 && progress.cancelled()) return false;
       }
@@ -1051,22 +1085,22 @@ bool Reducer::reduce(const Progress& progress) {
     };
     if (!improve_all()) return false;
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
-      if (alive(h / 3) && h < twins_[h]) moves += flip(h);
+      if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (round >= 3 && removed < std::max<std::size_t>(2, before / 200) && 20 * moves < alive_) break;
+    if (round >= 3 && removed < std::max<std::size_t>(2, before / 200)) break;
   }
   return true;
 }
 
-bool Reducer::lengthen(std::uint32_t v, double share) {
+void Reducer::lengthen(std::uint32_t v, double share) {
   star_of(v);
   const Vec3d in = to_double(ends_[v][kInner]), out = to_double(ends_[v][kOuter]), d = out - in;
   const double size = length(d), most = 0.999 * settings_.longest / size - 1;
-  if (most < 0.05) return false;
+  if (most < 0.05) return;
   const double both = std::min(share, most / 2), one = std::min(share, most);
-  return try_ends(at_[v], {snap(in - d * both), snap(out + d * both)}) ||
-         try_ends(at_[v], {ends_[v][kInner], snap(out + d * one)}) ||
-         try_ends(at_[v], {snap(in - d * one), ends_[v][kOuter]});
+  if (try_ends(at_[v], {snap(in - d * both), snap(out + d * both)})) return;
+  if (try_ends(at_[v], {ends_[v][kInner], snap(out + d * one)})) return;
+  try_ends(at_[v], {snap(in - d * one), ends_[v][kOuter]});
 }
 
 // Room to carve and to add.
@@ -1207,7 +1241,7 @@ std::vector<std::uint32_t> Smoother::smooth(std::span<const std::uint32_t> given
 
 CertifiedShell build_certified(std::vector<LatticePoint> points, std::span<const Face> faces,
                                const CertifiedSettings& settings, const Progress& progress) {
-  constexpr double kWanted = 0.25;  // visibility; more of it lets the shell become coarser
+  constexpr double kWanted = 0.3;  // visibility; more of it lets the shell become coarser
   constexpr double kLeast = 0.02;
   constexpr int kRounds = 8;
   CertifiedShell result;

@@ -275,7 +275,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   Stopwatch stopwatch(report.phases);
   const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
   // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
-  constexpr double kFarthest = 2e-3;
+  constexpr double kFarthest = 4e-3;
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   result.mended = std::move(repaired.mesh);
