@@ -61,6 +61,8 @@ Status check(const ConvertSettings& settings) {
     return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
+  if (settings.mode == Mode::Tolerant)
+    return fail(Errc::InvalidArgument, "this version makes no tolerant shells; ask for certified or preview.");
   if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
     return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
   return {};
@@ -433,6 +435,12 @@ std::string to_string(const ConvertReport& report) {
                 100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.distance_rms,
                 report.distance_max, report.thickness_min, report.thickness_median);
   text += line.data();
+  if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
+  if (report.moved_vertices > 0) {
+    std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",
+                  report.moved_vertices, report.moved_most);
+    text += line.data();
+  }
   if (report.dropped_parts > 0)
     text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
   if (report.dropped_slabs > 0)

@@ -21,7 +21,7 @@ struct ConvertSettings {
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
-  std::optional<Mode> mode;  ///< empty: certified where that can be reached, else preview
+  std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
 };
 
 /// What was made, and how long it took.
