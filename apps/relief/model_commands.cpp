@@ -179,6 +179,8 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["source_triangles"] = r.source_triangles;
   json["certificate"] = to_json(certificate);
   json["distance"] = {{"rms", r.distance_rms}, {"max", r.distance_max}};
+  if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
+  json["moved"] = {{"vertices", r.moved_vertices}, {"most", r.moved_most}};
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},
@@ -202,10 +204,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 
 Status run_convert(ConvertOptions& o, const Context& context) {
   const double start = process_cpu_seconds();
-  if (o.mode == "certified" || o.mode == "tolerant")
+  if (o.mode == "tolerant")
     return fail(Errc::Unfoldable,
                 fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
                             printable(o.in), o.mode));
+  o.settings.mode = mode_from_name(o.mode);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
@@ -437,7 +440,9 @@ void add_convert(CLI::App& app, Context& context) {
   c->add_option("--samples", o->settings.intervals,
                 "Intervals n per slab edge, 1 to 128 (default 32; the paper used 15)")
       ->check(CLI::Range(1, kMaxIntervals));
-  c->add_option("--mode", o->mode, "preview; certified and tolerant are not in this version")
+  c->add_option("--mode", o->mode,
+                "certified: proven, or exit 1; preview; without it the best that can be proved (tolerant is not in "
+                "this version)")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
       ->check(in_range(1e-4, 1));

@@ -1,4 +1,5 @@
 #include <relief/base/try.h>
+#include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/lattice.h>
@@ -7,6 +8,7 @@
 #include <relief/convert/shell.h>
 #include <relief/convert/source_surface.h>
 #include <relief/core/tessellate.h>
+#include <relief/verify/verify.h>
 
 #include <algorithm>
 #include <bit>
@@ -59,6 +61,8 @@ Status check(const ConvertSettings& settings) {
     return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
+  if (settings.mode == Mode::Tolerant)
+    return fail(Errc::InvalidArgument, "this version makes no tolerant shells; ask for certified or preview.");
   if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
     return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
   return {};
@@ -152,6 +156,17 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
   return attempt;
 }
 
+Result<std::shared_ptr<const SlabMesh>> slab_mesh_of(const Shell& shell, const Lattice& lattice, int intervals) {
+  std::vector<Fibre> fibres(shell.ends[kInner].size());
+  for (std::size_t v = 0; v < fibres.size(); ++v)
+    fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
+  std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(shell.faces.size());
+  for (const Face& f : shell.faces) slabs.push_back({f, intervals});
+  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
+  return std::make_shared<const SlabMesh>(std::move(mesh));
+}
+
 /// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
 /// made finer there and all is tried again, up to 16 times the target.
 Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face>& faces, const SourceSurface& source,
@@ -200,14 +215,51 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
                 "no slab can stand on the surface near " + place(lattice.to_model(at)) +
                     ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
   }
-  std::vector<Fibre> fibres(shell.ends[kInner].size());
-  for (std::size_t v = 0; v < fibres.size(); ++v)
-    fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
-  std::vector<SlabMesh::Face> slabs;
-  slabs.reserve(shell.faces.size());
-  for (const Face& f : shell.faces) slabs.push_back({f, settings.intervals});
-  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
-  return Cage{std::make_shared<const SlabMesh>(std::move(mesh)), shell.dropped.size()};
+  RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice, settings.intervals));
+  return Cage{std::move(mesh), shell.dropped.size()};
+}
+
+/// The shell in certified mode; the source's points move to where they were certified. Empty with a reason, a sentence
+/// without its full stop, where there is no certificate; empty without one when cancelled.
+std::shared_ptr<const SlabMesh> certify(TriangleMesh& mended, const Lattice& lattice, const CageSettings& settings,
+                                        double farthest, ConvertReport& report, const Progress& progress) {
+  if (report.repair.boundary_loops > 0) {
+    report.not_certified = "the surface is open: it has " + std::to_string(report.repair.boundary_loops) +
+                           (report.repair.boundary_loops == 1 ? " rim" : " rims");
+    return nullptr;
+  }
+  std::vector<LatticePoint> points;
+  points.reserve(mended.positions.size());
+  for (const Vec3d p : mended.positions) points.push_back(snap(lattice.to_lattice(p)));
+  const CertifiedShell made =
+      build_certified(std::move(points), mended.triangles,
+                      {.target = settings.target, .longest = settings.longest, .farthest = farthest}, progress);
+  if (made.shell.faces.empty()) {
+    if (!made.obstacle.empty())
+      report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
+    return nullptr;
+  }
+  auto mesh = slab_mesh_of(made.shell, lattice, settings.intervals);
+  if (!mesh) {
+    report.not_certified = "the slabs do not join: " + mesh.error().message;
+    return nullptr;
+  }
+  // The proof is the verifier's, not the builder's.
+  std::vector<std::array<double, 3>> inner, outer;
+  for (const Fibre& f : (*mesh)->fibres()) {
+    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
+    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
+  }
+  const verify::Certificate certificate = verify::check({inner, outer, made.shell.faces});
+  if (!certificate.all()) {
+    report.not_certified =
+        certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
+    return nullptr;
+  }
+  for (std::size_t v = 0; v < made.points.size(); ++v) mended.positions[v] = lattice.to_model(made.points[v]);
+  report.moved_vertices = made.moved_points;
+  report.moved_most = made.moved_most;
+  return *mesh;
 }
 
 void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {
@@ -224,6 +276,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   ConvertReport& report = result.report;
   Stopwatch stopwatch(report.phases);
   const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
+  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
+  constexpr double kFarthest = 4e-3;
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   result.mended = std::move(repaired.mesh);
@@ -237,20 +291,34 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     return fail(Errc::Corrupt,
                 "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
   const Lattice lattice = Lattice::around(box, settings.thickness * diagonal);
+  const auto target = static_cast<std::size_t>(settings.slabs);
+  const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
+  std::shared_ptr<const SlabMesh> mesh;
+  Mode mode = Mode::Preview;
+  if (settings.mode != Mode::Preview) {
+    mesh = certify(result.mended, lattice, cage_settings, kFarthest * diagonal / lattice.step, report, progress);
+    report.moved_most *= lattice.step / diagonal;
+    stopwatch.phase_done("certify");
+    if (progress.cancelled()) return cancelled();
+    if (mesh != nullptr) mode = Mode::Certified;
+    if (mesh == nullptr && settings.mode == Mode::Certified)
+      return fail(Errc::Unfoldable, "no certified shell: " + report.not_certified +
+                                        "; mend the source there, or convert with --mode preview.");
+  }
   std::vector<Vec3d> points;
   points.reserve(result.mended.positions.size());
   for (const Vec3d p : result.mended.positions) points.push_back(lattice.to_lattice(p));
   const SourceSurface surface(points, result.mended.triangles);
   stopwatch.phase_done("hierarchy");
 
-  const auto target = static_cast<std::size_t>(settings.slabs);
-  std::vector<Face> faces = result.mended.triangles;
-  report.dropped_parts = drop_small_parts(points, faces, 16 * target);
-  const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
-  RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
-  const std::shared_ptr<const SlabMesh>& mesh = cage.mesh;
+  if (mesh == nullptr) {
+    std::vector<Face> faces = result.mended.triangles;
+    report.dropped_parts = drop_small_parts(points, faces, 16 * target);
+    RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
+    mesh = cage.mesh;
+    report.dropped_slabs = cage.dropped;
+  }
   report.slabs = mesh->slab_count();
-  report.dropped_slabs = cage.dropped;
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
@@ -299,7 +367,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   const Distances distances = measure_distances(*result.model.head, surface, lattice);
   report.distance_rms = distances.rms * lattice.step / diagonal;
   report.distance_max = distances.max * lattice.step / diagonal;
-  result.model.info = {.mode = Mode::Preview, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
+  result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
   progress("measure", 1);
@@ -367,6 +435,12 @@ std::string to_string(const ConvertReport& report) {
                 100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.distance_rms,
                 report.distance_max, report.thickness_min, report.thickness_median);
   text += line.data();
+  if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
+  if (report.moved_vertices > 0) {
+    std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",
+                  report.moved_vertices, report.moved_most);
+    text += line.data();
+  }
   if (report.dropped_parts > 0)
     text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
   if (report.dropped_slabs > 0)

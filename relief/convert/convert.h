@@ -8,6 +8,7 @@
 #include <relief/mesh/triangle_mesh.h>
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct ConvertSettings {
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
+  std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
 };
 
 /// What was made, and how long it took.
@@ -37,6 +39,9 @@ struct ConvertReport {
   double distance_max = 0;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
+  std::size_t moved_vertices = 0;  ///< source vertices moved so that a direction sees all their faces (certified)
+  double moved_most = 0;           ///< how far at most, share of the diagonal
+  std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
   struct Phase {
     std::string name;
     double seconds;  ///< thread CPU time summed over all threads
@@ -50,11 +55,15 @@ struct Conversion {
   TriangleMesh mended;  ///< the repaired source, the surface that the displacement was sampled from
 };
 
-/// Preview mode: decimates the source to the target, gives every vertex a direction that all its faces see and depths
-/// at which every slab passes the closed-form Jacobian condition and no two of its triangles intersect, then samples
-/// the displacement along the fibres. Fibre ends lie on a lattice whose step is a power of two. The result does not
-/// depend on the number of threads. Errors: Corrupt (nothing usable in the source), NotManifold, Unfoldable (no valid
-/// depths at any count up to 16 times the target), InvalidArgument, Cancelled.
+/// Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,
+/// so every fibre meets the mended source once; more slabs than the target remain where no such step is left. For
+/// closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source
+/// to the target, gives every vertex a direction that all its faces see and depths at which every slab passes the
+/// closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is sampled along the
+/// fibres. Fibre ends lie on a lattice whose step is a power of two. The result does not depend on the number of
+/// threads. Errors: Corrupt (nothing usable in the source), NotManifold, Unfoldable (certified: no certificate;
+/// preview: no valid depths at any count up to 16 times the target), InvalidArgument (tolerant mode is not made),
+/// Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

@@ -4,34 +4,51 @@
 #include <relief/base/vec.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace relief::detail {
 
-/// Boxes are entered under a number and never taken out: a number stands in every cell that one of its boxes met, so
-/// the caller tests what it is given once more. Rebuild when many entries are stale.
+/// Boxes are entered under a number and never taken out: a number stands in all cells around the boxes that it ever
+/// had, so the caller tests what it is given once more. Rebuild when many entries are stale.
 class TriangleGrid {
  public:
-  void reset(const Box3d& all, double cell, std::size_t numbers) {
+  /// `finest` bounds the cells per axis; at most 32767.
+  void reset(const Box3d& all, double cell, std::size_t numbers, double finest = 128) {
     low_ = all.low;
     const Vec3d extent = all.extent();
-    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / 128);
+    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
     for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<int>(extent[k] / cell_) + 1;
-    heads_.assign(
-        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
-        kEnd);
+    // Cells share heads where there are many more of them than numbers.
+    const std::size_t cells =
+        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
+    heads_.assign(std::bit_ceil(std::min(cells, 4 * numbers + 64)), kEnd);
     entries_.clear();
     seen_.assign(numbers, 0);
+    known_.assign(numbers, {});
     round_ = 0;
   }
 
   void insert(std::uint32_t number, const Box3d& box) {
-    for_each_cell(box, [&](std::size_t cell) {
+    Cells cells = cells_of(box);
+    Cells& known = known_[number];
+    // What is known stays known: only cells beyond it are entered.
+    if (known.from[0] <= known.to[0]) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        cells.from[k] = std::min(cells.from[k], known.from[k]);
+        cells.to[k] = std::max(cells.to[k], known.to[k]);
+      }
+      if (cells == known) return;
+    }
+    for_each_cell(cells, [&](int x, int y, int z, std::size_t cell) {
+      if (known.holds(x, y, z)) return;
       entries_.push_back({number, heads_[cell]});
       heads_[cell] = static_cast<std::uint32_t>(entries_.size() - 1);
     });
+    known = cells;
   }
 
   /// Calls visit(number) once per number that may meet the box; stops when visit returns false.
@@ -39,7 +56,7 @@ class TriangleGrid {
   void query(const Box3d& box, Visit&& visit) {
     ++round_;
     bool go_on = true;
-    for_each_cell(box, [&](std::size_t cell) {
+    for_each_cell(cells_of(box), [&](int, int, int, std::size_t cell) {
       for (std::uint32_t e = heads_[cell]; go_on && e != kEnd; e = entries_[e].next) {
         if (seen_[entries_[e].number] == round_) continue;
         seen_[entries_[e].number] = round_;
@@ -56,19 +73,36 @@ class TriangleGrid {
     std::uint32_t number, next;
   };
 
-  template <typename Visit>
-  void for_each_cell(const Box3d& box, Visit&& visit) const {
-    std::array<int, 3> from{}, to{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      from[k] = std::clamp(static_cast<int>((box.low[k] - low_[k]) / cell_), 0, size_[k] - 1);
-      to[k] = std::clamp(static_cast<int>((box.high[k] - low_[k]) / cell_), 0, size_[k] - 1);
+  struct Cells {
+    std::array<std::int16_t, 3> from{0, 0, 0}, to{-1, -1, -1};
+    [[nodiscard]] bool holds(int x, int y, int z) const noexcept {
+      return x >= from[0] && x <= to[0] && y >= from[1] && y <= to[1] && z >= from[2] && z <= to[2];
     }
-    for (int z = from[2]; z <= to[2]; ++z)
-      for (int y = from[1]; y <= to[1]; ++y)
-        for (int x = from[0]; x <= to[0]; ++x)
-          visit((static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
-                    static_cast<std::size_t>(size_[0]) +
-                static_cast<std::size_t>(x));
+    friend bool operator==(const Cells& a, const Cells& b) noexcept = default;
+  };
+
+  [[nodiscard]] Cells cells_of(const Box3d& box) const noexcept {
+    Cells cells;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto clamped = [&](double v) {
+        return static_cast<std::int16_t>(std::clamp(static_cast<int>((v - low_[k]) / cell_), 0, size_[k] - 1));
+      };
+      cells.from[k] = clamped(box.low[k]);
+      cells.to[k] = clamped(box.high[k]);
+    }
+    return cells;
+  }
+
+  template <typename Visit>
+  void for_each_cell(const Cells& cells, Visit&& visit) const {
+    for (int z = cells.from[2]; z <= cells.to[2]; ++z)
+      for (int y = cells.from[1]; y <= cells.to[1]; ++y)
+        for (int x = cells.from[0]; x <= cells.to[0]; ++x)
+          visit(x, y, z,
+                ((static_cast<std::size_t>(z) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(y)) *
+                     static_cast<std::size_t>(size_[0]) +
+                 static_cast<std::size_t>(x)) &
+                    (heads_.size() - 1));
   }
 
   Vec3d low_;
@@ -76,8 +110,9 @@ class TriangleGrid {
   std::array<int, 3> size_{1, 1, 1};
   std::vector<std::uint32_t> heads_;
   std::vector<Entry> entries_;
-  std::vector<std::uint64_t> seen_;
-  std::uint64_t round_ = 0;
+  std::vector<Cells> known_;
+  std::vector<std::uint32_t> seen_;
+  std::uint32_t round_ = 0;
 };
 
 }  // namespace relief::detail

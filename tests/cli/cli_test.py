@@ -113,8 +113,27 @@ class Contract(Case):
 
     def test_modes_that_cannot_be_reached_leave_no_output(self):
         out = self.folder / "certified.relief"
-        self.assert_failed(Run("convert", self.scan, "-o", out, "--mode", "certified"), 1, "--mode preview")
+        self.assert_failed(Run("convert", self.scan, "-o", out, "--mode", "tolerant"), 1, "--mode preview")
         self.assertFalse(out.exists())
+        sheet = self.folder / "sheet.obj"
+        sheet.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n")
+        self.assert_failed(Run("convert", sheet, "-o", out, "--mode", "certified"), 1, "sheet.obj", "open", "--mode preview")
+        self.assertFalse(out.exists())
+        report = self.ok("convert", sheet, "-o", out, "--json").json()
+        self.assertEqual(report["mode"], "preview")
+        self.assertIn("open", report["not_certified"])
+
+    def test_a_closed_scan_is_certified(self):
+        out, mended = self.folder / "proven.relief", self.folder / "proven.ply"
+        report = self.ok("convert", self.scan, "-o", out, "--mode", "certified", "--mended", mended, "--json").json()
+        self.assertEqual(report["mode"], "certified")
+        self.assertEqual(report["hits"], {"single": report["samples"], "none": 0, "several": 0})
+        self.assertEqual([c["holds"] for c in report["certificate"].values()], [True] * len(report["certificate"]))
+        self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+        preview = self.ok("convert", self.scan, "-o", out, "--mode", "preview", "--samples", 8, "--json").json()
+        self.assertEqual(preview["mode"], "preview")
+        self.assertNotIn("not_certified", preview)
 
     def test_the_input_is_never_overwritten(self):
         before = self.scan.read_bytes()
@@ -152,7 +171,7 @@ class Contract(Case):
         run = Run("convert", self.scan, "-o", out, "--json", "--samples", 8)
         self.assertEqual(run.err, "")
         report = run.json()
-        self.assertEqual(report["mode"], "preview")
+        self.assertEqual(report["mode"], "certified")
         self.assertEqual(set(report["hits"]), {"single", "none", "several"})
         self.assertEqual(sum(report["hits"].values()), report["samples"])
         self.assertGreater(report["seconds"], 0)

@@ -24,6 +24,7 @@ ConvertSettings few(int slabs, int n = 15) {
   ConvertSettings settings;
   settings.slabs = slabs;
   settings.intervals = n;
+  settings.mode = Mode::Preview;
   return settings;
 }
 

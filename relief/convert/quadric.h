@@ -1,0 +1,63 @@
+// The error of moving a vertex, as a sum over planes, and the shape of triangles.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace relief::detail {
+
+/// Sum of squared distances to planes, weighted by area: p'Ap + 2b'p + c.
+struct Quadric {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  Vec3d b;
+  double c = 0;
+
+  void add_plane(Vec3d n, Vec3d on, double weight) noexcept {
+    const double d = -dot(n, on);
+    xx += weight * n.x * n.x, xy += weight * n.x * n.y, xz += weight * n.x * n.z;
+    yy += weight * n.y * n.y, yz += weight * n.y * n.z, zz += weight * n.z * n.z;
+    b += n * (weight * d);
+    c += weight * d * d;
+  }
+  Quadric& operator+=(const Quadric& q) noexcept {
+    xx += q.xx, xy += q.xy, xz += q.xz, yy += q.yy, yz += q.yz, zz += q.zz;
+    b += q.b;
+    c += q.c;
+    return *this;
+  }
+  Quadric& operator*=(double factor) noexcept {
+    xx *= factor, xy *= factor, xz *= factor, yy *= factor, yz *= factor, zz *= factor;
+    b *= factor;
+    c *= factor;
+    return *this;
+  }
+  [[nodiscard]] double trace() const noexcept { return xx + yy + zz; }
+  [[nodiscard]] Vec3d times(Vec3d p) const noexcept {
+    return {xx * p.x + xy * p.y + xz * p.z, xy * p.x + yy * p.y + yz * p.z, xz * p.x + yz * p.y + zz * p.z};
+  }
+  [[nodiscard]] double error(Vec3d p) const noexcept { return std::max(0.0, dot(p, times(p)) + 2 * dot(b, p) + c); }
+
+  /// The place of least error, drawn towards `near` with a thousandth of the trace where the planes leave it open.
+  [[nodiscard]] Vec3d optimum(Vec3d near) const noexcept {
+    const double pull = 1e-3 * trace() + std::numeric_limits<double>::min();
+    const double a = xx + pull, d = yy + pull, f = zz + pull;
+    const Vec3d right = -(b + times(near));  // solved for the step from `near`
+    const double m00 = d * f - yz * yz, m01 = xz * yz - xy * f, m02 = xy * yz - xz * d;
+    const double m11 = a * f - xz * xz, m12 = xy * xz - a * yz, m22 = a * d - xy * xy;
+    const double det = a * m00 + xy * m01 + xz * m02;
+    if (!(det > 0)) return near;
+    return near + Vec3d{m00 * right.x + m01 * right.y + m02 * right.z, m01 * right.x + m11 * right.y + m12 * right.z,
+                        m02 * right.x + m12 * right.y + m22 * right.z} /
+                      det;
+  }
+};
+
+/// 1 for an equilateral triangle, 0 for one without area.
+[[nodiscard]] inline double shape_of(Vec3d a, Vec3d b, Vec3d c, double twice_area) noexcept {
+  const double edges = dot(b - a, b - a) + dot(c - b, c - b) + dot(a - c, a - c);
+  return edges > 0 ? 3.4641016151377544 * twice_area / edges : 0;
+}
+
+}  // namespace relief::detail

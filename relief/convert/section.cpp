@@ -1,0 +1,208 @@
+#include <relief/convert/section.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace relief::detail {
+namespace {
+
+using Corners = std::array<Vec3d, 3>;
+
+Box3d box_of(std::span<const Vec3d> points) noexcept {
+  Box3d box;
+  for (const Vec3d p : points) box.add(p);
+  return box;
+}
+
+/// Whether the two sets lie more than the clearance apart along the axis, which need not have unit length.
+bool apart_along(Vec3d axis, std::span<const Vec3d> a, std::span<const Vec3d> b) noexcept {
+  double a_low = Box3d::kFar, a_high = -Box3d::kFar, b_low = Box3d::kFar, b_high = -Box3d::kFar;
+  for (const Vec3d p : a) {
+    const double h = dot(axis, p);
+    a_low = std::min(a_low, h), a_high = std::max(a_high, h);
+  }
+  for (const Vec3d p : b) {
+    const double h = dot(axis, p);
+    b_low = std::min(b_low, h), b_high = std::max(b_high, h);
+  }
+  const double gap = std::max(b_low - a_high, a_low - b_high);
+  return gap > 0 && gap * gap > kClearance * kClearance * dot(axis, axis);
+}
+
+/// Two triangles, by their planes, the crosswise products of their edges and, for parallel ones, in their plane.
+bool triangles_apart(const Corners& s, const Corners& t) noexcept {
+  const Vec3d origin = s[0];
+  const Corners a = {Vec3d{}, s[1] - origin, s[2] - origin};
+  const Corners b = {t[0] - origin, t[1] - origin, t[2] - origin};
+  const Vec3d na = cross(a[1] - a[0], a[2] - a[0]), nb = cross(b[1] - b[0], b[2] - b[0]);
+  if (apart_along(na, a, b) || apart_along(nb, a, b)) return true;
+  const double upright = 1 / std::max(1.0, length(na));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d e = a[(i + 1) % 3] - a[i], f = b[(i + 1) % 3] - b[i];
+    if (apart_along(cross(na * upright, e), a, b) || apart_along(cross(na * upright, f), a, b)) return true;
+    for (std::size_t j = 0; j < 3; ++j)
+      if (apart_along(cross(e, b[(j + 1) % 3] - b[j]), a, b)) return true;
+  }
+  return false;
+}
+
+/// The planes of a wall that bulge outwards; i, j are the ends of one fibre and k, l those of the next.
+template <typename Add>
+void wall_planes(Vec3d i, Vec3d j, Vec3d k, Vec3d l, Add&& add) noexcept {
+  // Inner ends i, k; outer ends j, l; the slab lies to the left of i -> k seen from outside.
+  const double bulge = dot(cross(k - i, l - i), j - i);
+  if (bulge <= 0) {
+    add(cross(k - i, l - i));
+    add(cross(l - i, j - i));
+  } else {
+    add(cross(k - i, j - i));
+    add(cross(l - k, j - k));
+  }
+}
+
+}  // namespace
+
+SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer) noexcept : triangles_{inner, outer} {
+  for (std::size_t k = 0; k < 3; ++k) {
+    ends_[k] = to_double(inner[k]);
+    ends_[k + 3] = to_double(outer[k]);
+    fibres_[k] = ends_[k + 3] - ends_[k];
+    lengths_[k] = length(fibres_[k]);
+    side_boxes_[0].add(ends_[k]);
+    side_boxes_[1].add(ends_[k + 3]);
+  }
+  box_ = side_boxes_[0];
+  box_.add(side_boxes_[1]);
+  std::size_t count = 0;
+  const auto add = [&](Vec3d n) {
+    normals_[count] = normalized(n);
+    double limit = -Box3d::kFar;
+    for (const Vec3d p : ends_) limit = std::max(limit, dot(normals_[count], p));
+    limits_[count++] = limit;
+  };
+  add(cross(ends_[2] - ends_[0], ends_[1] - ends_[0]));
+  add(cross(ends_[4] - ends_[3], ends_[5] - ends_[3]));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3;
+    wall_planes(ends_[k], ends_[k + 3], ends_[l], ends_[l + 3], add);
+  }
+  levels_ = {dot(normals_[0], ends_[0]), dot(normals_[1], ends_[3])};
+}
+
+Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (std::min({t.a[k], t.b[k], t.c[k]}) > box_.high[k] + kClearance ||
+        std::max({t.a[k], t.b[k], t.c[k]}) < box_.low[k] - kClearance)
+      return Meeting::Apart;
+  }
+  std::array<double, 2> highest{};
+  for (std::size_t k = 0; k < 8; ++k) {
+    const double a = dot(normals_[k], t.a), b = dot(normals_[k], t.b), c = dot(normals_[k], t.c);
+    if (std::min({a, b, c}) > limits_[k] + kClearance) return Meeting::Apart;
+    if (k < 2) highest[k] = std::max({a, b, c});
+  }
+  const Corners corners = {t.a, t.b, t.c};
+  if (highest[1] >= levels_[1] - kClearance && !triangles_apart({ends_[3], ends_[4], ends_[5]}, corners))
+    return Meeting::Outer;
+  if (highest[0] >= levels_[0] - kClearance && !triangles_apart({ends_[0], ends_[1], ends_[2]}, corners))
+    return Meeting::Inner;
+  std::array<double, 3> lean{};
+  bool good = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    lean[k] = dot(t.normal, fibres_[k]) - t.slack * lengths_[k];
+    good = good && lean[k] > 0;
+  }
+  return good || misses_bad_part(t, lean) ? Meeting::Section : Meeting::Folded;
+}
+
+Meeting SlabShape::meet(const SourceBlock& block) const noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (block.centre[k] - block.half[k] > box_.high[k] + kClearance ||
+        block.centre[k] + block.half[k] < box_.low[k] - kClearance)
+      return Meeting::Apart;
+  }
+  bool clear = true;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const Vec3d n = normals_[k];
+    const double middle = dot(n, block.centre);
+    const double reach = std::abs(n.x) * block.half.x + std::abs(n.y) * block.half.y + std::abs(n.z) * block.half.z;
+    if (middle - reach > limits_[k] + kClearance) return Meeting::Apart;
+    if (k < 2) clear = clear && middle + reach < levels_[k] - kClearance;
+  }
+  if (!clear || block.cosine <= 0) return Meeting::Mixed;
+  const double sine = std::sqrt(std::max(0.0, 1 - block.cosine * block.cosine));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double along = dot(block.axis, fibres_[k]);
+    const double across = std::sqrt(std::max(0.0, lengths_[k] * lengths_[k] - along * along));
+    if (along * block.cosine - across * sine <= (block.slack + 1e-6) * lengths_[k]) return Meeting::Mixed;
+  }
+  return Meeting::Section;
+}
+
+bool SlabShape::surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept {
+  const auto beyond = [](const SlabShape& s, std::size_t of, const SlabShape& o, std::size_t side_of_o) {
+    const Vec3d n = s.normals_[of];
+    const double level = s.levels_[of];
+    int above = 0, below = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double h = dot(n, o.ends_[k + 3 * side_of_o]) - level;
+      above += h > 0.01;
+      below += h < -0.01;
+    }
+    return above == 3 || below == 3;
+  };
+  return beyond(*this, side, other, other_side) || beyond(other, other_side, *this, side);
+}
+
+// The fibres that do not lean enough towards t fill a corner or a strip of the slab, cut off by a straight line of the
+// base triangle: one or two smaller slabs, each within the hull of its six ends.
+bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double, 3>& lean) const noexcept {
+  std::size_t bad = 0, odd = 0;
+  for (std::size_t k = 0; k < 3; ++k) bad += lean[k] <= 0;
+  if (bad == 3) return false;
+  for (std::size_t k = 0; k < 3; ++k)
+    if ((lean[k] <= 0) == (bad == 1)) odd = k;
+  const std::size_t j = (odd + 1) % 3, k = (odd + 2) % 3;
+  const Vec3d origin = ends_[odd];
+  // A cut at the share of the way from the odd corner, moved a little so that the bad part grows.
+  const auto cut = [&](std::size_t to) {
+    const double share = lean[odd] / (lean[odd] - lean[to]);
+    return std::clamp(bad == 1 ? share + 1e-6 : share - 1e-6, 0.0, 1.0);
+  };
+  struct Pair {
+    Vec3d in, out;
+  };
+  const auto fibre = [&](std::size_t v) { return Pair{ends_[v] - origin, ends_[v + 3] - origin}; };
+  const Pair at_odd = fibre(odd), at_j = fibre(j), at_k = fibre(k);
+  const auto between = [&](const Pair& to, double share) {
+    return Pair{at_odd.in + (to.in - at_odd.in) * share, at_odd.out + (to.out - at_odd.out) * share};
+  };
+  const Pair cut_j = between(at_j, cut(j)), cut_k = between(at_k, cut(k));
+  const Corners corners = {t.a - origin, t.b - origin, t.c - origin};
+  const auto misses = [&](const Pair& p, const Pair& q, const Pair& r) {
+    const std::array<Vec3d, 6> six = {p.in, q.in, r.in, p.out, q.out, r.out};
+    const Box3d box = box_of(six), other = box_of(corners);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (other.low[axis] > box.high[axis] + kClearance || other.high[axis] < box.low[axis] - kClearance) return true;
+    bool apart = apart_along(t.normal, six, corners);
+    const auto add = [&](Vec3d n) { apart = apart || apart_along(n, six, corners); };
+    add(cross(six[2] - six[0], six[1] - six[0]));
+    add(cross(six[4] - six[3], six[5] - six[3]));
+    for (std::size_t a = 0; a < 3 && !apart; ++a) {
+      const std::size_t b = (a + 1) % 3;
+      wall_planes(six[a], six[a + 3], six[b], six[b + 3], add);
+    }
+    for (std::size_t a = 0; a < 3 && !apart; ++a) {
+      const std::size_t b = (a + 1) % 3;
+      for (const Vec3d along :
+           {six[b] - six[a], six[b + 3] - six[a + 3], six[a + 3] - six[a], six[b + 3] - six[a], six[a + 3] - six[b]})
+        for (std::size_t e = 0; e < 3 && !apart; ++e) add(cross(corners[(e + 1) % 3] - corners[e], along));
+    }
+    return apart;
+  };
+  if (bad == 1) return misses(at_odd, cut_j, cut_k);
+  return misses(cut_j, at_j, at_k) && misses(cut_j, at_k, cut_k);
+}
+
+}  // namespace relief::detail

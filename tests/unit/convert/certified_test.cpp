@@ -1,0 +1,308 @@
+// Certified mode: what it promises is counted here by brute force, on every triangle of the source.
+#include "shapes.h"
+
+#include <relief/convert/certified.h>
+#include <relief/convert/convert.h>
+#include <relief/convert/section.h>
+#include <relief/core/query.h>
+#include <relief/verify/verify.h>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::append;
+
+ConvertSettings certified(int slabs, int n = 8) {
+  ConvertSettings settings;
+  settings.slabs = slabs;
+  settings.intervals = n;
+  settings.mode = Mode::Certified;
+  return settings;
+}
+
+verify::Certificate certificate(const SlabMesh& mesh) {
+  std::vector<std::array<double, 3>> inner, outer;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (const Fibre& f : mesh.fibres()) {
+    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
+    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
+  }
+  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
+  return verify::check({inner, outer, triangles});
+}
+
+/// How often the segment from a to b passes through the mesh: outwards, and inwards.
+std::pair<int, int> passages(const TriangleMesh& mesh, Vec3d a, Vec3d b) {
+  int out = 0, in = 0;
+  const Vec3d along = b - a;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d p = mesh.positions[t[0]] - a, q = mesh.positions[t[1]] - a, r = mesh.positions[t[2]] - a;
+    const double u = dot(along, cross(p, q)), v = dot(along, cross(q, r)), w = dot(along, cross(r, p));
+    const bool front = u > 0 && v > 0 && w > 0, back = u < 0 && v < 0 && w < 0;
+    if (!front && !back) continue;
+    const Vec3d n = cross(q - p, r - p);
+    const double at = dot(n, p) / dot(n, along);
+    if (at <= 0 || at >= 1) continue;
+    out += dot(n, along) > 0;
+    in += dot(n, along) < 0;
+  }
+  return {out, in};
+}
+
+/// Everything that certified mode claims, tested by counting on fibres at random places.
+void expect_certified(const Result<Conversion>& result, int most_slabs, std::size_t fibres_per_slab = 20) {
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->model.info.mode, Mode::Certified);
+  const ConvertReport& report = result->report;
+  EXPECT_LE(report.slabs, static_cast<std::size_t>(most_slabs));
+  EXPECT_EQ(report.hits_single, report.fibres_cast);
+  EXPECT_EQ(report.hits_none + report.hits_several, 0U);
+  EXPECT_TRUE(report.not_certified.empty()) << report.not_certified;
+  const Snapshot& model = *result->model.head;
+  EXPECT_TRUE(validate(model));
+  const SlabMesh& mesh = model.slab_mesh();
+  const verify::Certificate shell = certificate(mesh);
+  EXPECT_TRUE(shell.all()) << (shell.failures.empty() ? "" : shell.failures.front().what);
+  EXPECT_TRUE(shell.on_lattice);
+  const double longest = 0.1 * result->model.info.source_diagonal;
+  for (const Fibre& f : mesh.fibres()) EXPECT_LE(length(f.direction()), longest * (1 + 1e-9));
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const SlabCorners corners = mesh.corners(s);
+    for (std::size_t k = 0; k < fibres_per_slab; ++k) {
+      double u = share(random), v = share(random);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const auto [out, in] =
+          passages(result->mended, corners.point({1 - u - v, u, v}, 0), corners.point({1 - u - v, u, v}, 1));
+      ASSERT_EQ(out, 1) << "slab " << s << " at " << u << ", " << v;
+      ASSERT_EQ(in, 0) << "slab " << s << " at " << u << ", " << v;
+    }
+  }
+}
+
+TEST(Certified, RoundShapesReachTheTarget) {
+  expect_certified(convert(testing::ball(24, 0.1), certified(60)), 60);
+  expect_certified(convert(testing::torus(60, 30), certified(100)), 100);
+}
+
+TEST(Certified, SharpEdgesAndFlatFaces) {
+  expect_certified(convert(testing::box({1, 2, 3}), certified(12)), 12, 200);
+  expect_certified(convert(testing::box({1, 1, 0.03}), certified(12)), 12, 200);
+  expect_certified(convert(testing::tetrahedron(), certified(4)), 4, 500);
+}
+
+TEST(Certified, PartsNestedAndApart) {
+  TriangleMesh parts = testing::ball(12, 0.05);
+  append(parts, testing::turned(testing::ball(10)), {}, 0.6);  // a cavity
+  append(parts, testing::torus(30, 16), {6, 0, 0});
+  expect_certified(convert(parts, certified(90)), 150);
+}
+
+TEST(Certified, FarFromTheOriginAndAtAnyScale) {
+  for (const double scale : {1e-3, 1e6})
+    expect_certified(
+        convert(testing::scaled(testing::ball(16, 0.1), scale, Vec3d{1, 1, 1} * (1e3 * scale)), certified(60)), 60);
+}
+
+TEST(Certified, MendedSourceIsTheSourceWhereNothingHadToMove) {
+  // Coordinates that the lattice holds exactly.
+  TriangleMesh ball = testing::ball(16, 0.1);
+  for (Vec3d& p : ball.positions)
+    for (std::size_t k = 0; k < 3; ++k) p[k] = std::ldexp(std::round(std::ldexp(p[k], 16)), -16);
+  const auto result = convert(ball, certified(60));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->report.moved_vertices, 0U);
+  EXPECT_EQ(result->mended.positions, ball.positions);
+}
+
+TEST(Certified, OneSpikeIsMovedAndReported) {
+  TriangleMesh ball = testing::ball(24);
+  // Pulled through its neighbours, the vertex has faces that no direction sees.
+  const std::size_t spike = 500;
+  const Vec3d aside = normalized(cross(ball.positions[spike], Vec3d{0, 0, 1}));
+  ball.positions[spike] = ball.positions[spike] * 0.999 + aside * 0.14;
+  const auto result = convert(ball, certified(60));
+  if (!result) {
+    EXPECT_NE(result.error().message.find("near ("), std::string::npos) << result.error().message;
+    return;
+  }
+  expect_certified(result, 200);
+  EXPECT_GT(result->report.moved_vertices, 0U);
+  EXPECT_GT(result->report.moved_most, 0);
+  EXPECT_LT(result->report.moved_most, 0.01);
+}
+
+TEST(Certified, WhatCannotBeProvedIsRefusedOrLeftToPreview) {
+  TriangleMesh crossing = testing::ball(16);
+  append(crossing, testing::ball(16), {0.9, 0.1, 0});
+  for (const auto& [mesh, why] : {std::pair{testing::sheet(12, 0.1), "open"}, std::pair{crossing, "near ("}}) {
+    const auto refused = convert(mesh, certified(60));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, Errc::Unfoldable);
+    EXPECT_NE(refused.error().message.find(why), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("--mode preview"), std::string::npos) << refused.error().message;
+    ConvertSettings any = certified(60);
+    any.mode.reset();
+    const auto made = convert(mesh, any);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_EQ(made->model.info.mode, Mode::Preview);
+    EXPECT_NE(made->report.not_certified.find(why), std::string::npos) << made->report.not_certified;
+    EXPECT_NE(to_string(made->report).find("not certified"), std::string::npos);
+  }
+}
+
+TEST(Certified, IsTheDefaultAndPreviewStays) {
+  ConvertSettings settings = certified(60);
+  settings.mode.reset();
+  const auto made = convert(testing::ball(16, 0.1), settings);
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->model.info.mode, Mode::Certified);
+  settings.mode = Mode::Preview;
+  const auto preview = convert(testing::ball(16, 0.1), settings);
+  ASSERT_TRUE(preview);
+  EXPECT_EQ(preview->model.info.mode, Mode::Preview);
+  EXPECT_TRUE(preview->report.not_certified.empty());
+  settings.mode = Mode::Tolerant;
+  const auto tolerant = convert(testing::ball(16, 0.1), settings);
+  ASSERT_FALSE(tolerant);
+  EXPECT_EQ(tolerant.error().code, Errc::InvalidArgument);
+}
+
+TEST(Certified, SameBitsAgainAndOnAnyNumberOfThreads) {
+  std::array<std::uint64_t, 3> hashes{};
+  for (const std::size_t run : {0U, 1U, 2U}) {
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, run == 1 ? 1 : 2);
+    const auto result = convert(testing::torus(50, 24), certified(80));
+    ASSERT_TRUE(result);
+    hashes[run] = result->model.head->content_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Certified, StopsWhenCancelled) {
+  std::atomic<bool> cancel = true;
+  const auto result = convert(testing::ball(40, 0.1), certified(60), {.report = {}, .cancel = &cancel});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, Errc::Cancelled);
+}
+
+class Section : public ::testing::Test {
+ protected:
+  /// A slab over the triangle (0,0), (1000,0), (0,1000), from z = 0 to 200, its fibres leaning as given.
+  static detail::SlabShape slab(const std::array<Vec3d, 3>& lean = {}) {
+    const std::array<Vec3d, 3> base = {Vec3d{0, 0, 0}, Vec3d{1000, 0, 0}, Vec3d{0, 1000, 0}};
+    detail::LatticeTriangle inner, outer;
+    for (std::size_t k = 0; k < 3; ++k) {
+      inner[k] = detail::snap(base[k] + shift());
+      outer[k] = detail::snap(base[k] + shift() + Vec3d{0, 0, 200} + lean[k]);
+    }
+    return {inner, outer};
+  }
+  static detail::SourceTriangle triangle(Vec3d a, Vec3d b, Vec3d c) {
+    return {a + shift(), b + shift(), c + shift(), normalized(cross(b - a, c - a)), 1e-3};
+  }
+  static Vec3d shift() { return {5000, 6000, 7000}; }
+};
+
+TEST_F(Section, LevelTriangleIsCrossed) {
+  const auto s = slab();
+  EXPECT_EQ(s.meet(triangle({100, 100, 100}, {300, 100, 100}, {100, 300, 100})), detail::Meeting::Section);
+  EXPECT_EQ(s.meet(triangle({100, 100, 100}, {100, 300, 100}, {300, 100, 100})), detail::Meeting::Folded)
+      << "upside down";
+}
+
+TEST_F(Section, EndsAreKeptClear) {
+  const auto s = slab();
+  EXPECT_EQ(s.meet(triangle({100, 100, 199}, {300, 100, 150}, {100, 300, 150})), detail::Meeting::Outer)
+      << "one step below";
+  EXPECT_EQ(s.meet(triangle({100, 100, 197}, {300, 100, 150}, {100, 300, 150})), detail::Meeting::Section);
+  EXPECT_EQ(s.meet(triangle({100, 100, -5}, {300, 100, 50}, {100, 300, 50})), detail::Meeting::Inner);
+  EXPECT_EQ(s.meet(triangle({100, 100, 250}, {300, 100, 250}, {100, 300, 250})), detail::Meeting::Apart);
+  EXPECT_EQ(s.meet(triangle({-900, -900, 100}, {-300, -900, 100}, {-900, -300, 100})), detail::Meeting::Apart);
+}
+
+TEST_F(Section, OnlyThePartOfTheSlabCountsThatTheTriangleIsIn) {
+  // The fibre at corner 1 leans over so far that it runs back through a triangle which faces along -x and up.
+  const auto s = slab({Vec3d{}, Vec3d{600, 0, 0}, Vec3d{}});
+  const Vec3d tilt = {40, 0, 20};  // along the triangle, across y
+  const auto at = [&](double x) { return triangle(Vec3d{x, 50, 80}, Vec3d{x, 50, 80} + tilt, Vec3d{x, 90, 80}); };
+  EXPECT_EQ(s.meet(at(20)), detail::Meeting::Section) << "near the upright fibres";
+  EXPECT_EQ(s.meet(at(1000)), detail::Meeting::Folded) << "near the leaning fibre";
+}
+
+// Slabs and triangles at random: where the verdict is Section, fibres that meet the triangle do so from the back to the
+// front, and where it is Apart none meet it.
+TEST_F(Section, VerdictsHoldOnSampledFibres) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> wide(-700, 700), share(0, 1);
+  int sections = 0, folded = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const auto v = [&](double size) { return Vec3d{wide(random), wide(random), wide(random)} * size; };
+    const auto s = slab({v(0.6), v(0.6), v(0.6)});
+    if (detail::jacobian_fault(s.triangle(0), s.triangle(1)) != detail::JacobianFault::None) continue;
+    const Vec3d at = {300 + 0.5 * wide(random), 300 + 0.5 * wide(random), 100 + 0.1 * wide(random)};
+    const double size = trial % 2 == 0 ? 0.05 : 0.3;
+    const auto t = triangle(at + v(size), at + v(size), at + v(size));
+    const auto verdict = s.meet(t);
+    sections += verdict == detail::Meeting::Section;
+    folded += verdict == detail::Meeting::Folded;
+    if (verdict != detail::Meeting::Section && verdict != detail::Meeting::Apart) continue;
+    const TriangleMesh mesh = {{t.a, t.b, t.c}, {{0, 1, 2}}, {}};
+    for (int k = 0; k < 60; ++k) {
+      double a = share(random), b = share(random);
+      if (a + b > 1) a = 1 - a, b = 1 - b;
+      const auto end = [&](std::size_t side) {
+        const auto& c = s.triangle(side);
+        return detail::to_double(c[0]) * (1 - a - b) + detail::to_double(c[1]) * a + detail::to_double(c[2]) * b;
+      };
+      const auto [out, in] = passages(mesh, end(0), end(1));
+      ASSERT_EQ(in, 0);
+      ASSERT_TRUE(verdict == detail::Meeting::Section || out == 0);
+    }
+  }
+  EXPECT_GT(sections, 500);
+  EXPECT_GT(folded, 500);
+}
+
+TEST_F(Section, BlocksAgreeWithTheirTriangles) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int settled = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const auto v = [&](double size) { return Vec3d{unit(random), unit(random), unit(random)} * size; };
+    const auto s = slab({v(100), v(100), v(100)});
+    const Vec3d at = Vec3d{300, 300, 100} + v(500);
+    std::vector<detail::SourceTriangle> triangles;
+    Box3d box;
+    Vec3d sum;
+    for (int k = 0; k < 6; ++k) {
+      const Vec3d p = at + v(30);
+      triangles.push_back(triangle(p, p + Vec3d{20, 0, 0} + v(8), p + Vec3d{0, 20, 0} + v(8)));
+      for (const Vec3d c : {triangles.back().a, triangles.back().b, triangles.back().c}) box.add(c);
+      sum += triangles.back().normal;
+    }
+    double cosine = 1;
+    for (const auto& t : triangles) cosine = std::min(cosine, dot(t.normal, normalized(sum)));
+    const auto whole = s.meet(detail::SourceBlock{box.centre(), box.extent() * 0.5, normalized(sum), cosine, 1e-3});
+    if (whole == detail::Meeting::Mixed) continue;
+    ++settled;
+    for (const auto& t : triangles) {
+      const auto one = s.meet(t);
+      EXPECT_TRUE(one == detail::Meeting::Apart || one == whole);
+    }
+  }
+  EXPECT_GT(settled, 1000);
+}
+
+}  // namespace
+}  // namespace relief
