@@ -82,7 +82,13 @@ struct PlainSource {
   [[nodiscard]] verify::Source view() const { return {positions, triangles}; }
 };
 
-verify::Certificate certificate_of(const SlabMesh& mesh) { return verify::check(PlainShell(mesh).view()); }
+/// What the verifier proves of a conversion; a certified one is held against its mended source.
+verify::Certificate certificate_of(const Conversion& made) {
+  const PlainShell shell(made.model.head->slab_mesh());
+  if (made.model.info.mode != Mode::Certified) return verify::check(shell.view());
+  const PlainSource source(made.mended);
+  return verify::check(shell.view(), source.view());
+}
 
 /// What the model's mode claims: preview C0, C1 and the triangles of C3; tolerant C0 to C4 and, with the source, C5;
 /// certified everything that was asked.
@@ -220,9 +226,18 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+  verify::Certificate certificate = certificate_of(*converted);
+  if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode.empty()) {
+    // The builder was wrong about its own work: what it made claims less, and says why.
+    const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
+    o.settings.mode = Mode::Preview;
+    converted = convert(source, o.settings, context.progress);
+    if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    converted->report.not_certified = why;
+    certificate = certificate_of(*converted);
+  }
   Conversion& made = *converted;
   made.model.info.source = std::filesystem::path(o.in).filename().string();
-  const verify::Certificate certificate = certificate_of(made.model.head->slab_mesh());
   if (!claim_holds(made.model.info.mode, certificate)) {
     return fail(Errc::Unfoldable,
                 fmt::format("{}: the shell failed its check ({}); try more --slabs or a smaller --thickness",
