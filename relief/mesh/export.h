@@ -9,12 +9,14 @@
 
 namespace relief {
 
-/// Writes PLY (binary, double coordinates only with `double_positions`, else float), OBJ, STL (binary), GLB or 3MF by the
-/// extension of `file`. Colours go into every format that has them (PLY, OBJ as "v x y z r g b", GLB, 3MF). The file appears
-/// whole and at once (written beside and renamed); an existing one is replaced. Errors: UnsupportedFormat, Io.
+/// Writes PLY (binary, double coordinates only with `double_positions`, else float), OBJ, STL (binary), GLB or 3MF by
+/// the extension of `file`. Colours go into every format that has them (PLY, OBJ as "v x y z r g b", GLB, 3MF). The
+/// file appears whole and at once (written beside and renamed); an existing one is replaced. Errors: UnsupportedFormat,
+/// Io.
 struct ExportSettings {
-  Unit unit = Unit::Millimetre;    ///< what one model unit is, for 3MF (unit attribute) and glTF (scaled to metres by a node)
-  bool double_positions = false;   ///< PLY only
+  Unit unit =
+      Unit::Millimetre;  ///< what one model unit is, for 3MF (unit attribute) and glTF (scaled to metres by a node)
+  bool double_positions = false;  ///< PLY only
 };
 [[nodiscard]] Status export_mesh(const TriangleMesh& mesh, const std::filesystem::path& file,
                                  const ExportSettings& settings = {});
