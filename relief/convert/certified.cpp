@@ -447,12 +447,8 @@ bool Reducer::thin_shell(const Progress& progress) {
 std::pair<double, Vec3d> Reducer::weigh(std::uint32_t u, std::uint32_t v) const noexcept {
   Quadric q = quadrics_[u];
   q += quadrics_[v];
-  const Vec3d middle = (at_[u] + at_[v]) * 0.5;
-  const Vec3d edge = at_[v] - at_[u];
-  const double edge2 = dot(edge, edge);
-  Vec3d p = q.optimum(middle);
-  if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
-  return {q.error(p) + 5e-5 * q.trace() * edge2 + 1e-12 * std::sqrt(edge2), p};
+  const Merge merge = merge_ends(q, at_[u], at_[v]);
+  return {merge.cost, merge.place};
 }
 
 void Reducer::push(std::uint32_t h) {

@@ -201,12 +201,7 @@ void Collapser::push(std::uint32_t u, std::uint32_t v) {
   if (u > v) std::swap(u, v);
   Quadric q = quadrics_[u];
   q += quadrics_[v];
-  const Vec3d middle = (at_[u] + at_[v]) * 0.5;
-  const Vec3d edge = at_[v] - at_[u];
-  const double edge2 = dot(edge, edge);
-  Vec3d p = q.optimum(middle);
-  if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
-  const double cost = q.error(p) + 5e-5 * q.trace() * edge2 + 1e-12 * std::sqrt(edge2);
+  const double cost = merge_ends(q, at_[u], at_[v]).cost;
   queue_.push_back({cost, u, v, stamp_[u], stamp_[v], false});
   std::push_heap(queue_.begin(), queue_.end());
 }

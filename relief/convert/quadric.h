@@ -4,6 +4,7 @@
 #include <relief/base/vec.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace relief::detail {
@@ -58,6 +59,20 @@ struct Quadric {
 [[nodiscard]] inline double shape_of(Vec3d a, Vec3d b, Vec3d c, double twice_area) noexcept {
   const double edges = dot(b - a, b - a) + dot(c - b, c - b) + dot(a - c, a - c);
   return edges > 0 ? 3.4641016151377544 * twice_area / edges : 0;
+}
+
+/// What merging the ends of an edge costs, and where they would go.
+struct Merge {
+  double cost = 0;
+  Vec3d place;
+};
+/// `sum` is that of the quadrics of both ends.
+[[nodiscard]] inline Merge merge_ends(const Quadric& sum, Vec3d a, Vec3d b) noexcept {
+  const Vec3d middle = (a + b) * 0.5, edge = b - a;
+  const double edge2 = dot(edge, edge);
+  Vec3d p = sum.optimum(middle);
+  if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
+  return {sum.error(p) + 5e-5 * sum.trace() * edge2 + 1e-12 * std::sqrt(edge2), p};
 }
 
 }  // namespace relief::detail

@@ -19,6 +19,7 @@ namespace relief {
 namespace {
 
 using testing::append;
+using testing::certificate;
 
 ConvertSettings certified(int slabs, int n = 8) {
   ConvertSettings settings;
@@ -26,17 +27,6 @@ ConvertSettings certified(int slabs, int n = 8) {
   settings.intervals = n;
   settings.mode = Mode::Certified;
   return settings;
-}
-
-verify::Certificate certificate(const SlabMesh& mesh) {
-  std::vector<std::array<double, 3>> inner, outer;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const Fibre& f : mesh.fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  return verify::check({inner, outer, triangles});
 }
 
 /// How often the segment from a to b passes through the mesh: outwards, and inwards.

@@ -19,6 +19,7 @@ namespace relief {
 namespace {
 
 using testing::append;
+using testing::certificate;
 
 ConvertSettings few(int slabs, int n = 15) {
   ConvertSettings settings;
@@ -33,17 +34,6 @@ std::size_t open_edges(const SlabMesh& mesh) {
   for (const Slab& s : mesh.slabs())
     for (const SlabId other : s.neighbours) count += other == kNoSlab;
   return count;
-}
-
-verify::Certificate certificate(const SlabMesh& mesh) {
-  std::vector<std::array<double, 3>> inner, outer;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const Fibre& f : mesh.fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  return verify::check({inner, outer, triangles});
 }
 
 /// What holds for every conversion.
