@@ -205,4 +205,61 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
   return misses(cut_j, at_j, at_k) && misses(cut_j, at_k, cut_k);
 }
 
+namespace {
+
+std::array<float, 3> narrowed(Vec3d p) noexcept {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+float greatest(Vec3d p) noexcept {
+  return static_cast<float>(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}));
+}
+
+}  // namespace
+
+QuickTriangle::QuickTriangle(const SourceTriangle& t, Vec3d origin) noexcept
+    : a(narrowed(t.a - origin)),
+      b(narrowed(t.b - origin)),
+      c(narrowed(t.c - origin)),
+      normal(narrowed(t.normal)),
+      slack(static_cast<float>(t.slack)),
+      reach(std::max({greatest(t.a - origin), greatest(t.b - origin), greatest(t.c - origin)})) {}
+
+QuickShape::QuickShape(const SlabShape& shape, Vec3d origin) noexcept {
+  for (std::size_t k = 0; k < 8; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      normals_[axis][k / 4][k % 4] = static_cast<float>(shape.normals_[k][axis]);
+    limits_[k / 4][k % 4] = static_cast<float>(shape.limits_[k] - dot(shape.normals_[k], origin));
+  }
+  for (std::size_t side = 0; side < 2; ++side)
+    levels_[side] = static_cast<float>(shape.levels_[side] - dot(shape.normals_[side], origin));
+  for (std::size_t k = 0; k < 3; ++k) {
+    fibres_[k] = narrowed(shape.fibres_[k]);
+    lengths_[k] = static_cast<float>(shape.lengths_[k]);
+  }
+  for (const Vec3d p : shape.ends_) reach_ = std::max(reach_, greatest(p - origin));
+}
+
+Meeting QuickShape::meet(const QuickTriangle& t) const noexcept {
+  // A height over a plane takes about ten roundings of 2^-24 of sums below three times the reach.
+  const float margin = static_cast<float>(kClearance) + 0x1p-18F * (t.reach + reach_);
+  const auto heights = [&](const std::array<float, 3>& p, std::size_t half) {
+    return normals_[0][half] * p[0] + normals_[1][half] * p[1] + normals_[2][half] * p[2];
+  };
+  std::array<float, 2> highest{};
+  for (std::size_t half = 0; half < 2; ++half) {
+    const Four a = heights(t.a, half), b = heights(t.b, half), c = heights(t.c, half);
+    const Four ab = a < b ? a : b, low = ab < c ? ab : c;
+    const auto beyond = low > limits_[half] + margin;
+    if ((beyond[0] | beyond[1] | beyond[2] | beyond[3]) != 0) return Meeting::Apart;
+    if (half == 0)
+      for (std::size_t side = 0; side < 2; ++side) highest[side] = std::max({a[side], b[side], c[side]});
+  }
+  if (!(highest[0] < levels_[0] - margin && highest[1] < levels_[1] - margin)) return Meeting::Mixed;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float lean = t.normal[0] * fibres_[k][0] + t.normal[1] * fibres_[k][1] + t.normal[2] * fibres_[k][2];
+    if (!(lean > (t.slack + 1e-5F) * lengths_[k])) return Meeting::Mixed;
+  }
+  return Meeting::Section;
+}
+
 }  // namespace relief::detail

@@ -55,6 +55,7 @@ class SlabShape {
   [[nodiscard]] const LatticeTriangle& triangle(std::size_t side) const noexcept { return triangles_[side]; }
 
  private:
+  friend class QuickShape;
   [[nodiscard]] bool misses_bad_part(const SourceTriangle& t, const std::array<double, 3>& lean) const noexcept;
 
   std::array<LatticeTriangle, 2> triangles_;
@@ -67,6 +68,36 @@ class SlabShape {
   std::array<Vec3d, 8> normals_;
   std::array<double, 8> limits_{};
   std::array<double, 2> levels_{};  // of the inner and outer triangle's own planes
+};
+
+/// A triangle of the source in float, about an origin near it.
+struct QuickTriangle {
+  std::array<float, 3> a{}, b{}, c{};
+  std::array<float, 3> normal{};
+  float slack = 0;
+  float reach = 0;  ///< greatest coordinate
+
+  QuickTriangle() = default;
+  QuickTriangle(const SourceTriangle& t, Vec3d origin) noexcept;
+};
+
+/// What SlabShape tells of a triangle, in float about an origin near the slab. Settles most triangles, for a quarter of
+/// the time; its verdicts, too, are proofs.
+class QuickShape {
+ public:
+  QuickShape(const SlabShape& shape, Vec3d origin) noexcept;
+
+  /// Apart, Section, or Mixed: ask the shape itself.
+  [[nodiscard]] Meeting meet(const QuickTriangle& t) const noexcept;
+
+ private:
+  using Four = float __attribute__((vector_size(16)));
+  std::array<std::array<Four, 2>, 3> normals_;  // by axis
+  std::array<Four, 2> limits_;
+  std::array<float, 2> levels_;
+  std::array<std::array<float, 3>, 3> fibres_;
+  std::array<float, 3> lengths_;
+  float reach_ = 0;
 };
 
 }  // namespace relief::detail

@@ -7,6 +7,30 @@
 
 namespace relief::detail {
 
+namespace {
+
+bool share_a_fibre(const Face& f, const Face& g) noexcept {
+  bool shared = false;
+  for (const std::uint32_t v : f) shared = shared || v == g[0] || v == g[1] || v == g[2];
+  return shared;
+}
+
+}  // namespace
+
+void SlabReducer::FourBoxes::set(std::size_t k, const FloatBox& box) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis][k] = box.low[axis];
+    high[axis][k] = box.high[axis];
+  }
+}
+
+unsigned SlabReducer::FourBoxes::meeting(const FloatBox& box) const noexcept {
+  const auto hit = (low[0] <= box.high[0]) & (high[0] >= box.low[0]) & (low[1] <= box.high[1]) &
+                   (high[1] >= box.low[1]) & (low[2] <= box.high[2]) & (high[2] >= box.low[2]);
+  return (static_cast<unsigned>(hit[0]) & 1U) | (static_cast<unsigned>(hit[1]) & 2U) |
+         (static_cast<unsigned>(hit[2]) & 4U) | (static_cast<unsigned>(hit[3]) & 8U);
+}
+
 void SlabReducer::Seen::reset(std::size_t most) {
   const std::size_t size = std::bit_ceil(2 * most + 16);
   if (slots_.size() < size) {
@@ -100,7 +124,11 @@ void SlabReducer::build_grid() {
     const Vec3d e = box.extent();
     size += std::max({e.x, e.y, e.z});
     all.add(box);
-    boxes_[f] = FloatBox::around(box);
+    for (const Side side : {kInner, kOuter}) {
+      Box3d of_side;
+      for (const LatticePoint p : cage_.triangle(f, side)) of_side.add(to_double(p));
+      boxes_[f][side] = FloatBox::around(of_side);
+    }
   }
   grid_.reset(all, 1.5 * size / double(std::max<std::size_t>(alive_, 1)), cage_.faces.size(), 2048);
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
@@ -155,6 +183,7 @@ void SlabReducer::star_of(std::uint32_t v) {
   trial_.faces.clear();
   trial_.slots.clear();
   trial_.vanished.clear();
+  trial_.fresh = 0;
   trial_.moved = v;
   for_ring(v, [&](std::uint32_t h) {
     trial_.faces.push_back({v, target(h), target(next_of(h))});
@@ -170,8 +199,10 @@ bool SlabReducer::star_of_edge(std::uint32_t h) {
   trial_.faces.clear();
   trial_.slots.clear();
   trial_.vanished.clear();
+  trial_.fresh = 0;
   trial_.moved = u;
   for (const std::uint32_t start : {h, twins_[h]}) {
+    trial_.second = trial_.faces.size();
     trial_.vanished.push_back(start / 3);
     const std::uint32_t stop = next_of(twins_[start]);  // the first edge after the twin's face is reached
     for (std::uint32_t e = twins_[last_of(start)]; e != stop; e = twins_[last_of(e)]) {
@@ -193,7 +224,7 @@ void SlabReducer::gather() {
   ++star_round_;
   std::size_t most = 0;
   const auto for_faces = [&](auto&& visit) {
-    for (const std::uint32_t f : trial_.slots) visit(f);
+    for (std::size_t k = trial_.fresh; k < trial_.slots.size(); ++k) visit(trial_.slots[k]);
     for (const std::uint32_t f : trial_.vanished) visit(f);
   };
   for_faces([&](std::uint32_t f) {
@@ -213,22 +244,21 @@ void SlabReducer::gather() {
     }
   });
   std::sort(union_.begin(), union_.end());
+  origin_ = to_double(cage_.ends[trial_.faces[trial_.fresh][1]][kInner]);
   pieces_.resize(union_.size());
+  piece_boxes_.assign((union_.size() + 3) / 4, {});
   for (std::size_t k = 0; k < union_.size(); ++k) {
-    Piece& piece = pieces_[k];
-    piece.entry = union_[k];
-    if (piece.entry.is_block()) {
-      const SourceBlock& block = source_.blocks[piece.entry.first() / kBlock];
-      Box3d box;
+    Box3d box;
+    if (union_[k].is_block()) {
+      const SourceBlock& block = source_.blocks[union_[k].first() / kBlock];
       box.add(block.centre - block.half);
       box.add(block.centre + block.half);
-      piece.box = FloatBox::around(box);
     } else {
-      piece.triangle = source_.triangle(piece.entry.first());
-      Box3d box;
-      for (const Vec3d p : {piece.triangle.a, piece.triangle.b, piece.triangle.c}) box.add(p);
-      piece.box = FloatBox::around(box);
+      const SourceTriangle t = source_.triangle(union_[k].first());
+      for (const Vec3d p : {t.a, t.b, t.c}) box.add(p);
+      pieces_[k] = QuickTriangle(t, origin_);
     }
+    piece_boxes_[k / 4].set(k % 4, FloatBox::around(box));
   }
 }
 
@@ -298,7 +328,8 @@ Direction SlabReducer::aim() {
 
 SlabReducer::Quality SlabReducer::quality(Vec3d at) const noexcept {
   Quality q;
-  for (const Face& f : trial_.faces) {
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
     const Vec3d b = cage_.at[f[1]], c = cage_.at[f[2]];
     const double shape = shape_of(at, b, c, length(cross(b - at, c - at)));
     q.least = std::min(q.least, shape);
@@ -337,13 +368,15 @@ SlabReducer::Fault SlabReducer::evaluate() {
   }
   trial_.shapes.clear();
   trial_.boxes.clear();
-  for (const Face& f : trial_.faces) {
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
     const LatticeTriangle in = {end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)};
     const LatticeTriangle out = {end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)};
     if (jacobian_fault(in, out) != JacobianFault::None) return Fault::Jacobian;
     trial_.shapes.emplace_back(in, out);
     if (!is_within(trial_.shapes.back().box())) return Fault::Outside;
-    trial_.boxes.push_back(FloatBox::around(trial_.shapes.back().box()));
+    const SlabShape& shape = trial_.shapes.back();
+    trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
   if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
   return evaluate_overlap();
@@ -357,39 +390,45 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
            : m == Meeting::Folded ? Fault::Folded
                                   : Fault::None;
   };
-  if (hint_ < pieces_.size() && !pieces_[hint_].entry.is_block())
+  if (hint_ < union_.size() && !union_[hint_].is_block()) {
+    const SourceTriangle t = source_.triangle(union_[hint_].first());
     for (const SlabShape& s : trial_.shapes)
-      if (const Fault fault = fault_of(s.meet(pieces_[hint_].triangle)); fault != Fault::None) return fault;
+      if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
+  }
   trial_.lists.clear();
   trial_.ranges.clear();
-  for (std::size_t of = 0; of < trial_.shapes.size(); ++of) {
-    const SlabShape& s = trial_.shapes[of];
-    const FloatBox& bounds = trial_.boxes[of];
+  for (const SlabShape& s : trial_.shapes) {
     const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
-    for (std::size_t k = 0; k < pieces_.size(); ++k) {
-      if (!pieces_[k].box.meets(bounds)) continue;
-      const Entry e = pieces_[k].entry;
-      if (!e.is_block()) {
-        const Meeting m = s.meet(pieces_[k].triangle);
-        if (m == Meeting::Apart) continue;
-        if (m != Meeting::Section) {
-          hint_ = k;
-          return fault_of(m);
+    const QuickShape quick(s, origin_);
+    const FloatBox bounds = FloatBox::around(s.box());
+    for (std::size_t four = 0; four < piece_boxes_.size(); ++four)
+      for (unsigned left = piece_boxes_[four].meeting(bounds); left != 0; left &= left - 1) {
+        const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
+        const Entry e = union_[k];
+        if (!e.is_block()) {
+          Meeting m = quick.meet(pieces_[k]);
+          if (m == Meeting::Mixed) m = s.meet(source_.triangle(e.first()));
+          if (m == Meeting::Apart) continue;
+          if (m != Meeting::Section) {
+            hint_ = k;
+            return fault_of(m);
+          }
+          trial_.lists.push_back(e);
+          continue;
         }
-        trial_.lists.push_back(e);
-        continue;
+        const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
+        if (whole == Meeting::Section) trial_.lists.push_back(e);
+        if (whole != Meeting::Mixed) continue;
+        const auto stop = static_cast<std::uint32_t>(std::min<std::size_t>(e.first() + kBlock, source_.faces.size()));
+        for (std::uint32_t t = e.first(); t < stop; ++t) {
+          const SourceTriangle triangle = source_.triangle(t);
+          Meeting m = quick.meet(QuickTriangle(triangle, origin_));
+          if (m == Meeting::Mixed) m = s.meet(triangle);
+          if (m == Meeting::Apart) continue;
+          if (m != Meeting::Section) return fault_of(m);
+          trial_.lists.push_back(Entry::triangle(t));
+        }
       }
-      const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
-      if (whole == Meeting::Section) trial_.lists.push_back(e);
-      if (whole != Meeting::Mixed) continue;
-      const auto stop = static_cast<std::uint32_t>(std::min<std::size_t>(e.first() + kBlock, source_.faces.size()));
-      for (std::uint32_t t = e.first(); t < stop; ++t) {
-        const Meeting m = s.meet(source_.triangle(t));
-        if (m == Meeting::Apart) continue;
-        if (m != Meeting::Section) return fault_of(m);
-        trial_.lists.push_back(Entry::triangle(t));
-      }
-    }
     // Triangles that make up half a block or more are listed as the block.
     std::size_t kept = begin;
     for (std::size_t k = begin; k < trial_.lists.size();) {
@@ -427,26 +466,17 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   const FloatBox bounds = FloatBox::around(all);
   Fault fault = Fault::None;
   grid_.query(all, [&](std::uint32_t g) {
-    if (!boxes_[g].meets(bounds) || !alive(g) || in_star_[g] == star_round_) return true;
-    const Face& other = cage_.faces[g];
-    std::array<Box3d, 2> boxes;
-    for (const Side side : {kInner, kOuter})
-      for (const std::uint32_t v : other) boxes[side].add(to_double(cage_.ends[v][side]));
-    if (!boxes[kInner].meets(all) && !boxes[kOuter].meets(all)) return true;
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!boxes_[g].meets(trial_.boxes[k])) continue;
-      const SlabShape& s = trial_.shapes[k];
-      bool adjacent = false;
-      for (const std::uint32_t v : trial_.faces[k])
-        adjacent = adjacent || v == other[0] || v == other[1] || v == other[2];
+    const SideBoxes& theirs = boxes_[g];
+    if ((!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) || in_star_[g] == star_round_) return true;
+    for (std::size_t k = 0; k < count; ++k)
       for (const Side mine : {kOuter, kInner})
         for (const Side side : {kOuter, kInner}) {
-          if ((mine == side && adjacent) || !boxes[side].meets(s.box(mine))) continue;
-          if (!triangles_meet(s.triangle(mine), cage_.triangle(g, side))) continue;
+          if (!theirs[side].meets(trial_.boxes[k][mine])) continue;
+          if (mine == side && share_a_fibre(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
+          if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
           fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
           return false;
         }
-    }
     return true;
   });
   return fault;
@@ -457,16 +487,18 @@ void SlabReducer::commit_lists() {
   for (const std::uint32_t f : trial_.vanished) {
     listed_ -= cage_.lists[f].count;
     cage_.lists[f] = {};
+    boxes_[f] = {};
   }
-  for (std::size_t k = 0; k < trial_.slots.size(); ++k) {
-    List& list = cage_.lists[trial_.slots[k]];
+  for (std::size_t k = 0; k < trial_.shapes.size(); ++k) {
+    const std::uint32_t f = trial_.slots[trial_.fresh + k];
+    List& list = cage_.lists[f];
     listed_ -= list.count;
     list = {static_cast<std::uint32_t>(cage_.pool.size()), trial_.ranges[k].count};
     listed_ += list.count;
     cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
                  trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
-    grid_.insert(trial_.slots[k], trial_.shapes[k].box());
-    boxes_[trial_.slots[k]] = trial_.boxes[k];
+    grid_.insert(f, trial_.shapes[k].box());
+    boxes_[f] = trial_.boxes[k];
   }
   gathered_ = false;
   if (cage_.pool.size() > 2 * listed_ + 65536) {
@@ -491,6 +523,29 @@ bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
   cage_.ends[trial_.moved] = ends;
   commit_lists();
   touch(trial_.moved);
+  return true;
+}
+
+// While slabs are about as small as the source's triangles, one end can mostly be merged into the other as it is, which
+// changes half as many slabs.
+bool SlabReducer::drop_end(std::uint32_t h, double most) {
+  std::uint32_t u = origin(h), v = target(h);
+  Quadric q = cage_.quadrics[u];
+  q += cage_.quadrics[v];
+  const auto cost = [&](std::uint32_t w) { return q.error(cage_.at[w]); };
+  if (cost(v) < cost(u)) {
+    h = twins_[h];
+    std::swap(u, v);
+  }
+  const Vec3d edge = cage_.at[v] - cage_.at[u];
+  if (merge_cost(q, cage_.at[u], dot(edge, edge)) > most) return false;
+  if (!link_allows(h) || !star_of_edge(h)) return false;
+  trial_.fresh = trial_.second;
+  if (trial_.fresh == trial_.faces.size() || quality(cage_.at[u]).least < 0.15) return false;
+  gather();
+  trial_.ends = cage_.ends[u];
+  if (evaluate() != Fault::None) return false;
+  merge(h, cage_.at[u]);
   return true;
 }
 
@@ -668,6 +723,7 @@ void SlabReducer::flip(std::uint32_t h) {
   trial_.faces = {{u, b, a}, {b, v, a}};
   trial_.slots = {f, g};
   trial_.vanished.clear();
+  trial_.fresh = 0;
   trial_.moved = kNone;
   gathered_ = false;
   gather();
@@ -722,7 +778,7 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
       const std::uint32_t u = origin(h), v = target(h);
       if (swept_[u] == round || swept_[v] == round || std::max(touched_[u], touched_[v]) <= tried_[h]) continue;
       if (weigh(u, v).cost > most) continue;
-      if (collapse(h)) {
+      if (drop_end(h, most) || collapse(h)) {
         swept_[u] = round;
         if ((alive_ & 1023U) == 0) {
           if (progress.cancelled()) return false;

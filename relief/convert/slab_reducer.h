@@ -49,24 +49,29 @@ class SlabReducer {
       return a.u != b.u ? a.u > b.u : a.v > b.v;
     }
   };
+  using SideBoxes = std::array<FloatBox, 2>;
+  /// Four boxes side by side; those not set meet nothing.
+  struct FourBoxes {
+    using Four = float __attribute__((vector_size(16)));
+    std::array<Four, 3> low{Four{} + 1e30F, Four{} + 1e30F, Four{} + 1e30F};
+    std::array<Four, 3> high{Four{} - 1e30F, Four{} - 1e30F, Four{} - 1e30F};
+    void set(std::size_t k, const FloatBox& box) noexcept;
+    [[nodiscard]] unsigned meeting(const FloatBox& box) const noexcept;
+  };
   /// The faces that a change puts in place of others. Corner 0 of each is the moved vertex, if there is one; then they
   /// run once around it.
   struct Trial {
     std::vector<Face> faces;
     std::vector<std::uint32_t> slots;     // the faces they replace
     std::vector<std::uint32_t> vanished;  // further ones that go
+    std::size_t fresh = 0;                // faces before this one are there already, and only count for the winding
+    std::size_t second = 0;               // of an edge's star: where the faces of its second end begin
     std::uint32_t moved = kNone;
     Ends ends;
-    std::vector<SlabShape> shapes;
-    std::vector<FloatBox> boxes;
+    std::vector<SlabShape> shapes;        // of the fresh faces, as all that follows
+    std::vector<SideBoxes> boxes;
     std::vector<Entry> lists;
     std::vector<List> ranges;
-  };
-  /// A piece of the source in the union of the lists that a trial replaces.
-  struct Piece {
-    Entry entry;
-    FloatBox box;
-    SourceTriangle triangle;  // where it is one
   };
   /// Codes of entries that were met.
   class Seen {
@@ -128,6 +133,7 @@ class SlabReducer {
   [[nodiscard]] Quality quality_now() const noexcept;
   void commit_lists();
 
+  bool drop_end(std::uint32_t h, double most);
   bool collapse(std::uint32_t h);
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
   void merge(std::uint32_t h, Vec3d at);
@@ -150,13 +156,15 @@ class SlabReducer {
   std::vector<Candidate> queue_;
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
-  std::vector<FloatBox> boxes_;  // per face
+  std::vector<SideBoxes> boxes_;  // per face
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
 
   // Scratch.
   Trial trial_;
-  std::vector<Entry> union_;
-  std::vector<Piece> pieces_;
+  std::vector<Entry> union_;  // of the lists that a trial replaces
+  std::vector<QuickTriangle> pieces_;
+  std::vector<FourBoxes> piece_boxes_;
+  Vec3d origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false;
   std::vector<std::uint32_t> mark_, in_star_;
