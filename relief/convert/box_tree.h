@@ -90,9 +90,9 @@ class BoxTree {
     [[nodiscard]] unsigned meeting(const FloatBox& b) const noexcept {
       std::array<std::uint8_t, kWidth> hit;
       for (std::size_t k = 0; k < kWidth; ++k)
-        hit[k] = static_cast<std::uint8_t>((low[0][k] <= b.high[0]) & (high[0][k] >= b.low[0]) &
-                                           (low[1][k] <= b.high[1]) & (high[1][k] >= b.low[1]) &
-                                           (low[2][k] <= b.high[2]) & (high[2][k] >= b.low[2]));
+        hit[k] =
+            static_cast<std::uint8_t>((low[0][k] <= b.high[0]) & (high[0][k] >= b.low[0]) & (low[1][k] <= b.high[1]) &
+                                      (high[1][k] >= b.low[1]) & (low[2][k] <= b.high[2]) & (high[2][k] >= b.low[2]));
       unsigned mask = 0;
       for (std::size_t k = 0; k < kWidth; ++k) mask |= unsigned{hit[k]} << k;
       return mask;
@@ -148,7 +148,8 @@ class BoxTree {
         if (++level == levels_.size()) return;
         continue;
       }
-      const auto child = static_cast<std::uint32_t>(at.node * kWidth) + static_cast<std::uint32_t>(std::countr_zero(at.left));
+      const auto child =
+          static_cast<std::uint32_t>(at.node * kWidth) + static_cast<std::uint32_t>(std::countr_zero(at.left));
       at.left &= at.left - 1;
       if (level == 0) {
         if (!visit(child)) return;

@@ -49,8 +49,7 @@ class Cells {
       boxes_.push_back(space);
       return;
     }
-    const auto middle =
-        std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(points.size())));
+    const auto middle = std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(points.size())));
     std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(middle), points.end(),
                      [&](Vec3d a, Vec3d b) { return a[axis] < b[axis]; });
     const double at = points[middle][axis];

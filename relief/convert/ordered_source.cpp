@@ -98,7 +98,7 @@ void OrderedSource::update() {
     for (std::uint32_t t = begin; t < end; ++t) {
       for (const std::uint32_t v : faces[t]) box.add(to_double(points[v]));
       sum += normal(t);
-      slack = std::max(slack, double(normals[t].slack));
+      slack = std::max(slack, double(normals[t][3]));
     }
     const Vec3d axis = normalized(sum);
     double cosine = 1;

@@ -1,10 +1,12 @@
-// The source of a certified shell, in an order that keeps neighbours together, with what is asked of it again and again.
+// The source of a certified shell, in an order that keeps neighbours together, with what is asked of it again and
+// again.
 #pragma once
 
 #include <relief/convert/decimate.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/section.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,23 +37,23 @@ struct Stars {
 struct OrderedSource {
   std::vector<LatticePoint> points;
   std::vector<Face> faces;
-  std::vector<std::uint32_t> point_of;  ///< number in the caller's source
-  struct Normal {
-    float x, y, z, slack;
-  };
-  std::vector<Normal> normals;  ///< unit, and the slack of SourceTriangle
+  std::vector<std::uint32_t> point_of;        ///< number in the caller's source
+  std::vector<std::array<float, 4>> normals;  ///< unit normals, each with the slack of SourceTriangle
   std::vector<SourceBlock> blocks;
 
   OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces);
   /// After points have moved.
   void update();
   [[nodiscard]] Vec3d normal(std::uint32_t t) const noexcept {
-    return {double(normals[t].x), double(normals[t].y), double(normals[t].z)};
+    return {double(normals[t][0]), double(normals[t][1]), double(normals[t][2])};
+  }
+  [[nodiscard]] LatticeTriangle corners(std::uint32_t t) const noexcept {
+    return {points[faces[t][0]], points[faces[t][1]], points[faces[t][2]]};
   }
   [[nodiscard]] SourceTriangle triangle(std::uint32_t t) const noexcept {
     const Face& f = faces[t];
     return {to_double(points[f[0]]), to_double(points[f[1]]), to_double(points[f[2]]), normal(t),
-            double(normals[t].slack)};
+            double(normals[t][3])};
   }
   [[nodiscard]] Vec3d cross_of(std::uint32_t t) const noexcept {
     const Vec3d a = to_double(points[faces[t][0]]);

@@ -10,8 +10,8 @@
 namespace relief::detail {
 namespace {
 
-constexpr std::size_t kCell = 24000;      // slabs
-constexpr std::size_t kWhole = 60000;     // slabs that are reduced without cells
+constexpr std::size_t kCell = 24000;   // slabs
+constexpr std::size_t kWhole = 60000;  // slabs that are reduced without cells
 constexpr std::size_t kBeforeQueue = 12000;
 
 /// The cage of the source's own triangles.

@@ -19,14 +19,14 @@ bool share_a_fibre(const Face& f, const Face& g) noexcept {
 
 void SlabReducer::FourBoxes::set(std::size_t k, const FloatBox& box) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    low[axis][k] = box.low[axis];
-    high[axis][k] = box.high[axis];
+    low[axis].of[k] = box.low[axis];
+    high[axis].of[k] = box.high[axis];
   }
 }
 
 unsigned SlabReducer::FourBoxes::meeting(const FloatBox& box) const noexcept {
-  const auto hit = (low[0] <= box.high[0]) & (high[0] >= box.low[0]) & (low[1] <= box.high[1]) &
-                   (high[1] >= box.low[1]) & (low[2] <= box.high[2]) & (high[2] >= box.low[2]);
+  const auto hit = (low[0].all() <= box.high[0]) & (high[0].all() >= box.low[0]) & (low[1].all() <= box.high[1]) &
+                   (high[1].all() >= box.low[1]) & (low[2].all() <= box.high[2]) & (high[2].all() >= box.low[2]);
   return (static_cast<unsigned>(hit[0]) & 1U) | (static_cast<unsigned>(hit[1]) & 2U) |
          (static_cast<unsigned>(hit[2]) & 4U) | (static_cast<unsigned>(hit[3]) & 8U);
 }
@@ -244,21 +244,17 @@ void SlabReducer::gather() {
     }
   });
   std::sort(union_.begin(), union_.end());
-  origin_ = to_double(cage_.ends[trial_.faces[trial_.fresh][1]][kInner]);
-  pieces_.resize(union_.size());
-  piece_boxes_.assign((union_.size() + 3) / 4, {});
+  origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
+  pieces_.assign((union_.size() + 3) / 4, {});
+  spread_.assign(union_.size(), kNone);
+  spread_blocks_.clear();
   for (std::size_t k = 0; k < union_.size(); ++k) {
-    Box3d box;
+    const std::uint32_t first = union_[k].first();
     if (union_[k].is_block()) {
-      const SourceBlock& block = source_.blocks[union_[k].first() / kBlock];
-      box.add(block.centre - block.half);
-      box.add(block.centre + block.half);
+      pieces_[k / 4].set(k % 4, source_.blocks[first / kBlock], origin_);
     } else {
-      const SourceTriangle t = source_.triangle(union_[k].first());
-      for (const Vec3d p : {t.a, t.b, t.c}) box.add(p);
-      pieces_[k] = QuickTriangle(t, origin_);
+      pieces_[k / 4].set(k % 4, source_.corners(first), source_.normals[first], origin_);
     }
-    piece_boxes_[k / 4].set(k % 4, FloatBox::around(box));
   }
 }
 
@@ -276,12 +272,15 @@ Direction SlabReducer::aim() {
     normals_.push_back(source_.normal(t));
     mean += normals_.back();
   };
+  // Of very many a choice will do: the direction is only a proposal.
+  constexpr std::size_t kEnough = 6000;
+  std::size_t all = 0, at = 0;
+  for (const Entry e : union_) all += e.is_block() ? kBlock : 1;
+  const std::size_t stride = 1 + all / kEnough;
   for (const Entry e : union_) {
-    if (e.is_block())
-      for (std::uint32_t t = e.first(); t < std::min<std::size_t>(e.first() + kBlock, source_.faces.size()); ++t)
-        add(t);
-    else
-      add(e.first());
+    const auto stop = std::min<std::size_t>(e.first() + (e.is_block() ? kBlock : 1), source_.faces.size());
+    for (std::uint32_t t = e.first(); t < stop; ++t)
+      if (at++ % stride == 0) add(t);
   }
   mean = normalized(mean);
   if (normals_.size() > 14) {
@@ -342,8 +341,8 @@ SlabReducer::Quality SlabReducer::quality_now() const noexcept {
   Quality q;
   for (const std::uint32_t s : trial_.slots) {
     const Face& f = cage_.faces[s];
-    const double shape =
-        shape_of(cage_.at[f[0]], cage_.at[f[1]], cage_.at[f[2]], length(cross(cage_.at[f[1]] - cage_.at[f[0]], cage_.at[f[2]] - cage_.at[f[0]])));
+    const double shape = shape_of(cage_.at[f[0]], cage_.at[f[1]], cage_.at[f[2]],
+                                  length(cross(cage_.at[f[1]] - cage_.at[f[0]], cage_.at[f[2]] - cage_.at[f[0]])));
     q.least = std::min(q.least, shape);
     q.mean += shape / double(trial_.slots.size());
   }
@@ -352,7 +351,9 @@ SlabReducer::Quality SlabReducer::quality_now() const noexcept {
 
 /// All tests of a trial, cheap ones first. Leaves the shapes and lists of the new slabs behind.
 SlabReducer::Fault SlabReducer::evaluate() {
-  const auto end = [&](std::uint32_t v, Side side) { return v == trial_.moved ? trial_.ends[side] : cage_.ends[v][side]; };
+  const auto end = [&](std::uint32_t v, Side side) {
+    return v == trial_.moved ? trial_.ends[side] : cage_.ends[v][side];
+  };
   if (trial_.moved != kNone) {
     // C2: the link, seen along the fibre, comes round once.
     const LatticePoint centre = trial_.ends[kInner], d = trial_.ends[kOuter] - centre;
@@ -382,14 +383,42 @@ SlabReducer::Fault SlabReducer::evaluate() {
   return evaluate_overlap();
 }
 
+SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
+  return m == Meeting::Outer    ? Fault::Outer
+         : m == Meeting::Inner  ? Fault::Inner
+         : m == Meeting::Folded ? Fault::Folded
+                                : Fault::None;
+}
+
+/// Lists the triangles of a block that do not fit as a whole.
+SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece) {
+  const std::uint32_t first = union_[piece].first();
+  const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBlock, source_.faces.size() - first));
+  if (spread_[piece] == kNone) {
+    spread_[piece] = static_cast<std::uint32_t>(spread_blocks_.size());
+    auto& fours = spread_blocks_.emplace_back();
+    for (std::uint32_t k = 0; k < count; ++k)
+      fours[k / 4].set(k % 4, source_.corners(first + k), source_.normals[first + k], origin_);
+  }
+  const auto& fours = spread_blocks_[spread_[piece]];
+  for (std::uint32_t k = 0; k < count; k += 4) {
+    const QuickShape::Verdict verdict = quick.meet(fours[k / 4]);
+    for (unsigned left = verdict.near; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+      const std::uint32_t t = first + k + lane;
+      if ((verdict.section >> lane & 1U) == 0) {
+        const Meeting m = s.meet(source_.triangle(t));
+        if (m == Meeting::Apart) continue;
+        if (m != Meeting::Section) return fault_of(m);
+      }
+      trial_.lists.push_back(Entry::triangle(t));
+    }
+  }
+  return Fault::None;
+}
+
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
-  const auto fault_of = [](Meeting m) {
-    return m == Meeting::Outer    ? Fault::Outer
-           : m == Meeting::Inner  ? Fault::Inner
-           : m == Meeting::Folded ? Fault::Folded
-                                  : Fault::None;
-  };
   if (hint_ < union_.size() && !union_[hint_].is_block()) {
     const SourceTriangle t = source_.triangle(union_[hint_].first());
     for (const SlabShape& s : trial_.shapes)
@@ -400,35 +429,30 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
   for (const SlabShape& s : trial_.shapes) {
     const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
     const QuickShape quick(s, origin_);
-    const FloatBox bounds = FloatBox::around(s.box());
-    for (std::size_t four = 0; four < piece_boxes_.size(); ++four)
-      for (unsigned left = piece_boxes_[four].meeting(bounds); left != 0; left &= left - 1) {
+    for (std::size_t four = 0; four < pieces_.size(); ++four) {
+      if (quick.near(pieces_[four]) == 0) continue;
+      const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
+      for (unsigned left = verdict.near; left != 0; left &= left - 1) {
         const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
         const Entry e = union_[k];
-        if (!e.is_block()) {
-          Meeting m = quick.meet(pieces_[k]);
-          if (m == Meeting::Mixed) m = s.meet(source_.triangle(e.first()));
+        if (e.is_block()) {
+          const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
+          if (whole == Meeting::Section) trial_.lists.push_back(e);
+          if (whole != Meeting::Mixed) continue;
+          if (const Fault fault = evaluate_block(s, quick, k); fault != Fault::None) return fault;
+          continue;
+        }
+        if ((verdict.section >> (k % 4) & 1U) == 0) {
+          const Meeting m = s.meet(source_.triangle(e.first()));
           if (m == Meeting::Apart) continue;
           if (m != Meeting::Section) {
             hint_ = k;
             return fault_of(m);
           }
-          trial_.lists.push_back(e);
-          continue;
         }
-        const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
-        if (whole == Meeting::Section) trial_.lists.push_back(e);
-        if (whole != Meeting::Mixed) continue;
-        const auto stop = static_cast<std::uint32_t>(std::min<std::size_t>(e.first() + kBlock, source_.faces.size()));
-        for (std::uint32_t t = e.first(); t < stop; ++t) {
-          const SourceTriangle triangle = source_.triangle(t);
-          Meeting m = quick.meet(QuickTriangle(triangle, origin_));
-          if (m == Meeting::Mixed) m = s.meet(triangle);
-          if (m == Meeting::Apart) continue;
-          if (m != Meeting::Section) return fault_of(m);
-          trial_.lists.push_back(Entry::triangle(t));
-        }
+        trial_.lists.push_back(e);
       }
+    }
     // Triangles that make up half a block or more are listed as the block.
     std::size_t kept = begin;
     for (std::size_t k = begin; k < trial_.lists.size();) {
@@ -465,18 +489,22 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
   const FloatBox bounds = FloatBox::around(all);
   Fault fault = Fault::None;
+  trial_.fours.assign((count + 3) / 4, {});
+  for (std::size_t k = 0; k < count; ++k)
+    for (const Side side : {kInner, kOuter}) trial_.fours[k / 4][side].set(k % 4, trial_.boxes[k][side]);
   grid_.query(all, [&](std::uint32_t g) {
     const SideBoxes& theirs = boxes_[g];
     if ((!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) || in_star_[g] == star_round_) return true;
-    for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t four = 0; four < trial_.fours.size(); ++four)
       for (const Side mine : {kOuter, kInner})
-        for (const Side side : {kOuter, kInner}) {
-          if (!theirs[side].meets(trial_.boxes[k][mine])) continue;
-          if (mine == side && share_a_fibre(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
-          if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
-          fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
-          return false;
-        }
+        for (const Side side : {kOuter, kInner})
+          for (unsigned left = trial_.fours[four][mine].meeting(theirs[side]); left != 0; left &= left - 1) {
+            const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
+            if (mine == side && share_a_fibre(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
+            if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
+            fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
+            return false;
+          }
     return true;
   });
   return fault;
@@ -496,7 +524,7 @@ void SlabReducer::commit_lists() {
     list = {static_cast<std::uint32_t>(cage_.pool.size()), trial_.ranges[k].count};
     listed_ += list.count;
     cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
-                 trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
+                      trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
     grid_.insert(f, trial_.shapes[k].box());
     boxes_[f] = trial_.boxes[k];
   }
@@ -556,8 +584,9 @@ bool SlabReducer::collapse(std::uint32_t h) {
   double before = quality_now().least;
   for (const std::uint32_t f : trial_.vanished) {
     const Face& g = cage_.faces[f];
-    before = std::min(
-        before, shape_of(cage_.at[g[0]], cage_.at[g[1]], cage_.at[g[2]], length(cross(cage_.at[g[1]] - cage_.at[g[0]], cage_.at[g[2]] - cage_.at[g[0]]))));
+    before =
+        std::min(before, shape_of(cage_.at[g[0]], cage_.at[g[1]], cage_.at[g[2]],
+                                  length(cross(cage_.at[g[1]] - cage_.at[g[0]], cage_.at[g[2]] - cage_.at[g[0]]))));
   }
   for (const Vec3d at : {best, cage_.at[u], cage_.at[v]})
     if (collapse_to(h, at, before)) return true;
@@ -707,7 +736,8 @@ void SlabReducer::flip(std::uint32_t h) {
   const std::uint32_t back = twins_[h];
   const std::uint32_t u = origin(h), v = target(h), a = target(next_of(h)), b = target(next_of(back));
   const auto shape = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
-    return shape_of(cage_.at[i], cage_.at[j], cage_.at[k], length(cross(cage_.at[j] - cage_.at[i], cage_.at[k] - cage_.at[i])));
+    return shape_of(cage_.at[i], cage_.at[j], cage_.at[k],
+                    length(cross(cage_.at[j] - cage_.at[i], cage_.at[k] - cage_.at[i])));
   };
   const double before = std::min(shape(u, v, a), shape(v, u, b)), after = std::min(shape(u, b, a), shape(b, v, a));
   const std::array<std::size_t, 4> degree = {valences_[u], valences_[v], valences_[a], valences_[b]};

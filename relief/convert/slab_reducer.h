@@ -40,7 +40,18 @@ class SlabReducer {
  private:
   using List = CageDraft::List;
   /// Why a change is not possible.
-  enum class Fault : std::uint8_t { None, Winding, Jacobian, Outer, Inner, Folded, OuterOverlap, InnerOverlap, Empty, Outside };
+  enum class Fault : std::uint8_t {
+    None,
+    Winding,
+    Jacobian,
+    Outer,
+    Inner,
+    Folded,
+    OuterOverlap,
+    InnerOverlap,
+    Empty,
+    Outside
+  };
   struct Candidate {
     double cost;
     std::uint32_t u, v, stamp_u, stamp_v;
@@ -52,9 +63,13 @@ class SlabReducer {
   using SideBoxes = std::array<FloatBox, 2>;
   /// Four boxes side by side; those not set meet nothing.
   struct FourBoxes {
-    using Four = float __attribute__((vector_size(16)));
-    std::array<Four, 3> low{Four{} + 1e30F, Four{} + 1e30F, Four{} + 1e30F};
-    std::array<Four, 3> high{Four{} - 1e30F, Four{} - 1e30F, Four{} - 1e30F};
+    std::array<Lanes, 3> low, high;
+    FourBoxes() {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis].of.fill(1e30F);
+        high[axis].of.fill(-1e30F);
+      }
+    }
     void set(std::size_t k, const FloatBox& box) noexcept;
     [[nodiscard]] unsigned meeting(const FloatBox& box) const noexcept;
   };
@@ -68,8 +83,9 @@ class SlabReducer {
     std::size_t second = 0;               // of an edge's star: where the faces of its second end begin
     std::uint32_t moved = kNone;
     Ends ends;
-    std::vector<SlabShape> shapes;        // of the fresh faces, as all that follows
+    std::vector<SlabShape> shapes;  // of the fresh faces, as all that follows
     std::vector<SideBoxes> boxes;
+    std::vector<std::array<FourBoxes, 2>> fours;  // the same, by Side
     std::vector<Entry> lists;
     std::vector<List> ranges;
   };
@@ -128,6 +144,8 @@ class SlabReducer {
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
+  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece);
+  [[nodiscard]] static Fault fault_of(Meeting m) noexcept;
   Fault evaluate_overlap();
   [[nodiscard]] Quality quality(Vec3d at) const noexcept;
   [[nodiscard]] Quality quality_now() const noexcept;
@@ -146,10 +164,10 @@ class SlabReducer {
   double longest_;
   Box3d room_;
   CageDraft cage_;
-  std::vector<std::uint8_t> fixed_;                 // per vertex
-  std::vector<std::uint16_t> valences_;             // per vertex
-  std::vector<std::uint32_t> twins_, out_;          // per half-edge; per vertex one that leaves it
-  std::vector<std::uint32_t> touched_, tried_;      // per vertex, per half-edge: when
+  std::vector<std::uint8_t> fixed_;             // per vertex
+  std::vector<std::uint16_t> valences_;         // per vertex
+  std::vector<std::uint32_t> twins_, out_;      // per half-edge; per vertex one that leaves it
+  std::vector<std::uint32_t> touched_, tried_;  // per vertex, per half-edge: when
   std::vector<std::uint32_t> stamps_, improved_, swept_;
   std::uint32_t clock_ = 1;
   std::size_t listed_ = 0, alive_ = 0, free_ = 0;
@@ -162,9 +180,10 @@ class SlabReducer {
   // Scratch.
   Trial trial_;
   std::vector<Entry> union_;  // of the lists that a trial replaces
-  std::vector<QuickTriangle> pieces_;
-  std::vector<FourBoxes> piece_boxes_;
-  Vec3d origin_;  // of the pieces
+  std::vector<FourTriangles> pieces_;
+  std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
+  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;
+  LatticePoint origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false;
   std::vector<std::uint32_t> mark_, in_star_;
