@@ -15,8 +15,10 @@ namespace {
 using testing::ball;
 using testing::dab;
 using testing::Folder;
+using testing::mixed_shell;
 using testing::read_file;
 using testing::saved_hash;
+using testing::sphere_shell;
 using testing::stroke;
 using testing::write_file;
 
@@ -42,12 +44,12 @@ TEST(ModelFile, KeepsAModel) {
 
 TEST(ModelFile, KeepsAllLayersAndEveryGridSize) {
   const Folder folder;
-  for (const int n : {1, 15, 33, 128}) {
-    Model model = ball(1, n);
+  for (const int n : {0, 1, 15, 33, 128}) {
+    Model model = n > 0 ? ball(1, n) : ball(mixed_shell(*sphere_shell(1, 1), 3, 3));
     SnapshotDraft draft(model.head);
     for (int k = 1; k < kLayerCount; ++k) {
       const auto layer = static_cast<Layer>(k);
-      draft.add_layer(layer, n == 128 ? 5 : n + k, 0.25F);
+      draft.add_layer(layer, has_own_intervals(layer) ? kOwnIntervals : n == 128 ? 5 : n + k, 0.25F);
       dab(draft, layer, 3, 0.75F);
     }
     model.head = draft.finish();
