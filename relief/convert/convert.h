@@ -39,9 +39,13 @@ struct ConvertReport {
   double distance_max = 0;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
-  std::size_t moved_vertices = 0;  ///< source vertices moved so that a direction sees all their faces (certified)
-  double moved_most = 0;           ///< how far at most, share of the diagonal
-  std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
+  std::size_t moved_vertices = 0;      ///< source vertices moved so that a direction sees all their faces (certified)
+  double moved_most = 0;               ///< how far at most, share of the diagonal
+  std::size_t parted_vertices = 0;     ///< of these, such as lay on others
+  std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
+  std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
+  std::size_t phantom_triangles = 0;
+  std::string not_certified;  ///< why the shell is not certified, where that was tried; a sentence
   struct Phase {
     std::string name;
     double seconds;  ///< thread CPU time summed over all threads
@@ -52,7 +56,8 @@ struct ConvertReport {
 struct Conversion {
   Model model;
   ConvertReport report;
-  TriangleMesh mended;  ///< the repaired source, the surface that the displacement was sampled from
+  TriangleMesh mended;           ///< the repaired source, the surface that the displacement was sampled from
+  std::size_t phantom_from = 0;  ///< its triangles from here on are phantom: they close openings
 };
 
 /// Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,

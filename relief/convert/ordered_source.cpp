@@ -54,6 +54,7 @@ OrderedSource::OrderedSource(std::span<const LatticePoint> given, std::span<cons
   points.reserve(given.size());
   point_of.reserve(given.size());
   faces.reserve(order.size());
+  face_of.reserve(order.size());
   for (const auto& [code, t] : order) {
     Face f{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -66,6 +67,7 @@ OrderedSource::OrderedSource(std::span<const LatticePoint> given, std::span<cons
       f[k] = n;
     }
     faces.push_back(f);
+    face_of.push_back(t);
   }
   update();
 }

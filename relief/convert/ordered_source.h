@@ -37,8 +37,8 @@ struct Stars {
 struct OrderedSource {
   std::vector<LatticePoint> points;
   std::vector<Face> faces;
-  std::vector<std::uint32_t> point_of;        ///< number in the caller's source
-  std::vector<std::array<float, 4>> normals;  ///< unit normals, each with the slack of SourceTriangle
+  std::vector<std::uint32_t> point_of, face_of;  ///< numbers in the caller's source
+  std::vector<std::array<float, 4>> normals;     ///< unit normals, each with the slack of SourceTriangle
   std::vector<SourceBlock> blocks;
 
   OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces);

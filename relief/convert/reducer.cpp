@@ -19,6 +19,7 @@ CageDraft finest_cage(const OrderedSource& source, std::vector<Ends>&& ends) {
   CageDraft cage;
   const std::size_t points = source.points.size(), faces = source.faces.size();
   cage.faces = source.faces;
+  cage.part = find_parts(points, source.faces).of_face;
   cage.ends = std::move(ends);
   cage.at.reserve(points);
   for (const LatticePoint p : source.points) cage.at.push_back(to_double(p));
@@ -57,6 +58,7 @@ struct Part {
         face[k] = static_cast<std::uint32_t>(std::lower_bound(fibres.begin(), fibres.end(), whole.faces[f][k]) -
                                              fibres.begin());
       cage.faces.push_back(face);
+      cage.part.push_back(whole.part[f]);
       cage.from.push_back(whole.from[f]);
       const std::span<const Entry> list = whole.list(f);
       cage.lists.push_back({static_cast<std::uint32_t>(cage.pool.size()), static_cast<std::uint32_t>(list.size())});
@@ -124,6 +126,7 @@ void compact(CageDraft& cage, const std::vector<NewLists>& changed) {
       face[k] = number[v];
     }
     kept.faces.push_back(face);
+    kept.part.push_back(cage.part[f]);
     kept.from.push_back(cage.from[f]);
     std::span<const Entry> list = cage.list(f);
     if (places[f].part != kNone) {

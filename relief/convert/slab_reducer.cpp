@@ -488,6 +488,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   Box3d all;
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
   const FloatBox bounds = FloatBox::around(all);
+  const std::uint32_t part = cage_.part[trial_.slots[trial_.fresh]];
   Fault fault = Fault::None;
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
@@ -495,6 +496,15 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   grid_.query(all, [&](std::uint32_t g) {
     const SideBoxes& theirs = boxes_[g];
     if ((!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) || in_star_[g] == star_round_) return true;
+    if (cage_.part[g] != part) {
+      // C4: a part that is small beside a slab must not be swallowed whole.
+      for (std::size_t k = 0; k < count; ++k)
+        if (in_hull(trial_.shapes[k].triangle(kInner), trial_.shapes[k].triangle(kOuter),
+                    cage_.ends[cage_.faces[g][0]][kOuter])) {
+          fault = Fault::OuterOverlap;
+          return false;
+        }
+    }
     for (std::size_t four = 0; four < trial_.fours.size(); ++four)
       for (const Side mine : {kOuter, kInner})
         for (const Side side : {kOuter, kInner})
@@ -588,7 +598,7 @@ bool SlabReducer::collapse(std::uint32_t h) {
         std::min(before, shape_of(cage_.at[g[0]], cage_.at[g[1]], cage_.at[g[2]],
                                   length(cross(cage_.at[g[1]] - cage_.at[g[0]], cage_.at[g[2]] - cage_.at[g[0]]))));
   }
-  for (const Vec3d at : {best, cage_.at[u], cage_.at[v]})
+  for (const Vec3d at : {best, cage_.at[u], cage_.at[v], (cage_.at[u] + cage_.at[v]) * 0.5})
     if (collapse_to(h, at, before)) return true;
   return false;
 }
@@ -615,7 +625,8 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   };
   start(directions[0]);
   int shrunk = 0;
-  for (int attempt = 0; attempt < 10; ++attempt) {
+  const bool patient = alive_ < few_;  // each slab is worth more tries
+  for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
     const double sum = heights[0] + heights[1];
     if (sum > 0.999 * longest_) {
       if (attempt > 0) return false;
@@ -629,8 +640,13 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         return true;
       case Fault::Winding:
       case Fault::Jacobian:
-        if (++shrunk > 4) return false;
-        for (double& height : heights) height *= 0.6;
+        if (++shrunk <= 3) {
+          for (double& height : heights) height *= 0.6;
+          break;
+        }
+        if (!patient || ++choice == directions.size()) return false;
+        start(directions[choice]);
+        shrunk = 0;
         break;
       case Fault::Outer:
       case Fault::Empty:
@@ -826,6 +842,7 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
+  few_ = 16 * target_count;
   const double start = double(alive_);
   for (int round = 0; alive_ > target_count && round < 40; ++round) {
     const std::size_t before = alive_;

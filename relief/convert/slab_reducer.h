@@ -171,6 +171,7 @@ class SlabReducer {
   std::vector<std::uint32_t> stamps_, improved_, swept_;
   std::uint32_t clock_ = 1;
   std::size_t listed_ = 0, alive_ = 0, free_ = 0;
+  std::size_t few_ = 0;  // below so many slabs more is tried
   std::vector<Candidate> queue_;
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
