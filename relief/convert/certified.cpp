@@ -34,6 +34,11 @@ class Smoother {
 
   /// The vertices whose visibility stays below `least`, after smoothing those below `wanted`.
   std::vector<std::uint32_t> smooth(std::span<const std::uint32_t> given, double wanted, double least);
+  /// Frees what it holds; it is of no more use then.
+  void release() {
+    for (auto* const array : {&twins_, &out_}) *array = {};
+    start_ = {};
+  }
 
  private:
   template <typename Visit>
@@ -290,6 +295,7 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
       Reducer reducer(source, settings.target, settings.longest);
       if (singular.empty() && !reducer.thin_shell(progress)) return result;
       if (singular.empty() && reducer.faults().empty()) {
+        smoother.release();
         if (!reducer.reduce(progress) || !reducer.thicken(progress)) return result;
         result.obstacle.clear();
         result.shell = reducer.shell();

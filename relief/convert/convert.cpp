@@ -313,16 +313,17 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   CertifiedShell made;
   Lattice lattice;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    const ClosedMesh closed = close_openings(open, rims, closings);
+    ClosedMesh closed = close_openings(open, rims, closings);
     Box3d box;
     for (const Vec3d p : closed.points) box.add(p);
     lattice = Lattice::around(box, settings.thickness * diagonal);
     ClosedSource source;
     source.points.reserve(closed.points.size());
     for (const Vec3d p : closed.points) source.points.push_back(snap(lattice.to_lattice(p)));
-    source.faces = closed.faces;
+    closed.points = {};
+    source.faces = std::move(closed.faces);
     source.phantom.assign(open.triangles.size(), 0);
-    source.phantom.resize(closed.faces.size(), 1);
+    source.phantom.resize(source.faces.size(), 1);
     source.patch = source.phantom;
     made = build_certified(std::move(source),
                            {.target = static_cast<std::size_t>(settings.slabs),

@@ -3,7 +3,6 @@
 #include <relief/convert/reducer.h>
 
 #include <algorithm>
-#include <atomic>
 #include <numeric>
 #include <utility>
 
@@ -14,130 +13,185 @@ constexpr std::size_t kCell = 24000;   // slabs
 constexpr std::size_t kWhole = 60000;  // slabs that are reduced without cells
 constexpr std::size_t kBeforeQueue = 12000;
 
-/// The cage of the source's own triangles.
-CageDraft finest_cage(const OrderedSource& source, std::vector<Ends>&& ends) {
-  CageDraft cage;
-  const std::size_t points = source.points.size(), faces = source.faces.size();
-  cage.faces = source.faces;
-  cage.part = find_parts(points, source.faces).of_face;
-  cage.ends = std::move(ends);
-  cage.at.reserve(points);
-  for (const LatticePoint p : source.points) cage.at.push_back(to_double(p));
-  cage.quadrics.resize(points);
-  for (std::uint32_t t = 0; t < faces; ++t) {
-    const Vec3d n = source.cross_of(t);
-    const double size = length(n);
-    if (!(size > 0)) continue;
-    for (const std::uint32_t v : source.faces[t])
-      cage.quadrics[v].add_plane(n / size, cage.at[source.faces[t][0]], size / 6);
+/// What has become of a cage that starts as the source's own triangles, whose numbers it has at first.
+struct Whole {
+  std::vector<Face> faces;  // corners kNone: gone
+  std::vector<Ends> ends;
+  std::vector<std::uint32_t> part;  // per face; empty: there is one
+  CageDraft rest;                   // all else, once it is other than the source's; without faces, parts and ends
+
+  [[nodiscard]] bool is_source() const noexcept { return rest.at.empty(); }
+  [[nodiscard]] Box3d box(std::uint32_t f) const noexcept {
+    Box3d box;
+    for (const std::uint32_t v : faces[f])
+      for (const LatticePoint p : ends[v]) box.add(to_double(p));
+    return box;
   }
-  cage.lists.resize(faces);
-  cage.from.resize(faces);
-  std::iota(cage.from.begin(), cage.from.end(), 0U);
-  return cage;
+  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) const noexcept { return part.empty() ? 0 : part[f]; }
+  [[nodiscard]] Vec3d centre(const OrderedSource& source, std::uint32_t f) const noexcept {
+    Vec3d sum;
+    for (const std::uint32_t v : faces[f]) sum += is_source() ? to_double(source.points[v]) : rest.at[v];
+    return sum / 3.0;
+  }
+};
+
+/// Adds the plane of a source triangle to the quadric of one of its corners.
+void add_plane(const OrderedSource& source, std::uint32_t t, Quadric& quadric) {
+  const Vec3d n = source.cross_of(t);
+  const double size = length(n);
+  if (size > 0) quadric.add_plane(n / size, to_double(source.points[source.faces[t][0]]), size / 6);
 }
 
-/// A part of a cage with numbers of its own.
-struct Part {
+/// Some slabs of a cage, with numbers of their own.
+struct Members {
   CageDraft cage;
   std::vector<std::uint32_t> faces, fibres;  // numbers in the whole
 
-  Part(const CageDraft& whole, std::vector<std::uint32_t>&& members) : faces(std::move(members)) {
+  Members(const OrderedSource& source, const Whole& whole, std::vector<std::uint32_t>&& members)
+      : faces(std::move(members)) {
     fibres.reserve(3 * faces.size());
     for (const std::uint32_t f : faces) fibres.insert(fibres.end(), whole.faces[f].begin(), whole.faces[f].end());
     std::sort(fibres.begin(), fibres.end());
     fibres.erase(std::unique(fibres.begin(), fibres.end()), fibres.end());
     for (const std::uint32_t v : fibres) {
       cage.ends.push_back(whole.ends[v]);
-      cage.at.push_back(whole.at[v]);
-      cage.quadrics.push_back(whole.quadrics[v]);
+      cage.at.push_back(whole.is_source() ? to_double(source.points[v]) : whole.rest.at[v]);
+      cage.quadrics.push_back(whole.is_source() ? Quadric{} : whole.rest.quadrics[v]);
     }
     for (const std::uint32_t f : faces) {
       Face face{};
-      for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t k = 0; k < 3; ++k) {
         face[k] = static_cast<std::uint32_t>(std::lower_bound(fibres.begin(), fibres.end(), whole.faces[f][k]) -
                                              fibres.begin());
+        if (whole.is_source()) add_plane(source, f, cage.quadrics[face[k]]);
+      }
       cage.faces.push_back(face);
-      cage.part.push_back(whole.part[f]);
-      cage.from.push_back(whole.from[f]);
-      const std::span<const Entry> list = whole.list(f);
+      cage.part.push_back(whole.part_of(f));
+      cage.from.push_back(whole.is_source() ? f : whole.rest.from[f]);
+      const std::span<const Entry> list = whole.is_source() ? std::span<const Entry>() : whole.rest.list(f);
       cage.lists.push_back({static_cast<std::uint32_t>(cage.pool.size()), static_cast<std::uint32_t>(list.size())});
       cage.pool.insert(cage.pool.end(), list.begin(), list.end());
     }
   }
 };
 
-/// The lists of the slabs that a part could change.
-struct NewLists {
-  std::vector<std::uint32_t> faces;
+/// What is new about fibres and slabs that members of a cage could change.
+struct Changes {
+  std::vector<std::uint32_t> fibres, faces;  // numbers in the whole
+  std::vector<Vec3d> at;
+  std::vector<Quadric> quadrics;
   std::vector<CageDraft::List> lists;
   std::vector<Entry> pool;
 };
 
-/// Puts a part back, except for its lists.
-NewLists put_back(CageDraft& whole, const Part& part, const SlabReducer& reducer) {
-  NewLists result;
+/// Puts faces and ends back into the whole, and gives the rest.
+Changes put_back(Whole& whole, const Members& members, const SlabReducer& reducer) {
+  Changes changes;
   const CageDraft& cage = reducer.cage();
-  for (std::uint32_t v = 0; v < part.fibres.size(); ++v) {
+  for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
     if (!reducer.is_free(v)) continue;
-    whole.ends[part.fibres[v]] = cage.ends[v];
-    whole.at[part.fibres[v]] = cage.at[v];
-    whole.quadrics[part.fibres[v]] = cage.quadrics[v];
+    whole.ends[members.fibres[v]] = cage.ends[v];
+    changes.fibres.push_back(members.fibres[v]);
+    changes.at.push_back(cage.at[v]);
+    changes.quadrics.push_back(cage.quadrics[v]);
   }
-  for (std::uint32_t f = 0; f < part.faces.size(); ++f) {
-    Face& face = whole.faces[part.faces[f]];
+  for (std::uint32_t f = 0; f < members.faces.size(); ++f) {
+    Face& face = whole.faces[members.faces[f]];
+    const Face& mine = cage.faces[f];
     if (!cage.alive(f)) {
-      face = cage.faces[f];
+      face = mine;
       continue;
     }
-    const Face& mine = cage.faces[f];
     if (!reducer.is_free(mine[0]) && !reducer.is_free(mine[1]) && !reducer.is_free(mine[2])) continue;
-    for (std::size_t k = 0; k < 3; ++k) face[k] = part.fibres[mine[k]];
-    whole.from[part.faces[f]] = kNone;
+    for (std::size_t k = 0; k < 3; ++k) face[k] = members.fibres[mine[k]];
     const std::span<const Entry> list = cage.list(f);
-    result.faces.push_back(part.faces[f]);
-    result.lists.push_back({static_cast<std::uint32_t>(result.pool.size()), static_cast<std::uint32_t>(list.size())});
-    result.pool.insert(result.pool.end(), list.begin(), list.end());
+    changes.faces.push_back(members.faces[f]);
+    changes.lists.push_back({static_cast<std::uint32_t>(changes.pool.size()), static_cast<std::uint32_t>(list.size())});
+    changes.pool.insert(changes.pool.end(), list.begin(), list.end());
   }
-  return result;
+  return changes;
 }
 
-/// Leaves out what is gone, and puts the new lists in.
-void compact(CageDraft& cage, const std::vector<NewLists>& changed) {
+/// Leaves out what is gone, and puts in what is new.
+void compact(const OrderedSource& source, Whole& whole, const std::vector<Changes>& changed) {
   struct Place {
-    std::uint32_t part = kNone, index = 0;
+    std::uint32_t in = kNone, index = 0;
   };
-  std::vector<Place> places(cage.faces.size());
-  for (std::uint32_t p = 0; p < changed.size(); ++p)
-    for (std::uint32_t k = 0; k < changed[p].faces.size(); ++k) places[changed[p].faces[k]] = {p, k};
-  CageDraft kept;
-  std::vector<std::uint32_t> number(cage.ends.size(), kNone);
-  for (std::uint32_t f = 0; f < cage.faces.size(); ++f) {
-    if (!cage.alive(f)) continue;
+  std::vector<Place> face_places(whole.faces.size()), fibre_places(whole.ends.size());
+  for (std::uint32_t c = 0; c < changed.size(); ++c) {
+    for (std::uint32_t k = 0; k < changed[c].faces.size(); ++k) face_places[changed[c].faces[k]] = {c, k};
+    for (std::uint32_t k = 0; k < changed[c].fibres.size(); ++k) fibre_places[changed[c].fibres[k]] = {c, k};
+  }
+  Whole kept;
+  CageDraft& rest = kept.rest;
+  std::vector<std::uint32_t> number(whole.ends.size(), kNone);
+  for (std::uint32_t f = 0; f < whole.faces.size(); ++f) {
+    if (whole.faces[f][0] == kNone) continue;
     Face face{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = cage.faces[f][k];
+      const std::uint32_t v = whole.faces[f][k];
       if (number[v] == kNone) {
         number[v] = static_cast<std::uint32_t>(kept.ends.size());
-        kept.ends.push_back(cage.ends[v]);
-        kept.at.push_back(cage.at[v]);
-        kept.quadrics.push_back(cage.quadrics[v]);
+        kept.ends.push_back(whole.ends[v]);
+        const Place place = fibre_places[v];
+        const bool is_new = place.in != kNone;
+        rest.at.push_back(is_new              ? changed[place.in].at[place.index]
+                          : whole.is_source() ? to_double(source.points[v])
+                                              : whole.rest.at[v]);
+        rest.quadrics.push_back(is_new              ? changed[place.in].quadrics[place.index]
+                                : whole.is_source() ? Quadric{}
+                                                    : whole.rest.quadrics[v]);
       }
       face[k] = number[v];
     }
     kept.faces.push_back(face);
-    kept.part.push_back(cage.part[f]);
-    kept.from.push_back(cage.from[f]);
-    std::span<const Entry> list = cage.list(f);
-    if (places[f].part != kNone) {
-      const NewLists& in = changed[places[f].part];
-      const CageDraft::List at = in.lists[places[f].index];
-      list = std::span(in.pool).subspan(at.begin, at.count);
+    if (!whole.part.empty()) kept.part.push_back(whole.part[f]);
+    std::span<const Entry> list;
+    const Place place = face_places[f];
+    if (place.in != kNone) {
+      const CageDraft::List at = changed[place.in].lists[place.index];
+      list = std::span(changed[place.in].pool).subspan(at.begin, at.count);
+    } else if (!whole.is_source()) {
+      list = whole.rest.list(f);
     }
-    kept.lists.push_back({static_cast<std::uint32_t>(kept.pool.size()), static_cast<std::uint32_t>(list.size())});
-    kept.pool.insert(kept.pool.end(), list.begin(), list.end());
+    rest.from.push_back(place.in != kNone ? kNone : whole.is_source() ? f : whole.rest.from[f]);
+    rest.lists.push_back({static_cast<std::uint32_t>(rest.pool.size()), static_cast<std::uint32_t>(list.size())});
+    rest.pool.insert(rest.pool.end(), list.begin(), list.end());
   }
-  cage = std::move(kept);
+  // Fibres that no cell could change have the quadrics of the source's triangles around them.
+  if (whole.is_source())
+    for (std::uint32_t t = 0; t < source.faces.size(); ++t)
+      for (const std::uint32_t v : source.faces[t])
+        if (number[v] != kNone && fibre_places[v].in == kNone) add_plane(source, t, rest.quadrics[number[v]]);
+  whole = std::move(kept);
+}
+
+bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double longest, std::size_t goal, int level,
+                     Whole& whole, const Progress& progress) {
+  const auto count = static_cast<std::uint32_t>(whole.faces.size());
+  // A choice of the slabs cuts space; each time in other places.
+  constexpr std::uint32_t kStride = 16;
+  std::vector<Vec3d> sample;
+  sample.reserve(count / kStride + 1);
+  for (std::uint32_t f = 0; f < count; f += kStride) sample.push_back(whole.centre(source, f));
+  const Cells cells(sample, kCell / kStride, level % 2 == 0 ? 0.5 : 0.4);
+  std::vector<std::vector<std::uint32_t>> members(cells.count());
+  for (std::uint32_t f = 0; f < count; ++f)
+    cells.for_each(whole.box(f), [&](std::uint32_t c) { members[c].push_back(f); });
+
+  std::vector<Changes> changed(cells.count());
+  const double share = double(goal) / double(count);
+  const Progress quiet = {.report = {}, .cancel = progress.cancel};
+  const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
+    Members mine(source, whole, std::move(members[c]));
+    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c));
+    const std::size_t fixed = reducer.slab_count() - reducer.free_count();
+    if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
+    changed[c] = put_back(whole, mine, reducer);
+  });
+  if (!done) return false;
+  compact(source, whole, changed);
+  return true;
 }
 
 }  // namespace
@@ -147,51 +201,28 @@ bool Reducer::thin_shell(const Progress& progress) {
   return !progress.cancelled();
 }
 
-bool Reducer::reduce_in_cells(CageDraft& cage, std::size_t goal, int level, const Progress& progress) {
-  const std::size_t count = cage.faces.size();
-  const auto centre = [&](std::size_t f) {
-    return (cage.at[cage.faces[f][0]] + cage.at[cage.faces[f][1]] + cage.at[cage.faces[f][2]]) / 3.0;
-  };
-  // A choice of the slabs cuts space; each time in other places.
-  constexpr std::size_t kStride = 16;
-  std::vector<Vec3d> sample;
-  sample.reserve(count / kStride + 1);
-  for (std::size_t f = 0; f < count; f += kStride) sample.push_back(centre(f));
-  const Cells cells(sample, kCell / kStride, level % 2 == 0 ? 0.5 : 0.4);
-  std::vector<std::vector<std::uint32_t>> members(cells.count());
-  for (std::uint32_t f = 0; f < count; ++f)
-    cells.for_each(cage.box(f), [&](std::uint32_t c) { members[c].push_back(f); });
-
-  std::vector<NewLists> changed(cells.count());
-  std::atomic<std::size_t> done = 0;
-  const double share = double(goal) / double(count);
-  const Progress quiet = {.report = {}, .cancel = progress.cancel};
-  const bool whole = for_all(cells.count(), 1, progress, [&](std::size_t c) {
-    Part part(cage, std::move(members[c]));
-    SlabReducer reducer(source_, *thin_.tree, longest_, std::move(part.cage), cells.box(c));
-    const std::size_t fixed = reducer.slab_count() - reducer.free_count();
-    if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
-    changed[c] = put_back(cage, part, reducer);
-    ++done;
-  });
-  if (!whole) return false;
-  compact(cage, changed);
-  return true;
-}
-
 bool Reducer::reduce(const Progress& progress) {
-  CageDraft cage = finest_cage(source_, std::move(thin_.ends));
+  Whole whole;
+  whole.faces = source_.faces;
+  whole.ends = std::move(thin_.ends);
+  Parts parts = find_parts(source_.points.size(), source_.faces);
+  if (parts.count > 1) whole.part = std::move(parts.of_face);
   const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
-  for (int level = 0; cage.faces.size() > std::max(kWhole, 2 * stop); ++level) {
-    const std::size_t before = cage.faces.size();
+  for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
+    const std::size_t before = whole.faces.size();
     progress("reduce", 0.1 * level);
-    if (!reduce_in_cells(cage, std::max(stop, before / 12), level, progress)) return false;
-    if (10 * cage.faces.size() > 8 * before) break;
+    if (!reduce_in_cells(source_, *thin_.tree, longest_, std::max(stop, before / 12), level, whole, progress))
+      return false;
+    if (10 * whole.faces.size() > 8 * before) break;
   }
+  std::vector<std::uint32_t> all(whole.faces.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Members last(source_, whole, std::move(all));
+  whole = {};
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_.emplace(source_, *thin_.tree, longest_, std::move(cage), everywhere);
+  last_.emplace(source_, *thin_.tree, longest_, std::move(last.cage), everywhere);
   thin_.tree.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }

@@ -33,8 +33,6 @@ class Reducer {
   [[nodiscard]] Shell shell() const;
 
  private:
-  bool reduce_in_cells(CageDraft& cage, std::size_t goal, int level, const Progress& progress);
-
   const OrderedSource& source_;
   std::size_t target_;
   double longest_;
