@@ -174,7 +174,8 @@ class MendedFile {
   std::filesystem::path target_, temporary_;
 };
 
-ordered_json to_json(const Conversion& made, const verify::Certificate& certificate, double seconds) {
+ordered_json to_json(const Conversion& made, const verify::Certificate& certificate,
+                     const std::vector<std::string>& notes, double seconds) {
   const ConvertReport& r = made.report;
   ordered_json json;
   json["mode"] = name(made.model.info.mode);
@@ -201,6 +202,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"cut_seams", f.cut_seams},
                     {"parts", f.parts},
                     {"boundary_loops", f.boundary_loops}};
+  json["notes"] = notes;
   for (const auto& phase : r.phases) json["phases"][phase.name] = phase.seconds;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -249,11 +251,13 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
   RELIEF_CHECK(mended.keep());
   const double seconds = process_cpu_seconds() - start;
-  if (context.json)
-    print_json(to_json(made, certificate, seconds));
-  else
+  if (context.json) {
+    print_json(to_json(made, certificate, source.notes, seconds));
+  } else {
+    for (const std::string& note : source.notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
                       name(made.model.info.mode), seconds));
+  }
   return {};
 }
 

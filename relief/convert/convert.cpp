@@ -341,14 +341,24 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   result.model.head = draft.finish();
   stopwatch.phase_done("sample");
 
-  if (!result.mended.colours.empty()) {
+  if (source.has_colour()) {
     progress("colour", 0);
+    // Images lie on the triangles of the file; colours of vertices came along with the mending.
+    const bool as_read = !source.material_of.empty();
+    std::vector<Vec3d> read_points;
+    std::optional<SourceSurface> read_surface;
+    if (as_read) {
+      read_points.reserve(source.positions.size());
+      for (const Vec3d p : source.positions) read_points.push_back(lattice.to_lattice(p));
+      read_surface.emplace(read_points, source.triangles);
+    }
     const int m =
         settings.colour_intervals > 0
             ? settings.colour_intervals
             : std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * settings.intervals))));
     const SampleNumbers numbers(*mesh, m);
-    const auto field = sample_colour(*result.model.head, numbers, surface, lattice, result.mended, progress);
+    const auto field = sample_colour(*result.model.head, numbers, as_read ? *read_surface : surface, lattice,
+                                     as_read ? source : result.mended, progress);
     if (progress.cancelled()) return cancelled();
     draft.add_layer(Layer::Colour, m, 1.0F);
     for (SlabId s = 0; s < mesh->slab_count(); ++s) {

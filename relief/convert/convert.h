@@ -60,10 +60,10 @@ struct Conversion {
 /// closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source
 /// to the target, gives every vertex a direction that all its faces see and depths at which every slab passes the
 /// closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is sampled along the
-/// fibres. Fibre ends lie on a lattice whose step is a power of two. The result does not depend on the number of
-/// threads. Errors: Corrupt (nothing usable in the source), NotManifold, Unfoldable (certified: no certificate;
-/// preview: no valid depths at any count up to 16 times the target), InvalidArgument (tolerant mode is not made),
-/// Cancelled.
+/// fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a lattice whose step is
+/// a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing usable in the source),
+/// NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up to 16 times the
+/// target), InvalidArgument (tolerant mode is not made), Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

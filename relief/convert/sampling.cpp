@@ -232,23 +232,22 @@ SampledField<std::array<float, 3>> sample_colour(const Snapshot& model, const Sa
     const double alpha = displacement_at(model, at.slab, double(at.at.i) / n, double(at.at.j) / n);
     Crossings crossings;
     source.cross(line.origin, line.direction, alpha - 0.25, alpha + 0.25, crossings);
-    const Crossing* nearest = nullptr;
+    const Crossing* met = nullptr;
     for (const Crossing& c : crossings.all())
-      if (c.front && (nearest == nullptr || std::abs(c.t - alpha) < std::abs(nearest->t - alpha))) nearest = &c;
-    if (nearest == nullptr) return;
-    std::array<double, 3> colour{};
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Rgba8 c = coloured.colours[coloured.triangles[nearest->triangle][corner]];
-      const double w = nearest->weights[corner] / 255;
-      colour[0] += w * c.r, colour[1] += w * c.g, colour[2] += w * c.b;
+      if (met == nullptr || std::abs(c.t - alpha) < std::abs(met->t - alpha)) met = &c;
+    Vec3f colour;
+    if (met != nullptr) {
+      colour = colour_at(coloured, met->triangle, met->weights);
+      known[k] = 1;
+    } else {
+      const SourceSurface::Nearest nearest = source.nearest(line.origin + line.direction * alpha);
+      colour = colour_at(coloured, nearest.triangle, nearest.weights);
     }
-    for (std::size_t c = 0; c < 3; ++c) values[k][c] = static_cast<float>(std::clamp(colour[c], 0.0, 1.0));
-    known[k] = 1;
+    values[k] = {colour.x, colour.y, colour.z};
   });
   if (!cast) return field;
   field.single = static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{1}));
   field.none = values.size() - field.single;
-  fill<3>(mesh, numbers, known, values, {1, 1, 1});
   field.values = std::move(values);
   return field;
 }
@@ -274,7 +273,8 @@ Distances measure_distances(const Snapshot& model, const SourceSurface& source, 
       }
   }
   std::vector<double> distances(points.size());
-  for_all(points.size(), {}, [&](std::size_t k) { distances[k] = source.distance(lattice.to_lattice(points[k])); });
+  for_all(points.size(), {},
+          [&](std::size_t k) { distances[k] = source.nearest(lattice.to_lattice(points[k])).distance; });
   Distances result;
   for (const double d : distances) {
     result.rms += d * d;

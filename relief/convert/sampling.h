@@ -47,7 +47,8 @@ struct SampledField {
                                                const SourceSurface& source, const Lattice& lattice,
                                                const Progress& progress);
 
-/// The source's colour, interpolated, at the crossing nearest to the displaced surface; filled as above.
+/// The colour of `coloured`, whose surface `source` is, where the fibre crosses it nearest to the displaced surface, or
+/// at the point nearest to that where it does not cross it there. Which way the source's triangles look is no matter.
 [[nodiscard]] SampledField<std::array<float, 3>> sample_colour(const Snapshot& model, const SampleNumbers& numbers,
                                                                const SourceSurface& source, const Lattice& lattice,
                                                                const TriangleMesh& coloured, const Progress& progress);

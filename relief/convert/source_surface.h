@@ -40,8 +40,13 @@ class SourceSurface {
   /// kMostCrossings, those met first by the search.
   void cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const;
 
-  /// The distance from p to the nearest triangle, in lattice steps.
-  [[nodiscard]] double distance(Vec3d p) const;
+  /// The point of the surface nearest to p.
+  struct Nearest {
+    double distance = 0;  ///< in lattice steps; infinite where the surface has no triangle
+    std::uint32_t triangle = 0;
+    std::array<double, 3> weights{};  ///< of the triangle's corners
+  };
+  [[nodiscard]] Nearest nearest(Vec3d p) const;
 
  private:
   struct Scene;
