@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import zlib
 
 BIN = pathlib.Path(os.environ["RELIEF_BIN"])
 DATA = pathlib.Path(os.environ.get("RELIEF_TEST_DATA", "no-such-folder"))
@@ -274,6 +275,46 @@ class Workflow(Case):
 
     def layers(self, model):
         return Run("info", model, "--json").json()["layers"]
+
+    def test_an_image_becomes_the_colour_layer(self):
+        """A cube whose OBJ names a PNG: red on the left, green on the right of every side."""
+        width, height = 64, 32
+        rows = b"".join(b"\0" + b"\xff\0\0" * (width // 2) + b"\0\xff\0" * (width // 2) for _ in range(height))
+
+        def chunk(kind, data):
+            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+        png = (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
+               chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+        folder = self.folder / "coloured"
+        folder.mkdir()
+        (folder / "skin.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
+        corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+        faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+        lines = ["mtllib skin.mtl", "usemtl skin"] + [f"v {x} {y} {z}" for x, y, z in corners]
+        lines += [f"vt {x} {y}" for x, y, _ in corners]
+        lines += ["f " + " ".join(f"{c}/{c}" for c in face.split()) for face in faces]
+        (folder / "cube.obj").write_text("\n".join(lines) + "\n")
+        model = folder / "cube.relief"
+        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        self.assertEqual(len(bare["notes"]), 1)
+        self.assertNotIn("colour", self.layers(model))
+        (folder / "skin.png").write_bytes(png)
+        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        self.assertEqual(made["notes"], [])
+        self.assertIn("colour", self.layers(model))
+        self.ok("export", model, folder / "out.obj")
+        seen = {"left": 0, "right": 0}
+        for line in (folder / "out.obj").read_text().splitlines():
+            if not line.startswith("v "):
+                continue
+            x, _, _, red, green, blue = map(float, line.split()[1:])
+            self.assertLess(blue, 0.01)
+            if abs(x - 0.5) < 0.1 or min(x, 1 - x) < 0.05:
+                continue  # where red turns into green, and where the image meets itself
+            seen["left" if x < 0.5 else "right"] += 1
+            self.assertAlmostEqual(red if x < 0.5 else green, 1, delta=0.02)
+        self.assertGreater(min(seen.values()), 100)
 
     def test_ply_is_closed_with_one_vertex_per_sample_and_colours(self):
         mesh = self.folder / "closed.ply"
