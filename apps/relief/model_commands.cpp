@@ -25,13 +25,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// Shared samples once, those that follow from them not at all.
 std::size_t distinct_samples(const SlabMesh& mesh) {
   std::size_t count = mesh.fibres().size();
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const auto n = static_cast<std::size_t>(mesh.intervals(s));
-    count += n * n >= 3 * n ? (n - 1) * (n - 2) / 2 : 0;
-    for (const SlabId other : mesh.slabs()[s].neighbours)
-      if (other == kNoSlab || other > s) count += n - 1;
+    count += (n - 1) * (n - 2) / 2;
+    for (int edge = 0; edge < 3; ++edge)
+      if (const SlabId other = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
+          other == kNoSlab || other > s)
+        count += static_cast<std::size_t>(mesh.edge_intervals(s, edge)) - 1;
   }
   return count;
 }
@@ -277,6 +280,24 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   return {};
 }
 
+/// What the verifier says of the tiles that lie on each slab's own grid.
+Status check_tiles(const std::string& file, const PlainShell& shell, const Snapshot& head) {
+  for (const auto& [layer, between] :
+       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer}}) {
+    if (!head.has(layer)) continue;
+    std::vector<verify::SampleTile> tiles;
+    for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
+      const Tile& tile = head.tile(layer, s);
+      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
+    }
+    const verify::TileCheck found = verify::check_tiles(shell.view(), tiles, between);
+    if (found.failure_count > 0)
+      return fail(Errc::Corrupt, fmt::format("{}: the tiles of {} do not hold: {}", printable(file), name(layer),
+                                             found.failures.front().what));
+  }
+  return {};
+}
+
 /// The model before its first stroke: of a copy in the folder for temporary files, taken back to there.
 Result<SnapshotPtr> untouched(const std::string& file, const ModelFile& model) {
   if (model.stroke_count() == 0) return model.model().head;
@@ -309,7 +330,7 @@ Result<verify::SampleCheck> compare_samples(const std::string& file, const Model
     if (tile.same_values(first->tile(Layer::Displacement, s)))
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
     else
-      tiles.emplace_back();
+      tiles.push_back({tile.intervals(), {}});
   }
   return verify::check_samples(shell.view(), source.view(), tiles,
                                kSampleTolerance * diagonal(head.slab_mesh().bounds()));
@@ -321,7 +342,7 @@ ordered_json to_json(const verify::Failure& f) {
 }
 
 Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
-  // Opening checks the tiles: sizes, ranges, copies of shared samples.
+  // Opening checks the tiles, too; the verifier does it in its own way.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Mode mode = model.model().info.mode;
   const PlainShell shell(model.model().head->slab_mesh());
@@ -337,6 +358,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
       RELIEF_TRY(samples, compare_samples(file, model, shell, source));
     }
   }
+  if (certificate.holds[0]) RELIEF_CHECK(check_tiles(file, shell, *model.model().head));
   const bool samples_hold = samples.off == 0;
   const bool holds = claim_holds(mode, certificate) && (mode != Mode::Certified || samples_hold);
   if (context.json) {
