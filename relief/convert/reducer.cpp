@@ -3,7 +3,9 @@
 #include <relief/convert/reducer.h>
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
+#include <thread>
 #include <utility>
 
 namespace relief::detail {
@@ -182,12 +184,17 @@ bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double lo
   std::vector<Changes> changed(cells.count());
   const double share = double(goal) / double(count);
   const Progress quiet = {.report = {}, .cancel = progress.cancel};
+  const auto caller = std::this_thread::get_id();
+  std::atomic<std::size_t> ready = 0;
   const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
     Members mine(source, whole, std::move(members[c]));
     SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c));
     const std::size_t fixed = reducer.slab_count() - reducer.free_count();
     if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
     changed[c] = put_back(whole, mine, reducer);
+    const std::size_t finished = ++ready;
+    if (std::this_thread::get_id() == caller && level == 0)
+      progress("reduce", 0.6 * double(finished) / double(cells.count()));
   });
   if (!done) return false;
   compact(source, whole, changed);
@@ -210,7 +217,6 @@ bool Reducer::reduce(const Progress& progress) {
   const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
   for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
     const std::size_t before = whole.faces.size();
-    progress("reduce", 0.1 * level);
     if (!reduce_in_cells(source_, *thin_.tree, longest_, std::max(stop, before / 12), level, whole, progress))
       return false;
     if (10 * whole.faces.size() > 8 * before) break;

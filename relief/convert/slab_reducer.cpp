@@ -828,7 +828,7 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
         swept_[u] = round;
         if ((alive_ & 1023U) == 0) {
           if (progress.cancelled()) return false;
-          progress("reduce", 0.5 * (start - double(alive_)) / (start - double(stop)));
+          progress("reduce", 0.6 + 0.2 * (start - double(alive_)) / (start - double(stop)));
         }
       } else {
         tried_[h] = tried_[twins_[h]] = clock_;
@@ -852,7 +852,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
       if ((++counter & 255U) == 0) {
         if (progress.cancelled()) return false;
         if ((counter & 8191U) == 0)
-          progress("reduce", 0.5 + 0.5 * std::log(start / double(alive_)) / std::log(start / double(target_count)));
+          progress("reduce", 0.8 + 0.2 * std::log(start / double(alive_)) / std::log(start / double(target_count)));
       }
       std::pop_heap(queue_.begin(), queue_.end());
       const Candidate c = queue_.back();

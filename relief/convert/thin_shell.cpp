@@ -11,7 +11,7 @@ namespace {
 
 class ThinBuilder {
  public:
-  ThinBuilder(const OrderedSource& source, double longest)
+  ThinBuilder(const OrderedSource& source, double longest, const Progress& progress)
       : source_(source),
         stars_(source.faces, source.points.size()),
         directions_(source.points.size()),
@@ -20,7 +20,7 @@ class ThinBuilder {
         blamed_(source.points.size(), 0),
         works_(source.faces.size(), 1),
         faulty_(source.faces.size(), 0) {
-    for_all(ends_.size(), 1024, {}, [&](std::size_t v) { start(static_cast<std::uint32_t>(v), 0.49 * longest); });
+    for_all(ends_.size(), 1024, progress, [&](std::size_t v) { start(static_cast<std::uint32_t>(v), 0.49 * longest); });
     tree_.emplace(source.faces.size(), [&](std::size_t f) {
       Box3d box;
       for (const std::uint32_t v : source_.faces[f])
@@ -143,7 +143,7 @@ class ThinBuilder {
 }  // namespace
 
 ThinShell make_thin_shell(const OrderedSource& source, double longest, const Progress& progress) {
-  return ThinBuilder(source, longest).run(progress);
+  return ThinBuilder(source, longest, progress).run(progress);
 }
 
 }  // namespace relief::detail

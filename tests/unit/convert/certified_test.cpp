@@ -238,6 +238,21 @@ TEST(Certified, SameBitsAgainAndOnAnyNumberOfThreads) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
+// Enough triangles that space is cut into cells.
+TEST(Certified, LargeSourcesInCellsOnAnyNumberOfThreads) {
+  const TriangleMesh large = testing::ball(200, 0.1);
+  ASSERT_GT(large.triangles.size(), 70000U);
+  std::array<std::uint64_t, 2> hashes{};
+  for (const std::size_t run : {0U, 1U}) {
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, run + 1);
+    const auto result = convert(large, certified(100));
+    if (run == 0) expect_certified(result, 100, 4);
+    ASSERT_TRUE(result);
+    hashes[run] = result->model.head->content_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 TEST(Certified, StopsWhenCancelled) {
   std::atomic<bool> cancel = true;
   const auto result = convert(testing::ball(40, 0.1), certified(60), {.report = {}, .cancel = &cancel});
@@ -321,6 +336,50 @@ TEST_F(Section, VerdictsHoldOnSampledFibres) {
   }
   EXPECT_GT(sections, 500);
   EXPECT_GT(folded, 500);
+}
+
+// What the quick test settles, the thorough one settles the same way.
+TEST_F(Section, QuickVerdictsAgree) {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> wide(-700, 700);
+  int apart = 0, sections = 0, left = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const auto v = [&](double size) { return Vec3d{wide(random), wide(random), wide(random)} * size; };
+    const auto s = slab({v(0.3), v(0.3), v(0.3)});
+    if (detail::jacobian_fault(s.triangle(0), s.triangle(1)) != detail::JacobianFault::None) continue;
+    const detail::LatticePoint origin = detail::snap(shift() + v(2));
+    const detail::QuickShape quick(s, origin);
+    detail::FourTriangles four;
+    std::vector<detail::SourceTriangle> exact;
+    const std::size_t count = 1 + static_cast<std::size_t>(trial) % 4;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vec3d at = shift() + Vec3d{300 + 0.5 * wide(random), 300 + 0.5 * wide(random), 100 + 0.1 * wide(random)};
+      const detail::LatticeTriangle t = {detail::snap(at + v(0.1)), detail::snap(at + v(0.1)),
+                                         detail::snap(at + v(0.1))};
+      const Vec3d a = detail::to_double(t[0]), b = detail::to_double(t[1]), c = detail::to_double(t[2]);
+      const Vec3f n = to_float(normalized(cross(b - a, c - a)));
+      four.set(k, t, {n.x, n.y, n.z, 1e-3F}, origin);
+      exact.push_back({a, b, c, to_double(n), double(1e-3F)});
+    }
+    const auto verdict = quick.meet(four);
+    EXPECT_EQ(verdict.near >> count, 0U);
+    EXPECT_EQ(verdict.near & ~quick.near(four), 0U);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto meeting = s.meet(exact[k]);
+      if ((verdict.near >> k & 1U) == 0) {
+        EXPECT_EQ(meeting, detail::Meeting::Apart);
+        ++apart;
+      } else if ((verdict.section >> k & 1U) != 0) {
+        EXPECT_TRUE(meeting == detail::Meeting::Section || meeting == detail::Meeting::Apart);
+        ++sections;
+      } else {
+        ++left;
+      }
+    }
+  }
+  EXPECT_GT(apart, 1000);
+  EXPECT_GT(sections, 300);
+  EXPECT_GT(left, 300);
 }
 
 TEST_F(Section, BlocksAgreeWithTheirTriangles) {
