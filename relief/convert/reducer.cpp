@@ -111,6 +111,10 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
     changes.lists.push_back({static_cast<std::uint32_t>(changes.pool.size()), static_cast<std::uint32_t>(list.size())});
     changes.pool.insert(changes.pool.end(), list.begin(), list.end());
   }
+  // They wait until all cells are ready.
+  changes.pool.shrink_to_fit();
+  changes.quadrics.shrink_to_fit();
+  changes.at.shrink_to_fit();
   return changes;
 }
 

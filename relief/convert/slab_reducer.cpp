@@ -220,7 +220,7 @@ void SlabReducer::gather() {
   if (gathered_) return;
   gathered_ = true;
   union_.clear();
-  hint_ = 0;
+  hint_ = kNone;
   ++star_round_;
   std::size_t most = 0;
   const auto for_faces = [&](auto&& visit) {
@@ -273,7 +273,7 @@ Direction SlabReducer::aim() {
     mean += normals_.back();
   };
   // Of very many a choice will do: the direction is only a proposal.
-  constexpr std::size_t kEnough = 6000;
+  constexpr std::size_t kEnough = 1500;
   std::size_t all = 0, at = 0;
   for (const Entry e : union_) all += e.is_block() ? kBlock : 1;
   const std::size_t stride = 1 + all / kEnough;
@@ -409,7 +409,10 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
       if ((verdict.section >> lane & 1U) == 0) {
         const Meeting m = s.meet(source_.triangle(t));
         if (m == Meeting::Apart) continue;
-        if (m != Meeting::Section) return fault_of(m);
+        if (m != Meeting::Section) {
+          hint_ = t;
+          return fault_of(m);
+        }
       }
       trial_.lists.push_back(Entry::triangle(t));
     }
@@ -419,8 +422,8 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
 
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
-  if (hint_ < union_.size() && !union_[hint_].is_block()) {
-    const SourceTriangle t = source_.triangle(union_[hint_].first());
+  if (hint_ != kNone) {
+    const SourceTriangle t = source_.triangle(hint_);
     for (const SlabShape& s : trial_.shapes)
       if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
   }
@@ -446,7 +449,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
           const Meeting m = s.meet(source_.triangle(e.first()));
           if (m == Meeting::Apart) continue;
           if (m != Meeting::Section) {
-            hint_ = k;
+            hint_ = e.first();
             return fault_of(m);
           }
         }

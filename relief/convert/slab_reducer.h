@@ -189,7 +189,7 @@ class SlabReducer {
   bool gathered_ = false;
   std::vector<std::uint32_t> mark_, in_star_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
-  std::size_t hint_ = 0;  // the piece that failed last
+  std::uint32_t hint_ = kNone;  // the triangle that failed last
   std::vector<Vec3d> normals_;
 };
 
