@@ -128,7 +128,7 @@ ordered_json to_json(const verify::Certificate& certificate) {
 }
 
 struct ConvertOptions {
-  std::string in, out, mended, mode, unit;
+  std::string in, out, mended, mode, unit, remesh;
   ConvertSettings settings;
   bool force = false;
 };
@@ -187,6 +187,12 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["certificate"] = to_json(certificate);
   json["distance"] = {{"rms", r.distance_rms}, {"max", r.distance_max}};
   if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
+  if (r.remesh)
+    json["remesh"] = {{"voxel", r.remesh->voxel},
+                      {"sheets", r.remesh->sheets},
+                      {"crumbs", r.remesh->crumbs},
+                      {"from_source", {{"rms", r.remesh->from_source_rms}, {"max", r.remesh->from_source_max}}},
+                      {"to_source", {{"rms", r.remesh->to_source_rms}, {"max", r.remesh->to_source_max}}}};
   json["moved"] = {{"vertices", r.moved_vertices}, {"most", r.moved_most}};
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
@@ -217,6 +223,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                 fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
                             printable(o.in), o.mode));
   o.settings.mode = mode_from_name(o.mode);
+  if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
@@ -465,6 +472,10 @@ void add_convert(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
       ->check(in_range(1e-4, 1));
+  c->add_flag("--remesh{auto}", o->remesh,
+              "Make the source a solid anew first, for sources that meet themselves or are open; --remesh=VOXEL sets the "
+              "edge of a voxel, share of the diagonal")
+      ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); });
   c->add_option("--unit", o->unit,
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));

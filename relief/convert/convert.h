@@ -21,6 +21,8 @@ struct ConvertSettings {
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
+  std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the source's
+                                      ///< diagonal, or 0: chosen from the source
   std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
 };
 
@@ -41,6 +43,14 @@ struct ConvertReport {
   double thickness_median = 0;
   std::size_t moved_vertices = 0;  ///< source vertices moved so that a direction sees all their faces (certified)
   double moved_most = 0;           ///< how far at most, share of the diagonal
+  struct Remesh {
+    double voxel = 0;        ///< its edge; this and the distances are shares of the diagonal
+    std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
+    std::size_t crumbs = 0;  ///< parts of a few voxels, left out
+    double from_source_rms = 0, from_source_max = 0;  ///< from the source to the solid
+    double to_source_rms = 0, to_source_max = 0;      ///< from the solid to the source
+  };
+  std::optional<Remesh> remesh;    ///< where it was asked for
   std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
   struct Phase {
     std::string name;
@@ -55,7 +65,9 @@ struct Conversion {
   TriangleMesh mended;  ///< the repaired source, the surface that the displacement was sampled from
 };
 
-/// Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,
+/// With `remesh`, the source becomes a solid first: sheets that meet, double and cross count as one, holes are closed,
+/// parts that close nothing off get a thickness of two voxels, and what is thinner than a voxel is lost; that solid is
+/// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,
 /// so every fibre meets the mended source once; more slabs than the target remain where no such step is left. For
 /// closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source
 /// to the target, gives every vertex a direction that all its faces see and depths at which every slab passes the
