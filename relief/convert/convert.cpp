@@ -2,6 +2,7 @@
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/decimate.h>
+#include <relief/convert/fill.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/reach.h>
 #include <relief/convert/remesh.h>
@@ -222,21 +223,127 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
   return Cage{std::move(mesh), shell.dropped.size()};
 }
 
-/// The shell in certified mode; the source's points move to where they were certified. Empty with a reason, a sentence
-/// without its full stop, where there is no certificate; empty without one when cancelled.
-std::shared_ptr<const SlabMesh> certify(TriangleMesh& mended, const Lattice& lattice, const CageSettings& settings,
-                                        double farthest, ConvertReport& report, const Progress& progress) {
-  if (report.repair.boundary_loops > 0) {
-    report.not_certified = "the surface is open: it has " + std::to_string(report.repair.boundary_loops) +
-                           (report.repair.boundary_loops == 1 ? " rim" : " rims");
-    return nullptr;
+/// What is sampled: the repaired source as it is, or closed and mended for a certified shell.
+struct Ground {
+  TriangleMesh mesh;             ///< phantom triangles come last
+  std::size_t phantom_from = 0;  ///< the first of them
+  Lattice lattice;
+};
+
+/// A mesh whose openings are closed with phantom triangles; these come last.
+struct ClosedMesh {
+  std::vector<Vec3d> points;
+  std::vector<Face> faces;
+  std::vector<std::size_t> patches;  ///< where each rim's faces begin, and the end
+};
+
+ClosedMesh close_openings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
+                          const std::vector<Closing>& closings) {
+  ClosedMesh closed{mesh.positions, mesh.triangles, {}};
+  closed.patches = close_rims(closed.points, closed.faces, rims, closings);
+  return closed;
+}
+
+/// A patch that is about as large as what it closes would lie close behind it: a terrain or a range map gets a box.
+std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims) {
+  constexpr double kLarge = 0.55;  // of the part's area
+  if (rims.empty()) return {};
+  const Parts parts = find_parts(mesh.positions.size(), mesh.triangles);
+  std::vector<std::uint32_t> part_of(mesh.positions.size(), 0);
+  std::vector<double> areas(parts.count, 0);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Face& t = mesh.triangles[f];
+    const Vec3d a = mesh.positions[t[0]];
+    areas[parts.of_face[f]] += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+    for (const std::uint32_t v : t) part_of[v] = parts.of_face[f];
   }
-  std::vector<LatticePoint> points;
-  points.reserve(mended.positions.size());
-  for (const Vec3d p : mended.positions) points.push_back(snap(lattice.to_lattice(p)));
-  const CertifiedShell made =
-      build_certified(std::move(points), mended.triangles,
-                      {.target = settings.target, .longest = settings.longest, .farthest = farthest}, progress);
+  std::vector<Closing> closings;
+  for (const auto& rim : rims) {
+    Vec3d centre, sum;
+    for (const std::uint32_t v : rim) centre += mesh.positions[v] / double(rim.size());
+    double area = 0;
+    for (std::size_t k = 0; k < rim.size(); ++k) {
+      const Vec3d n = cross(mesh.positions[rim[k]] - centre, mesh.positions[rim[(k + 1) % rim.size()]] - centre);
+      sum += n;
+      area += length(n);
+    }
+    const bool flat = length(sum) > 0.5 * area;
+    closings.push_back(flat && area > kLarge * areas[part_of[rim.front()]] ? Closing::Box : Closing::Membrane);
+  }
+  return closings;
+}
+
+/// The points after those that have a colour get the mean of the points around them, from the rims inwards.
+void spread_colours(TriangleMesh& mesh) {
+  const std::size_t count = mesh.positions.size(), coloured = mesh.colours.size();
+  mesh.colours.resize(count, {255, 255, 255, 255});
+  std::vector<std::uint8_t> known(count, 0);
+  std::fill(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(coloured), std::uint8_t{1});
+  std::vector<std::array<std::uint32_t, 4>> sums(count);
+  for (bool any = true; any;) {
+    any = false;
+    std::fill(sums.begin(), sums.end(), std::array<std::uint32_t, 4>{});
+    for (const Face& t : mesh.triangles)
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (known[t[k]] == 0) continue;
+        const Rgba8 c = mesh.colours[t[k]];
+        for (const std::uint32_t v : t) {
+          if (known[v] != 0) continue;
+          auto& sum = sums[v];
+          sum[0] += c.r, sum[1] += c.g, sum[2] += c.b, ++sum[3];
+        }
+      }
+    for (std::size_t v = coloured; v < count; ++v) {
+      if (sums[v][3] == 0) continue;
+      const auto mean = [&](std::size_t k) { return static_cast<std::uint8_t>(sums[v][k] / sums[v][3]); };
+      mesh.colours[v] = {mean(0), mean(1), mean(2), 255};
+      known[v] = 1;
+      any = true;
+    }
+  }
+}
+
+/// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
+/// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
+/// one when cancelled.
+std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
+                                        ConvertReport& report, const Progress& progress) {
+  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
+  constexpr double kFarthest = 2e-3;
+  const TriangleMesh& open = ground.mesh;
+  const auto rims = find_rims(open.positions.size(), open.triangles);
+  std::vector<Closing> closings = choose_closings(open, rims);
+  CertifiedShell made;
+  Lattice lattice;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const ClosedMesh closed = close_openings(open, rims, closings);
+    Box3d box;
+    for (const Vec3d p : closed.points) box.add(p);
+    lattice = Lattice::around(box, settings.thickness * diagonal);
+    ClosedSource source;
+    source.points.reserve(closed.points.size());
+    for (const Vec3d p : closed.points) source.points.push_back(snap(lattice.to_lattice(p)));
+    source.faces = closed.faces;
+    source.phantom.assign(open.triangles.size(), 0);
+    source.phantom.resize(closed.faces.size(), 1);
+    source.patch = source.phantom;
+    made = build_certified(std::move(source),
+                           {.target = static_cast<std::size_t>(settings.slabs),
+                            .longest = settings.thickness * diagonal / lattice.step,
+                            .farthest = kFarthest * diagonal / lattice.step},
+                           progress);
+    if (!made.shell.faces.empty() || made.obstacle.empty()) break;
+    // Membranes that met the surface give way to boxes.
+    bool changed = false;
+    for (const std::uint32_t f : made.bad_faces) {
+      if (f < open.triangles.size()) continue;
+      const auto next = std::upper_bound(closed.patches.begin(), closed.patches.end(), std::size_t{f});
+      Closing& closing = closings[static_cast<std::size_t>(next - closed.patches.begin()) - 1];
+      changed = changed || closing == Closing::Membrane;
+      closing = Closing::Box;
+    }
+    if (!changed) break;
+  }
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
@@ -259,9 +366,33 @@ std::shared_ptr<const SlabMesh> certify(TriangleMesh& mended, const Lattice& lat
         certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
     return nullptr;
   }
-  for (std::size_t v = 0; v < made.points.size(); ++v) mended.positions[v] = lattice.to_model(made.points[v]);
   report.moved_vertices = made.moved_points;
-  report.moved_most = made.moved_most;
+  report.moved_most = made.moved_most * lattice.step / diagonal;
+  report.parted_vertices = made.parted_points;
+  report.replaced_triangles = made.replaced_faces;
+  report.closed_openings = rims.size();
+  ground.lattice = lattice;
+  TriangleMesh mended;
+  mended.unit = open.unit;
+  for (const int phantom : {0, 1}) {
+    for (std::size_t f = 0; f < made.source.faces.size(); ++f)
+      if (made.source.phantom[f] == phantom) mended.triangles.push_back(made.source.faces[f]);
+    if (phantom == 0) ground.phantom_from = mended.triangles.size();
+  }
+  std::vector<std::uint32_t> number(made.source.points.size(), 0);
+  for (const Face& t : mended.triangles)
+    for (const std::uint32_t v : t) number[v] = 1;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == 0) continue;
+    number[v] = static_cast<std::uint32_t>(mended.positions.size());
+    mended.positions.push_back(lattice.to_model(made.source.points[v]));
+    if (v < open.colours.size()) mended.colours.push_back(open.colours[v]);
+  }
+  for (Face& t : mended.triangles)
+    for (std::uint32_t& v : t) v = number[v];
+  if (!mended.colours.empty()) spread_colours(mended);
+  ground.mesh = std::move(mended);
+  report.phantom_triangles = ground.mesh.triangles.size() - ground.phantom_from;
   return *mesh;
 }
 
@@ -297,33 +428,28 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   ConvertReport& report = result.report;
   Stopwatch stopwatch(report.phases);
   const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
-  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
-  constexpr double kFarthest = 4e-3;
 
   RELIEF_TRY(auto repaired, repair(source, progress));
-  result.mended = std::move(repaired.mesh);
   report.repair = repaired.report;
   stopwatch.phase_done("repair");
   if (settings.remesh) {
-    RELIEF_CHECK(remesh_source(result.mended, *settings.remesh, report, progress));
+    RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, report, progress));
     if (progress.cancelled()) return cancelled();
     stopwatch.phase_done("remesh");
   }
-  report.source_triangles = result.mended.triangles.size();
+  report.source_triangles = repaired.mesh.triangles.size();
 
-  const Box3d box = bounds(result.mended);
+  const Box3d box = bounds(repaired.mesh);
   const double diagonal = diagonal_of(box);
   if (!std::isfinite(diagonal) || diagonal < 1e-36 || diagonal > 1e36)
     return fail(Errc::Corrupt,
                 "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
-  const Lattice lattice = Lattice::around(box, settings.thickness * diagonal);
+  Ground ground{std::move(repaired.mesh), report.source_triangles, Lattice::around(box, settings.thickness * diagonal)};
   const auto target = static_cast<std::size_t>(settings.slabs);
-  const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
   std::shared_ptr<const SlabMesh> mesh;
   Mode mode = Mode::Preview;
   if (settings.mode != Mode::Preview) {
-    mesh = certify(result.mended, lattice, cage_settings, kFarthest * diagonal / lattice.step, report, progress);
-    report.moved_most *= lattice.step / diagonal;
+    mesh = certify(ground, settings, diagonal, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
     if (mesh != nullptr) mode = Mode::Certified;
@@ -331,15 +457,17 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
       return fail(Errc::Unfoldable, "no certified shell: " + report.not_certified +
                                         "; mend the source there, or convert with --mode preview.");
   }
+  const Lattice& lattice = ground.lattice;
   std::vector<Vec3d> points;
-  points.reserve(result.mended.positions.size());
-  for (const Vec3d p : result.mended.positions) points.push_back(lattice.to_lattice(p));
-  const SourceSurface surface(points, result.mended.triangles);
+  points.reserve(ground.mesh.positions.size());
+  for (const Vec3d p : ground.mesh.positions) points.push_back(lattice.to_lattice(p));
+  const SourceSurface surface(points, ground.mesh.triangles);
   stopwatch.phase_done("hierarchy");
 
   if (mesh == nullptr) {
-    std::vector<Face> faces = result.mended.triangles;
+    std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
+    const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
     RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
     mesh = cage.mesh;
     report.dropped_slabs = cage.dropped;
@@ -369,8 +497,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   if (source.has_colour()) {
     progress("colour", 0);
-    // Images lie on the triangles of the file; colours of vertices came along with the mending, but not into a solid made
-    // anew.
+    // Images lie on the triangles of the file; colours of vertices came along with the mending, but not into a solid
+    // made anew.
     const bool as_read = !source.material_of.empty() || settings.remesh;
     std::vector<Vec3d> read_points;
     std::optional<SourceSurface> read_surface;
@@ -385,7 +513,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
             : std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * settings.intervals))));
     const SampleNumbers numbers(*mesh, m);
     const auto field = sample_colour(*result.model.head, numbers, as_read ? *read_surface : surface, lattice,
-                                     as_read ? source : result.mended, progress);
+                                     as_read ? source : ground.mesh, progress);
     if (progress.cancelled()) return cancelled();
     draft.add_layer(Layer::Colour, m, 1.0F);
     for (SlabId s = 0; s < mesh->slab_count(); ++s) {
@@ -408,6 +536,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
   progress("measure", 1);
+  result.mended = std::move(ground.mesh);
+  result.phantom_from = ground.phantom_from;
   return result;
 }
 

@@ -21,8 +21,8 @@ struct ConvertSettings {
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
-  std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the source's
-                                      ///< diagonal, or 0: chosen from the source
+  std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the
+                                      ///< source's diagonal, or 0: chosen from the source
   std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
 };
 
@@ -41,17 +41,21 @@ struct ConvertReport {
   double distance_max = 0;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
-  std::size_t moved_vertices = 0;  ///< source vertices moved so that a direction sees all their faces (certified)
-  double moved_most = 0;           ///< how far at most, share of the diagonal
+  std::size_t moved_vertices = 0;      ///< source vertices moved so that a direction sees all their faces (certified)
+  double moved_most = 0;               ///< how far at most, share of the diagonal
+  std::size_t parted_vertices = 0;     ///< of these, such as lay on others
+  std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
+  std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
+  std::size_t phantom_triangles = 0;
   struct Remesh {
-    double voxel = 0;        ///< its edge; this and the distances are shares of the diagonal
-    std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
-    std::size_t crumbs = 0;  ///< parts of a few voxels, left out
+    double voxel = 0;                                 ///< its edge; this and the distances are shares of the diagonal
+    std::size_t sheets = 0;                           ///< parts that close nothing off, made two voxels thick
+    std::size_t crumbs = 0;                           ///< parts of a few voxels, left out
     double from_source_rms = 0, from_source_max = 0;  ///< from the source to the solid
     double to_source_rms = 0, to_source_max = 0;      ///< from the solid to the source
   };
-  std::optional<Remesh> remesh;    ///< where it was asked for
-  std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
+  std::optional<Remesh> remesh;  ///< where it was asked for
+  std::string not_certified;     ///< why the shell is not certified, where that was tried; a sentence
   struct Phase {
     std::string name;
     double seconds;  ///< thread CPU time summed over all threads
@@ -62,20 +66,21 @@ struct ConvertReport {
 struct Conversion {
   Model model;
   ConvertReport report;
-  TriangleMesh mended;  ///< the repaired source, the surface that the displacement was sampled from
+  TriangleMesh mended;           ///< the repaired source, the surface that the displacement was sampled from
+  std::size_t phantom_from = 0;  ///< its triangles from here on are phantom: they close openings
 };
 
 /// With `remesh`, the source becomes a solid first: sheets that meet, double and cross count as one, holes are closed,
 /// parts that close nothing off get a thickness of two voxels, and what is thinner than a voxel is lost; that solid is
-/// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,
-/// so every fibre meets the mended source once; more slabs than the target remain where no such step is left. For
-/// closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source
-/// to the target, gives every vertex a direction that all its faces see and depths at which every slab passes the
-/// closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is sampled along the
-/// fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a lattice whose step is
-/// a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing usable in the source),
-/// NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up to 16 times the
-/// target), InvalidArgument (tolerant mode is not made), Cancelled.
+/// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each
+/// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
+/// such step is left. For closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode:
+/// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
+/// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is
+/// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a
+/// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
+/// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
+/// to 16 times the target), InvalidArgument (tolerant mode is not made), Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 
