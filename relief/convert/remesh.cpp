@@ -29,9 +29,9 @@ using openvdb::FloatGrid;
 
 /// Voxels on the surface: the default goes no further than the first, a given size no further than the second (about
 /// 1.5 GiB while it is made).
-constexpr double kManyVoxels = 500'000;
+constexpr double kManyVoxels = 150'000;
 constexpr double kMostVoxels = 2'000'000;
-constexpr double kCoarsest = 1.0 / 256;  ///< default voxel, share of the diagonal
+constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
 /// A cell that the surface passes through has its corners within sqrt(3) of it.
 constexpr float kBand = 1.8F;
 constexpr float kHalfSheet = 1.0F;          ///< half the thickness that a sheet gets

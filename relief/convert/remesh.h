@@ -21,7 +21,7 @@ struct Remeshed {
 /// The surface around what the source winds around more than half (generalised winding number), so that sheets which
 /// meet, double and cross count as one solid and holes are closed by a membrane. Parts that no such solid lies behind
 /// become sheets two voxels thick. `voxel` is the edge of a voxel in model units; 0 chooses about the median edge, not
-/// finer than half a million voxels on the surface and not coarser than 1/256 of the diagonal. What is thinner than a
+/// finer than 150,000 voxels on the surface and not coarser than 1/150 of the diagonal. What is thinner than a
 /// voxel is lost. `source` must be repaired. Deterministic. Errors: InvalidArgument (a voxel so small that the surface
 /// has more than two million), Corrupt (nothing of it is as large as a voxel), Cancelled.
 [[nodiscard]] Result<Remeshed> remesh(const TriangleMesh& source, double voxel, const Progress& progress);
