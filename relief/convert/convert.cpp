@@ -4,8 +4,10 @@
 #include <relief/convert/decimate.h>
 #include <relief/convert/fill.h>
 #include <relief/convert/lattice.h>
+#include <relief/convert/measure.h>
 #include <relief/convert/reach.h>
 #include <relief/convert/remesh.h>
+#include <relief/convert/resolution.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
 #include <relief/convert/source_surface.h>
@@ -25,6 +27,8 @@ namespace relief {
 namespace {
 
 using namespace detail;
+
+std::unexpected<Error> cancelled() { return fail(Errc::Cancelled, "conversion was cancelled."); }
 
 /// Adds phases to a report: CPU time of the whole process from one call to the next.
 class Stopwatch {
@@ -59,8 +63,10 @@ Status check(const ConvertSettings& settings) {
   };
   if (settings.slabs < 4 || settings.slabs > 1'000'000)
     return outside("the number of slabs", std::to_string(settings.slabs), "4 to 1000000");
-  if (settings.intervals < 1 || settings.intervals > kMaxIntervals)
+  if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
     return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
+  if (!(settings.error >= 1e-7 && settings.error <= 1))
+    return outside("the error", number(settings.error), "1e-7 to 1, a share of the diagonal");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
   if (settings.mode == Mode::Tolerant)
@@ -107,7 +113,6 @@ std::size_t drop_small_parts(const std::vector<Vec3d>& points, std::vector<Face>
 
 struct CageSettings {
   std::size_t target;
-  int intervals;
   double longest;  ///< lattice steps
 };
 
@@ -160,15 +165,28 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
   return attempt;
 }
 
-Result<std::shared_ptr<const SlabMesh>> slab_mesh_of(const Shell& shell, const Lattice& lattice, int intervals) {
+using CagePtr = std::shared_ptr<const SlabMesh>;
+
+/// The cage with n intervals per slab, by slab; its fibres are the shell's.
+Result<CagePtr> with_intervals(std::vector<Fibre> fibres, std::span<const Face> faces, const std::vector<int>& n) {
+  std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(faces.size());
+  for (std::size_t s = 0; s < faces.size(); ++s) slabs.push_back({faces[s], n[s]});
+  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
+  return std::make_shared<const SlabMesh>(std::move(mesh));
+}
+Result<CagePtr> with_intervals(const SlabMesh& cage, const std::vector<int>& n) {
+  std::vector<Face> faces;
+  for (const Slab& s : cage.slabs()) faces.push_back(s.fibres);
+  return with_intervals({cage.fibres().begin(), cage.fibres().end()}, faces, n);
+}
+
+/// One interval per edge: the cage alone.
+Result<CagePtr> slab_mesh_of(const Shell& shell, const Lattice& lattice) {
   std::vector<Fibre> fibres(shell.ends[kInner].size());
   for (std::size_t v = 0; v < fibres.size(); ++v)
     fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
-  std::vector<SlabMesh::Face> slabs;
-  slabs.reserve(shell.faces.size());
-  for (const Face& f : shell.faces) slabs.push_back({f, intervals});
-  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
-  return std::make_shared<const SlabMesh>(std::move(mesh));
+  return with_intervals(std::move(fibres), shell.faces, std::vector<int>(shell.faces.size(), 1));
 }
 
 /// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
@@ -180,7 +198,6 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
   constexpr double kHairline = 1e-4;  // of the area may be torn
   constexpr double kFiner = 16;       // halves the edges where it weighs
   constexpr int kRounds = 5;
-  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
   const Decimation decimation(points, faces, settings.target, progress);
   if (progress.cancelled()) return cancelled();
   stopwatch.phase_done("decimate");
@@ -219,7 +236,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
                 "no slab can stand on the surface near " + place(lattice.to_model(at)) +
                     ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
   }
-  RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice, settings.intervals));
+  RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice));
   return Cage{std::move(mesh), shell.dropped.size()};
 }
 
@@ -273,36 +290,6 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector
   return closings;
 }
 
-/// The points after those that have a colour get the mean of the points around them, from the rims inwards.
-void spread_colours(TriangleMesh& mesh) {
-  const std::size_t count = mesh.positions.size(), coloured = mesh.colours.size();
-  mesh.colours.resize(count, {255, 255, 255, 255});
-  std::vector<std::uint8_t> known(count, 0);
-  std::fill(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(coloured), std::uint8_t{1});
-  std::vector<std::array<std::uint32_t, 4>> sums(count);
-  for (bool any = true; any;) {
-    any = false;
-    std::fill(sums.begin(), sums.end(), std::array<std::uint32_t, 4>{});
-    for (const Face& t : mesh.triangles)
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (known[t[k]] == 0) continue;
-        const Rgba8 c = mesh.colours[t[k]];
-        for (const std::uint32_t v : t) {
-          if (known[v] != 0) continue;
-          auto& sum = sums[v];
-          sum[0] += c.r, sum[1] += c.g, sum[2] += c.b, ++sum[3];
-        }
-      }
-    for (std::size_t v = coloured; v < count; ++v) {
-      if (sums[v][3] == 0) continue;
-      const auto mean = [&](std::size_t k) { return static_cast<std::uint8_t>(sums[v][k] / sums[v][3]); };
-      mesh.colours[v] = {mean(0), mean(1), mean(2), 255};
-      known[v] = 1;
-      any = true;
-    }
-  }
-}
-
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
 /// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
 /// one when cancelled.
@@ -349,7 +336,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
     return nullptr;
   }
-  auto mesh = slab_mesh_of(made.shell, lattice, settings.intervals);
+  auto mesh = slab_mesh_of(made.shell, lattice);
   if (!mesh) {
     report.not_certified = "the slabs do not join: " + mesh.error().message;
     return nullptr;
@@ -386,14 +373,113 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     if (number[v] == 0) continue;
     number[v] = static_cast<std::uint32_t>(mended.positions.size());
     mended.positions.push_back(lattice.to_model(made.source.points[v]));
-    if (v < open.colours.size()) mended.colours.push_back(open.colours[v]);
   }
   for (Face& t : mended.triangles)
     for (std::uint32_t& v : t) v = number[v];
-  if (!mended.colours.empty()) spread_colours(mended);
   ground.mesh = std::move(mended);
   report.phantom_triangles = ground.mesh.triangles.size() - ground.phantom_from;
   return *mesh;
+}
+
+/// The source as the file has it, for colours and distances: what is not finite is left out.
+struct AsRead {
+  std::vector<Vec3d> points;
+  std::vector<Face> faces;
+  SourceSurface surface;
+
+  AsRead(const TriangleMesh& source, const Lattice& lattice)
+      : points(points_of(source, lattice)), faces(faces_of(source)), surface(points, faces) {}
+
+ private:
+  static std::vector<Vec3d> points_of(const TriangleMesh& source, const Lattice& lattice) {
+    std::vector<Vec3d> points;
+    points.reserve(source.positions.size());
+    for (const Vec3d p : source.positions) points.push_back(is_finite(p) ? lattice.to_lattice(p) : Vec3d{});
+    return points;
+  }
+  static std::vector<Face> faces_of(const TriangleMesh& source) {
+    std::vector<Face> faces = source.triangles;
+    for (Face& f : faces)
+      for (const std::uint32_t v : Face(f))
+        if (!is_finite(source.positions[v])) f = {0, 0, 0};  // keeps the numbers of the others; a point is never met
+    return faces;
+  }
+};
+
+/// How fine the colour layer is: finer than the displacement where images may be, as fine where there are only colours
+/// of vertices; bounded for very many slabs.
+int colour_grid(const ConvertSettings& settings, const TriangleMesh& source, const SlabMesh& mesh) {
+  constexpr std::size_t kMost = 20'000'000;  // samples
+  if (settings.colour_intervals > 0) return settings.colour_intervals;
+  int finest = 1;
+  for (const Slab& s : mesh.slabs()) finest = std::max(finest, s.intervals);
+  if (settings.intervals > 0 || !source.uvs.empty()) finest *= 2;
+  int m = std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(finest))));
+  while (m > 1 && sample_count(m) * mesh.slab_count() > kMost) m /= 2;
+  return m;
+}
+
+/// The displacement of every slab, and where the openings are. Each slab is sampled as finely as its part of the source
+/// may need; then its n is taken down as far as the error allows. A given n is kept.
+Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& source, const ConvertSettings& settings,
+                                   double diagonal, ConvertReport& report, const Progress& progress) {
+  std::vector<int> intervals(cage.slab_count(), settings.intervals);
+  if (settings.intervals == 0) intervals = finest_intervals(cage, source);
+  RELIEF_TRY(const CagePtr fine, with_intervals(cage, intervals));
+  const SampleNumbers numbers(*fine, kOwnIntervals);
+  const AlphaField field = sample_alpha(*fine, numbers, source, progress);
+  if (progress.cancelled()) return cancelled();
+  CagePtr mesh = fine;
+  if (settings.intervals == 0) {
+    const double error = settings.error * diagonal / source.lattice.step;
+    RELIEF_TRY(mesh, with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
+  }
+  SnapshotDraft draft(Snapshot::make(mesh));
+  if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
+    draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
+  for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+    const int n = mesh->intervals(s), step = fine->intervals(s) / n;
+    const auto put = [&](Layer layer, auto&& value) {
+      Tile& tile = draft.edit(layer, s);
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i)
+          tile.plane()[sample_index(n, {i, j})] = value(numbers.of(s, {i * step, j * step}));
+      constrain(*mesh, layer, s, tile);
+    };
+    bool pierced = false;
+    put(Layer::Displacement, [&](std::size_t number) {
+      pierced = pierced || field.is_void[number] != 0;
+      return field.values[number];
+    });
+    if (pierced) put(Layer::Void, [&](std::size_t number) { return field.is_void[number] != 0 ? 1.0F : 0.0F; });
+  }
+  const HitCount more = count_hits(*mesh, source, field.hits.all(), progress);
+  if (progress.cancelled()) return cancelled();
+  report.fibres_cast = field.hits.all() + more.all();
+  report.hits_single = field.hits.single + more.single;
+  report.hits_none = field.hits.none + more.none;
+  report.hits_several = field.hits.several + more.several;
+  return draft.finish();
+}
+
+Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& surface, const Lattice& lattice,
+                                const TriangleMesh& source, const ConvertSettings& settings, const Progress& progress) {
+  const SlabMesh& mesh = model->slab_mesh();
+  const int m = colour_grid(settings, source, mesh);
+  const SampleNumbers numbers(mesh, m);
+  const ColourField field = sample_colour(*model, numbers, surface, lattice, source, progress);
+  if (progress.cancelled()) return cancelled();
+  SnapshotDraft draft(model);
+  draft.add_layer(Layer::Colour, m, 1.0F);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    Tile& tile = draft.edit(Layer::Colour, s);
+    for (int j = 0; j <= m; ++j)
+      for (int i = 0; i + j <= m; ++i) {
+        const auto& colour = field[numbers.of(s, {i, j})];
+        for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
+      }
+  }
+  return draft.finish();
 }
 
 void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {
@@ -408,14 +494,7 @@ void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& repo
 Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, const Progress& progress) {
   const double across = diagonal_of(bounds(mended));
   RELIEF_TRY(Remeshed made, remesh(mended, share * across, progress));
-  const Deviation out = deviation(mended, made.mesh, progress), back = deviation(made.mesh, mended, progress);
-  report.remesh = {.voxel = made.voxel / across,
-                   .sheets = made.sheets,
-                   .crumbs = made.crumbs,
-                   .from_source_rms = out.rms / across,
-                   .from_source_max = out.max / across,
-                   .to_source_rms = back.rms / across,
-                   .to_source_max = back.max / across};
+  report.remesh = {.voxel = made.voxel / across, .sheets = made.sheets, .crumbs = made.crumbs};
   report.repair.parts = made.parts;
   report.repair.boundary_loops = made.rims;
   mended = std::move(made.mesh);
@@ -427,7 +506,6 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   Conversion result;
   ConvertReport& report = result.report;
   Stopwatch stopwatch(report.phases);
-  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   report.repair = repaired.report;
@@ -467,7 +545,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   if (mesh == nullptr) {
     std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
-    const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
+    const CageSettings cage_settings = {target, settings.thickness * diagonal / lattice.step};
     RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
     mesh = cage.mesh;
     report.dropped_slabs = cage.dropped;
@@ -476,62 +554,27 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
-  SnapshotDraft draft(Snapshot::make(mesh));
-  {
-    const SampleNumbers numbers(*mesh, settings.intervals);
-    const auto field = sample_alpha(*mesh, numbers, surface, lattice, progress);
-    if (progress.cancelled()) return cancelled();
-    report.fibres_cast = numbers.count();
-    report.hits_single = field.single;
-    report.hits_none = field.none;
-    report.hits_several = field.several;
-    const int n = settings.intervals;
-    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-      float* const values = draft.edit(Layer::Displacement, s).plane();
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) values[sample_index(n, {i, j})] = field.values[numbers.of(s, {i, j})];
-    }
-  }
-  result.model.head = draft.finish();
+  const SampleSource sampled = {surface, lattice, ground.phantom_from, mode == Mode::Certified};
+  RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
 
+  // Colours and distances of what was read.
+  const AsRead as_read(source, lattice);
   if (source.has_colour()) {
     progress("colour", 0);
-    // Images lie on the triangles of the file; colours of vertices came along with the mending, but not into a solid
-    // made anew.
-    const bool as_read = !source.material_of.empty() || settings.remesh;
-    std::vector<Vec3d> read_points;
-    std::optional<SourceSurface> read_surface;
-    if (as_read) {
-      read_points.reserve(source.positions.size());
-      for (const Vec3d p : source.positions) read_points.push_back(lattice.to_lattice(p));
-      read_surface.emplace(read_points, source.triangles);
-    }
-    const int m =
-        settings.colour_intervals > 0
-            ? settings.colour_intervals
-            : std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * settings.intervals))));
-    const SampleNumbers numbers(*mesh, m);
-    const auto field = sample_colour(*result.model.head, numbers, as_read ? *read_surface : surface, lattice,
-                                     as_read ? source : ground.mesh, progress);
-    if (progress.cancelled()) return cancelled();
-    draft.add_layer(Layer::Colour, m, 1.0F);
-    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-      Tile& tile = draft.edit(Layer::Colour, s);
-      for (int j = 0; j <= m; ++j)
-        for (int i = 0; i + j <= m; ++i) {
-          const auto& colour = field.values[numbers.of(s, {i, j})];
-          for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
-        }
-    }
-    result.model.head = draft.finish();
+    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read.surface, lattice, source, settings, progress));
     stopwatch.phase_done("colour");
   }
 
   progress("measure", 0);
-  const Distances distances = measure_distances(*result.model.head, surface, lattice);
-  report.distance_rms = distances.rms * lattice.step / diagonal;
-  report.distance_max = distances.max * lattice.step / diagonal;
+  const auto relative = [&](Distance d) {
+    return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal};
+  };
+  const MeasuredSurface made(*result.model.head, lattice);
+  report.to_mended = relative(made.to(surface));
+  report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from)));
+  report.to_source = relative(made.to(as_read.surface));
+  report.from_source = relative(made.from(as_read.points, as_read.faces));
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
@@ -589,15 +632,12 @@ std::string to_slabs_text(const SlabMesh& mesh) {
 }
 
 std::string to_string(const ConvertReport& report) {
-  std::array<char, 400> line{};
+  std::array<char, 600> line{};
   std::string text = to_string(report.repair);
   if (!text.empty() && text.back() != '\n') text += '\n';
   if (report.remesh) {
     const ConvertReport::Remesh& r = *report.remesh;
-    std::snprintf(line.data(), line.size(),
-                  "remeshed with voxels of %.2e of the diagonal; distance from the source rms %.2e, greatest %.2e, "
-                  "back to it rms %.2e, greatest %.2e\n",
-                  r.voxel, r.from_source_rms, r.from_source_max, r.to_source_rms, r.to_source_max);
+    std::snprintf(line.data(), line.size(), "remeshed with voxels of %.2e of the diagonal\n", r.voxel);
     text += line.data();
     if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
     if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
@@ -606,11 +646,14 @@ std::string to_string(const ConvertReport& report) {
   std::snprintf(line.data(), line.size(),
                 "%zu triangles became %zu slabs\n"
                 "%zu fibres: %.2f %% meet the source once, %.2f %% never, %.2f %% several times\n"
-                "distance to the source, of its diagonal: rms %.2e, greatest %.2e\n"
+                "distance, of the diagonal (rms, greatest): to the mended source %.2e, %.2e; back %.2e, %.2e\n"
+                "  to the source as read %.2e, %.2e; back %.2e, %.2e\n"
                 "thickness, of the diagonal: least %.2e, median %.2e\n",
                 report.source_triangles, report.slabs, report.fibres_cast, 100 * double(report.hits_single) / cast,
-                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.distance_rms,
-                report.distance_max, report.thickness_min, report.thickness_median);
+                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.to_mended.rms,
+                report.to_mended.max, report.from_mended.rms, report.from_mended.max, report.to_source.rms,
+                report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
+                report.thickness_median);
   text += line.data();
   if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
   if (report.moved_vertices > 0) {

@@ -15,15 +15,20 @@
 namespace relief {
 
 struct ConvertSettings {
-  int slabs = 200;     ///< target; 4 .. 1,000,000
-  int intervals = 32;  ///< n, 1..128; the paper used 15
+  int slabs = 200;      ///< target; 4 .. 1,000,000
+  int intervals = 0;    ///< n of every slab, 1..128, or 0: chosen per slab by `error`; the paper used 15
+  double error = 1e-4;  ///< how far the surface may lie from the source, share of the diagonal; where n = 128 allows it
   int colour_intervals =
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
   std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the
                                       ///< source's diagonal, or 0: chosen from the source
-  std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
+  std::optional<Mode> mode = {};      ///< empty: certified where that can be reached, else preview
+};
+
+struct Distance {
+  double rms = 0, max = 0;
 };
 
 /// What was made, and how long it took.
@@ -31,14 +36,17 @@ struct ConvertReport {
   RepairReport repair;
   std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
-  std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
-  std::size_t dropped_slabs = 0;  ///< left out because the source meets itself there
-  std::size_t fibres_cast = 0;    ///< distinct samples
-  std::size_t hits_single = 0;    ///< fibres that met the source exactly once
-  std::size_t hits_none = 0;      ///< filled from their neighbours
-  std::size_t hits_several = 0;   ///< the crossing that agrees with the neighbours was taken
-  double distance_rms = 0;  ///< displaced surface to the source, share of the diagonal, on an even choice of points
-  double distance_max = 0;
+  std::size_t dropped_parts = 0;     ///< smallest parts left out because the target cannot hold them
+  std::size_t dropped_slabs = 0;     ///< left out because the source meets itself there
+  std::size_t fibres_cast = 0;       ///< through the samples of the finest grids, and more: a million at least
+  std::size_t hits_single = 0;       ///< fibres that met the source exactly once
+  std::size_t hits_none = 0;         ///< filled from their neighbours
+  std::size_t hits_several = 0;      ///< the crossing that agrees with the neighbours was taken
+  std::size_t slabs_too_coarse = 0;  ///< that are not within the error at n = 128 or at the source's own fineness
+  /// Root mean square and greatest distance, shares of the diagonal, over an even choice of points: from the displaced
+  /// surface to the mended source, back from its triangles that are not phantom, and the same to and from the source as
+  /// it was read.
+  Distance to_mended, from_mended, to_source, from_source;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
   std::size_t moved_vertices = 0;      ///< source vertices moved so that a direction sees all their faces (certified)
@@ -48,11 +56,9 @@ struct ConvertReport {
   std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
   std::size_t phantom_triangles = 0;
   struct Remesh {
-    double voxel = 0;                                 ///< its edge; this and the distances are shares of the diagonal
-    std::size_t sheets = 0;                           ///< parts that close nothing off, made two voxels thick
-    std::size_t crumbs = 0;                           ///< parts of a few voxels, left out
-    double from_source_rms = 0, from_source_max = 0;  ///< from the source to the solid
-    double to_source_rms = 0, to_source_max = 0;      ///< from the solid to the source
+    double voxel = 0;        ///< its edge, share of the diagonal
+    std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
+    std::size_t crumbs = 0;  ///< parts of a few voxels, left out
   };
   std::optional<Remesh> remesh;  ///< where it was asked for
   std::string not_certified;     ///< why the shell is not certified, where that was tried; a sentence

@@ -3,7 +3,6 @@
 #include <relief/convert/directions.h>
 #include <relief/convert/remesh.h>
 #include <relief/convert/shell.h>
-#include <relief/convert/source_surface.h>
 #include <relief/convert/winding.h>
 #include <relief/mesh/repair.h>
 
@@ -401,37 +400,6 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, const Progress
   result.parts = repaired.report.parts;
   result.rims = repaired.report.boundary_loops;
   result.mesh.unit = source.unit;
-  return result;
-}
-
-Deviation deviation(const TriangleMesh& from, const TriangleMesh& to, const Progress& progress) {
-  constexpr std::size_t kMost = 200'000;  // of each kind
-  Box3d box = bounds(from);
-  box.add(bounds(to).low);
-  box.add(bounds(to).high);
-  const Lattice lattice = Lattice::around(box, 0);
-  std::vector<Vec3d> target, points;
-  for (const Vec3d p : to.positions) target.push_back(lattice.to_lattice(p));
-  const SourceSurface surface(target, to.triangles);
-  const auto stride = [](std::size_t count) { return count / kMost + 1; };
-  for (std::size_t v = 0; v < from.positions.size(); v += stride(from.positions.size()))
-    points.push_back(lattice.to_lattice(from.positions[v]));
-  for (std::size_t t = 0; t < from.triangles.size(); t += stride(from.triangles.size())) {
-    const auto& [a, b, c] = from.triangles[t];
-    points.push_back(lattice.to_lattice((from.positions[a] + from.positions[b] + from.positions[c]) / 3.0));
-  }
-  std::vector<double> distances(points.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256), [&](const auto& range) {
-    if (progress.cancelled()) return;
-    for (std::size_t k = range.begin(); k != range.end(); ++k) distances[k] = surface.nearest(points[k]).distance;
-  });
-  Deviation result;
-  for (const double d : distances) {
-    result.rms += d * d;
-    result.max = std::max(result.max, d);
-  }
-  result.rms = std::sqrt(result.rms / double(std::max<std::size_t>(distances.size(), 1))) * lattice.step;
-  result.max *= lattice.step;
   return result;
 }
 

@@ -26,11 +26,4 @@ struct Remeshed {
 /// has more than two million), Corrupt (nothing of it is as large as a voxel), Cancelled.
 [[nodiscard]] Result<Remeshed> remesh(const TriangleMesh& source, double voxel, const Progress& progress);
 
-/// Root mean square and greatest distance from the vertices and the middles of the triangles of one mesh to the surface
-/// of another, in model units; an even choice of at most about 400,000 of them.
-struct Deviation {
-  double rms = 0, max = 0;
-};
-[[nodiscard]] Deviation deviation(const TriangleMesh& from, const TriangleMesh& to, const Progress& progress);
-
 }  // namespace relief::detail

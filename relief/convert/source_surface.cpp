@@ -1,3 +1,4 @@
+#include <relief/base/triangle.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/source_surface.h>
 
@@ -28,30 +29,6 @@ void note_hit(const RTCFilterFunctionNArguments* arguments) {
   if (hits->count < hits->triangles.size())
     hits->triangles[hits->count++] = RTCHitN_primID(arguments->hit, arguments->N, 0);
   arguments->valid[0] = 0;
-}
-
-// The weights of the point of a triangle that is nearest to p [Ericson, Real-Time Collision Detection, 5.1.5].
-std::array<double, 3> nearest_weights(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
-  const Vec3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
-  const Vec3d bp = p - b;
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {1 - d1 / (d1 - d3), d1 / (d1 - d3), 0};
-  const Vec3d cp = p - c;
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {1 - d2 / (d2 - d6), 0, d2 / (d2 - d6)};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0, 1 - w, w};
-  }
-  const double scale = 1 / (va + vb + vc);
-  return {va * scale, vb * scale, vc * scale};
 }
 
 }  // namespace
@@ -154,7 +131,7 @@ SourceSurface::Nearest SourceSurface::nearest(Vec3d p) const {
     // From p, so that nothing is lost far from the origin.
     const Vec3d a = s.surface->points_[f[0]] - s.p, b = s.surface->points_[f[1]] - s.p,
                 c = s.surface->points_[f[2]] - s.p;
-    const auto w = nearest_weights({}, a, b, c);
+    const auto w = nearest_in_triangle({}, a, b, c);
     const double distance = length(a * w[0] + b * w[1] + c * w[2]);
     if (!(distance < s.best.distance)) return false;
     s.best = {distance, arguments->primID, w};

@@ -268,7 +268,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   last_cursor_ = cursor;
   last_depth_ = depth;
   last_model_ = &model;
-  was_in_slab_ = contact.has_value();
+  was_in_slab_ = contact && !contact->hole;
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!touching || latched_ || start_inside_) {

@@ -364,6 +364,50 @@ class Workflow(Case):
             self.assertEqual(self.ok("export", model, self.folder / "p.ply", "--json").json()["triangles"],
                              n * n * report["slabs"])
 
+    def test_a_model_with_slabs_of_different_n_and_a_hole(self):
+        model = self.folder / "mixed.relief"
+        shutil.copy(pathlib.Path(__file__).parent.parent / "data" / "format-2.relief", model)
+        info = Run("info", model, "--json").json()
+        self.assertEqual(info["intervals"], {"min": 1, "max": 8})
+        self.assertIn("void", info["layers"])
+        self.assertIn("n = 1 to 8", Run("info", model).out)
+        verified = Run("verify", model, "--json").json()
+        self.assertTrue(verified["tiles"])
+        text = self.folder / "mixed.slabs"
+        self.ok("export", model, text)
+        self.assertEqual({int(line.split()[-1]) for line in text.read_text().splitlines()[-info["slabs"]:]}, {1, 2, 4, 8})
+        self.ok("render", model, "-o", self.folder / "mixed.png", "--size", "64x64", "--lights", "1", "--overlay", "heat")
+        triangles = []
+        for level in range(4):
+            mesh = self.folder / "mixed.ply"
+            written = self.ok("export", model, mesh, "--level", level, "--json").json()
+            triangles.append(written["triangles"])
+            self.assertLess(written["vertices"], info["samples"], "what only a hole uses is left out")
+        self.assertEqual(triangles, sorted(triangles, reverse=True))
+        self.assertLess(triangles[3], info["slabs"], "one triangle per slab, but for the hole")
+        self.assert_failed(Run("export", model, self.folder / "x.ply", "--level", "4"), 1, "levels 0 to 3")
+        # From above the hand passes through the hole at the top; from below it meets the surface.
+        path, forces = self.folder / "through.csv", self.folder / "through_forces.csv"
+        for way, touched in ((1, False), (-1, True)):
+            path.write_text("t,x,y,z\n" + "".join(f"{k / 1000},0.05,{way * (1.3 - k / 1000)},0.02\n" for k in range(500)))
+            self.ok("touch", model, "--path", path, "-o", forces)
+            with forces.open() as rows:
+                self.assertEqual("1" in [row["contact"] for row in csv.DictReader(rows)], touched)
+        strokes = self.folder / "across.json"
+        strokes.write_text(json.dumps([
+            {"tool": tool, "radius": 0.3, "strength": 0.5, "colour": [200, 30, 30],
+             "points": [[0, -0.9, -0.3, 0.3, 1], [0.5, 0.1, -0.4, 0.9, 1], [1, 0.9, -0.2, -0.3, 1]]}
+            for tool in ("carve", "deposit", "paint")]))
+        before = info["content_hash"]
+        self.ok("sculpt", model, "--strokes", strokes, "-o", model)
+        after = Run("info", model, "--json").json()
+        self.assertEqual(after["strokes"], info["strokes"] + 3)
+        self.assertNotEqual(after["content_hash"], before)
+        self.ok("undo", model, "--strokes", 3)
+        self.assertEqual(Run("info", model, "--json").json()["content_hash"], before)
+        self.ok("redo", model, "--strokes", 3)
+        self.assertEqual(Run("info", model, "--json").json()["content_hash"], after["content_hash"])
+
     def test_formats_with_a_unit_keep_size_and_unit(self):
         for unit, extension in (("cm", "3mf"), ("mm", "glb")):
             model, again = self.folder / "u.relief", self.folder / "u2.relief"

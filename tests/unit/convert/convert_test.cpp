@@ -68,7 +68,7 @@ TEST(Convert, BallAtEveryGridSize) {
     EXPECT_GE(result->report.slabs, 60U);
     EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
     EXPECT_EQ(result->report.hits_single, result->report.fibres_cast) << n;
-    EXPECT_LT(result->report.distance_max, n == 1 ? 0.1 : n == 2 ? 0.04 : n == 15 ? 4e-3 : 2e-3) << n;
+    EXPECT_LT(result->report.to_mended.max, n == 1 ? 0.1 : n == 2 ? 0.04 : n == 15 ? 4e-3 : 2e-3) << n;
   }
 }
 
@@ -106,13 +106,13 @@ TEST(Convert, CubeAndTetrahedronAreExact) {
     expect_sound(result, settings);
     EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
     EXPECT_EQ(result->report.dropped_slabs, 0U);
-    EXPECT_LT(result->report.distance_rms, 0.02);
+    EXPECT_LT(result->report.to_mended.rms, 0.02);
   }
   const ConvertSettings settings = few(12, 8);
   const auto cube = convert(testing::box({1, 1, 1}), settings);
   expect_sound(cube, settings);
   EXPECT_EQ(cube->report.slabs, 12U);
-  EXPECT_LT(cube->report.distance_max, 1e-6);
+  EXPECT_LT(cube->report.to_mended.max, 1e-6);
 }
 
 TEST(Convert, ThinPlateStaysClosed) {
@@ -121,7 +121,7 @@ TEST(Convert, ThinPlateStaysClosed) {
   expect_sound(plate, settings);
   EXPECT_EQ(open_edges(plate->model.head->slab_mesh()), 0U);
   EXPECT_EQ(plate->report.dropped_slabs, 0U);
-  EXPECT_LT(plate->report.distance_max, 1e-4);
+  EXPECT_LT(plate->report.to_mended.max, 1e-4);
 }
 
 TEST(Convert, KnifeEdgeStaysClosed) {
@@ -149,7 +149,7 @@ TEST(Convert, HillyOpenSheet) {
   expect_sound(result, settings);
   EXPECT_EQ(result->report.dropped_slabs, 0U);
   EXPECT_GT(single_share(result->report), 0.97);
-  EXPECT_LT(result->report.distance_rms, 1e-3);
+  EXPECT_LT(result->report.to_mended.rms, 1e-3);
 }
 
 TEST(Convert, NestedBallsKeepTheirCavity) {
@@ -236,7 +236,7 @@ TEST(Convert, AnySizeAnywhere) {
     ASSERT_TRUE(result);
     EXPECT_EQ(open_edges(result->model.head->slab_mesh()), 0U);
     EXPECT_GT(single_share(result->report), 0.99) << scale << " " << shift;
-    EXPECT_LT(result->report.distance_rms, 1e-3) << scale << " " << shift;
+    EXPECT_LT(result->report.to_mended.rms, 1e-3) << scale << " " << shift;
   }
 }
 
