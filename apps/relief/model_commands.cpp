@@ -131,7 +131,7 @@ ordered_json to_json(const verify::Certificate& certificate) {
 }
 
 struct ConvertOptions {
-  std::string in, out, mended, mode, unit;
+  std::string in, out, mended, mode, unit, remesh;
   ConvertSettings settings;
   bool force = false;
 };
@@ -201,6 +201,8 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["distance"]["to_source"] = distance(r.to_source);
   json["distance"]["from_source"] = distance(r.from_source);
   if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
+  if (r.remesh)
+    json["remesh"] = {{"voxel", r.remesh->voxel}, {"sheets", r.remesh->sheets}, {"crumbs", r.remesh->crumbs}};
   json["mended"] = {{"moved_vertices", r.moved_vertices},   {"moved_most", r.moved_most},
                     {"parted_vertices", r.parted_vertices}, {"replaced_triangles", r.replaced_triangles},
                     {"closed_openings", r.closed_openings}, {"phantom_triangles", r.phantom_triangles}};
@@ -233,6 +235,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                 fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
                             printable(o.in), o.mode));
   o.settings.mode = mode_from_name(o.mode);
+  if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
@@ -508,6 +511,11 @@ void add_convert(CLI::App& app, Context& context) {
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
       ->check(in_range(1e-4, 1));
+  c->add_flag(
+       "--remesh{auto}", o->remesh,
+       "Make the source a solid anew first, for sources that meet themselves or are open; --remesh=VOXEL sets the "
+       "edge of a voxel, share of the diagonal")
+      ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); });
   c->add_option("--unit", o->unit,
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));

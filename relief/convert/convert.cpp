@@ -6,6 +6,7 @@
 #include <relief/convert/lattice.h>
 #include <relief/convert/measure.h>
 #include <relief/convert/reach.h>
+#include <relief/convert/remesh.h>
 #include <relief/convert/resolution.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
@@ -70,6 +71,8 @@ Status check(const ConvertSettings& settings) {
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
   if (settings.mode == Mode::Tolerant)
     return fail(Errc::InvalidArgument, "this version makes no tolerant shells; ask for certified or preview.");
+  if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
+    return outside("the voxel to remesh with", number(*settings.remesh), "0.00001 to 0.1, a share of the diagonal");
   if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
     return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
   return {};
@@ -488,6 +491,17 @@ void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& repo
   report.thickness_median = lengths[lengths.size() / 2];
 }
 
+/// Puts a solid made anew in the place of the repaired source.
+Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, const Progress& progress) {
+  const double across = diagonal_of(bounds(mended));
+  RELIEF_TRY(Remeshed made, remesh(mended, share * across, progress));
+  report.remesh = {.voxel = made.voxel / across, .sheets = made.sheets, .crumbs = made.crumbs};
+  report.repair.parts = made.parts;
+  report.repair.boundary_loops = made.rims;
+  mended = std::move(made.mesh);
+  return {};
+}
+
 Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
                                    const Progress& progress) {
   Conversion result;
@@ -496,8 +510,13 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   report.repair = repaired.report;
-  report.source_triangles = repaired.mesh.triangles.size();
   stopwatch.phase_done("repair");
+  if (settings.remesh) {
+    RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, report, progress));
+    if (progress.cancelled()) return cancelled();
+    stopwatch.phase_done("remesh");
+  }
+  report.source_triangles = repaired.mesh.triangles.size();
 
   const Box3d box = bounds(repaired.mesh);
   const double diagonal = diagonal_of(box);
@@ -617,6 +636,13 @@ std::string to_string(const ConvertReport& report) {
   std::array<char, 600> line{};
   std::string text = to_string(report.repair);
   if (!text.empty() && text.back() != '\n') text += '\n';
+  if (report.remesh) {
+    const ConvertReport::Remesh& r = *report.remesh;
+    std::snprintf(line.data(), line.size(), "remeshed with voxels of %.2e of the diagonal\n", r.voxel);
+    text += line.data();
+    if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
+    if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
+  }
   const double cast = std::max(1.0, double(report.fibres_cast));
   std::snprintf(line.data(), line.size(),
                 "%zu triangles became %zu slabs\n"
