@@ -248,9 +248,13 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode.empty()) {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
-    o.settings.mode = Mode::Preview;
-    converted = convert(source, o.settings, context.progress);
-    if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    if (claim_holds(Mode::Tolerant, certificate)) {
+      converted->model.info.mode = Mode::Tolerant;
+    } else {
+      o.settings.mode = Mode::Preview;
+      converted = convert(source, o.settings, context.progress);
+      if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    }
     converted->report.not_certified = why;
     certificate = certificate_of(*converted, context.progress);
   }

@@ -131,7 +131,7 @@ class Contract(Case):
         report = self.ok("convert", sheet, "-o", out, "--mode", "certified", "--json").json()
         self.assertEqual(report["mode"], "certified")
         self.assertEqual(report["mended"]["closed_openings"], 1)
-        self.assertIn("void", self.layers(out))
+        self.assertIn("void", Run("info", out, "--json").json()["layers"])
         self.ok("export", out, ply)
         for line in ply.read_text().splitlines():
             if line.startswith("v "):
