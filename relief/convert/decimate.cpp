@@ -37,6 +37,10 @@ class Collapser {
     for (std::uint32_t v = 0; v < parent_.size(); ++v) parent_[v] = v;
   }
 
+  /// Collapses edges below a rising cost in the order in which they lie in memory, at most one per vertex and round:
+  /// the order by cost matters little while there are many, and neither a queue nor its memory is needed. Stops where
+  /// little goes any more. False when cancelled.
+  bool sweep(std::size_t target, const Guards& guards, const Progress& progress, double from, double to);
   /// False when cancelled.
   bool run(std::size_t target, const Guards& guards, bool exact, const Progress& progress, double from, double to);
   void to_lattice();
@@ -501,6 +505,50 @@ void Collapser::build_grid() {
   grid_entries_ = grid_.entry_count();
 }
 
+bool Collapser::sweep(std::size_t target, const Guards& guards, const Progress& progress, double from, double to) {
+  constexpr double kShare = 0.35;  // of the edges may go in a round
+  constexpr std::size_t kStride = 7;
+  const std::size_t start = alive_;
+  const auto merge_of = [&](std::uint32_t u, std::uint32_t v) {
+    Quadric q = quadrics_[u];
+    q += quadrics_[v];
+    return merge_ends(q, at_[u], at_[v]);
+  };
+  std::vector<double> costs;
+  for (std::uint32_t round = 1; alive_ > target; ++round) {
+    // An edge inside the surface has one face that runs through it upwards.
+    costs.clear();
+    std::size_t counter = 0;
+    for (const Face& f : faces_)
+      for (std::size_t k = 0; k < 3 && f[0] != kNone; ++k)
+        if (f[k] < f[(k + 1) % 3] && ++counter % kStride == 0) costs.push_back(merge_of(f[k], f[(k + 1) % 3]).cost);
+    if (costs.empty()) break;
+    const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(kShare * double(costs.size()));
+    std::nth_element(costs.begin(), middle, costs.end());
+    const double most = *middle;
+    const std::size_t before = alive_;
+    for (std::uint32_t f = 0; f < faces_.size() && alive_ > target; ++f) {
+      if ((f & 4095U) == 0 && progress.cancelled()) return false;
+      if ((f & 0x1ffffU) == 0)
+        progress("decimate", from + (to - from) * double(start - alive_) / double(start - target));
+      for (std::size_t k = 0; k < 3 && faces_[f][0] != kNone; ++k) {
+        const std::uint32_t u = faces_[f][k], v = faces_[f][(k + 1) % 3];
+        if (u > v || stamp_[u] == round || stamp_[v] == round) continue;
+        const Merge merge = merge_of(u, v);
+        if (merge.cost > most || !link_allows(u, v)) continue;
+        for (const Vec3d place : {merge.place, at_[u], at_[v]})
+          if (weigh({u, v, place}, guards)) {
+            apply({u, v, place});
+            stamp_[u] = round;
+            break;
+          }
+      }
+    }
+    if (50 * (before - alive_) < before) break;
+  }
+  return true;
+}
+
 bool Collapser::run(std::size_t target, const Guards& guards, bool exact, const Progress& progress, double from,
                     double to) {
   exact_ = exact;
@@ -747,7 +795,9 @@ Decimation::Decimation(std::span<const Vec3d> points, std::span<const Face> face
     : fine_(std::make_unique<Collapser>(points, faces)) {
   const std::size_t near = std::max<std::size_t>(24 * target, std::min<std::size_t>(10000, faces.size() / 2));
   const Guards fine = {.normal = 0.2, .shape = 0.05, .visibility = 0, .apart = false};
-  if (!fine_->run(near, fine, false, progress, 0, 0.7)) return;
+  constexpr std::size_t kFew = 50000;
+  if (!fine_->sweep(std::max(kFew, 3 * near), fine, progress, 0, 0.5)) return;
+  if (!fine_->run(near, fine, false, progress, 0.5, 0.7)) return;
   fine_->compact();
   fine_->to_lattice();
 }
