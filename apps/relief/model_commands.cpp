@@ -245,12 +245,13 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
   verify::Certificate certificate = certificate_of(*converted, context.progress);
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
-  if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode.empty()) {
+  if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) &&
+      o.mode != "certified") {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
     if (claim_holds(Mode::Tolerant, certificate)) {
       converted->model.info.mode = Mode::Tolerant;
-    } else {
+    } else if (o.mode.empty()) {
       o.settings.mode = Mode::Preview;
       converted = convert(source, o.settings, context.progress);
       if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);

@@ -100,6 +100,14 @@ void fill(const SampleNumbers& numbers, std::vector<std::uint8_t>& known, std::v
 void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
   source.surface.cross(line.origin, line.direction, from, to, found);
   if (!source.certified) return;
+  // Rounding may let a fibre slip between two triangles: then it is moved aside by a quarter of a lattice step.
+  for (std::size_t axis = 0; axis < 3 && found.count == 0; ++axis)
+    for (const double aside : {-0.25, 0.25}) {
+      if (found.count > 0) break;
+      Vec3d origin = line.origin;
+      origin[axis] += aside;
+      source.surface.cross(origin, line.direction, from, to, found);
+    }
   // Between two crossings outwards there would be one inwards: neighbours met near a common edge.
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k)

@@ -900,7 +900,9 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (round >= 3 && removed < std::max<std::size_t>(2, before / (before > few_ ? 25 : 200))) break;
+    // Far above the target, as with thousands of parts, more rounds would only polish.
+    const bool far = before > few_;
+    if (round >= (far ? 1 : 3) && removed < std::max<std::size_t>(2, before / (far ? 25 : 200))) break;
   }
   return true;
 }
