@@ -102,17 +102,13 @@ bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 +
 void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
   source.surface.cross(line.origin, line.direction, from, to, found);
   if (!source.certified) return;
-  // Rounding may let a fibre slip between two triangles: then it is moved aside by a quarter of a lattice step.
-  const auto met = [&] { return std::ranges::any_of(found.all(), inside); };
-  for (int k = 0; k < 6 && !met(); ++k) {
-    Vec3d origin = line.origin;
-    origin[static_cast<std::size_t>(k / 2)] += k % 2 == 0 ? -0.25 : 0.25;
-    source.surface.cross(origin, line.direction, from, to, found);
-  }
-  // Between two crossings outwards there would be one inwards: neighbours met near a common edge.
+  // Between two crossings outwards of a proven fibre there would be one inwards: what is met twice is an edge.
   std::size_t kept = 0;
-  for (std::size_t k = 0; k < found.count; ++k)
-    if (kept == 0 || found.items[k].front != found.items[kept - 1].front) found.items[kept++] = found.items[k];
+  for (std::size_t k = 0; k < found.count; ++k) {
+    const bool again = kept > 0 && inside(found.items[k]) && inside(found.items[kept - 1]) &&
+                       found.items[k].front == found.items[kept - 1].front;
+    if (!again) found.items[kept++] = found.items[k];
+  }
   found.count = kept;
 }
 

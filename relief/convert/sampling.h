@@ -80,7 +80,7 @@ using ColourField = std::vector<std::array<float, 3>>;
 /// The colour of `coloured`, whose surface `source` is, where the fibre crosses it nearest to the displaced surface, or
 /// at the point nearest to that where it does not cross it there. Which way the source's triangles look is no matter.
 [[nodiscard]] ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers,
-                                                               const SourceSurface& source, const Lattice& lattice,
-                                                               const TriangleMesh& coloured, const Progress& progress);
+                                        const SourceSurface& source, const Lattice& lattice,
+                                        const TriangleMesh& coloured, const Progress& progress);
 
 }  // namespace relief::detail
