@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -637,6 +638,17 @@ TEST(VerifySamples, CountsWhatFibresMeet) {
   source.faces[0][0] = 1000;
   c = check_samples(cage.view(), source.view(), tiles.view(), 1e-4);
   EXPECT_EQ(c.off, 1U);
+}
+
+TEST(VerifySource, CancelledClaimsNothingThatWasNotTested) {
+  const std::atomic<bool> cancel = true;
+  const Cage cage = sphere_cage();
+  const Surface source = ball();
+  ASSERT_TRUE(cage.check(source).all());
+  const Certificate c = verify::check(cage.view(), source.view(), {.report = {}, .cancel = &cancel});
+  EXPECT_FALSE(c.all());
+  for (const Condition condition : {Condition::C5, Condition::C6, Condition::C7})
+    EXPECT_FALSE(c.holds[static_cast<std::size_t>(condition)]);
 }
 
 }  // namespace
