@@ -93,10 +93,10 @@ def row_of(relief, name, file, slabs, options, work):
 def markdown(rows, options):
     text = [
         f"n = {options.samples}{', remeshed' if options.remesh else ''}. CPU: seconds of the whole command over all its threads;"
-        " memory: its peak resident set. Single: fibres that meet the mended source exactly once. Distances from the displaced"
-        " surface to the mended source, shares of its diagonal. Verified: `relief verify --source` on the model and the mended"
+        " memory: its peak resident set. Single: fibres that meet the mended source exactly once. Distances between the displaced"
+        " surface and the mended source, there and back, shares of the diagonal. Verified: `relief verify --source` on the model and the mended"
         " source says that all that the mode claims holds.", "",
-        "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | single | rms | greatest | verified |",
+        "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | single | rms there, back | greatest there, back | verified |",
         "|---|---|---|---|---|---|---|---|---|---|---|"]
     reasons = []
     for row in rows:
@@ -107,11 +107,11 @@ def markdown(rows, options):
             reasons.append(f"- {row['model']}: {row['error']}")
             continue
         c = row["convert"]
-        hits = c["hits"]
+        hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
         single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
         text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
-                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {single:.2f} % | {c['distance']['rms']:.1e} |"
-                    f" {c['distance']['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
+                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
+                    f" {there['max']:.1e}, {back['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
         if "not_certified" in c:
             reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
         if "error" in row:

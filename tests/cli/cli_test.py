@@ -290,6 +290,25 @@ class Workflow(Case):
     def layers(self, model):
         return Run("info", model, "--json").json()["layers"]
 
+    def test_remeshing_makes_one_solid_of_boxes_that_cross(self):
+        lines, faces = [], ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+        for k, (low, high) in enumerate([((0, 0, 0), (3, 1, 1)), ((1, -1, 0.3), (2, 2, 1.6))]):
+            lines += [f"v {(low, high)[c & 1][0]} {(low, high)[c >> 1 & 1][1]} {(low, high)[c >> 2][2]}" for c in range(8)]
+            lines += ["f " + " ".join(str(int(c) + 8 * k) for c in face.split()) for face in faces]
+        scan, model, mended = (self.folder / f"cross.{e}" for e in ("obj", "relief", "ply"))
+        scan.write_text("\n".join(lines) + "\n")
+        made = self.ok("convert", scan, "-o", model, "--slabs", 60, "--samples", 8, "--remesh", "--mended", mended,
+                       "--json").json()
+        self.assertEqual((made["repair"]["parts"], made["repair"]["boundary_loops"]), (1, 0))
+        self.assertEqual((made["remesh"]["sheets"], made["mode"]), (0, "certified"))
+        self.assertLess(made["distance"]["to_source"]["max"], 1.5 * made["remesh"]["voxel"])
+        self.ok("verify", model, "--source", mended)
+        coarse = self.ok("convert", scan, "-o", model, "--slabs", 60, "--samples", 8, "--remesh=0.02", "--json").json()
+        self.assertAlmostEqual(coarse["remesh"]["voxel"], 0.02)
+        for wrong in ("--remesh=much", "--remesh=0", "--remesh=0.5", "--remesh=nan"):
+            self.assert_failed(Run("convert", scan, "-o", model, wrong), 2, "--remesh")
+        self.assert_failed(Run("convert", scan, "-o", model, "--remesh=0.00002"), 1, "cross.obj", "voxels")
+
     def test_an_image_becomes_the_colour_layer(self):
         """A cube whose OBJ names a PNG: red on the left, green on the right of every side."""
         width, height = 64, 32
