@@ -85,10 +85,10 @@ struct PlainSource {
   [[nodiscard]] verify::Source view() const { return {positions, triangles}; }
 };
 
-/// What the verifier proves of a conversion; a certified one is held against its mended source.
+/// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
 verify::Certificate certificate_of(const Conversion& made, const Progress& progress) {
   const PlainShell shell(made.model.head->slab_mesh());
-  if (made.model.info.mode != Mode::Certified) return verify::check(shell.view());
+  if (made.model.info.mode == Mode::Preview) return verify::check(shell.view());
   const PlainSource source(made.mended);
   return verify::check(shell.view(), source.view(), progress);
 }
@@ -230,10 +230,6 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 
 Status run_convert(ConvertOptions& o, const Context& context) {
   const double start = process_cpu_seconds();
-  if (o.mode == "tolerant")
-    return fail(Errc::Unfoldable,
-                fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
-                            printable(o.in), o.mode));
   o.settings.mode = mode_from_name(o.mode);
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
@@ -252,9 +248,13 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode.empty()) {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
-    o.settings.mode = Mode::Preview;
-    converted = convert(source, o.settings, context.progress);
-    if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    if (claim_holds(Mode::Tolerant, certificate)) {
+      converted->model.info.mode = Mode::Tolerant;
+    } else {
+      o.settings.mode = Mode::Preview;
+      converted = convert(source, o.settings, context.progress);
+      if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    }
     converted->report.not_certified = why;
     certificate = certificate_of(*converted, context.progress);
   }
@@ -284,7 +284,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
 /// What the verifier says of the tiles that lie on each slab's own grid.
 Status check_tiles(const std::string& file, const PlainShell& shell, const Snapshot& head) {
   for (const auto& [layer, between] :
-       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer}}) {
+       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
+        std::pair{Layer::Folded, verify::Between::Nearer}}) {
     if (!head.has(layer)) continue;
     std::vector<verify::SampleTile> tiles;
     for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
@@ -505,9 +506,11 @@ void add_convert(CLI::App& app, Context& context) {
                 "the smallest power of two for n that keeps to it, at most 128")
       ->check(in_range(1e-7, 1))
       ->excludes(samples);
-  c->add_option("--mode", o->mode,
-                "certified: proven, or exit 1; preview; without it the best that can be proved (tolerant is not in "
-                "this version)")
+  c->add_option(
+       "--mode", o->mode,
+       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: the slabs asked for, with "
+       "samples marked whose fibre meets the surface more than once; preview: quick, single slabs are sound; "
+       "without it the best that can be proved")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
       ->check(in_range(1e-4, 1));

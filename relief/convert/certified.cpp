@@ -296,7 +296,13 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
       if (singular.empty() && !reducer.thin_shell(progress)) return result;
       if (singular.empty() && reducer.faults().empty()) {
         smoother.release();
-        if (!reducer.reduce(progress) || !reducer.thicken(progress)) return result;
+        if (!reducer.reduce(progress)) return result;
+        for (const double tolerance : settings.tolerances) {
+          if (reducer.slab_count() <= settings.target) break;
+          if (!reducer.reduce_further(tolerance, progress)) return result;
+          result.tolerant = true;
+        }
+        if (!reducer.thicken(progress)) return result;
         result.obstacle.clear();
         result.shell = reducer.shell();
         std::vector<std::uint8_t> scanned(s.points.size(), 0);

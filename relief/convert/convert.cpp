@@ -69,8 +69,6 @@ Status check(const ConvertSettings& settings) {
     return outside("the error", number(settings.error), "1e-7 to 1, a share of the diagonal");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
-  if (settings.mode == Mode::Tolerant)
-    return fail(Errc::InvalidArgument, "this version makes no tolerant shells; ask for certified or preview.");
   if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
     return outside("the voxel to remesh with", number(*settings.remesh), "0.00001 to 0.1, a share of the diagonal");
   if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
@@ -245,6 +243,7 @@ struct Ground {
   TriangleMesh mesh;             ///< phantom triangles come last
   std::size_t phantom_from = 0;  ///< the first of them
   Lattice lattice;
+  bool tolerant = false;  ///< the shell may fold in a small share of the area
 };
 
 /// A mesh whose openings are closed with phantom triangles; these come last.
@@ -297,6 +296,8 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
                                         ConvertReport& report, const Progress& progress) {
   // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
   constexpr double kFarthest = 2e-3;
+  // Shares of a slab's area in which a tolerant shell may fold.
+  constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
   const TriangleMesh& open = ground.mesh;
   const auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, rims);
@@ -318,7 +319,9 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     made = build_certified(std::move(source),
                            {.target = static_cast<std::size_t>(settings.slabs),
                             .longest = settings.thickness * diagonal / lattice.step,
-                            .farthest = kFarthest * diagonal / lattice.step},
+                            .farthest = kFarthest * diagonal / lattice.step,
+                            .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
+                                                                          : std::span<const double>()},
                            progress);
     if (!made.shell.faces.empty() || made.obstacle.empty()) break;
     // Membranes that met the surface give way to boxes.
@@ -359,6 +362,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.parted_vertices = made.parted_points;
   report.replaced_triangles = made.replaced_faces;
   report.closed_openings = rims.size();
+  ground.tolerant = made.tolerant;
   ground.lattice = lattice;
   TriangleMesh mended;
   mended.unit = open.unit;
@@ -438,6 +442,8 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
   SnapshotDraft draft(Snapshot::make(mesh));
   if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
+  const bool folds = field.hits.several > 0;
+  if (folds) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     const int n = mesh->intervals(s), step = fine->intervals(s) / n;
     const auto put = [&](Layer layer, auto&& value) {
@@ -452,6 +458,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
       pierced = pierced || field.is_void[number] != 0;
       return field.values[number];
     });
+    if (folds) put(Layer::Folded, [&](std::size_t number) { return field.folded[number] != 0 ? 1.0F : 0.0F; });
     if (pierced) put(Layer::Void, [&](std::size_t number) { return field.is_void[number] != 0 ? 1.0F : 0.0F; });
   }
   const HitCount more = count_hits(*mesh, source, field.hits.all(), progress);
@@ -531,10 +538,10 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     mesh = certify(ground, settings, diagonal, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
-    if (mesh != nullptr) mode = Mode::Certified;
-    if (mesh == nullptr && settings.mode == Mode::Certified)
-      return fail(Errc::Unfoldable, "no certified shell: " + report.not_certified +
-                                        "; mend the source there, or convert with --mode preview.");
+    if (mesh != nullptr) mode = ground.tolerant ? Mode::Tolerant : Mode::Certified;
+    if (mesh == nullptr && settings.mode)
+      return fail(Errc::Unfoldable, "no " + std::string(name(*settings.mode)) + " shell: " + report.not_certified +
+                                        "; remesh the source as a solid (--remesh), or convert with --mode preview.");
   }
   const Lattice& lattice = ground.lattice;
   std::vector<Vec3d> points;

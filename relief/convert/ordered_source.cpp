@@ -10,7 +10,7 @@ namespace relief::detail {
 namespace {
 
 /// Fibres lean towards every face they cross by this sine at least, so that rounding cannot turn it.
-constexpr float kLeastSlack = 1e-3F;
+constexpr float kLeastSlack = 5e-3F;
 
 /// Bits of x, y, z interleaved; 10 of each.
 std::uint32_t morton(LatticePoint p) noexcept {

@@ -28,6 +28,12 @@ class Reducer {
   [[nodiscard]] const std::vector<std::uint32_t>& faults() const noexcept { return thin_.faults; }
   /// After a thin shell without faults. False when cancelled.
   bool reduce(const Progress& progress);
+  [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
+  /// Goes on to the target where that share of a slab's area may fold (C6). False when cancelled.
+  bool reduce_further(double tolerance, const Progress& progress) {
+    last_->tolerate(tolerance);
+    return last_->reduce(target_, progress);
+  }
   /// False when cancelled.
   bool thicken(const Progress& progress) { return last_->thicken(progress); }
   [[nodiscard]] Shell shell() const;

@@ -100,6 +100,11 @@ SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer)
   levels_ = {dot(plane(0), ends_[0]), dot(plane(1), ends_[3])};
 }
 
+double SlabShape::middle_area() const noexcept {
+  const Vec3d a = ends_[0] + ends_[3], b = ends_[1] + ends_[4], c = ends_[2] + ends_[5];
+  return 0.125 * length(cross(b - a, c - a));
+}
+
 Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
     if (std::min({t.a[k], t.b[k], t.c[k]}) > box_.high[k] + kClearance ||

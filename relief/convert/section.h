@@ -52,6 +52,8 @@ class SlabShape {
   [[nodiscard]] bool surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept;
 
   [[nodiscard]] const Box3d& box() const noexcept { return box_; }
+  /// Of the triangle half way along the fibres.
+  [[nodiscard]] double middle_area() const noexcept;
   [[nodiscard]] const Box3d& box(std::size_t side) const noexcept { return side_boxes_[side]; }
   [[nodiscard]] const LatticeTriangle& triangle(std::size_t side) const noexcept { return triangles_[side]; }
 

@@ -390,8 +390,18 @@ SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
                                 : Fault::None;
 }
 
+/// The fault of a piece that is in a slab, if there is one: folds are let go as long as there is area to spare.
+SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double& spare) const {
+  if (m == Meeting::Folded && spare > 0) {
+    spare -= 0.5 * length(source_.cross_of(triangle));
+    if (spare >= 0) return Fault::None;
+  }
+  return fault_of(m);
+}
+
 /// Lists the triangles of a block that do not fit as a whole.
-SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece) {
+SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece,
+                                               double& spare) {
   const std::uint32_t first = union_[piece].first();
   const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBlock, source_.faces.size() - first));
   if (spread_[piece] == kNone) {
@@ -409,9 +419,9 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
       if ((verdict.section >> lane & 1U) == 0) {
         const Meeting m = s.meet(source_.triangle(t));
         if (m == Meeting::Apart) continue;
-        if (m != Meeting::Section) {
+        if (const Fault fault = judge(m, t, spare); fault != Fault::None) {
           hint_ = t;
-          return fault_of(m);
+          return fault;
         }
       }
       trial_.lists.push_back(Entry::triangle(t));
@@ -422,7 +432,7 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
 
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
-  if (hint_ != kNone) {
+  if (hint_ != kNone && tolerance_ == 0) {
     const SourceTriangle t = source_.triangle(hint_);
     for (const SlabShape& s : trial_.shapes)
       if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
@@ -432,6 +442,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
   for (const SlabShape& s : trial_.shapes) {
     const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
     const QuickShape quick(s, origin_);
+    double spare = tolerance_ * s.middle_area();
     for (std::size_t four = 0; four < pieces_.size(); ++four) {
       if (quick.near(pieces_[four]) == 0) continue;
       const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
@@ -442,15 +453,15 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
           const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
           if (whole == Meeting::Section) trial_.lists.push_back(e);
           if (whole != Meeting::Mixed) continue;
-          if (const Fault fault = evaluate_block(s, quick, k); fault != Fault::None) return fault;
+          if (const Fault fault = evaluate_block(s, quick, k, spare); fault != Fault::None) return fault;
           continue;
         }
         if ((verdict.section >> (k % 4) & 1U) == 0) {
           const Meeting m = s.meet(source_.triangle(e.first()));
           if (m == Meeting::Apart) continue;
-          if (m != Meeting::Section) {
+          if (const Fault fault = judge(m, e.first(), spare); fault != Fault::None) {
             hint_ = e.first();
-            return fault_of(m);
+            return fault;
           }
         }
         trial_.lists.push_back(e);
@@ -843,6 +854,11 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   return true;
 }
 
+void SlabReducer::tolerate(double share) {
+  tolerance_ = share;
+  tried_.assign(tried_.size(), 0);
+}
+
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
   few_ = 16 * target_count;
@@ -884,7 +900,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (round >= 3 && removed < std::max<std::size_t>(2, before / 200)) break;
+    if (round >= 3 && removed < std::max<std::size_t>(2, before / (before > few_ ? 25 : 200))) break;
   }
   return true;
 }

@@ -30,6 +30,8 @@ class SlabReducer {
   bool sweep(std::size_t stop, const Progress& progress);
   /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled.
   bool reduce(std::size_t target_count, const Progress& progress);
+  /// From now on the source may fold in that share of a slab's area.
+  void tolerate(double share);
   /// Makes room to carve and to add. False when cancelled.
   bool thicken(const Progress& progress);
 
@@ -144,7 +146,8 @@ class SlabReducer {
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
-  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece);
+  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, double& spare);
+  Fault judge(Meeting m, std::uint32_t triangle, double& spare) const;
   [[nodiscard]] static Fault fault_of(Meeting m) noexcept;
   Fault evaluate_overlap();
   [[nodiscard]] Quality quality(Vec3d at) const noexcept;
@@ -162,6 +165,7 @@ class SlabReducer {
 
   const OrderedSource& source_;
   double longest_;
+  double tolerance_ = 0;
   Box3d room_;
   CageDraft cage_;
   std::vector<std::uint8_t> fixed_;             // per vertex

@@ -225,6 +225,22 @@ Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double al
   return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
 }
 
+/// The holes of one slab, for many questions.
+class Holes {
+ public:
+  Holes(const Snapshot& model, SlabId slab) noexcept
+      : voids_(model.has(Layer::Void) ? model.tile(Layer::Void, slab).plane() : nullptr),
+        n_(model.slab_mesh().intervals(slab)) {}
+  [[nodiscard]] bool contain(const std::array<GridPoint, 3>& cell) const noexcept {
+    return voids_ != nullptr && is_hole(voids_[sample_index(n_, cell[0])], voids_[sample_index(n_, cell[1])],
+                                        voids_[sample_index(n_, cell[2])]);
+  }
+
+ private:
+  const float* voids_;
+  int n_;
+};
+
 /// The part of a sample's normal that comes from one slab: twice the area vectors of its micro-triangles there, added
 /// counter-clockwise, holes left out. Where n differs across an edge, all are brought to one size of triangle; as it
 /// differs by a power of two, a factor of 4^k does that and changes no bits where it does not differ.
@@ -234,7 +250,7 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
-  const bool holes = model.has(Layer::Void);
+  const Holes holes(model, slab);
   const auto position = [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); };
   const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
   const Vec3d centre = position(at);
@@ -249,7 +265,7 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
       continue;
     }
     const Vec3d edge = position(p) - centre;
-    if (have && !(holes && model.is_hole(slab, {at, last, p}))) sum += cross(before, edge);
+    if (have && !holes.contain({at, last, p})) sum += cross(before, edge);
     before = edge;
     last = p;
     have = true;
@@ -289,12 +305,12 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
-  const bool holes = model.has(Layer::Void);
+  const Holes holes(model, slab);
   const std::array<int, 3> edges = mesh.edge_intervals(slab);
   const bool stitched = edges != std::array{n, n, n};
   const auto cell = [&](const std::array<GridPoint, 3>& at, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     if (stitched && (a == b || b == c || c == a)) return;
-    if (!(holes && model.is_hole(slab, at))) visit(at, a, b, c);
+    if (!holes.contain(at)) visit(at, a, b, c);
   };
   std::array<std::array<Vec3d, kMaxIntervals + 1>, 2> rows;
   std::array<Box3d, 2> boxes;
