@@ -55,20 +55,6 @@ class BoxTree {
     const FloatBox bounds = FloatBox::around(box);
     descend([&](const Node& node) { return node.meeting(bounds); }, visit);
   }
-  /// The same for boxes that the segment from origin + from * direction to origin + to * direction may meet.
-  template <typename Visit>
-  void query(Vec3d origin, Vec3d direction, double from, double to, Visit&& visit) const {
-    if (count_ == 0) return;
-    descend([&](const Node& node) { return node.meeting(origin, direction, from, to); }, visit);
-  }
-  /// Calls distance2(k) with the boxes nearest to p first, as long as boxes are nearer than what it returned last: the
-  /// least squared distance found so far.
-  template <typename Distance2>
-  void nearest(Vec3d p, Distance2&& distance2) const {
-    if (count_ == 0) return;
-    double best = Box3d::kFar;
-    approach(levels_.size() - 1, 0, p, best, distance2);
-  }
 
  private:
   static constexpr std::size_t kWidth = 8;
@@ -96,33 +82,6 @@ class BoxTree {
       unsigned mask = 0;
       for (std::size_t k = 0; k < kWidth; ++k) mask |= unsigned{hit[k]} << k;
       return mask;
-    }
-    [[nodiscard]] unsigned meeting(Vec3d origin, Vec3d direction, double from, double to) const noexcept {
-      unsigned mask = 0;
-      for (std::size_t k = 0; k < kWidth; ++k) {
-        double enter = from, leave = to;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const double a = double(low[axis][k]) - origin[axis], b = double(high[axis][k]) - origin[axis];
-          if (direction[axis] == 0) {
-            if (a > 0 || b < 0) leave = -Box3d::kFar;
-            continue;
-          }
-          const double inverse = 1 / direction[axis];
-          enter = std::max(enter, std::min(a * inverse, b * inverse));
-          leave = std::min(leave, std::max(a * inverse, b * inverse));
-        }
-        mask |= static_cast<unsigned>(enter <= leave) << k;
-      }
-      return mask;
-    }
-    [[nodiscard]] std::array<double, kWidth> distances2(Vec3d p) const noexcept {
-      std::array<double, kWidth> result{};
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        for (std::size_t k = 0; k < kWidth; ++k) {
-          const double gap = std::max({double(low[axis][k]) - p[axis], p[axis] - double(high[axis][k]), 0.0});
-          result[k] += gap * gap;
-        }
-      return result;
     }
   };
 
@@ -159,21 +118,6 @@ class BoxTree {
       }
     }
   }
-  template <typename Distance2>
-  void approach(std::size_t level, std::uint32_t at, Vec3d p, double& best, Distance2& distance2) const {
-    std::array<double, kWidth> far = levels_[level][at].distances2(p);
-    for (;;) {
-      const auto nearest = std::min_element(far.begin(), far.end());
-      if (!(*nearest < best)) return;
-      const auto child = static_cast<std::uint32_t>(at * kWidth) + static_cast<std::uint32_t>(nearest - far.begin());
-      *nearest = Box3d::kFar;
-      if (level > 0)
-        approach(level - 1, child, p, best, distance2);
-      else if (child < count_)
-        best = distance2(child);
-    }
-  }
-
   std::size_t count_;
   std::vector<std::vector<Node>> levels_;  // boxes first, the root last
 };
