@@ -547,14 +547,14 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   std::vector<Vec3d> points;
   points.reserve(ground.mesh.positions.size());
   for (const Vec3d p : ground.mesh.positions) points.push_back(lattice.to_lattice(p));
-  const SourceSurface surface(points, ground.mesh.triangles);
+  std::optional<SourceSurface> surface(std::in_place, points, ground.mesh.triangles);
   stopwatch.phase_done("hierarchy");
 
   if (mesh == nullptr) {
     std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
     const CageSettings cage_settings = {target, settings.thickness * diagonal / lattice.step};
-    RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
+    RELIEF_TRY(const Cage cage, build_cage(points, faces, *surface, lattice, cage_settings, progress, stopwatch));
     mesh = cage.mesh;
     report.dropped_slabs = cage.dropped;
   }
@@ -562,30 +562,32 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
-  const SampleSource sampled = {surface, lattice, ground.phantom_from, mode == Mode::Certified};
+  const SampleSource sampled = {*surface, lattice, ground.phantom_from, mode == Mode::Certified};
   RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
-
-  // Colours and distances of what was read.
-  const AsRead as_read(source, lattice);
-  if (source.has_colour()) {
-    progress("colour", 0);
-    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read.surface, lattice, source, settings, progress));
-    stopwatch.phase_done("colour");
-  }
 
   progress("measure", 0);
   const auto relative = [&](Distance d) {
     return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal};
   };
   const MeasuredSurface made(*result.model.head, lattice);
-  report.to_mended = relative(made.to(surface));
+  report.to_mended = relative(made.to(*surface));
   report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from)));
+  surface.reset();
+  points = {};
+  const AsRead as_read(source, lattice);
   report.to_source = relative(made.to(as_read.surface));
   report.from_source = relative(made.from(as_read.points, as_read.faces));
-  result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
+
+  if (source.has_colour()) {
+    progress("colour", 0);
+    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read.surface, lattice, source, settings, progress));
+    stopwatch.phase_done("colour");
+  }
+
+  result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   progress("measure", 1);
   result.mended = std::move(ground.mesh);
   result.phantom_from = ground.phantom_from;
