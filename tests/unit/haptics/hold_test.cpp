@@ -126,7 +126,7 @@ TEST(FastCursor, DoesNotTunnelThroughTheBowl) {
     const Vec3d to = mesh.bounds().centre() + Vec3d{unit(random), unit(random), unit(random)} * (0.25 * size);
     const Vec3d way = normalized(to - from);
     const auto hit = raycast(*model, {from, way});
-    if (!hit || dot(hit->point.normal, way) > -0.3) continue;
+    if (!hit || dot(hit->point.normal, way) > -0.5) continue;  // grazing ways lead out round the rim
     ++shots;
     for (const double speed : {2.0, 8.0}) {  // m/s
       Servo servo({.workspace = space, .force = {}}, DeviceInfo{});
