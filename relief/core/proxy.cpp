@@ -608,7 +608,7 @@ bool Proxy::pursue(const Snapshot& model, Vec3d cursor, double travel) noexcept 
   for (int flight = 0;; ++flight) {
     // In short pieces, so that each is judged by how the surface turns along it.
     for (int piece = 0; piece < kPieces && reach > 0; ++piece) {
-      const double most = std::min(reach, kPiece * length(goal - place_.position));
+      const double most = std::min(reach, kPiece * apart);
       SurfacePlace next = place_;
       walk(surface, next, goal, most, steps);
       if (!astray && !steady(model, surface, place_, next, goal)) {
