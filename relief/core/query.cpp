@@ -1,3 +1,4 @@
+#include <relief/core/micro_triangles.h>
 #include <relief/core/query.h>
 
 #include <algorithm>
@@ -10,7 +11,58 @@
 
 namespace relief {
 
+namespace detail {
+
+Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
+  const auto w = weights(n, at);
+  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
+}
+
+Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += sample_normal(model, slab, cell.corners[k]) * cell.weights[k];
+  return normalized(sum);
+}
+
+std::array<double, 3> nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
+  const Vec3d ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const Vec3d bp = p - b;
+  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double t = d1 / (d1 - d3);
+    return {1 - t, t, 0};
+  }
+  const Vec3d cp = p - c;
+  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double t = d2 / (d2 - d6);
+    return {1 - t, 0, t};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0, 1 - t, t};
+  }
+  const double scale = 1 / (va + vb + vc);
+  const double v = vb * scale, w = vc * scale;
+  return {1 - v - w, v, w};
+}
+
+}  // namespace detail
+
 namespace {
+
+using detail::cell_normal;
+using detail::LinearForm;
+using detail::nearest_in_triangle;
+using detail::sample_position;
 
 using Weights = std::array<double, 3>;
 
@@ -22,22 +74,6 @@ Weights weights_of(double u, double v) noexcept { return {1 - u - v, u, v}; }
 double least(const Weights& w) noexcept { return std::min({w[0], w[1], w[2]}); }
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
-
-/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to the point that is asked for, so that nothing is
-/// lost far from the origin.
-struct LinearForm {
-  Vec3d a, b, c, d, e, f;
-  double size2;  ///< squared length scale of the slab
-
-  LinearForm(const SlabCorners& k, Vec3d point) noexcept
-      : a(k.inner[0] - point),
-        b(k.inner[1] - k.inner[0]),
-        c(k.inner[2] - k.inner[0]),
-        d(k.outer[0] - k.inner[0]),
-        e((k.outer[1] - k.inner[1]) - d),
-        f((k.outer[2] - k.inner[2]) - d),
-        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
-};
 
 /// Joint Newton in (u, v, alpha) from a start near the answer. False when it does not settle in a few steps; then the
 /// cold solve decides.
@@ -219,11 +255,6 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
-Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
-  const auto w = weights(n, at);
-  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
-}
-
 /// The part of a sample's normal that comes from one slab: twice the area vectors of its micro-triangles there, added
 /// counter-clockwise.
 Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
@@ -250,45 +281,6 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
     have = true;
   }
   return sum;
-}
-
-Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
-  Vec3d sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (cell.weights[k] != 0) sum += sample_normal(model, slab, cell.corners[k]) * cell.weights[k];
-  return normalized(sum);
-}
-
-/// Weights of the point of triangle abc nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: the seven
-/// regions).
-Weights nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
-  const Vec3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
-  const Vec3d bp = p - b;
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = d1 / (d1 - d3);
-    return {1 - t, t, 0};
-  }
-  const Vec3d cp = p - c;
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = d2 / (d2 - d6);
-    return {1 - t, 0, t};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0, 1 - t, t};
-  }
-  const double scale = 1 / (va + vb + vc);
-  const double v = vb * scale, w = vc * scale;
-  return {1 - v - w, v, w};
 }
 
 /// Calls visit(cell corners, positions) for the micro-triangles of a slab, one strip of two rows at a time; `skip` sees

@@ -71,7 +71,9 @@ TEST(Force, IsProportionalToDepthOnASphere) {
     EXPECT_LT(std::acos(std::min(1.0, dot(normalized(felt.force), way))), 0.1 * degree);
     EXPECT_NEAR(length(felt.normal), 1, 1e-12);
     EXPECT_NEAR(felt.depth, depth, 1e-3 * depth);
-    EXPECT_LT(length(felt.contact_point - (felt.cursor + felt.normal * felt.depth)), 1e-12);
+    EXPECT_NEAR(length(felt.contact_point - felt.cursor), felt.depth, 1e-12);
+    EXPECT_LT(length(closest_point(*model, felt.contact_point).position - felt.contact_point), 1e-12)
+        << "on the surface";
   }
 }
 
@@ -187,11 +189,21 @@ TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {
   const SnapshotPtr model = fine_sphere();
   DeviceInfo device = strong_device();
   device.max_force_rate = 100;
-  Driver hand(settings_with(4000, 0, 0, 0.004), device);
-  static_cast<void>(hand.at(*model, {0, 0, 1.01}));
-  for (int k = 0; k < 50; ++k) static_cast<void>(hand.at(*model, {0, 0, 0.95}));
-  EXPECT_GT(hand.at(*model, {0, 0, 0.95}).force.z, 0.5);
-  const ServoSample felt = hand.at(*model, {0, 0, -0.95});
+  ServoSettings settings = settings_with(4000, 0, 0, 0.004);
+  const auto through = [&] {
+    Driver hand(settings, device);
+    static_cast<void>(hand.at(*model, {0, 0, 1.01}));
+    for (int k = 0; k < 50; ++k) static_cast<void>(hand.at(*model, {0, 0, 0.95}));
+    EXPECT_GT(hand.at(*model, {0, 0, 0.95}).force.z, 0.5);
+    return hand.at(*model, {0, 0, -0.95});
+  };
+  ServoSample felt = through();
+  ASSERT_TRUE(felt.contact);
+  EXPECT_GT(felt.contact_point.z, 0.9) << "held on the side it came from";
+  EXPECT_GT(felt.force.z, 0.5);
+
+  settings.force.paper_contact = true;
+  felt = through();
   ASSERT_TRUE(felt.contact);
   EXPECT_NE(felt.flags & bit(ServoFault::RateClamped), 0U);
   EXPECT_GE(dot(felt.force, felt.normal), 0);
