@@ -12,32 +12,23 @@ namespace {
 
 using Weights = std::array<double, 3>;
 using detail::LinearForm;
+using detail::MicroTriangles;
 
-constexpr int kSteps = 64;       // micro-triangles per tick
-constexpr int kFlights = 3;      // times per tick that the point may leave the surface and meet it again
-constexpr int kPieces = 8;       // of the walk in a tick
-constexpr double kPiece = 0.25;  // of the depth: the longest
-constexpr double kFollow = 10;   // lengths of the cursor's way that the point may go in a tick
-constexpr double kRelax = 0.02;  // and this share of the depth, so that it settles under a resting cursor
-constexpr double kTurn = 0.035;  // rad per tick that the normal may turn at rest
-constexpr double kStable = 0.6;  // share of the shell's radius of curvature down to which the nearest point is stable
-constexpr double kFacing =
-    0.9;  // cosine between the normal and the way out that the point does not fall below by itself
-constexpr double kAstray = 0.5;      // cosine of the way out to the way that it came in, or to the normal
-constexpr double kTurned = 0.85;     // the same for a surface that does not face the cursor any more
-constexpr double kFar = 0.06;        // of the diagonal: deeper than any part is pressed through
+constexpr int kSteps = 64;           // micro-triangles per tick
+constexpr double kFollow = 10;       // lengths of the cursor's way that the point may go in a tick
+constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
+constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
+constexpr double kSameSide = 0.5;    // cosine between two ways out of the same side of a part
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
+constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
 constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
-
-GridPoint operator+(GridPoint a, GridPoint b) noexcept { return {a.i + b.i, a.j + b.j}; }
-GridPoint operator-(GridPoint a, GridPoint b) noexcept { return {a.i - b.i, a.j - b.j}; }
-/// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
-GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
-bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
+/// Whether two ways have an angle of at most 60 degrees between them.
+bool same_side(Vec3d a, Vec3d b) noexcept { return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b)); }
 
 Weights weights_of(const SlabCoord& at) noexcept { return {1 - at.u - at.v, at.u, at.v}; }
 
@@ -45,101 +36,10 @@ bool same(const SlabCorners& a, const SlabCorners& b) noexcept {
   return a.inner == b.inner && a.outer == b.outer && a.order == b.order;
 }
 
-/// The micro-triangles of one snapshot; remembers the slab in hand.
-class Surface {
- public:
-  explicit Surface(const Snapshot& model) noexcept : model_(model) {}
-
-  [[nodiscard]] const SlabMesh& mesh() const noexcept { return model_.slab_mesh(); }
-  void enter(SlabId slab) noexcept {
-    if (slab == slab_) return;
-    slab_ = slab;
-    corners_ = mesh().corners(slab);
-    n_ = mesh().intervals(slab);
-    displacement_ = model_.displacement(slab);
-  }
-  [[nodiscard]] int intervals() const noexcept { return n_; }
-  [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
-  [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
-  [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
-    return detail::sample_position(corners_, n_, p, displacement(p));
-  }
-
-  [[nodiscard]] std::array<Vec3d, 3> positions(const MicroTriangle& t) noexcept {
-    enter(t.slab);
-    return {position(t.corners[0]), position(t.corners[1]), position(t.corners[2])};
-  }
-  [[nodiscard]] SlabCoord coordinates(const SurfacePlace& place) noexcept {
-    enter(place.triangle.slab);
-    SlabCoord at{.slab = place.triangle.slab};
-    for (std::size_t k = 0; k < 3; ++k) {
-      at.u += place.weights[k] * place.triangle.corners[k].i / n_;
-      at.v += place.weights[k] * place.triangle.corners[k].j / n_;
-      at.alpha += place.weights[k] * displacement(place.triangle.corners[k]);
-    }
-    return at;
-  }
-  /// The whole fibre through a place, from inner to outer end.
-  [[nodiscard]] Vec3d fibre(const SurfacePlace& place) noexcept {
-    const Weights w = weights_of(coordinates(place));
-    return corners_.weighted(corners_.outer, w) - corners_.weighted(corners_.inner, w);
-  }
-  [[nodiscard]] SurfacePlace place_at(SlabId slab, double u, double v) noexcept {
-    enter(slab);
-    const GridCell cell = cell_at(n_, u, v);
-    SurfacePlace place{.triangle = {slab, cell.corners}, .weights = cell.weights, .position = {}};
-    const auto p = positions(place.triangle);
-    place.position = p[0] * cell.weights[0] + p[1] * cell.weights[1] + p[2] * cell.weights[2];
-    return place;
-  }
-
-  /// The triangle across the edge opposite corner k, also in the next slab; its slab is kNoSlab at an open edge. Its
-  /// first two corners are this one's (k+2)%3 and (k+1)%3.
-  [[nodiscard]] MicroTriangle across(const MicroTriangle& t, std::size_t k) noexcept {
-    enter(t.slab);
-    const GridPoint p = t.corners[(k + 1) % 3], q = t.corners[(k + 2) % 3];
-    if (const GridPoint r = q + turned(p - q); on_grid(n_, r)) return {t.slab, {q, p, r}};
-    const auto wp = weights(n_, p), wq = weights(n_, q);
-    for (int edge = 0; edge < 3; ++edge) {
-      const auto e = static_cast<std::size_t>(edge);
-      if (wp[e] != 0 || wq[e] != 0) continue;
-      const SlabId other = mesh().slabs()[t.slab].neighbours[e];
-      if (other == kNoSlab) break;
-      const int twin = mesh().mirror_edge(t.slab, edge);
-      const GridPoint p2 = edge_point(n_, twin, n_ - wp[(e + 2) % 3]), q2 = edge_point(n_, twin, n_ - wq[(e + 2) % 3]);
-      return {other, {q2, p2, q2 + turned(p2 - q2)}};
-    }
-    return {};
-  }
-  /// Calls visit(triangle) for all triangles around a sample, in order of slab; the sample is their first corner.
-  template <typename Visit>
-  void around(SlabId slab, GridPoint at, Visit&& visit) noexcept {
-    enter(slab);
-    const int n = n_;
-    mesh().for_each_copy(slab, n, at, [&](const SampleCopy& copy) {
-      GridPoint step = {1, 0};
-      for (int k = 0; k < 6; ++k) {
-        const GridPoint next = turned(step);
-        if (on_grid(n, copy.at + step) && on_grid(n, copy.at + next))
-          visit(MicroTriangle{copy.slab, {copy.at, copy.at + step, copy.at + next}});
-        step = next;
-      }
-    });
-  }
-
- private:
-  const Snapshot& model_;
-  SlabId slab_ = kNoSlab;
-  SlabCorners corners_{};
-  int n_ = 0;
-  const float* displacement_ = nullptr;
-};
-
 /// The place of a triangle that is nearest to p.
-SurfacePlace nearest(Surface& surface, const MicroTriangle& triangle, Vec3d p) noexcept {
-  const auto q = surface.positions(triangle);
-  const Weights w = detail::nearest_in_triangle(p, q[0], q[1], q[2]);
-  return {triangle, w, q[0] * w[0] + q[1] * w[1] + q[2] * w[2]};
+SurfacePlace nearest(const MicroTriangle& t, Vec3d p) noexcept {
+  const Weights w = detail::nearest_in_triangle(p, t.positions[0], t.positions[1], t.positions[2]);
+  return {t, w, t.point(w)};
 }
 
 /// Which corners' weights are zero: none in the interior, one on an edge, two at a sample.
@@ -162,7 +62,7 @@ struct Feature {
 
 /// Calls visit(triangle) for the triangles that share the place's edge or sample, without its own at an edge.
 template <typename Visit>
-void neighbours(Surface& surface, const SurfacePlace& place, Visit&& visit) noexcept {
+void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visit) noexcept {
   const Feature feature(place.weights);
   if (feature.zeros == 1) {
     const MicroTriangle other = surface.across(place.triangle, feature.zero);
@@ -173,73 +73,58 @@ void neighbours(Surface& surface, const SurfacePlace& place, Visit&& visit) noex
 }
 
 /// Moves a place over the surface towards the goal, by `reach` at most, triangle by triangle, as long as each step
-/// comes nearer. The way is a polyline on the surface. Handbook figure: 1 to 4 triangles per tick.
-void walk(Surface& surface, SurfacePlace& place, Vec3d goal, double reach, int& steps) noexcept {
-  double best = distance2(place.position, goal);
-  SurfacePlace next = nearest(surface, place.triangle, goal);
+/// comes nearer; where it stops by itself no place around is nearer. The way is a polyline on the surface; returns its
+/// length. Usually 1 to 4 triangles; `steps` counts down to 0.
+double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& steps) noexcept {
+  double best = distance2(place.position, goal), gone = 0;
+  SurfacePlace next = nearest(place.triangle, goal);
   for (bool first = true; steps > 0; --steps, first = false) {
     if (const double d = distance2(next.position, goal); d < best) {
       const double way = length(next.position - place.position);
-      if (way > reach) {
-        // The old place in the new triangle's weights: they share it, so a blend of positions is enough; the weights
-        // follow from the nearest place to the blend.
-        place = nearest(surface, next.triangle, place.position + (next.position - place.position) * (reach / way));
-        return;
+      if (gone + way > reach) {
+        // Both places lie in the new triangle.
+        place = nearest(next.triangle, place.position + (next.position - place.position) * ((reach - gone) / way));
+        return reach;
       }
-      reach -= way;
+      gone += way;
       best = d;
       place = next;
     } else if (!first) {
-      return;
+      return gone;
     }
     SurfacePlace winner;
     double least = best * kGain;
     neighbours(surface, place, [&](const MicroTriangle& t) {
-      const SurfacePlace there = nearest(surface, t, goal);
+      const SurfacePlace there = nearest(t, goal);
       const double d = distance2(there.position, goal);
       if (!(d < least)) return;
       least = d;
       winner = there;
     });
-    if (winner.triangle.slab == kNoSlab) return;
+    if (winner.triangle.slab == kNoSlab) return gone;
     next = winner;
   }
+  return gone;
 }
 
 /// Whether the way from a place on the surface to the goal may lead off it, at once: it does not go under every
 /// triangle that meets there, or it goes out over an open edge. Errs on the side of yes.
-bool may_leave(Surface& surface, const SurfacePlace& place, Vec3d goal) noexcept {
+bool may_leave(MicroTriangles& surface, const SurfacePlace& place, Vec3d goal) noexcept {
   const Vec3d way = goal - place.position;
-  const auto above = [&](const MicroTriangle& t) noexcept {
-    const auto p = surface.positions(t);
-    return dot(cross(p[1] - p[0], p[2] - p[0]), way) > 0;
-  };
-  if (above(place.triangle)) return true;
-  bool leaves = false;
+  bool leaves = dot(place.triangle.area(), way) > 0;
+  const Feature feature(place.weights);
+  if (leaves || feature.zeros == 0) return leaves;
   int around = 0;
   neighbours(surface, place, [&](const MicroTriangle& t) {
     ++around;
-    leaves = leaves || above(t);
+    leaves = leaves || dot(t.area(), way) > 0;
   });
   if (leaves) return true;
-  const Feature feature(place.weights);
-  if (feature.zeros == 1 && around == 0) {
-    const auto p = surface.positions(place.triangle);
-    const std::size_t k = feature.zero;
-    const Vec3d edge = p[(k + 2) % 3] - p[(k + 1) % 3];
-    return dot(cross(edge, cross(p[1] - p[0], p[2] - p[0])), way) > 0;
-  }
-  if (feature.zeros != 2) return false;
-  // A sample of an open edge has one slab edge without a neighbour.
-  const SlabMesh& mesh = surface.mesh();
-  bool open = false;
-  surface.enter(place.triangle.slab);
-  const int n = surface.intervals();
-  mesh.for_each_copy(place.triangle.slab, n, place.triangle.corners[feature.corner], [&](const SampleCopy& copy) {
-    const auto w = weights(n, copy.at);
-    for (std::size_t k = 0; k < 3; ++k) open = open || (w[k] == 0 && mesh.slabs()[copy.slab].neighbours[k] == kNoSlab);
-  });
-  return open;
+  if (feature.zeros == 2) return surface.at_open_edge(place.triangle.slab, place.triangle.corners[feature.corner]);
+  if (around > 0) return false;
+  const auto& p = place.triangle.positions;
+  const std::size_t k = feature.zero;
+  return dot(cross(p[(k + 2) % 3] - p[(k + 1) % 3], place.triangle.area()), way) > 0;
 }
 
 /// Newton for the coordinates of p (relative to the form's origin), also somewhat outside the slab. False when it does
@@ -266,7 +151,7 @@ bool solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept {
 /// The first entry of a straight way into the surface.
 class Sweep {
  public:
-  Sweep(Surface& surface, Vec3d from, Vec3d to) noexcept : surface_(surface), from_(from), way_(to - from) {}
+  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept : surface_(surface), from_(from), way_(to - from) {}
 
   /// Empty where the way does not go in.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
@@ -299,6 +184,7 @@ class Sweep {
   [[nodiscard]] double share() const noexcept { return best_; }
 
  private:
+  /// A place on the way, and its coordinates in the slab in hand; they are known inside, and mostly outside, too.
   struct End {
     double t = 0;
     SlabCoord at;
@@ -324,52 +210,98 @@ class Sweep {
 
   void search(SlabId slab, double enter, double leave) noexcept {
     surface_.enter(slab);
+    if (!clip_to_sides(enter, leave) || enter > best_) return;
     slab_ = slab;
+    whole_ = false;
     const LinearForm form(surface_.corners(), from_);
-    End a = end(form, enter, {slab, 1.0 / 3, 1.0 / 3, 0.5});
-    End b = end(form, leave, a.known ? a.at : SlabCoord{slab, 1.0 / 3, 1.0 / 3, 0.5});
-    piece(form, a, b, 0);
+    const End a = end(form, enter, middle_);
+    piece(form, a, end(form, leave, a.known ? a.at : middle_), 0);
+    if (whole_) all_cells();
   }
 
-  [[nodiscard]] End end(const LinearForm& form, double t, SlabCoord start) const noexcept {
+  [[nodiscard]] End end(const LinearForm& form, double t, const SlabCoord& start) const noexcept {
     End e{.t = t, .at = start};
-    e.known = solve(form, way_ * t, e.at);
-    if (!e.known) {
-      if (const auto at = coordinates_in(surface_.mesh(), slab_, from_ + way_ * t, 0.05)) {
-        e.at = *at;
-        e.known = true;
-      }
+    // Far outside, Newton may have found another of the three solutions, and inside, though rarely, none.
+    const auto close = [](double x) { return x >= -1 && x <= 2; };
+    e.known = solve(form, way_ * t, e.at) && close(e.at.u) && close(e.at.v) && close(1 - e.at.u - e.at.v) &&
+              close(e.at.alpha);
+    if (e.known) return e;
+    if (const auto at = coordinates_in(surface_.mesh(), slab_, from_ + way_ * t, kMargin)) {
+      e.at = *at;
+      e.known = true;
     }
     return e;
   }
 
   /// One part of the way; halved until its course over the grid is nearly straight.
   void piece(const LinearForm& form, const End& a, const End& b, int depth) noexcept {
-    if (a.t > best_) return;
-    const double n = surface_.intervals();
+    if (a.t > best_ || whole_) return;
+    SlabCoord start = a.known ? a.at : b.known ? b.at : middle_;
     if (a.known && b.known) {
-      const double turn = std::abs(b.at.u - a.at.u) + std::abs(b.at.v - a.at.v) + std::abs(b.at.alpha - a.at.alpha);
-      const double bend = turn * turn;  // in slabs
-      // Wholly on the far side of a wall, floor or ceiling?
-      const double margin = bend + 0.02;
-      const Weights wa = weights_of(a.at), wb = weights_of(b.at);
-      for (std::size_t k = 0; k < 3; ++k)
-        if (wa[k] < -margin && wb[k] < -margin) return;
-      if ((a.at.alpha < -margin && b.at.alpha < -margin) || (a.at.alpha > 1 + margin && b.at.alpha > 1 + margin))
-        return;
-      if (bend * n <= 0.5 || depth >= 6) {
-        cells(a.at, b.at, std::min(bend * n, 2.0) + 0.05, bend + 0.02);
-        return;
+      start = {slab_, (a.at.u + b.at.u) / 2, (a.at.v + b.at.v) / 2, (a.at.alpha + b.at.alpha) / 2};
+      const Vec3d along = form.d + form.e * start.u + form.f * start.v;
+      const Vec3d ju = form.b + form.e * start.alpha, jv = form.c + form.f * start.alpha;
+      const double jacobian = det(ju, jv, along);
+      if (jacobian > 0) {
+        const auto across = [&](Vec3d x) noexcept {
+          return (std::abs(det(x, jv, along)) + std::abs(det(ju, x, along))) / jacobian;
+        };
+        const auto upwards = [&](Vec3d x) noexcept { return std::abs(det(ju, jv, x)) / jacobian; };
+        // How far its course may leave the straight line between its ends: four times the second-order term. How far a
+        // flat micro-triangle may leave the straight line between its samples' coordinates: twice that of a cell in
+        // which alpha goes from 0 to 1.
+        const Vec3d twist = (form.e * (b.at.u - a.at.u) + form.f * (b.at.v - a.at.v)) * (b.at.alpha - a.at.alpha);
+        const double n = surface_.intervals();
+        const double bend = across(twist) * n + (across(form.e) + across(form.f)) / 2 + kPad;  // cells
+        cell_twist_ = (upwards(form.e) + upwards(form.f)) / n;
+        const double bend_alpha = upwards(twist) + kPad;
+        // Wholly on the far side of a wall, floor or ceiling?
+        const Weights wa = weights_of(a.at), wb = weights_of(b.at);
+        for (std::size_t k = 0; k < 3; ++k)
+          if (wa[k] * n < -bend && wb[k] * n < -bend) return;
+        const double above = bend_alpha + cell_twist_;
+        if ((a.at.alpha < -above && b.at.alpha < -above) || (a.at.alpha > 1 + above && b.at.alpha > 1 + above)) return;
+        if (across(twist) * n <= 0.5 || depth >= kHalvings) {
+          cells(a.at, b.at, bend, bend_alpha);
+          return;
+        }
       }
-    } else if (depth >= (a.known || b.known ? 5 : 2)) {
+    } else if (!a.known && !b.known && depth >= kHalvings / 2) {
+      return;  // too short to come in from there and go out again
+    }
+    if (depth >= kHalvings) {
+      whole_ = true;
       return;
     }
-    SlabCoord start = a.known ? a.at : b.known ? b.at : SlabCoord{slab_, 1.0 / 3, 1.0 / 3, 0.5};
-    if (a.known && b.known)
-      start = {slab_, (a.at.u + b.at.u) / 2, (a.at.v + b.at.v) / 2, (a.at.alpha + b.at.alpha) / 2};
     const End middle = end(form, (a.t + b.t) / 2, start);
     piece(form, a, middle, depth + 1);
     piece(form, middle, b, depth + 1);
+  }
+
+  /// The part of the way between the planes along the slab's floor, ceiling and walls; false where there is none.
+  [[nodiscard]] bool clip_to_sides(double& enter, double& leave) const noexcept {
+    const SlabCorners& c = surface_.corners();
+    const auto between = [&](Vec3d normal) noexcept {
+      double least = kAnywhere, most = -kAnywhere;
+      for (std::size_t k = 0; k < 3; ++k)
+        for (const Vec3d corner : {c.inner[k], c.outer[k]}) {
+          least = std::min(least, dot(normal, corner - from_));
+          most = std::max(most, dot(normal, corner - from_));
+        }
+      const double slack = 1e-9 * (most - least), speed = dot(normal, way_);
+      if (speed == 0) return least <= slack && most >= -slack;
+      double t0 = (least - slack) / speed, t1 = (most + slack) / speed;
+      if (t0 > t1) std::swap(t0, t1);
+      enter = std::max(enter, t0);
+      leave = std::min(leave, t1);
+      return enter <= leave;
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t m = (k + 1) % 3;
+      if (!between(cross(c.outer[m] - c.inner[k], c.outer[k] - c.inner[m]))) return false;
+    }
+    return between(cross(c.inner[1] - c.inner[0], c.inner[2] - c.inner[0])) &&
+           between(cross(c.outer[1] - c.outer[0], c.outer[2] - c.outer[0]));
   }
 
   /// The cells within `pad` cells of the line from a to b whose samples are not all above or below it.
@@ -392,18 +324,30 @@ class Sweep {
       const int first_i = std::max(0, static_cast<int>(std::floor(std::max(left - pad, -1.0))));
       const int last_i = std::min(n - 1 - j, static_cast<int>(std::floor(std::min(right + pad, double(n)))));
       for (int i = first_i; i <= last_i; ++i) {
-        test({{{i, j}, {i + 1, j}, {i, j + 1}}}, low, high);
-        if (i + j + 1 < n) test({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, low, high);
+        both(i, j, low, high);
       }
     }
+  }
+
+  void all_cells() noexcept {
+    const int n = surface_.intervals();
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i + j < n; ++i) both(i, j, -1, 2);
+  }
+  /// The cell that stands on a grid point and the one to the right of it.
+  void both(int i, int j, double low, double high) noexcept {
+    test({{{i, j}, {i + 1, j}, {i, j + 1}}}, low, high);
+    if (i + j + 1 < surface_.intervals()) test({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}}, low, high);
   }
 
   void test(const std::array<GridPoint, 3>& corners, double low, double high) noexcept {
     const double d0 = surface_.displacement(corners[0]), d1 = surface_.displacement(corners[1]),
                  d2 = surface_.displacement(corners[2]);
-    if ((d0 < low && d1 < low && d2 < low) || (d0 > high && d1 > high && d2 > high)) return;
-    const Vec3d a = surface_.position(corners[0]) - from_, b = surface_.position(corners[1]) - from_,
-                c = surface_.position(corners[2]) - from_;
+    const double least = std::min({d0, d1, d2}), most = std::max({d0, d1, d2}), pad = cell_twist_ * (most - least);
+    if (most + pad < low || least - pad > high) return;
+    MicroTriangle triangle = {slab_, corners, {}};
+    surface_.measure(triangle);
+    const Vec3d a = triangle.positions[0] - from_, b = triangle.positions[1] - from_, c = triangle.positions[2] - from_;
     // Volumes against the three edges: neighbours see the same edge with the opposite sign, so no gap opens. All are
     // negative where the way goes in.
     const double wa = det(way_, b, c), wb = det(way_, c, a), wc = det(way_, a, b);
@@ -411,57 +355,45 @@ class Sweep {
     const double sum = wa + wb + wc;
     if (!(sum < 0)) return;
     const Weights w = {wa / sum, wb / sum, wc / sum};
-    const Vec3d hit = a * w[0] + b * w[1] + c * w[2];
     const double length2 = dot(way_, way_);
-    const double t = dot(hit, way_) / length2;
+    const double t = dot(a * w[0] + b * w[1] + c * w[2], way_) / length2;
     const double behind =
         kBehind * std::sqrt(distance2(surface_.corners().inner[0], surface_.corners().inner[1]) / length2);
     if (!(t >= -behind && t <= 1 && t < best_)) return;
     best_ = t;
-    found_ = {{slab_, corners}, w, hit + from_};
+    found_ = {triangle, w, triangle.point(w)};
   }
 
-  Surface& surface_;
+  static constexpr int kHalvings = 6;
+  static constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
+
+  MicroTriangles& surface_;
   Vec3d from_, way_;
   SlabId slab_ = kNoSlab;
+  bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
+  double cell_twist_ = 0;  ///< alpha by which the flat micro-triangles of a cell from 0 to 1 may leave the slab's own
+  SlabCoord middle_ = {kNoSlab, 1.0 / 3, 1.0 / 3, 0.5};
   double best_ = std::nextafter(1.0, 2.0);
   SurfacePlace found_;
 };
 
-SurfacePoint point_of(const Snapshot& model, Surface& surface, const SurfacePlace& place) noexcept {
+SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
   const SlabCoord at = surface.coordinates(place);
-  return {at.slab,  at.u,           at.v,
-          at.alpha, place.position, detail::cell_normal(model, at.slab, {place.triangle.corners, place.weights})};
+  return {
+      at.slab,        at.u,
+      at.v,           at.alpha,
+      place.position, detail::cell_normal(surface.model(), at.slab, {place.triangle.corners, place.weights}, known)};
 }
 
-/// The unit normal at a place, interpolated.
-Vec3d normal_at(const Snapshot& model, const SurfacePlace& place) noexcept {
-  return detail::cell_normal(model, place.triangle.slab, {place.triangle.corners, place.weights});
-}
-
-/// Whether a move of the point keeps it under control. Where the cursor is deeper than the centre of curvature, coming
-/// nearer to it means running away from it, round the rim.
-bool steady(const Snapshot& model, Surface& surface, const SurfacePlace& from, const SurfacePlace& to,
-            Vec3d goal) noexcept {
-  const Vec3d move = to.position - from.position;
-  const double way2 = dot(move, move);
-  if (!(way2 > 0)) return true;
-  const Vec3d was = from.position - goal, is = to.position - goal;
-  const auto turns_too_fast = [&](Vec3d before, Vec3d after) noexcept {
-    const double depth = dot(was, before);
-    return depth > 0 && (depth * dot(after - before, move) > kStable * way2 || !(dot(is, after) > 0));
-  };
-  const Vec3d before = normal_at(model, from);
-  const double faced = dot(was, before) / length(was);
-  const Vec3d after = normal_at(model, to);
-  const double faces = dot(is, after) / length(is);
-  if (faces < kFacing && faces < faced) return false;
-  return !turns_too_fast(before, after) &&
-         !turns_too_fast(normalized(surface.fibre(from)), normalized(surface.fibre(to)));
+/// A place a hair above the surface.
+Vec3d lifted(MicroTriangles& surface, const SurfacePlace& place) noexcept {
+  return place.position + surface.fibre(place) * kLift;
 }
 
 /// n turned towards `wanted` by at most so many radians.
 Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
+  // A chord is shorter than its arc.
+  if (distance2(n, wanted) <= 0.9 * most * most) return wanted;
   const double angle = std::atan2(length(cross(n, wanted)), dot(n, wanted));
   if (!(angle > most)) return wanted;
   const Vec3d aside = wanted - n * dot(n, wanted);
@@ -472,16 +404,17 @@ Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
 }  // namespace
 
 std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept {
-  Surface surface(model);
+  MicroTriangles surface(model);
   Sweep sweep(surface, from, to);
   const auto place = sweep.run();
   if (!place) return std::nullopt;
-  return RayHit{point_of(model, surface, *place), std::max(0.0, sweep.share())};
+  detail::CellNormals none;
+  return RayHit{point_of(surface, *place, none), std::max(0.0, sweep.share())};
 }
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   rise_ = 0;
-  lost_ = fresh_ = false;
+  lost_ = fresh_ = has_left_ = false;
   if (!known_) {
     known_ = true;
     last_ = cursor;
@@ -489,18 +422,21 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
     return false;
   }
   double travel = length(cursor - last_);
+  MicroTriangles surface(model);
   if (!held_) {
-    meet(model, cursor);
-  } else if (follow_surface(model)) {
-    const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
-    lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
-    travel += cut;
+    meet(surface, cursor);
+  } else if (follow_surface(surface)) {
+    if (lag_ != Vec3d{}) {
+      const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
+      lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
+      travel += cut;
+    }
   } else {
     let_go();
     lost_ = true;
     look_below(model, cursor, false);
   }
-  if (held_ && !pursue(model, cursor, travel)) {
+  if (held_ && !pursue(surface, cursor, travel)) {
     let_go();
     look_below(model, cursor, false);
   }
@@ -513,33 +449,34 @@ void Proxy::let_go() noexcept {
   lag_ = {};
   depth_ = 0;
   above_.reset();
+  normals_ = {};
 }
 
-void Proxy::hold(const Snapshot& model, const SurfacePlace& place) noexcept {
+void Proxy::hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept {
   held_ = fresh_ = true;
   place_ = place;
-  corners_ = model.slab_mesh().corners(place.triangle.slab);
+  corners_ = surface.mesh().corners(place.triangle.slab);
+  side_ = point_of(surface, place, normals_).normal;
   above_.reset();
 }
 
-void Proxy::meet(const Snapshot& model, Vec3d cursor) noexcept {
-  Surface surface(model);
+void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
+  const Snapshot& model = surface.model();
   const bool was_above = above_.has_value();
   if (was_above) {
     // Has the surface risen past the place where the cursor was?
     const SlabCoord at = above_->at;
-    if (at.slab >= model.slab_mesh().slab_count() || !same(model.slab_mesh().corners(at.slab), above_->corners)) {
+    if (at.slab >= surface.mesh().slab_count() || !same(surface.mesh().corners(at.slab), above_->corners)) {
       above_.reset();
     } else if (displacement_at(model, at.slab, at.u, at.v) > at.alpha) {
-      hold(model, surface.place_at(at.slab, at.u, at.v));
+      hold(surface, surface.place_at(at.slab, at.u, at.v));
       lag_ = last_ - place_.position;
       rise_ = length(lag_);
       return;
     }
   }
-  Sweep sweep(surface, last_, cursor);
-  if (const auto place = sweep.run())
-    hold(model, *place);
+  if (const auto place = Sweep(surface, last_, cursor).run())
+    hold(surface, *place);
   else
     look_below(model, cursor, was_above);
 }
@@ -559,104 +496,95 @@ void Proxy::look_below(const Snapshot& model, Vec3d cursor, bool was_above) noex
   if (before == kNoSlab) return;
   const auto& around = mesh.slabs()[at->slab].neighbours;
   if (before != at->slab && std::ranges::find(around, before) == around.end()) return;
-  Surface surface(model);
-  hold(model, surface.place_at(at->slab, at->u, at->v));
+  MicroTriangles surface(model);
+  hold(surface, surface.place_at(at->slab, at->u, at->v));
 }
 
-bool Proxy::follow_surface(const Snapshot& model) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
+bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
+  const SlabMesh& mesh = surface.mesh();
   const SlabId slab = place_.triangle.slab;
-  if (slab >= mesh.slab_count() || !same(mesh.corners(slab), corners_)) return false;
-  Surface surface(model);
+  if (slab >= mesh.slab_count()) return false;
   surface.enter(slab);
+  if (!same(surface.corners(), corners_)) return false;
   SurfacePlace now = place_;
-  bool fits = true;
-  for (const GridPoint p : now.triangle.corners) fits = fits && on_grid(surface.intervals(), p);
+  bool fits = surface.has(now.triangle);
   if (fits) {
     const SlabCoord at = surface.coordinates(now);
     fits = std::abs(at.u - surface_.u) + std::abs(at.v - surface_.v) < 1e-9;
   }
   if (fits) {
-    const auto p = surface.positions(now.triangle);
-    now.position = p[0] * now.weights[0] + p[1] * now.weights[1] + p[2] * now.weights[2];
+    surface.measure(now.triangle);
+    if (now.triangle.positions == place_.triangle.positions) return true;
+    now.position = now.triangle.point(now.weights);
   } else {
     now = surface.place_at(slab, surface_.u, surface_.v);
   }
-  // Rounding apart, the same surface gives the same place.
   const Vec3d change = now.position - place_.position;
-  if (length(change) > 1e-12 * length(surface.fibre(now))) {
-    lag_ -= change;
-    rise_ = dot(change, surface_.normal);
-  }
-  place_.triangle = now.triangle;
-  place_.weights = now.weights;
-  place_.position = now.position;
+  lag_ -= change;
+  rise_ = dot(change, surface_.normal);
+  place_ = now;
   return true;
 }
 
-bool Proxy::pursue(const Snapshot& model, Vec3d cursor, double travel) noexcept {
-  Surface surface(model);
+bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept {
   Vec3d goal = cursor - lag_;
-  bool free = false;
   const Vec3d out = place_.position - goal;
-  const double turned_away = dot(out, came_), facing = dot(out, surface_.normal), apart = length(out);
-  // Where the cursor has gone elsewhere, the point just follows.
-  const bool elsewhere = turned_away < kTurned * apart || apart > kFar * diagonal(model.slab_mesh().bounds());
-  const bool astray = !fresh_ && (turned_away < kAstray * apart || (elsewhere && facing < kAstray * apart));
+  // Where would the point come to rest?
+  SurfacePlace rest = place_;
   int steps = kSteps;
-  double reach = kFollow * travel + kRelax * apart;
-  for (int flight = 0;; ++flight) {
-    // In short pieces, so that each is judged by how the surface turns along it.
-    for (int piece = 0; piece < kPieces && reach > 0; ++piece) {
-      const double most = std::min(reach, kPiece * apart);
-      SurfacePlace next = place_;
-      walk(surface, next, goal, most, steps);
-      if (!astray && !steady(model, surface, place_, next, goal)) {
-        // Then it only goes along with the cursor.
-        if (flight == 0 && piece == 0 && !fresh_) {
-          const Vec3d move = cursor - last_;
-          walk(surface, place_, place_.position + move - way_out_ * dot(move, way_out_), length(move), steps);
-        }
-        break;
-      }
-      const double moved = length(next.position - place_.position);
-      place_ = next;
-      if (moved < most / 2) break;
-      reach -= moved;
+  const double way = walk(surface, rest, goal, kAnywhere, steps), reach = kFollow * travel + kRelax * length(out);
+  const Vec3d rest_out = rest.position - goal;
+  if (!(way > 0) || same_side(rest_out, side_) || (steps > 0 && same_side(rest_out, out))) {
+    if (way > reach) {
+      steps = kSteps;
+      walk(surface, place_, goal, reach, steps);
+    } else {
+      place_ = rest;
+      if (steps > 0) side_ = rest_out;
     }
-    if (flight >= kFlights || !may_leave(surface, place_, goal)) break;
-    const Vec3d from = place_.position + surface.fibre(place_) * kLift;
-    const auto landing = Sweep(surface, from, goal).run();
-    if (!landing) {
-      free = true;
-      break;
+  } else {
+    const Vec3d move = cursor - last_;
+    const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
+    steps = kSteps;
+    walk(surface, place_, place_.position + aside, length(aside), steps);
+  }
+  bool free = false;
+  if (may_leave(surface, place_, goal)) {
+    const auto landing = Sweep(surface, lifted(surface, place_), goal).run();
+    free = !landing;
+    if (free || distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) {
+      has_left_ = true;
+      left_at_ = place_.position;
     }
-    if (!(distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) ||
-        !(astray || steady(model, surface, place_, *landing, goal)))
-      break;
-    place_ = *landing;
+    if (has_left_ && landing) {
+      place_ = *landing;
+      side_ = point_of(surface, place_, normals_).normal;
+    }
   }
   if (free) {
     // A surface that has risen may still be felt lower than it is.
     if (lag_ == Vec3d{}) return false;
-    const Vec3d from = place_.position + surface.fibre(place_) * kLift;
-    if (!Sweep(surface, from, cursor).run()) return false;
+    if (!Sweep(surface, lifted(surface, place_), cursor).run()) return false;
     goal = place_.position;
+    has_left_ = false;
   }
-  corners_ = model.slab_mesh().corners(place_.triangle.slab);
-  describe(model, goal, travel);
+  corners_ = surface.mesh().corners(place_.triangle.slab);
+  describe(surface, goal, cursor, travel);
   return true;
 }
 
-void Proxy::describe(const Snapshot& model, Vec3d goal, double travel) noexcept {
-  Surface surface(model);
-  surface_ = point_of(model, surface, place_);
+void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept {
+  surface_ = point_of(surface, place_, normals_);
   const Vec3d out = place_.position - goal;
   depth_ = length(out);
   normal_ = fresh_ || !(depth_ > 0) ? surface_.normal
                                     : turned_by(normal_, surface_.normal, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
-  if (fresh_ || dot(way_out_, surface_.normal) > kFacing) came_ = way_out_;
+  alpha_ = surface_.alpha;
+  SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
+  if (surface.mesh().box(at.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, at) &&
+      std::min({at.u, at.v, 1 - at.u - at.v}) >= 0 && at.alpha >= 0 && at.alpha <= 1)
+    alpha_ = at.alpha;
 }
 
 }  // namespace relief

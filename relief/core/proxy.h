@@ -4,6 +4,7 @@
 
 #include <relief/core/query.h>
 
+#include <array>
 #include <optional>
 
 namespace relief {
@@ -13,10 +14,18 @@ namespace relief {
 /// and enters them again. Cost: a few cells per slab on the way.
 [[nodiscard]] std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept;
 
-/// One triangle of the tessellated surface: three samples of a slab, counter-clockwise seen from outside.
+/// One triangle of the tessellated surface: three samples of a slab, counter-clockwise seen from outside, and where
+/// they lie.
 struct MicroTriangle {
   SlabId slab = kNoSlab;
   std::array<GridPoint, 3> corners;
+  std::array<Vec3d, 3> positions;
+
+  [[nodiscard]] Vec3d point(const std::array<double, 3>& weights) const noexcept {
+    return positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
+  }
+  /// Outwards; its length is twice the area.
+  [[nodiscard]] Vec3d area() const noexcept { return cross(positions[1] - positions[0], positions[2] - positions[0]); }
 };
 
 /// A place on the tessellated surface.
@@ -26,9 +35,23 @@ struct SurfacePlace {
   Vec3d position;
 };
 
+namespace detail {
+class MicroTriangles;
+
+/// The normals at the samples of the cell in hand, and the samples that they were made from.
+struct CellNormals {
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<float, 12> heights;
+  std::array<Vec3d, 3> normals;
+};
+}  // namespace detail
+
 /// The surface contact point of one cursor. It goes from micro-triangle to micro-triangle, at most 64 a tick, always
 /// towards the cursor, never through material; so it keeps to the side from which the cursor came, however deep that
-/// goes, and is let go only when the straight way from it to the cursor is free.
+/// goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is deeper than the
+/// surface is curved, the nearest place runs away to another side (round a rim, say); the point then goes along with
+/// the cursor instead.
 class Proxy {
  public:
   /// How quickly the point takes over a change of the surface under it, in one tick: a share of what is left of the
@@ -41,9 +64,14 @@ class Proxy {
   /// Lets go. The next cursor is taken to be in the open.
   void reset() noexcept { *this = {}; }
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
+  /// Under a cursor that moves by s the point moves by at most 10 s and a fiftieth of its distance from the cursor,
+  /// unless it leaves the surface and meets it again on the way to the cursor.
   bool step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
+  [[nodiscard]] bool has_left() const noexcept { return has_left_; }
+  [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
   /// The rest is for a held point.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
   /// From the cursor to the point, model units; less than that after the surface has risen, until it is taken over.
@@ -52,6 +80,8 @@ class Proxy {
   [[nodiscard]] Vec3d normal() const noexcept { return normal_; }
   /// Unit, from the cursor to the point; normal() at depth 0.
   [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
+  /// The cursor's alpha where it lies in the point's slab, else that of the surface at the point.
+  [[nodiscard]] double alpha() const noexcept { return alpha_; }
   /// How far the surface rose under the point in this tick, model units; negative when it fell.
   [[nodiscard]] double rise() const noexcept { return rise_; }
   /// The slabs under the point were exchanged in this tick; the point was let go wherever the cursor is.
@@ -63,30 +93,33 @@ class Proxy {
     SlabCoord at;
     SlabCorners corners;
   };
-  void meet(const Snapshot& model, Vec3d cursor) noexcept;
+  void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   void look_below(const Snapshot& model, Vec3d cursor, bool was_above) noexcept;
   /// Takes over what happened to the surface under the point. False when the slab is another one.
-  bool follow_surface(const Snapshot& model) noexcept;
+  bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Towards the cursor; false when the way to it is free.
-  bool pursue(const Snapshot& model, Vec3d cursor, double travel) noexcept;
-  void hold(const Snapshot& model, const SurfacePlace& place) noexcept;
+  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
+  void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   void let_go() noexcept;
-  void describe(const Snapshot& model, Vec3d goal, double travel) noexcept;
+  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept;
 
   bool known_ = false;  ///< last_ holds a cursor
   bool held_ = false;
   bool fresh_ = false;  ///< held since this tick
   bool lost_ = false;
+  bool has_left_ = false;
   Vec3d last_;  ///< the cursor of the last tick
+  Vec3d left_at_;
   LocateHint hint_;
   std::optional<Above> above_;
   SurfacePlace place_;
   SlabCorners corners_{};  ///< of the point's slab
-  Vec3d lag_;              ///< what of the surface's changes is not yet taken over: felt surface - surface
+  detail::CellNormals normals_;
+  Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
   SurfacePoint surface_;
   Vec3d normal_, way_out_;
-  Vec3d came_;  ///< the way out when the surface last faced it
-  double depth_ = 0, rise_ = 0;
+  Vec3d side_;  ///< the way out when the point was last at rest; at first the surface's normal
+  double depth_ = 0, rise_ = 0, alpha_ = 0;
 };
 
 }  // namespace relief

@@ -62,6 +62,7 @@ namespace {
 using detail::cell_normal;
 using detail::LinearForm;
 using detail::nearest_in_triangle;
+using detail::on_grid;
 using detail::sample_position;
 
 using Weights = std::array<double, 3>;
@@ -255,16 +256,10 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
-/// The part of a sample's normal that comes from one slab: twice the area vectors of its micro-triangles there, added
-/// counter-clockwise.
-Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+/// Twice the area vectors of the micro-triangles around `at`, added counter-clockwise, of those that are `inside`.
+template <typename Position, typename Inside>
+Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside) noexcept {
   static constexpr std::array<GridPoint, 7> kRing = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
-  const SlabMesh& mesh = model.slab_mesh();
-  const int n = mesh.intervals(slab);
-  const SlabCorners corners = mesh.corners(slab);
-  const float* d = model.displacement(slab);
-  const auto position = [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); };
-  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
   const Vec3d centre = position(at);
   Vec3d sum;
   Vec3d before;
@@ -282,6 +277,23 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
   }
   return sum;
 }
+
+/// The part of a sample's normal that comes from one slab.
+Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const int n = mesh.intervals(slab);
+  const SlabCorners corners = mesh.corners(slab);
+  const float* d = model.displacement(slab);
+  return ring_sum(
+      at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
+      [&](GridPoint p) { return on_grid(n, p); });
+}
+
+/// The twelve samples that the normals of a cell depend on, relative to its first corner's row and column, for a cell
+/// that stands on its base and one that hangs from it.
+constexpr std::array<std::array<GridPoint, 12>, 2> kAroundCell = {
+    {{{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {-1, 0}, {0, -1}}},
+     {{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {2, 1}, {1, 2}}}}};
 
 /// Calls visit(cell corners, positions) for the micro-triangles of a slab, one strip of two rows at a time; `skip` sees
 /// the box of a strip first and may leave it out.
@@ -316,6 +328,21 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
   }
 }
 
+/// The normals at the three samples of a cell whose samples all lie inside the slab, from the samples around them.
+std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, int n, const std::array<GridPoint, 3>& cell,
+                                   GridPoint base, const std::array<GridPoint, 12>& around,
+                                   const std::array<float, 12>& heights) noexcept {
+  std::array<std::array<Vec3d, 4>, 4> window;  // columns and rows -1 to 2
+  const auto at = [&](GridPoint p) -> Vec3d& {
+    return window[static_cast<std::size_t>(p.j - base.j + 1)][static_cast<std::size_t>(p.i - base.i + 1)];
+  };
+  for (std::size_t k = 0; k < 12; ++k)
+    at(base + around[k]) = sample_position(corners, n, base + around[k], double{heights[k]});
+  std::array<Vec3d, 3> normals;
+  for (std::size_t k = 0; k < 3; ++k) normals[k] = normalized(ring_sum(cell[k], at, [](GridPoint) { return true; }));
+  return normals;
+}
+
 /// The surface point at given weights of a micro-triangle.
 SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, const GridCell& cell, Vec3d position) noexcept {
   const int n = model.slab_mesh().intervals(slab);
@@ -337,6 +364,26 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 }
 
 }  // namespace
+
+Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
+  const auto& [a, b, c] = cell.corners;
+  if (!inside(a) || !inside(b) || !inside(c)) return cell_normal(model, slab, cell);
+  const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
+  const bool stands = base == a || base == b || base == c;
+  const auto& around = kAroundCell[stands ? 0 : 1];
+  const float* d = model.displacement(slab);
+  std::array<float, 12> heights;
+  for (std::size_t k = 0; k < 12; ++k) heights[k] = d[sample_index(n, base + around[k])];
+  if (slab != known.slab || cell.corners != known.corners || heights != known.heights)
+    known = {slab, cell.corners, heights,
+             inner_normals(model.slab_mesh().corners(slab), n, cell.corners, base, around, heights)};
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += known.normals[k] * cell.weights[k];
+  return normalized(sum);
+}
 
 std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {
   return solve_cold(mesh.corners(slab), slab, point, margin);

@@ -209,9 +209,7 @@ Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& a
   now.depth = proxy_.depth();
   now.normal = proxy_.normal();
   now.contact_point = now.surface.position;
-  now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
-  if (const auto cursor_at = locate(model.slab_mesh(), cursor, hint_); cursor_at && cursor_at->slab == now.at.slab)
-    now.at.alpha = cursor_at->alpha;
+  now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
   // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
   // out holds.
   const double faces = dot(proxy_.way_out(), now.normal);
