@@ -19,6 +19,7 @@ constexpr double kFollow = 10;       // lengths of the cursor's way that the poi
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
 constexpr double kSameSide = 0.5;    // cosine between two ways out of the same side of a part
+constexpr double kSettle = 1e-3;     // rad per tick that the side it is pushed out to may turn under a resting cursor
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
 constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
@@ -107,24 +108,35 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
   return gone;
 }
 
-/// Whether the way from a place on the surface to the goal may lead off it, at once: it does not go under every
-/// triangle that meets there, or it goes out over an open edge. Errs on the side of yes.
-bool may_leave(MicroTriangles& surface, const SurfacePlace& place, Vec3d goal) noexcept {
-  const Vec3d way = goal - place.position;
-  bool leaves = dot(place.triangle.area(), way) > 0;
-  const Feature feature(place.weights);
-  if (leaves || feature.zeros == 0) return leaves;
-  int around = 0;
-  neighbours(surface, place, [&](const MicroTriangle& t) {
-    ++around;
-    leaves = leaves || dot(t.area(), way) > 0;
-  });
-  if (leaves) return true;
-  if (feature.zeros == 2) return surface.at_open_edge(place.triangle.slab, place.triangle.corners[feature.corner]);
-  if (around > 0) return false;
-  const auto& p = place.triangle.positions;
-  const std::size_t k = feature.zero;
-  return dot(cross(p[(k + 2) % 3] - p[(k + 1) % 3], place.triangle.area()), way) > 0;
+/// Where a straight way goes in through a triangle: the weights of the place; empty where it does not. `from` is the
+/// origin of a, b and c.
+std::optional<Weights> goes_in(Vec3d way, Vec3d a, Vec3d b, Vec3d c) noexcept {
+  // Volumes against the three edges: neighbours see the same edge with the opposite sign, so no gap opens. All are
+  // negative where the way goes in.
+  const double wa = det(way, b, c), wb = det(way, c, a), wc = det(way, a, b);
+  if (!(wa <= 0 && wb <= 0 && wc <= 0)) return std::nullopt;
+  const double sum = wa + wb + wc;
+  if (!(sum < 0)) return std::nullopt;
+  return Weights{wa / sum, wb / sum, wc / sum};
+}
+
+/// A place a hair above the surface.
+Vec3d lifted(MicroTriangles& surface, const SurfacePlace& place) noexcept {
+  return place.position + surface.fibre(place) * kLift;
+}
+
+/// Whether the way from a place on the surface to the goal leads off it at once: outwards, or past an open edge.
+bool leaves(MicroTriangles& surface, const SurfacePlace& place, Vec3d goal) noexcept {
+  const bool above = dot(place.triangle.area(), goal - place.position) > 0;
+  if (Feature(place.weights).zeros == 0) return above;
+  const Vec3d from = lifted(surface, place), way = goal - from;
+  const auto blocks = [&](const MicroTriangle& t) noexcept {
+    return goes_in(way, t.positions[0] - from, t.positions[1] - from, t.positions[2] - from).has_value();
+  };
+  if (!above && blocks(place.triangle)) return false;
+  bool blocked = false;
+  neighbours(surface, place, [&](const MicroTriangle& t) { blocked = blocked || blocks(t); });
+  return !blocked;
 }
 
 /// Newton for the coordinates of p (relative to the form's origin), also somewhat outside the slab. False when it does
@@ -348,13 +360,9 @@ class Sweep {
     MicroTriangle triangle = {slab_, corners, {}};
     surface_.measure(triangle);
     const Vec3d a = triangle.positions[0] - from_, b = triangle.positions[1] - from_, c = triangle.positions[2] - from_;
-    // Volumes against the three edges: neighbours see the same edge with the opposite sign, so no gap opens. All are
-    // negative where the way goes in.
-    const double wa = det(way_, b, c), wb = det(way_, c, a), wc = det(way_, a, b);
-    if (!(wa <= 0 && wb <= 0 && wc <= 0)) return;
-    const double sum = wa + wb + wc;
-    if (!(sum < 0)) return;
-    const Weights w = {wa / sum, wb / sum, wc / sum};
+    const auto weights = goes_in(way_, a, b, c);
+    if (!weights) return;
+    const Weights& w = *weights;
     const double length2 = dot(way_, way_);
     const double t = dot(a * w[0] + b * w[1] + c * w[2], way_) / length2;
     const double behind =
@@ -385,11 +393,6 @@ SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail
       place.position, detail::cell_normal(surface.model(), at.slab, {place.triangle.corners, place.weights}, known)};
 }
 
-/// A place a hair above the surface.
-Vec3d lifted(MicroTriangles& surface, const SurfacePlace& place) noexcept {
-  return place.position + surface.fibre(place) * kLift;
-}
-
 /// n turned towards `wanted` by at most so many radians.
 Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
   // A chord is shorter than its arc.
@@ -418,7 +421,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   if (!known_) {
     known_ = true;
     last_ = cursor;
-    look_below(model, cursor, false);
+    look_below(model, cursor);
     return false;
   }
   double travel = length(cursor - last_);
@@ -434,11 +437,11 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   } else {
     let_go();
     lost_ = true;
-    look_below(model, cursor, false);
+    look_below(model, cursor);
   }
   if (held_ && !pursue(surface, cursor, travel)) {
     let_go();
-    look_below(model, cursor, false);
+    look_below(model, cursor);
   }
   last_ = cursor;
   return held_;
@@ -462,8 +465,7 @@ void Proxy::hold(detail::MicroTriangles& surface, const SurfacePlace& place) noe
 
 void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
   const Snapshot& model = surface.model();
-  const bool was_above = above_.has_value();
-  if (was_above) {
+  if (above_) {
     // Has the surface risen past the place where the cursor was?
     const SlabCoord at = above_->at;
     if (at.slab >= surface.mesh().slab_count() || !same(surface.mesh().corners(at.slab), above_->corners)) {
@@ -478,26 +480,14 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
   if (const auto place = Sweep(surface, last_, cursor).run())
     hold(surface, *place);
   else
-    look_below(model, cursor, was_above);
+    look_below(model, cursor);
 }
 
-// Notes where the free cursor is above the surface. `was_above`: it was so a tick ago, and no entry was found; if it is
-// below now, rounding hid the entry.
-void Proxy::look_below(const Snapshot& model, Vec3d cursor, bool was_above) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const auto at = locate(mesh, cursor, hint_);
-  const SlabId before = was_above && above_ ? above_->at.slab : kNoSlab;
+void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
   above_.reset();
-  if (!at) return;
-  if (at->alpha >= displacement_at(model, at->slab, at->u, at->v)) {
-    above_ = Above{*at, mesh.corners(at->slab)};
-    return;
-  }
-  if (before == kNoSlab) return;
-  const auto& around = mesh.slabs()[at->slab].neighbours;
-  if (before != at->slab && std::ranges::find(around, before) == around.end()) return;
-  MicroTriangles surface(model);
-  hold(surface, surface.place_at(at->slab, at->u, at->v));
+  const auto at = locate(model.slab_mesh(), cursor, hint_);
+  if (at && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
+    above_ = Above{*at, model.slab_mesh().corners(at->slab)};
 }
 
 bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
@@ -528,28 +518,36 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
 
 bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept {
   Vec3d goal = cursor - lag_;
-  const Vec3d out = place_.position - goal;
+  const Vec3d out = place_.position - goal, move = cursor - last_;
   // Where would the point come to rest?
   SurfacePlace rest = place_;
   int steps = kSteps;
-  const double way = walk(surface, rest, goal, kAnywhere, steps), reach = kFollow * travel + kRelax * length(out);
+  const double way = walk(surface, rest, goal, kAnywhere, steps);
+  bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
-  if (!(way > 0) || same_side(rest_out, side_) || (steps > 0 && same_side(rest_out, out))) {
-    if (way > reach) {
-      steps = kSteps;
-      walk(surface, place_, goal, reach, steps);
-    } else {
-      place_ = rest;
-      if (steps > 0) side_ = rest_out;
-    }
-  } else {
-    const Vec3d move = cursor - last_;
+  if (way > 0) {
     const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
-    steps = kSteps;
-    walk(surface, place_, place_.position + aside, length(aside), steps);
+    // The side that the point is pushed out to turns no faster than the cursor goes round the point.
+    const double turn = length(aside) / length(out) + kSettle;
+    // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
+    if (same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
+      if (const double reach = kFollow * travel + kRelax * length(out); way > reach) {
+        steps = kSteps;
+        walk(surface, place_, goal, reach, steps);
+        off = leaves(surface, place_, goal);
+      } else {
+        place_ = rest;
+        if (steps > 0 && dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), turn);
+      }
+    } else {
+      steps = kSteps;
+      walk(surface, place_, place_.position + aside, length(aside), steps);
+      if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), turn);
+      off = leaves(surface, place_, goal);
+    }
   }
   bool free = false;
-  if (may_leave(surface, place_, goal)) {
+  if (off) {
     const auto landing = Sweep(surface, lifted(surface, place_), goal).run();
     free = !landing;
     if (free || distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) {

@@ -94,7 +94,8 @@ class Proxy {
     SlabCorners corners;
   };
   void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
-  void look_below(const Snapshot& model, Vec3d cursor, bool was_above) noexcept;
+  /// Notes where the free cursor is above the surface.
+  void look_below(const Snapshot& model, Vec3d cursor) noexcept;
   /// Takes over what happened to the surface under the point. False when the slab is another one.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Towards the cursor; false when the way to it is free.

@@ -223,7 +223,8 @@ class ContactJudge {
 
   [[nodiscard]] Fault verdict(const Proxy& proxy, Vec3d cursor) const {
     const bool held = proxy.held();
-    if (!last_->held && !held) return tunnelled(cursor) ? Fault::Tunnelled : Fault::None;
+    // It may go in, be held, and slip off the part, all in one tick.
+    if (!last_->held && !held && !proxy.has_left()) return tunnelled(cursor) ? Fault::Tunnelled : Fault::None;
     Vec3d start = last_->point;
     if (!last_->held) {
       const auto in = entry(cursor);
@@ -243,12 +244,13 @@ class ContactJudge {
     return Fault::None;
   }
 
-  /// Where the cursor went in; empty where it did not. A graze that leads no deeper than a millionth is none.
+  /// Where the cursor went in; empty where it did not.
   [[nodiscard]] std::optional<Vec3d> entry(Vec3d cursor) const {
-    const auto all = soup_.crossings(last_->cursor - (cursor - last_->cursor) * 1e-6, cursor);
+    // The point may begin on the surface, to within rounding.
+    const Vec3d from = last_->cursor - normalized(cursor - last_->cursor) * (10 * hair_);
+    const auto all = soup_.crossings(from, cursor);
     const auto in = std::ranges::find_if(all, &TriangleSoup::Crossing::inwards);
     if (in == all.end()) return std::nullopt;
-    const Vec3d from = last_->cursor - (cursor - last_->cursor) * 1e-6;
     return from + (cursor - from) * in->t;
   }
   [[nodiscard]] bool tunnelled(Vec3d cursor) const {
