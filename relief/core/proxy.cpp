@@ -18,7 +18,8 @@ constexpr int kSteps = 64;           // micro-triangles per tick
 constexpr double kFollow = 10;       // lengths of the cursor's way that the point may go in a tick
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
-constexpr double kSameSide = 0.5;    // cosine between two ways out of the same side of a part
+constexpr double kSameSide = 0.707;    // cosine between two ways out of the same side of a part
+constexpr double kRound = 0.5;      // of the angle that the cursor goes round the point, by which that side turns
 constexpr double kSettle = 1e-3;     // rad per tick that the side it is pushed out to may turn under a resting cursor
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -528,7 +529,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
   if (way > 0) {
     const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
     // The side that the point is pushed out to turns no faster than the cursor goes round the point.
-    const double turn = length(aside) / length(out) + kSettle;
+    const double turn = kRound * length(aside) / length(out) + kSettle;
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
     if (same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
       if (const double reach = kFollow * travel + kRelax * length(out); way > reach) {
