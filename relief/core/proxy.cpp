@@ -14,12 +14,12 @@ using Weights = std::array<double, 3>;
 using detail::LinearForm;
 using detail::MicroTriangles;
 
-constexpr int kSteps = 64;           // micro-triangles per tick
+constexpr int kTries = 64;           // micro-triangles that one walk looks at
 constexpr double kFollow = 10;       // lengths of the cursor's way that the point may go in a tick
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
-constexpr double kSameSide = 0.707;    // cosine between two ways out of the same side of a part
-constexpr double kRound = 0.5;      // of the angle that the cursor goes round the point, by which that side turns
+constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
+constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which that side turns
 constexpr double kSettle = 1e-3;     // rad per tick that the side it is pushed out to may turn under a resting cursor
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -76,12 +76,14 @@ void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visi
 
 /// Moves a place over the surface towards the goal, by `reach` at most, triangle by triangle, as long as each step
 /// comes nearer; where it stops by itself no place around is nearer. The way is a polyline on the surface; returns its
-/// length. Usually 1 to 4 triangles; `steps` counts down to 0.
-double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& steps) noexcept {
+/// length. `tries` counts the triangles that it looks at down to 0, where it stops.
+double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept {
   double best = distance2(place.position, goal), gone = 0;
   SurfacePlace next = nearest(place.triangle, goal);
-  for (bool first = true; steps > 0; --steps, first = false) {
-    if (const double d = distance2(next.position, goal); d < best) {
+  double least = distance2(next.position, goal);
+  if (!(least < best)) next = place;
+  for (bool first = true; first || next.triangle.slab != kNoSlab; first = false) {
+    if (least < best) {
       const double way = length(next.position - place.position);
       if (gone + way > reach) {
         // Both places lie in the new triangle.
@@ -89,22 +91,20 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
         return reach;
       }
       gone += way;
-      best = d;
+      best = least;
       place = next;
-    } else if (!first) {
-      return gone;
     }
-    SurfacePlace winner;
-    double least = best * kGain;
+    if (tries <= 0) break;
+    next.triangle.slab = kNoSlab;
+    least = best * kGain;
     neighbours(surface, place, [&](const MicroTriangle& t) {
+      --tries;
       const SurfacePlace there = nearest(t, goal);
       const double d = distance2(there.position, goal);
       if (!(d < least)) return;
       least = d;
-      winner = there;
+      next = there;
     });
-    if (winner.triangle.slab == kNoSlab) return gone;
-    next = winner;
   }
   return gone;
 }
@@ -453,6 +453,7 @@ void Proxy::let_go() noexcept {
   lag_ = {};
   depth_ = 0;
   above_.reset();
+  ahead_.reset();
   normals_ = {};
 }
 
@@ -517,32 +518,54 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   return true;
 }
 
+bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept {
+  int tries = kTries;
+  way = walk(surface, rest, goal, kAnywhere, tries);
+  if (tries > 0) {
+    ahead_.reset();
+    return true;
+  }
+  // It is far: from where the last tick's walk ended, if that is nearer.
+  if (ahead_ && surface.has(ahead_->triangle)) {
+    surface.measure(ahead_->triangle);
+    ahead_->position = ahead_->triangle.point(ahead_->weights);
+    if (distance2(ahead_->position, goal) < distance2(rest.position, goal)) {
+      tries = kTries;
+      walk(surface, *ahead_, goal, kAnywhere, tries);
+      rest = *ahead_;
+      way = kAnywhere;
+    }
+  }
+  ahead_ = rest;
+  return tries > 0;
+}
+
 bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept {
   Vec3d goal = cursor - lag_;
   const Vec3d out = place_.position - goal, move = cursor - last_;
   // Where would the point come to rest?
   SurfacePlace rest = place_;
-  int steps = kSteps;
-  const double way = walk(surface, rest, goal, kAnywhere, steps);
+  double way = 0;
+  const bool settled = look_ahead(surface, rest, goal, way);
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
     const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
     // The side that the point is pushed out to turns no faster than the cursor goes round the point.
     const double turn = kRound * length(aside) / length(out) + kSettle;
+    const double reach = kFollow * travel + kRelax * length(out);
+    int tries = kTries;
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
-    if (same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
-      if (const double reach = kFollow * travel + kRelax * length(out); way > reach) {
-        steps = kSteps;
-        walk(surface, place_, goal, reach, steps);
+    if (settled && same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
+      if (way > reach) {
+        walk(surface, place_, goal, reach, tries);
         off = leaves(surface, place_, goal);
       } else {
         place_ = rest;
-        if (steps > 0 && dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), turn);
+        if (dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), turn);
       }
     } else {
-      steps = kSteps;
-      walk(surface, place_, place_.position + aside, length(aside), steps);
+      walk(surface, place_, place_.position + aside, length(aside), tries);
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), turn);
       off = leaves(surface, place_, goal);
     }

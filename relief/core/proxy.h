@@ -98,6 +98,9 @@ class Proxy {
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
   /// Takes over what happened to the surface under the point. False when the slab is another one.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
+  /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
+  /// there.
+  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept;
   /// Towards the cursor; false when the way to it is free.
   bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
@@ -114,7 +117,8 @@ class Proxy {
   LocateHint hint_;
   std::optional<Above> above_;
   SurfacePlace place_;
-  SlabCorners corners_{};  ///< of the point's slab
+  std::optional<SurfacePlace> ahead_;  ///< how far the look ahead has come that took more than this tick
+  SlabCorners corners_{};              ///< of the point's slab
   detail::CellNormals normals_;
   Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
   SurfacePoint surface_;

@@ -187,7 +187,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
     now.at = contact->at;
     now.surface = contact->surface;
     now.depth = contact->depth;
-    now.normal = now.push = now.surface.normal;
+    now.normal = now.surface.normal;
     now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
     now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
   }
@@ -207,14 +207,13 @@ Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& a
   if (!now.touching) return now;
   now.surface = proxy_.surface();
   now.depth = proxy_.depth();
-  now.normal = proxy_.normal();
   now.contact_point = now.surface.position;
   now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
   // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
   // out holds.
-  const double faces = dot(proxy_.way_out(), now.normal);
+  const double faces = dot(proxy_.way_out(), proxy_.normal());
   const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
-  now.push = exact > 0 ? normalized(now.normal * (1 - exact) + proxy_.way_out() * exact) : now.normal;
+  now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
   return now;
 }
 
@@ -327,11 +326,11 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
   const double stiffness = limits_.stiffness * at_most(share, 1);
   const double spring = stiffness * felt.depth * settings_.workspace.metres_per_unit;
-  const double outwards = spring - limits_.damping * dot(velocity_, felt.push);
+  const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
   const double normal_force = std::max(0.0, outwards);
   const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
-  sample.force = limited(felt.push * normal_force + sideways, felt.push, now.dt, sample.flags);
+  sample.force = limited(felt.normal * normal_force + sideways, felt.normal, now.dt, sample.flags);
   if (!is_finite(sample.force)) {  // the model's own numbers are broken here
     latched_ = true;
     sample.flags |= bit(ServoFault::Latched);

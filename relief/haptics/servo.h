@@ -76,8 +76,11 @@ struct ServoSample {
   SlabCoord at;
   double depth = 0;     ///< from the cursor to the surface contact point, model units
   Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
-  Vec3d normal;         ///< unit outwards, at the surface contact point; zero without contact
-  Vec3d force;          ///< N, on the hand, after all limits
+  /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with
+  /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
+  /// without contact.
+  Vec3d normal;
+  Vec3d force;  ///< N, on the hand, after all limits
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
@@ -112,12 +115,13 @@ class Servo {
   };
   void limit_settings() noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
-  /// What the tool touches in this tick, and along which way it is pushed out.
+  /// What the tool touches in this tick.
   struct Touch {
     bool touching = false;
     SlabCoord at;
     SurfacePoint surface;
-    Vec3d contact_point, normal, push;
+    Vec3d contact_point;
+    Vec3d normal;         ///< along which the tool is pushed out
     double depth = 0;     ///< model units
     bool jumped = false;  ///< material came to the tool rather than the tool to the material
   };

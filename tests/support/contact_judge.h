@@ -225,6 +225,7 @@ class ContactJudge {
     const bool held = proxy.held();
     // It may go in, be held, and slip off the part, all in one tick.
     if (!last_->held && !held && !proxy.has_left()) return tunnelled(cursor) ? Fault::Tunnelled : Fault::None;
+    if (!held && !proxy.has_left()) return Fault::LetGoInside;
     Vec3d start = last_->point;
     if (!last_->held) {
       const auto in = entry(cursor);
@@ -238,7 +239,7 @@ class ContactJudge {
     if (length(walked - start) > reach) return Fault::TooFast;
     if (!soup_.connected(start, walked, reach, hair_)) return Fault::ChangedSheet;
     if (held && proxy.has_left() && !clear(walked, proxy.surface().position)) return Fault::ChangedSheet;
-    if (!held && (!proxy.has_left() || !clear(walked, cursor))) return Fault::LetGoInside;
+    if (!held && !clear(walked, cursor)) return Fault::LetGoInside;
     if (!held && closed_ && soup_.inside(cursor) && soup_.distance(cursor, 1e-6 * soup_.size()) >= 1e-6 * soup_.size())
       return Fault::LetGoInside;
     return Fault::None;
@@ -258,11 +259,12 @@ class ContactJudge {
     const auto in = std::ranges::find_if(all, &TriangleSoup::Crossing::inwards);
     return in != all.end() && (1 - in->t) * length(cursor - last_->cursor) > 1e-6 * soup_.size();
   }
-  /// Whether the straight way between two places meets the surface at its ends at most.
+  /// Whether the straight way between two places meets the surface at its ends at most. Through the back of an open
+  /// sheet the way is free.
   [[nodiscard]] bool clear(Vec3d from, Vec3d to) const {
     const double way = length(to - from), slack = 1e-6 * soup_.size();
     for (const auto& c : soup_.crossings(from, to))
-      if (c.t * way > slack && (1 - c.t) * way > slack) return false;
+      if ((c.inwards || closed_) && c.t * way > slack && (1 - c.t) * way > slack) return false;
     return true;
   }
 

@@ -18,7 +18,7 @@ namespace {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int kPresses = 10;
 #else
-constexpr int kPresses = 100;
+constexpr int kPresses = 60;
 #endif
 constexpr int kTicks = 2500;  // per press
 
@@ -54,7 +54,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   const Workspace space = {.metres_per_unit = 0.15 / size, .device_origin = {}, .model_origin = mesh.bounds().centre()};
   std::mt19937 random(8);
   std::uniform_real_distribution<double> unit(0, 1);
-  long pressed = 0, lost = 0, wrong = 0, thin = 0, rim_pressed = 0, rim_bad = 0;
+  long pressed = 0, lost = 0, wrong = 0, thin = 0, rim_pressed = 0, rim_bad = 0, flips = 0;
   for (int press = 0; press < kPresses; ++press) {
     SurfacePoint p;
     double thickness = 0;
@@ -79,6 +79,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     thin += thickness < 0.03 * size && !rim ? 1 : 0;
     Servo servo({.workspace = space, .force = {.stiffness = 400, .damping = 0}}, DeviceInfo{});
     const double phase = 6.28 * unit(random), wander = 0.005 * size * unit(random);
+    Vec3d last;
     for (int k = 0; k < kTicks; ++k) {
       const double t = k * 1e-3;
       const double depth = k < 100 ? -0.01 + 1.2e-4 * k : 0.021 - 0.019 * std::cos(4.1 * (t - 0.1));
@@ -86,6 +87,8 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
       const Vec3d cursor = p.position - p.normal * (depth * size) +
                            (side * std::sin(7 * t + phase) + other * std::cos(5 * t + 2 * phase)) * (wander * fade);
       const ServoSample felt = servo.step(*model, {.t = t, .position = space.to_device(cursor), .velocity = {}});
+      flips += length(felt.force) > 0.2 && length(last) > 0.2 && dot(felt.force, last) < 0 ? 1 : 0;
+      last = felt.force;
       if (k < 150) continue;
       const bool bad = !felt.contact || dot(felt.force, p.normal) <= 0;
       if (rim) {
@@ -99,13 +102,16 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     }
   }
   std::printf(
-      "%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side; at rims %ld of %ld\n",
-      GetParam(), pressed, thin, lost, wrong, rim_bad, rim_pressed);
+      "%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld flips; slipped off "
+      "the "
+      "rim in %ld of %ld\n",
+      GetParam(), pressed, thin, lost, wrong, flips, rim_bad, rim_pressed);
   EXPECT_GT(pressed, 0);
   EXPECT_EQ(lost, 0);
   EXPECT_EQ(wrong, 0);
-  // At a rim the free way round it is shorter than the way through.
-  EXPECT_LE(rim_bad, rim_pressed / 20);
+  EXPECT_EQ(flips, 0);
+  // A hand that strays past a rim slips off it, as it should; the legal way there is judged in legal_contact_test.cpp.
+  EXPECT_LE(rim_bad, rim_pressed / 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, Hold, ::testing::Values("bowl", "pumpkin", "head"),
