@@ -208,6 +208,8 @@ void add_touch(CLI::App& app, Context& context) {
   c->add_option("--friction", o->force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")->check(in_range(0, 4));
   c->add_flag("--exact-normals", o->force.exact_normals,
               "Push straight towards the surface contact point instead of along the interpolated normal");
+  c->add_flag("--paper-contact", o->force.paper_contact,
+              "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
