@@ -147,7 +147,7 @@ class Bench {
         {"slabs", report.slabs},
         {"cpu_seconds", seconds[seconds.size() / 2]},
         {"single_share", static_cast<double>(report.hits_single) / static_cast<double>(report.fibres_cast)},
-        {"distance_rms", report.distance_rms}};
+        {"distance_rms", report.to_mended.rms}};
     return {};
   }
 

@@ -13,6 +13,7 @@ set(relief_find_nlohmann_json::nlohmann_json "find_dependency(nlohmann_json)")
 set(relief_find_fmt::fmt "find_dependency(fmt)")
 set(relief_find_SQLite::SQLite3 "find_dependency(SQLite3)")
 set(relief_find_PNG::PNG "find_dependency(PNG)")
+set(relief_find_JPEG::JPEG "find_dependency(JPEG)")
 set(relief_find_PkgConfig::zstd "relief_find_pkg_config(zstd libzstd)")
 set(relief_find_PkgConfig::epoxy "relief_find_pkg_config(epoxy epoxy)")
 

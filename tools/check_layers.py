@@ -64,7 +64,8 @@ THIRD_PARTY = {
     "zstd": ["file"],
     "epoxy/": ["render"],
     "EGL/": ["render"],
-    "png.h": ["render"],
+    "png.h": ["render", "mesh"],
+    "jpeglib.h": ["mesh"],
 }
 
 # The public headers, one path per line; these are installed.

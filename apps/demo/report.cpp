@@ -216,13 +216,14 @@ Status write_report(const Report& r, const std::filesystem::path& file) {
   html += "<h2>Conversion</h2><table>";
   html += row("source", fmt::format("{} triangles", c.source_triangles));
   html += row("slabs", fmt::format("{}", c.slabs));
-  html += row("samples (fibres cast)", fmt::format("{}", c.fibres_cast));
+  html += row("fibres cast", fmt::format("{}", c.fibres_cast));
   html += row("fibres that met the surface once / never / several times",
               fmt::format("{:.2f} % / {:.2f} % / {:.2f} %", 100.0 * static_cast<double>(c.hits_single) / fibres,
                           100.0 * static_cast<double>(c.hits_none) / fibres,
                           100.0 * static_cast<double>(c.hits_several) / fibres));
-  html += row("distance to the source, share of the diagonal",
-              fmt::format("rms {:.1e}, max {:.1e}", c.distance_rms, c.distance_max));
+  html += row("distance to the mended source and back, share of the diagonal",
+              fmt::format("rms {:.1e}, max {:.1e}; rms {:.1e}, max {:.1e}", c.to_mended.rms, c.to_mended.max,
+                          c.from_mended.rms, c.from_mended.max));
   html += row("fibre length, share of the diagonal",
               fmt::format("least {:.1e}, median {:.1e}", c.thickness_min, c.thickness_median));
   html += row("CPU time, all threads", fmt::format("{:.2f} s", r.convert_seconds));

@@ -57,10 +57,9 @@ Status run_export(const std::string& file, const std::string& out, int level, co
     RELIEF_CHECK(target.commit());
     return say(context, out, head.slab_mesh().fibres().size() * 2, head.slab_mesh().slab_count());
   }
-  for (const Slab& slab : head.slab_mesh().slabs())
-    if (level >= level_count(slab.intervals))
-      return fail(Errc::InvalidArgument, fmt::format("{}: n = {} has levels 0 to {} only; choose --level among them",
-                                                     printable(file), slab.intervals, level_count(slab.intervals) - 1));
+  if (const int levels = level_count(head.slab_mesh()); level >= levels)
+    return fail(Errc::InvalidArgument, fmt::format("{}: its grids have levels 0 to {} only; choose --level among them",
+                                                   printable(file), levels - 1));
   const TriangleMesh mesh = to_mesh(head, level);
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   // Far from the origin a float keeps too little of a coordinate.
@@ -115,7 +114,8 @@ void add_export(CLI::App& app, Context& context) {
   c->add_option("OUT", o->out, "The file: .ply, .obj, .stl, .glb, .3mf (the displaced surface) or .slabs (the cage)")
       ->required()
       ->check(has_extension({".ply", ".obj", ".stl", ".glb", ".3mf", ".slabs"}));
-  c->add_option("--level", o->level, "Every 2^k-th sample only, as far as 2^k divides n (default 0)")
+  c->add_option("--level", o->level,
+                "Every 2^k-th sample only; a slab whose n does not divide further stays as it is (default 0)")
       ->check(CLI::Range(0, 7));
   finish_command(*c, context, [o, &context] { return run_export(o->file, o->out, o->level, context); });
 }

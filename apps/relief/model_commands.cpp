@@ -25,13 +25,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// Shared samples once, those that follow from them not at all.
 std::size_t distinct_samples(const SlabMesh& mesh) {
   std::size_t count = mesh.fibres().size();
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const auto n = static_cast<std::size_t>(mesh.intervals(s));
-    count += n * n >= 3 * n ? (n - 1) * (n - 2) / 2 : 0;
-    for (const SlabId other : mesh.slabs()[s].neighbours)
-      if (other == kNoSlab || other > s) count += n - 1;
+    count += (n - 1) * (n - 2) / 2;
+    for (int edge = 0; edge < 3; ++edge)
+      if (const SlabId other = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
+          other == kNoSlab || other > s)
+        count += static_cast<std::size_t>(mesh.edge_intervals(s, edge)) - 1;
   }
   return count;
 }
@@ -174,19 +177,36 @@ class MendedFile {
   std::filesystem::path target_, temporary_;
 };
 
-ordered_json to_json(const Conversion& made, const verify::Certificate& certificate, double seconds) {
+ordered_json to_json(const Conversion& made, const verify::Certificate& certificate,
+                     const std::vector<std::string>& notes, double seconds) {
   const ConvertReport& r = made.report;
   ordered_json json;
   json["mode"] = name(made.model.info.mode);
   json["slabs"] = r.slabs;
   json["seconds"] = seconds;
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};
-  json["samples"] = r.fibres_cast;
+  json["fibres"] = r.fibres_cast;
+  json["samples"] = distinct_samples(made.model.head->slab_mesh());
   json["source_triangles"] = r.source_triangles;
   json["certificate"] = to_json(certificate);
-  json["distance"] = {{"rms", r.distance_rms}, {"max", r.distance_max}};
+  const SlabMesh& mesh = made.model.head->slab_mesh();
+  const auto [least, most] = std::ranges::minmax(mesh.slabs(), {}, &Slab::intervals);
+  json["intervals"] = {{"min", least.intervals}, {"max", most.intervals}};
+  json["slabs_too_coarse"] = r.slabs_too_coarse;
+  // The first two are those to the mended source.
+  const auto distance = [](Distance d) { return ordered_json{{"rms", d.rms}, {"max", d.max}}; };
+  json["distance"] = distance(r.to_mended);
+  json["distance"]["to_mended"] = distance(r.to_mended);
+  json["distance"]["from_mended"] = distance(r.from_mended);
+  json["distance"]["to_source"] = distance(r.to_source);
+  json["distance"]["from_source"] = distance(r.from_source);
   if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
-  json["moved"] = {{"vertices", r.moved_vertices}, {"most", r.moved_most}};
+  json["mended"] = {{"moved_vertices", r.moved_vertices},
+                    {"moved_most", r.moved_most},
+                    {"parted_vertices", r.parted_vertices},
+                    {"replaced_triangles", r.replaced_triangles},
+                    {"closed_openings", r.closed_openings},
+                    {"phantom_triangles", r.phantom_triangles}};
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},
@@ -201,6 +221,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"cut_seams", f.cut_seams},
                     {"parts", f.parts},
                     {"boundary_loops", f.boundary_loops}};
+  json["notes"] = notes;
   for (const auto& phase : r.phases) json["phases"][phase.name] = phase.seconds;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -249,11 +270,31 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
   RELIEF_CHECK(mended.keep());
   const double seconds = process_cpu_seconds() - start;
-  if (context.json)
-    print_json(to_json(made, certificate, seconds));
-  else
+  if (context.json) {
+    print_json(to_json(made, certificate, source.notes, seconds));
+  } else {
+    for (const std::string& note : source.notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
                       name(made.model.info.mode), seconds));
+  }
+  return {};
+}
+
+/// What the verifier says of the tiles that lie on each slab's own grid.
+Status check_tiles(const std::string& file, const PlainShell& shell, const Snapshot& head) {
+  for (const auto& [layer, between] :
+       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer}}) {
+    if (!head.has(layer)) continue;
+    std::vector<verify::SampleTile> tiles;
+    for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
+      const Tile& tile = head.tile(layer, s);
+      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
+    }
+    const verify::TileCheck found = verify::check_tiles(shell.view(), tiles, between);
+    if (found.failure_count > 0)
+      return fail(Errc::Corrupt, fmt::format("{}: the tiles of {} do not hold: {}", printable(file), name(layer),
+                                             found.failures.front().what));
+  }
   return {};
 }
 
@@ -289,7 +330,7 @@ Result<verify::SampleCheck> compare_samples(const std::string& file, const Model
     if (tile.same_values(first->tile(Layer::Displacement, s)))
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
     else
-      tiles.emplace_back();
+      tiles.push_back({tile.intervals(), {}});
   }
   return verify::check_samples(shell.view(), source.view(), tiles,
                                kSampleTolerance * diagonal(head.slab_mesh().bounds()));
@@ -301,7 +342,7 @@ ordered_json to_json(const verify::Failure& f) {
 }
 
 Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
-  // Opening checks the tiles: sizes, ranges, copies of shared samples.
+  // Opening checks the tiles, too; the verifier does it in its own way.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Mode mode = model.model().info.mode;
   const PlainShell shell(model.model().head->slab_mesh());
@@ -317,6 +358,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
       RELIEF_TRY(samples, compare_samples(file, model, shell, source));
     }
   }
+  if (certificate.holds[0]) RELIEF_CHECK(check_tiles(file, shell, *model.model().head));
   const bool samples_hold = samples.off == 0;
   const bool holds = claim_holds(mode, certificate) && (mode != Mode::Certified || samples_hold);
   if (context.json) {
@@ -452,9 +494,15 @@ void add_convert(CLI::App& app, Context& context) {
   c->add_option("IN", o->in, "The mesh")->required();
   c->add_option("-o,--output", o->out, "The model, MODEL.relief")->required();
   c->add_option("--slabs", o->settings.slabs, "Slabs to aim for (default 200)")->check(CLI::Range(4, 1'000'000));
-  c->add_option("--samples", o->settings.intervals,
-                "Intervals n per slab edge, 1 to 128 (default 32; the paper used 15)")
-      ->check(CLI::Range(1, kMaxIntervals));
+  auto* samples = c->add_option("--samples", o->settings.intervals,
+                                "Intervals n per slab edge, 1 to 128, the same in every slab (the paper used 15); "
+                                "without it chosen per slab, see --error");
+  samples->check(CLI::Range(1, kMaxIntervals));
+  c->add_option("--error", o->settings.error,
+                "How far the surface may lie from the mended source, share of the diagonal (default 1e-4); slabs get "
+                "the smallest power of two for n that keeps to it, at most 128")
+      ->check(in_range(1e-7, 1))
+      ->excludes(samples);
   c->add_option("--mode", o->mode,
                 "certified: proven, or exit 1; preview; without it the best that can be proved (tolerant is not in "
                 "this version)")

@@ -1,5 +1,6 @@
 #include <relief/convert/certified.h>
 #include <relief/convert/directions.h>
+#include <relief/convert/fill.h>
 #include <relief/convert/quadric.h>
 #include <relief/convert/section.h>
 #include <relief/convert/triangle_grid.h>
@@ -10,6 +11,8 @@
 #include <cstdint>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 namespace relief::detail {
@@ -59,7 +62,7 @@ std::uint32_t morton(LatticePoint p) noexcept {
 struct Source {
   std::vector<LatticePoint> points;
   std::vector<Face> faces;
-  std::vector<std::uint32_t> point_of;  // number in the caller's source
+  std::vector<std::uint32_t> point_of, face_of;  // numbers in the caller's source
   struct Normal {
     float x, y, z, slack;
   };
@@ -101,6 +104,7 @@ Source::Source(std::span<const LatticePoint> given, std::span<const Face> given_
       f[k] = n;
     }
     faces.push_back(f);
+    face_of.push_back(t);
   }
   update();
 }
@@ -264,6 +268,7 @@ class Reducer {
   TriangleGrid grid_;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
   std::vector<std::uint32_t> faults_;
+  Parts parts_;  // of the source's faces, which K's keep
 
   // Scratch.
   Trial trial_;
@@ -303,6 +308,7 @@ Reducer::Reducer(Source& source, const CertifiedSettings& settings) : source_(so
   mark_.assign(points, 0);
   in_star_.assign(faces, 0);
   alive_ = faces;
+  parts_ = find_parts(points, faces_);
 }
 
 void Reducer::place(std::uint32_t v, const std::array<double, 2>& heights, Vec3d d) {
@@ -749,8 +755,14 @@ Fault Reducer::evaluate_overlap() {
     for (const Side side : {kInner, kOuter})
       for (const std::uint32_t v : other) boxes[side].add(to_double(ends_[v][side]));
     if (!boxes[kInner].meets(all) && !boxes[kOuter].meets(all)) return true;
+    const bool same_part = parts_.of_face[g] == parts_.of_face[trial_.slots[0]];
     for (std::size_t k = 0; k < count; ++k) {
       const SlabShape& s = trial_.shapes[k];
+      // C4: a part that is small beside a slab must not be swallowed whole.
+      if (!same_part && in_hull(s.triangle(kInner), s.triangle(kOuter), ends_[other[0]][kOuter])) {
+        fault = Fault::OuterOverlap;
+        return false;
+      }
       bool adjacent = false;
       for (const std::uint32_t v : trial_.faces[k])
         adjacent = adjacent || v == other[0] || v == other[1] || v == other[2];
@@ -818,7 +830,7 @@ bool Reducer::collapse(std::uint32_t h) {
     before = std::min(
         before, shape_of(at_[g[0]], at_[g[1]], at_[g[2]], length(cross(at_[g[1]] - at_[g[0]], at_[g[2]] - at_[g[0]]))));
   }
-  for (const Vec3d at : {best, at_[u], at_[v]})
+  for (const Vec3d at : {best, at_[u], at_[v], (at_[u] + at_[v]) * 0.5})
     if (collapse_to(h, at, before)) return true;
   return false;
 }
@@ -845,7 +857,8 @@ bool Reducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   };
   start(directions[0]);
   int shrunk = 0;
-  for (int attempt = 0; attempt < 10; ++attempt) {
+  const bool patient = alive_ < 16 * settings_.target;  // few slabs are left: each is worth more tries
+  for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
     const double sum = heights[0] + heights[1];
     if (sum > 0.999 * settings_.longest) {
       if (attempt > 0) return false;
@@ -859,8 +872,13 @@ bool Reducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         return true;
       case Fault::Winding:
       case Fault::Jacobian:
-        if (++shrunk > 4) return false;
-        for (double& height : heights) height *= 0.6;
+        if (++shrunk <= 3) {
+          for (double& height : heights) height *= 0.6;
+          break;
+        }
+        if (!patient || ++choice == directions.size()) return false;
+        start(directions[choice]);
+        shrunk = 0;
         break;
       case Fault::Outer:
       case Fault::Empty:
@@ -1132,7 +1150,13 @@ Shell Reducer::shell() const {
 /// Moves source vertices that no direction sees well, and those given, towards their neighbours; at most so far in all.
 class Smoother {
  public:
-  Smoother(Source& source, double farthest) : source_(source), farthest_(farthest), start_(source.points) {
+  /// `start`: where the caller's points lay before they were moved; those that only patches have are free to move.
+  Smoother(Source& source, const ClosedSource& given, std::span<const LatticePoint> start, double farthest)
+      : source_(source), farthest_(farthest), free_(source.points.size(), 1) {
+    for (std::size_t t = 0; t < source.faces.size(); ++t)
+      if (given.patch[source.face_of[t]] == 0)
+        for (const std::uint32_t v : source.faces[t]) free_[v] = 0;
+    for (const std::uint32_t v : source.point_of) start_.push_back(start[v]);
     twins_ = find_twins(source.faces, source.points.size());
     out_.assign(source.points.size(), kNone);
     for (std::uint32_t h = 0; h < twins_.size(); ++h) out_[source.faces[h / 3][h % 3]] = h;
@@ -1140,17 +1164,6 @@ class Smoother {
 
   /// The vertices whose visibility stays below `least`, after smoothing those below `wanted`.
   std::vector<std::uint32_t> smooth(std::span<const std::uint32_t> given, double wanted, double least);
-  [[nodiscard]] std::size_t moved() const noexcept {
-    std::size_t count = 0;
-    for (std::size_t v = 0; v < start_.size(); ++v) count += !(start_[v] == source_.points[v]);
-    return count;
-  }
-  [[nodiscard]] double moved_most() const noexcept {
-    double most = 0;
-    for (std::size_t v = 0; v < start_.size(); ++v)
-      most = std::max(most, length(to_double(source_.points[v] - start_[v])));
-    return most;
-  }
 
  private:
   template <typename Visit>
@@ -1175,6 +1188,7 @@ class Smoother {
 
   Source& source_;
   double farthest_;
+  std::vector<std::uint8_t> free_;
   std::vector<LatticePoint> start_;
   std::vector<std::uint32_t> twins_, out_;
   std::vector<Vec3d> normals_;
@@ -1208,7 +1222,8 @@ std::vector<std::uint32_t> Smoother::smooth(std::span<const std::uint32_t> given
       });
       const Vec3d p = to_double(source_.points[v]), start = to_double(start_[v]);
       Vec3d goal = p + (mean / around - p) * (is_marked[v] != 0 ? 0.5 : 0.1);
-      if (const double far = length(goal - start); far > farthest_) goal = start + (goal - start) * (farthest_ / far);
+      if (const double far = length(goal - start); far > farthest_ && free_[v] == 0)
+        goal = start + (goal - start) * (farthest_ / far);
       goals.push_back(goal);
     }
     bool any = false;
@@ -1233,48 +1248,221 @@ std::vector<std::uint32_t> Smoother::smooth(std::span<const std::uint32_t> given
   return bad;
 }
 
+/// Moves points that lie on others towards the inside of their own faces, by a tenth of their shortest edge.
+std::size_t part_touching(ClosedSource& s, double farthest) {
+  std::vector<std::uint32_t> order(s.points.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto key = [&](std::uint32_t v) { return std::tuple(s.points[v].x, s.points[v].y, s.points[v].z, v); };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<std::uint8_t> touches(s.points.size(), 0);
+  for (std::size_t k = 1; k < order.size(); ++k)
+    if (s.points[order[k]] == s.points[order[k - 1]]) touches[order[k]] = touches[order[k - 1]] = 1;
+  std::vector<std::vector<Vec3d>> normals(s.points.size());
+  std::vector<double> shortest(s.points.size(), Box3d::kFar);
+  std::size_t count = 0;
+  for (const Face& f : s.faces) {
+    if (touches[f[0]] + touches[f[1]] + touches[f[2]] == 0) continue;
+    const std::array<Vec3d, 3> p = {to_double(s.points[f[0]]), to_double(s.points[f[1]]), to_double(s.points[f[2]])};
+    const Vec3d n = normalized(cross(p[1] - p[0], p[2] - p[0]));
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (touches[f[k]] == 0) continue;
+      normals[f[k]].push_back(n);
+      shortest[f[k]] = std::min({shortest[f[k]], length(p[(k + 1) % 3] - p[k]), length(p[(k + 2) % 3] - p[k])});
+    }
+  }
+  for (std::uint32_t v = 0; v < s.points.size(); ++v) {
+    if (normals[v].empty()) continue;
+    const Vec3d d = best_direction(normals[v]).d;
+    s.points[v] = snap(to_double(s.points[v]) - d * std::min(farthest, std::max(4 * kLeastHeight, 0.1 * shortest[v])));
+    ++count;
+  }
+  return count;
+}
+
+double area_of(const ClosedSource& s, std::size_t f) noexcept {
+  const Vec3d a = to_double(s.points[s.faces[f][0]]);
+  return 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
+}
+
+/// Takes the bad faces out with the ring around them, and with one ring more each time that a place is cut again
+/// (`heat`, per point), then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A
+/// patch is phantom where what lay at its rim was. Gives the area and the number of the scanned faces that went;
+/// nothing when a rim cannot be closed.
+struct Loss {
+  double area = 0;
+  std::size_t faces = 0;
+};
+std::optional<Loss> cut_and_close(ClosedSource& s, std::vector<std::uint8_t> gone, std::vector<std::uint8_t>& heat) {
+  constexpr std::size_t kCrumb = 50;  // faces
+  const std::size_t faces = s.faces.size();
+  std::vector<std::uint8_t> rings(faces, 0), near(s.points.size());
+  for (std::size_t f = 0; f < faces; ++f)
+    if (gone[f] != 0)
+      for (const std::uint32_t v : s.faces[f]) rings[f] = std::max<std::uint8_t>(rings[f], std::uint8_t(heat[v] + 1));
+  for (bool any = true; any;) {
+    any = false;
+    std::fill(near.begin(), near.end(), std::uint8_t{0});
+    for (std::size_t f = 0; f < faces; ++f)
+      for (const std::uint32_t v : s.faces[f]) near[v] = std::max(near[v], rings[f]);
+    for (std::size_t f = 0; f < faces; ++f) {
+      const std::uint8_t most = std::max({near[s.faces[f][0]], near[s.faces[f][1]], near[s.faces[f][2]]});
+      if (most == 0 || (gone[f] != 0 && rings[f] + 1 >= most)) continue;
+      any = any || most > 1;
+      gone[f] = 1;
+      rings[f] = most - 1;
+    }
+  }
+  const std::vector<std::uint32_t> twins = find_twins(s.faces, s.points.size());
+  const auto on_rim = [&](std::uint32_t h) { return gone[h / 3] == 0 && gone[twins[h] / 3] != 0; };
+  for (bool pinched = true; pinched;) {
+    pinched = false;
+    // A point where more than one stretch of rim passes holds several fans.
+    std::vector<std::uint8_t> stretches(s.points.size(), 0);
+    for (std::uint32_t h = 0; h < twins.size(); ++h)
+      if (on_rim(h)) stretches[s.faces[h / 3][h % 3]] = std::uint8_t(std::min(2, stretches[s.faces[h / 3][h % 3]] + 1));
+    for (std::size_t f = 0; f < faces; ++f)
+      for (const std::uint32_t v : s.faces[f])
+        if (stretches[v] > 1 && gone[f] == 0) {
+          gone[f] = 1;
+          pinched = true;
+        }
+    // Crumbs that have come loose.
+    std::vector<std::uint8_t> seen(faces, 0);
+    std::vector<std::uint32_t> piece;
+    for (std::uint32_t seed = 0; seed < faces; ++seed) {
+      if (gone[seed] != 0 || seen[seed] != 0) continue;
+      piece.assign(1, seed);
+      seen[seed] = 1;
+      bool open = false;
+      for (std::size_t k = 0; k < piece.size(); ++k)
+        for (std::uint32_t h = 3 * piece[k]; h < 3 * piece[k] + 3; ++h) {
+          const std::uint32_t other = twins[h] / 3;
+          open = open || gone[other] != 0;
+          if (gone[other] != 0 || seen[other] != 0) continue;
+          seen[other] = 1;
+          piece.push_back(other);
+        }
+      if (!open || piece.size() > kCrumb) continue;
+      for (const std::uint32_t f : piece) gone[f] = 1;
+      pinched = true;
+    }
+  }
+  // What lay across each rim, by the point at which the patch's edge begins.
+  std::vector<std::uint8_t> phantom_across(s.points.size(), 0);
+  ClosedSource rest;
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    if (gone[f] != 0) continue;
+    rest.faces.push_back(s.faces[f]);
+    rest.phantom.push_back(s.phantom[f]);
+    rest.patch.push_back(s.patch[f]);
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+      if (on_rim(h)) phantom_across[s.faces[f][(h + 1) % 3]] = s.phantom[twins[h] / 3];
+  }
+  if (rest.faces.empty()) return std::nullopt;
+  const auto rims = find_rims(s.points.size(), rest.faces);
+  std::vector<Vec3d> places;
+  for (const LatticePoint p : s.points) places.push_back(to_double(p));
+  const std::vector<Closing> closings(rims.size(), Closing::Membrane);
+  const std::vector<std::size_t> begins = close_rims(places, rest.faces, rims, closings);
+  for (std::size_t r = 0; r < rims.size(); ++r) {
+    if (rims[r].size() < 3) return std::nullopt;
+    std::size_t votes = 0;
+    for (const std::uint32_t v : rims[r]) votes += phantom_across[v];
+    rest.phantom.resize(begins[r + 1], 2 * votes > rims[r].size());
+    std::uint8_t most = 0;
+    for (const std::uint32_t v : rims[r]) most = std::max(most, heat[v]);
+    most = std::min<std::uint8_t>(most + 1, 20);
+    for (const std::uint32_t v : rims[r]) heat[v] = most;
+    heat.resize(places.size(), 0);
+    for (std::size_t f = begins[r]; f < begins[r + 1]; ++f)
+      for (const std::uint32_t v : rest.faces[f]) heat[v] = most;
+  }
+  rest.patch.resize(rest.faces.size(), 1);
+  Loss loss;
+  for (std::size_t f = 0; f < faces; ++f) {
+    if (gone[f] == 0 || s.patch[f] != 0) continue;
+    loss.area += area_of(s, f);
+    ++loss.faces;
+  }
+  rest.points = std::move(s.points);
+  for (std::size_t v = rest.points.size(); v < places.size(); ++v) rest.points.push_back(snap(places[v]));
+  s = std::move(rest);
+  return loss;
+}
+
 }  // namespace
 
-CertifiedShell build_certified(std::vector<LatticePoint> points, std::span<const Face> faces,
-                               const CertifiedSettings& settings, const Progress& progress) {
+CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {
   constexpr double kWanted = 0.3;  // visibility; more of it lets the shell become coarser
   constexpr double kLeast = 0.02;
-  constexpr int kRounds = 8;
+  constexpr int kSmoothings = 3, kCuts = 12;
+  constexpr double kMostReplaced = 0.03;  // of the area
   CertifiedShell result;
-  Source source(points, faces);
-  Smoother smoother(source, settings.farthest);
-  std::vector<std::uint32_t> trouble;
-  for (int round = 0; round < kRounds; ++round) {
-    progress("shell", double(round) / kRounds);
-    const std::vector<std::uint32_t> singular = smoother.smooth(trouble, kWanted, kLeast);
-    if (progress.cancelled()) return result;
-    if (!singular.empty()) {
-      result.place = source.points[singular.front()];
-      result.obstacle = std::to_string(singular.size()) +
-                        (singular.size() == 1 ? " vertex has faces" : " vertices have faces") +
-                        " that no direction sees, as at a folded or doubled sheet";
-      return result;
-    }
-    Reducer reducer(source, settings);
-    if (!reducer.thin_shell(progress)) return result;
-    if (!reducer.faults().empty()) {
+  result.source = std::move(given);
+  ClosedSource& s = result.source;
+  std::vector<LatticePoint> start = s.points;
+  std::vector<std::uint8_t> heat(s.points.size(), 0);
+  result.parted_points = part_touching(s, settings.farthest);
+  double area = 0, replaced = 0;
+  for (std::size_t f = 0; f < s.faces.size(); ++f) area += area_of(s, f);
+
+  for (int cut = 0; cut <= kCuts; ++cut) {
+    progress("shell", double(cut) / kCuts);
+    Source source(s.points, s.faces);
+    Smoother smoother(source, s, start, settings.farthest);
+    std::vector<std::uint32_t> trouble;
+    std::vector<std::uint8_t> bad(s.faces.size(), 0);
+    // Smoothing settles a few crossings; many do not yield to it.
+    for (int round = 0; round < (cut == 0 ? kSmoothings : 1); ++round) {
+      const std::vector<std::uint32_t> singular = smoother.smooth(trouble, kWanted, kLeast);
+      if (progress.cancelled()) return result;
+      for (std::size_t v = 0; v < source.points.size(); ++v) s.points[source.point_of[v]] = source.points[v];
+      Reducer reducer(source, settings);
+      if (singular.empty() && !reducer.thin_shell(progress)) return result;
+      if (singular.empty() && reducer.faults().empty()) {
+        if (!reducer.reduce(progress) || !reducer.thicken(progress)) return result;
+        result.obstacle.clear();
+        result.shell = reducer.shell();
+        std::vector<std::uint8_t> scanned(s.points.size(), 0);
+        for (std::size_t f = 0; f < s.faces.size(); ++f)
+          if (s.patch[f] == 0)
+            for (const std::uint32_t v : s.faces[f]) scanned[v] = 1;
+        for (std::size_t v = 0; v < s.points.size(); ++v) {
+          if (scanned[v] == 0) continue;
+          const double far = length(to_double(s.points[v] - start[v]));
+          result.moved_points += far > 0;
+          result.moved_most = std::max(result.moved_most, far);
+        }
+        return result;
+      }
+      std::fill(bad.begin(), bad.end(), std::uint8_t{0});
+      if (!singular.empty()) {
+        std::vector<std::uint8_t> marked(source.points.size(), 0);
+        for (const std::uint32_t v : singular) marked[v] = 1;
+        for (std::size_t f = 0; f < source.faces.size(); ++f)
+          for (const std::uint32_t v : source.faces[f]) bad[source.face_of[f]] = bad[source.face_of[f]] | marked[v];
+        result.place = source.points[singular.front()];
+        result.obstacle = std::to_string(singular.size()) +
+                          (singular.size() == 1 ? " vertex has faces" : " vertices have faces") +
+                          " that no direction sees, as at a folded or doubled sheet";
+        break;
+      }
       trouble.clear();
-      for (const std::uint32_t f : reducer.faults())
+      for (const std::uint32_t f : reducer.faults()) {
         trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
+        bad[source.face_of[f]] = 1;
+        if (cut == 0) result.bad_faces.push_back(source.face_of[f]);
+      }
       result.place = source.points[trouble.front()];
       result.obstacle = std::to_string(reducer.faults().size()) + " triangles of the source meet others";
-      // Smoothing settles a few crossings; many do not yield to it.
-      if (reducer.faults().size() > 200 + faces.size() / 200) return result;
-      continue;
+      if (reducer.faults().size() > 200 + s.faces.size() / 200) break;
     }
-    result.obstacle.clear();
-    if (!reducer.reduce(progress) || !reducer.thicken(progress)) return result;
-    result.shell = reducer.shell();
-    result.points = std::move(points);
-    for (std::size_t v = 0; v < source.points.size(); ++v) result.points[source.point_of[v]] = source.points[v];
-    result.moved_points = smoother.moved();
-    result.moved_most = smoother.moved_most();
-    return result;
+    if (replaced > kMostReplaced * area || cut == kCuts) break;
+    const auto loss = cut_and_close(s, std::move(bad), heat);
+    if (!loss) break;
+    replaced += loss->area;
+    result.replaced_faces += loss->faces;
+    start.insert(start.end(), s.points.begin() + static_cast<std::ptrdiff_t>(start.size()), s.points.end());
   }
   return result;
 }

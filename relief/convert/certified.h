@@ -7,7 +7,7 @@
 #include <relief/convert/shell.h>
 
 #include <cstddef>
-#include <span>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,20 +19,32 @@ struct CertifiedSettings {
   double farthest = 0;       ///< how far a source vertex may be moved to mend it, lattice steps
 };
 
+/// A closed oriented manifold on the lattice.
+struct ClosedSource {
+  std::vector<LatticePoint> points;
+  std::vector<Face> faces;
+  std::vector<std::uint8_t> patch;    ///< per face: not scanned, but made to close a rim
+  std::vector<std::uint8_t> phantom;  ///< per face: closes an opening of what was scanned
+};
+
 struct CertifiedShell {
-  Shell shell;                       ///< empty when there is none
-  std::vector<LatticePoint> points;  ///< the source as it was certified: some points are moved
+  Shell shell;          ///< empty when there is none
+  ClosedSource source;  ///< as it was certified, or as far as it was mended: the points given come first
   std::size_t moved_points = 0;
-  double moved_most = 0;  ///< lattice steps
-  std::string obstacle;   ///< why there is no shell; a clause that follows the place
+  double moved_most = 0;           ///< lattice steps
+  std::size_t parted_points = 0;   ///< that lay on others and were moved off them; counted among the moved ones
+  std::size_t replaced_faces = 0;  ///< that met others or could not be seen from any side; patches took their place
+  std::vector<std::uint32_t> bad_faces;  ///< of those given, where no thin shell stood at first
+  std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;
 };
 
-/// For closed sources on the lattice. Vertices that no direction sees, and those around faces that meet others, are
-/// smoothed within bounds; then K = S with short fibres is a shell that satisfies C0 to C3, C5, C6 and C7 of shell.md,
-/// and edges are collapsed, ends moved and edges flipped as long as all of them stay (shell.md 11). Deterministic; one
-/// thread. Cancelled: neither shell nor obstacle.
-[[nodiscard]] CertifiedShell build_certified(std::vector<LatticePoint> points, std::span<const Face> faces,
-                                             const CertifiedSettings& settings, const Progress& progress);
+/// Mends the source: points that lie on others are moved off them, vertices that no direction sees and those around
+/// faces that meet others are smoothed within bounds, and what still fails is cut out and closed with patches, as long
+/// as that is a small share of the surface. Then K = S with short fibres is a shell that satisfies C0 to C3, C5, C6 and
+/// C7 of shell.md, and edges are collapsed, ends moved and edges flipped as long as all of them stay (shell.md 11).
+/// Deterministic. Cancelled: neither shell nor obstacle.
+[[nodiscard]] CertifiedShell build_certified(ClosedSource source, const CertifiedSettings& settings,
+                                             const Progress& progress);
 
 }  // namespace relief::detail

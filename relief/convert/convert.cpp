@@ -2,8 +2,11 @@
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/decimate.h>
+#include <relief/convert/fill.h>
 #include <relief/convert/lattice.h>
+#include <relief/convert/measure.h>
 #include <relief/convert/reach.h>
+#include <relief/convert/resolution.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
 #include <relief/convert/source_surface.h>
@@ -23,6 +26,8 @@ namespace relief {
 namespace {
 
 using namespace detail;
+
+std::unexpected<Error> cancelled() { return fail(Errc::Cancelled, "conversion was cancelled."); }
 
 /// Adds phases to a report: CPU time of the whole process from one call to the next.
 class Stopwatch {
@@ -57,8 +62,10 @@ Status check(const ConvertSettings& settings) {
   };
   if (settings.slabs < 4 || settings.slabs > 1'000'000)
     return outside("the number of slabs", std::to_string(settings.slabs), "4 to 1000000");
-  if (settings.intervals < 1 || settings.intervals > kMaxIntervals)
+  if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
     return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
+  if (!(settings.error >= 1e-7 && settings.error <= 1))
+    return outside("the error", number(settings.error), "1e-7 to 1, a share of the diagonal");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
   if (settings.mode == Mode::Tolerant)
@@ -103,7 +110,6 @@ std::size_t drop_small_parts(const std::vector<Vec3d>& points, std::vector<Face>
 
 struct CageSettings {
   std::size_t target;
-  int intervals;
   double longest;  ///< lattice steps
 };
 
@@ -156,15 +162,28 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
   return attempt;
 }
 
-Result<std::shared_ptr<const SlabMesh>> slab_mesh_of(const Shell& shell, const Lattice& lattice, int intervals) {
+using CagePtr = std::shared_ptr<const SlabMesh>;
+
+/// The cage with n intervals per slab, by slab; its fibres are the shell's.
+Result<CagePtr> with_intervals(std::vector<Fibre> fibres, std::span<const Face> faces, const std::vector<int>& n) {
+  std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(faces.size());
+  for (std::size_t s = 0; s < faces.size(); ++s) slabs.push_back({faces[s], n[s]});
+  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
+  return std::make_shared<const SlabMesh>(std::move(mesh));
+}
+Result<CagePtr> with_intervals(const SlabMesh& cage, const std::vector<int>& n) {
+  std::vector<Face> faces;
+  for (const Slab& s : cage.slabs()) faces.push_back(s.fibres);
+  return with_intervals({cage.fibres().begin(), cage.fibres().end()}, faces, n);
+}
+
+/// One interval per edge: the cage alone.
+Result<CagePtr> slab_mesh_of(const Shell& shell, const Lattice& lattice) {
   std::vector<Fibre> fibres(shell.ends[kInner].size());
   for (std::size_t v = 0; v < fibres.size(); ++v)
     fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
-  std::vector<SlabMesh::Face> slabs;
-  slabs.reserve(shell.faces.size());
-  for (const Face& f : shell.faces) slabs.push_back({f, intervals});
-  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
-  return std::make_shared<const SlabMesh>(std::move(mesh));
+  return with_intervals(std::move(fibres), shell.faces, std::vector<int>(shell.faces.size(), 1));
 }
 
 /// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
@@ -176,7 +195,6 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
   constexpr double kHairline = 1e-4;  // of the area may be torn
   constexpr double kFiner = 16;       // halves the edges where it weighs
   constexpr int kRounds = 5;
-  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
   const Decimation decimation(points, faces, settings.target, progress);
   if (progress.cancelled()) return cancelled();
   stopwatch.phase_done("decimate");
@@ -215,31 +233,107 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
                 "no slab can stand on the surface near " + place(lattice.to_model(at)) +
                     ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
   }
-  RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice, settings.intervals));
+  RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice));
   return Cage{std::move(mesh), shell.dropped.size()};
 }
 
-/// The shell in certified mode; the source's points move to where they were certified. Empty with a reason, a sentence
-/// without its full stop, where there is no certificate; empty without one when cancelled.
-std::shared_ptr<const SlabMesh> certify(TriangleMesh& mended, const Lattice& lattice, const CageSettings& settings,
-                                        double farthest, ConvertReport& report, const Progress& progress) {
-  if (report.repair.boundary_loops > 0) {
-    report.not_certified = "the surface is open: it has " + std::to_string(report.repair.boundary_loops) +
-                           (report.repair.boundary_loops == 1 ? " rim" : " rims");
-    return nullptr;
+/// What is sampled: the repaired source as it is, or closed and mended for a certified shell.
+struct Ground {
+  TriangleMesh mesh;             ///< phantom triangles come last
+  std::size_t phantom_from = 0;  ///< the first of them
+  Lattice lattice;
+};
+
+/// A mesh whose openings are closed with phantom triangles; these come last.
+struct ClosedMesh {
+  std::vector<Vec3d> points;
+  std::vector<Face> faces;
+  std::vector<std::size_t> patches;  ///< where each rim's faces begin, and the end
+};
+
+ClosedMesh close_openings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
+                          const std::vector<Closing>& closings) {
+  ClosedMesh closed{mesh.positions, mesh.triangles, {}};
+  closed.patches = close_rims(closed.points, closed.faces, rims, closings);
+  return closed;
+}
+
+/// A patch that is about as large as what it closes would lie close behind it: a terrain or a range map gets a box.
+std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims) {
+  constexpr double kLarge = 0.55;  // of the part's area
+  if (rims.empty()) return {};
+  const Parts parts = find_parts(mesh.positions.size(), mesh.triangles);
+  std::vector<std::uint32_t> part_of(mesh.positions.size(), 0);
+  std::vector<double> areas(parts.count, 0);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const Face& t = mesh.triangles[f];
+    const Vec3d a = mesh.positions[t[0]];
+    areas[parts.of_face[f]] += length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+    for (const std::uint32_t v : t) part_of[v] = parts.of_face[f];
   }
-  std::vector<LatticePoint> points;
-  points.reserve(mended.positions.size());
-  for (const Vec3d p : mended.positions) points.push_back(snap(lattice.to_lattice(p)));
-  const CertifiedShell made =
-      build_certified(std::move(points), mended.triangles,
-                      {.target = settings.target, .longest = settings.longest, .farthest = farthest}, progress);
+  std::vector<Closing> closings;
+  for (const auto& rim : rims) {
+    Vec3d centre, sum;
+    for (const std::uint32_t v : rim) centre += mesh.positions[v] / double(rim.size());
+    double area = 0;
+    for (std::size_t k = 0; k < rim.size(); ++k) {
+      const Vec3d n = cross(mesh.positions[rim[k]] - centre, mesh.positions[rim[(k + 1) % rim.size()]] - centre);
+      sum += n;
+      area += length(n);
+    }
+    const bool flat = length(sum) > 0.5 * area;
+    closings.push_back(flat && area > kLarge * areas[part_of[rim.front()]] ? Closing::Box : Closing::Membrane);
+  }
+  return closings;
+}
+
+/// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
+/// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
+/// one when cancelled.
+std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
+                                        ConvertReport& report, const Progress& progress) {
+  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
+  constexpr double kFarthest = 2e-3;
+  const TriangleMesh& open = ground.mesh;
+  const auto rims = find_rims(open.positions.size(), open.triangles);
+  std::vector<Closing> closings = choose_closings(open, rims);
+  CertifiedShell made;
+  Lattice lattice;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const ClosedMesh closed = close_openings(open, rims, closings);
+    Box3d box;
+    for (const Vec3d p : closed.points) box.add(p);
+    lattice = Lattice::around(box, settings.thickness * diagonal);
+    ClosedSource source;
+    source.points.reserve(closed.points.size());
+    for (const Vec3d p : closed.points) source.points.push_back(snap(lattice.to_lattice(p)));
+    source.faces = closed.faces;
+    source.phantom.assign(open.triangles.size(), 0);
+    source.phantom.resize(closed.faces.size(), 1);
+    source.patch = source.phantom;
+    made = build_certified(std::move(source),
+                           {.target = static_cast<std::size_t>(settings.slabs),
+                            .longest = settings.thickness * diagonal / lattice.step,
+                            .farthest = kFarthest * diagonal / lattice.step},
+                           progress);
+    if (!made.shell.faces.empty() || made.obstacle.empty()) break;
+    // Membranes that met the surface give way to boxes.
+    bool changed = false;
+    for (const std::uint32_t f : made.bad_faces) {
+      if (f < open.triangles.size()) continue;
+      const auto next = std::upper_bound(closed.patches.begin(), closed.patches.end(), std::size_t{f});
+      Closing& closing = closings[static_cast<std::size_t>(next - closed.patches.begin()) - 1];
+      changed = changed || closing == Closing::Membrane;
+      closing = Closing::Box;
+    }
+    if (!changed) break;
+  }
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
     return nullptr;
   }
-  auto mesh = slab_mesh_of(made.shell, lattice, settings.intervals);
+  auto mesh = slab_mesh_of(made.shell, lattice);
   if (!mesh) {
     report.not_certified = "the slabs do not join: " + mesh.error().message;
     return nullptr;
@@ -256,10 +350,135 @@ std::shared_ptr<const SlabMesh> certify(TriangleMesh& mended, const Lattice& lat
         certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
     return nullptr;
   }
-  for (std::size_t v = 0; v < made.points.size(); ++v) mended.positions[v] = lattice.to_model(made.points[v]);
   report.moved_vertices = made.moved_points;
-  report.moved_most = made.moved_most;
+  report.moved_most = made.moved_most * lattice.step / diagonal;
+  report.parted_vertices = made.parted_points;
+  report.replaced_triangles = made.replaced_faces;
+  report.closed_openings = rims.size();
+  ground.lattice = lattice;
+  TriangleMesh mended;
+  mended.unit = open.unit;
+  for (const int phantom : {0, 1}) {
+    for (std::size_t f = 0; f < made.source.faces.size(); ++f)
+      if (made.source.phantom[f] == phantom) mended.triangles.push_back(made.source.faces[f]);
+    if (phantom == 0) ground.phantom_from = mended.triangles.size();
+  }
+  std::vector<std::uint32_t> number(made.source.points.size(), 0);
+  for (const Face& t : mended.triangles)
+    for (const std::uint32_t v : t) number[v] = 1;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == 0) continue;
+    number[v] = static_cast<std::uint32_t>(mended.positions.size());
+    mended.positions.push_back(lattice.to_model(made.source.points[v]));
+  }
+  for (Face& t : mended.triangles)
+    for (std::uint32_t& v : t) v = number[v];
+  ground.mesh = std::move(mended);
+  report.phantom_triangles = ground.mesh.triangles.size() - ground.phantom_from;
   return *mesh;
+}
+
+/// The source as the file has it, for colours and distances: what is not finite is left out.
+struct AsRead {
+  std::vector<Vec3d> points;
+  std::vector<Face> faces;
+  SourceSurface surface;
+
+  AsRead(const TriangleMesh& source, const Lattice& lattice)
+      : points(points_of(source, lattice)), faces(faces_of(source)), surface(points, faces) {}
+
+ private:
+  static std::vector<Vec3d> points_of(const TriangleMesh& source, const Lattice& lattice) {
+    std::vector<Vec3d> points;
+    points.reserve(source.positions.size());
+    for (const Vec3d p : source.positions) points.push_back(is_finite(p) ? lattice.to_lattice(p) : Vec3d{});
+    return points;
+  }
+  static std::vector<Face> faces_of(const TriangleMesh& source) {
+    std::vector<Face> faces = source.triangles;
+    for (Face& f : faces)
+      for (const std::uint32_t v : Face(f))
+        if (!is_finite(source.positions[v])) f = {0, 0, 0};  // keeps the numbers of the others; a point is never met
+    return faces;
+  }
+};
+
+/// How fine the colour layer is: finer than the displacement where images may be, as fine where there are only colours
+/// of vertices; bounded for very many slabs.
+int colour_grid(const ConvertSettings& settings, const TriangleMesh& source, const SlabMesh& mesh) {
+  constexpr std::size_t kMost = 20'000'000;  // samples
+  if (settings.colour_intervals > 0) return settings.colour_intervals;
+  int finest = 1;
+  for (const Slab& s : mesh.slabs()) finest = std::max(finest, s.intervals);
+  if (settings.intervals > 0 || !source.uvs.empty()) finest *= 2;
+  int m = std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(finest))));
+  while (m > 1 && sample_count(m) * mesh.slab_count() > kMost) m /= 2;
+  return m;
+}
+
+/// The displacement of every slab, and where the openings are. Each slab is sampled as finely as its part of the source
+/// may need; then its n is taken down as far as the error allows. A given n is kept.
+Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& source, const ConvertSettings& settings,
+                                   double diagonal, ConvertReport& report, const Progress& progress) {
+  std::vector<int> intervals(cage.slab_count(), settings.intervals);
+  if (settings.intervals == 0) intervals = finest_intervals(cage, source);
+  RELIEF_TRY(const CagePtr fine, with_intervals(cage, intervals));
+  const SampleNumbers numbers(*fine, kOwnIntervals);
+  const AlphaField field = sample_alpha(*fine, numbers, source, progress);
+  if (progress.cancelled()) return cancelled();
+  CagePtr mesh = fine;
+  if (settings.intervals == 0) {
+    const double error = settings.error * diagonal / source.lattice.step;
+    RELIEF_TRY(mesh,
+               with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
+  }
+  SnapshotDraft draft(Snapshot::make(mesh));
+  if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
+    draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
+  for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+    const int n = mesh->intervals(s), step = fine->intervals(s) / n;
+    const auto put = [&](Layer layer, auto&& value) {
+      Tile& tile = draft.edit(layer, s);
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i)
+          tile.plane()[sample_index(n, {i, j})] = value(numbers.of(s, {i * step, j * step}));
+      constrain(*mesh, layer, s, tile);
+    };
+    bool pierced = false;
+    put(Layer::Displacement, [&](std::size_t number) {
+      pierced = pierced || field.is_void[number] != 0;
+      return field.values[number];
+    });
+    if (pierced) put(Layer::Void, [&](std::size_t number) { return field.is_void[number] != 0 ? 1.0F : 0.0F; });
+  }
+  const HitCount more = count_hits(*mesh, source, field.hits.all(), progress);
+  if (progress.cancelled()) return cancelled();
+  report.fibres_cast = field.hits.all() + more.all();
+  report.hits_single = field.hits.single + more.single;
+  report.hits_none = field.hits.none + more.none;
+  report.hits_several = field.hits.several + more.several;
+  return draft.finish();
+}
+
+Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& surface, const Lattice& lattice,
+                                const TriangleMesh& source, const ConvertSettings& settings,
+                                const Progress& progress) {
+  const SlabMesh& mesh = model->slab_mesh();
+  const int m = colour_grid(settings, source, mesh);
+  const SampleNumbers numbers(mesh, m);
+  const ColourField field = sample_colour(*model, numbers, surface, lattice, source, progress);
+  if (progress.cancelled()) return cancelled();
+  SnapshotDraft draft(model);
+  draft.add_layer(Layer::Colour, m, 1.0F);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    Tile& tile = draft.edit(Layer::Colour, s);
+    for (int j = 0; j <= m; ++j)
+      for (int i = 0; i + j <= m; ++i) {
+        const auto& colour = field[numbers.of(s, {i, j})];
+        for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
+      }
+  }
+  return draft.finish();
 }
 
 void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {
@@ -275,29 +494,23 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   Conversion result;
   ConvertReport& report = result.report;
   Stopwatch stopwatch(report.phases);
-  const auto cancelled = [] { return fail(Errc::Cancelled, "conversion was cancelled."); };
-  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
-  constexpr double kFarthest = 4e-3;
 
   RELIEF_TRY(auto repaired, repair(source, progress));
-  result.mended = std::move(repaired.mesh);
   report.repair = repaired.report;
-  report.source_triangles = result.mended.triangles.size();
+  report.source_triangles = repaired.mesh.triangles.size();
   stopwatch.phase_done("repair");
 
-  const Box3d box = bounds(result.mended);
+  const Box3d box = bounds(repaired.mesh);
   const double diagonal = diagonal_of(box);
   if (!std::isfinite(diagonal) || diagonal < 1e-36 || diagonal > 1e36)
     return fail(Errc::Corrupt,
                 "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
-  const Lattice lattice = Lattice::around(box, settings.thickness * diagonal);
+  Ground ground{std::move(repaired.mesh), report.source_triangles, Lattice::around(box, settings.thickness * diagonal)};
   const auto target = static_cast<std::size_t>(settings.slabs);
-  const CageSettings cage_settings = {target, settings.intervals, settings.thickness * diagonal / lattice.step};
   std::shared_ptr<const SlabMesh> mesh;
   Mode mode = Mode::Preview;
   if (settings.mode != Mode::Preview) {
-    mesh = certify(result.mended, lattice, cage_settings, kFarthest * diagonal / lattice.step, report, progress);
-    report.moved_most *= lattice.step / diagonal;
+    mesh = certify(ground, settings, diagonal, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
     if (mesh != nullptr) mode = Mode::Certified;
@@ -305,15 +518,17 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
       return fail(Errc::Unfoldable, "no certified shell: " + report.not_certified +
                                         "; mend the source there, or convert with --mode preview.");
   }
+  const Lattice& lattice = ground.lattice;
   std::vector<Vec3d> points;
-  points.reserve(result.mended.positions.size());
-  for (const Vec3d p : result.mended.positions) points.push_back(lattice.to_lattice(p));
-  const SourceSurface surface(points, result.mended.triangles);
+  points.reserve(ground.mesh.positions.size());
+  for (const Vec3d p : ground.mesh.positions) points.push_back(lattice.to_lattice(p));
+  const SourceSurface surface(points, ground.mesh.triangles);
   stopwatch.phase_done("hierarchy");
 
   if (mesh == nullptr) {
-    std::vector<Face> faces = result.mended.triangles;
+    std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
+    const CageSettings cage_settings = {target, settings.thickness * diagonal / lattice.step};
     RELIEF_TRY(const Cage cage, build_cage(points, faces, surface, lattice, cage_settings, progress, stopwatch));
     mesh = cage.mesh;
     report.dropped_slabs = cage.dropped;
@@ -322,55 +537,31 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
-  SnapshotDraft draft(Snapshot::make(mesh));
-  {
-    const SampleNumbers numbers(*mesh, settings.intervals);
-    const auto field = sample_alpha(*mesh, numbers, surface, lattice, progress);
-    if (progress.cancelled()) return cancelled();
-    report.fibres_cast = numbers.count();
-    report.hits_single = field.single;
-    report.hits_none = field.none;
-    report.hits_several = field.several;
-    const int n = settings.intervals;
-    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-      float* const values = draft.edit(Layer::Displacement, s).plane();
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) values[sample_index(n, {i, j})] = field.values[numbers.of(s, {i, j})];
-    }
-  }
-  result.model.head = draft.finish();
+  const SampleSource sampled = {surface, lattice, ground.phantom_from, mode == Mode::Certified};
+  RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
 
-  if (!result.mended.colours.empty()) {
+  // Colours and distances of what was read.
+  const AsRead as_read(source, lattice);
+  if (source.has_colour()) {
     progress("colour", 0);
-    const int m =
-        settings.colour_intervals > 0
-            ? settings.colour_intervals
-            : std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * settings.intervals))));
-    const SampleNumbers numbers(*mesh, m);
-    const auto field = sample_colour(*result.model.head, numbers, surface, lattice, result.mended, progress);
-    if (progress.cancelled()) return cancelled();
-    draft.add_layer(Layer::Colour, m, 1.0F);
-    for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-      Tile& tile = draft.edit(Layer::Colour, s);
-      for (int j = 0; j <= m; ++j)
-        for (int i = 0; i + j <= m; ++i) {
-          const auto& colour = field.values[numbers.of(s, {i, j})];
-          for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
-        }
-    }
-    result.model.head = draft.finish();
+    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read.surface, lattice, source, settings, progress));
     stopwatch.phase_done("colour");
   }
 
   progress("measure", 0);
-  const Distances distances = measure_distances(*result.model.head, surface, lattice);
-  report.distance_rms = distances.rms * lattice.step / diagonal;
-  report.distance_max = distances.max * lattice.step / diagonal;
+  const auto relative = [&](Distance d) { return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal}; };
+  const MeasuredSurface made(*result.model.head, lattice);
+  report.to_mended = relative(made.to(surface));
+  report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from)));
+  report.to_source = relative(made.to(as_read.surface));
+  report.from_source = relative(made.from(as_read.points, as_read.faces));
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
   progress("measure", 1);
+  result.mended = std::move(ground.mesh);
+  result.phantom_from = ground.phantom_from;
   return result;
 }
 
@@ -422,18 +613,21 @@ std::string to_slabs_text(const SlabMesh& mesh) {
 }
 
 std::string to_string(const ConvertReport& report) {
-  std::array<char, 400> line{};
+  std::array<char, 600> line{};
   std::string text = to_string(report.repair);
   if (!text.empty() && text.back() != '\n') text += '\n';
   const double cast = std::max(1.0, double(report.fibres_cast));
   std::snprintf(line.data(), line.size(),
                 "%zu triangles became %zu slabs\n"
                 "%zu fibres: %.2f %% meet the source once, %.2f %% never, %.2f %% several times\n"
-                "distance to the source, of its diagonal: rms %.2e, greatest %.2e\n"
+                "distance, of the diagonal (rms, greatest): to the mended source %.2e, %.2e; back %.2e, %.2e\n"
+                "  to the source as read %.2e, %.2e; back %.2e, %.2e\n"
                 "thickness, of the diagonal: least %.2e, median %.2e\n",
                 report.source_triangles, report.slabs, report.fibres_cast, 100 * double(report.hits_single) / cast,
-                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.distance_rms,
-                report.distance_max, report.thickness_min, report.thickness_median);
+                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.to_mended.rms,
+                report.to_mended.max, report.from_mended.rms, report.from_mended.max, report.to_source.rms,
+                report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
+                report.thickness_median);
   text += line.data();
   if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
   if (report.moved_vertices > 0) {

@@ -1,8 +1,6 @@
+#include <relief/convert/parallel.h>
 #include <relief/convert/sampling.h>
 #include <relief/core/query.h>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,16 +15,6 @@ constexpr double kBeyond = 0.5;
 /// A crossing this little outside the fibre is rounding of the fibre's ends.
 constexpr double kRounding = 1e-6;
 
-/// Calls work(k) for all k < count on all threads; false when cancelled.
-template <typename Work>
-bool for_all(std::size_t count, const Progress& progress, Work&& work) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 512), [&](const tbb::blocked_range<std::size_t>& range) {
-    if (progress.cancelled()) return;
-    for (std::size_t k = range.begin(); k != range.end(); ++k) work(k);
-  });
-  return !progress.cancelled();
-}
-
 /// The fibre of a sample in lattice coordinates.
 struct Line {
   Vec3d origin, direction;
@@ -40,11 +28,11 @@ Line fibre_at(const SlabMesh& mesh, const Lattice& lattice, SampleCopy at, int n
 }
 
 /// The numbers of the samples next to one, by all the slabs that have it, in a fixed order; duplicates remain.
-void neighbours_of(const SlabMesh& mesh, const SampleNumbers& numbers, SampleCopy at, std::vector<std::uint32_t>& out) {
+void neighbours_of(const SampleNumbers& numbers, SampleCopy at, std::vector<std::uint32_t>& out) {
   out.clear();
-  const int n = numbers.intervals();
   constexpr std::array<GridPoint, 6> kSteps = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-  mesh.for_each_copy(at.slab, n, at.at, [&](const SampleCopy& copy) {
+  numbers.for_each_copy(at.slab, at.at, [&](const SampleCopy& copy) {
+    const int n = numbers.intervals(copy.slab);
     for (const GridPoint step : kSteps) {
       const GridPoint p = {copy.at.i + step.i, copy.at.j + step.j};
       if (p.i >= 0 && p.j >= 0 && p.i + p.j <= n) out.push_back(static_cast<std::uint32_t>(numbers.of(copy.slab, p)));
@@ -52,38 +40,28 @@ void neighbours_of(const SlabMesh& mesh, const SampleNumbers& numbers, SampleCop
   });
 }
 
-template <std::size_t N>
-std::array<double, N> plus(std::array<double, N> a, const std::array<float, N>& b) noexcept {
-  for (std::size_t k = 0; k < N; ++k) a[k] += double(b[k]);
-  return a;
-}
-
 /// Fills the unknown values from the known ones around them: first ring by ring, then relaxed towards the mean of the
-/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets `otherwise`.
-template <std::size_t N>
-void fill(const SlabMesh& mesh, const SampleNumbers& numbers, std::vector<std::uint8_t>& known,
-          std::vector<std::array<float, N>>& values, const std::array<float, N>& otherwise) {
+/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2.
+void fill(const SampleNumbers& numbers, std::vector<std::uint8_t>& known, std::vector<float>& values) {
   std::vector<std::uint32_t> unknown, begin = {0}, around, scratch;
   for (std::uint32_t k = 0; k < values.size(); ++k) {
     if (known[k] != 0) continue;
     unknown.push_back(k);
-    neighbours_of(mesh, numbers, numbers.places()[k], scratch);
+    neighbours_of(numbers, numbers.places()[k], scratch);
     around.insert(around.end(), scratch.begin(), scratch.end());
     begin.push_back(static_cast<std::uint32_t>(around.size()));
   }
   if (unknown.empty()) return;
-  const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<std::array<float, N>> {
-    std::array<double, N> sum{};
+  const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<float> {
+    double sum = 0;
     int count = 0;
     for (std::uint32_t e = begin[u]; e < begin[u + 1]; ++e)
       if (!of_known_only || known[around[e]] != 0) {
-        sum = plus(sum, values[around[e]]);
+        sum += double(values[around[e]]);
         ++count;
       }
     if (count == 0) return std::nullopt;
-    std::array<float, N> result{};
-    for (std::size_t k = 0; k < N; ++k) result[k] = static_cast<float>(sum[k] / count);
-    return result;
+    return static_cast<float>(sum / count);
   };
   std::vector<std::uint32_t> front(unknown.size()), later, reached;
   for (std::uint32_t u = 0; u < unknown.size(); ++u) front[u] = u;
@@ -103,32 +81,52 @@ void fill(const SlabMesh& mesh, const SampleNumbers& numbers, std::vector<std::u
     for (const std::uint32_t k : reached) known[k] = 1;
     std::swap(front, later);
   }
-  for (const std::uint32_t u : front) values[unknown[u]] = otherwise;
+  for (const std::uint32_t u : front) values[unknown[u]] = 0.5F;
   for (int sweep = 0; sweep < 60; ++sweep) {
     double change = 0;
     for (std::size_t step = 0; step < unknown.size(); ++step) {
       const std::size_t u = sweep % 2 == 0 ? step : unknown.size() - 1 - step;
       const auto value = mean(u, false);
       if (!value) continue;
-      std::array<float, N>& mine = values[unknown[u]];
-      for (std::size_t k = 0; k < N; ++k) change = std::max(change, std::abs(double((*value)[k]) - double(mine[k])));
+      float& mine = values[unknown[u]];
+      change = std::max(change, std::abs(double(*value) - double(mine)));
       mine = *value;
     }
     if (change < 1e-5) break;
   }
 }
 
+/// The crossings of a fibre with the source, those beyond its ends included.
+void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
+  source.surface.cross(line.origin, line.direction, from, to, found);
+  if (!source.certified) return;
+  // Between two crossings outwards there would be one inwards: neighbours met near a common edge.
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < found.count; ++k)
+    if (kept == 0 || found.items[k].front != found.items[kept - 1].front) found.items[kept++] = found.items[k];
+  found.count = kept;
+}
+
+bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 + kRounding; }
+
 }  // namespace
 
-SampleNumbers::SampleNumbers(const SlabMesh& mesh, int n) : n_(n), numbers_(mesh.slab_count() * sample_count(n)) {
-  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+SampleNumbers::SampleNumbers(const SlabMesh& mesh, int m) : mesh_(&mesh), m_(m) {
+  std::size_t copies = 0;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    begin_.push_back(copies);
+    copies += sample_count(intervals(s));
+  }
+  numbers_.resize(copies);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = intervals(s);
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i + j <= n; ++i) {
         SampleCopy owner;
-        mesh.for_each_copy(s, n, {i, j}, [&](const SampleCopy& copy) {
+        for_each_copy(s, {i, j}, [&](const SampleCopy& copy) {
           if (owner.slab == kNoSlab) owner = copy;
         });
-        std::uint32_t& number = numbers_[s * sample_count(n) + sample_index(n, {i, j})];
+        std::uint32_t& number = numbers_[begin_[s] + sample_index(n, {i, j})];
         if (owner.slab == s && owner.at == GridPoint{i, j}) {
           number = static_cast<std::uint32_t>(places_.size());
           places_.push_back(owner);
@@ -136,23 +134,33 @@ SampleNumbers::SampleNumbers(const SlabMesh& mesh, int n) : n_(n), numbers_(mesh
           number = static_cast<std::uint32_t>(of(owner.slab, owner.at));
         }
       }
+  }
 }
 
-SampledField<float> sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers, const SourceSurface& source,
-                                 const Lattice& lattice, const Progress& progress) {
+AlphaField sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers, const SampleSource& source,
+                        const Progress& progress) {
   enum class Met : std::uint8_t { Never, Beyond, Once, Often };
   const std::size_t count = numbers.count();
-  const int n = numbers.intervals();
-  std::vector<std::array<float, 1>> values(count);
   std::vector<Met> met(count, Met::Never);
-  const auto inside = [](const Crossing& c) { return c.t >= -kRounding && c.t <= 1 + kRounding; };
-  const auto stored = [](double t) { return static_cast<float>(std::clamp(t, 0.0, 1.0)); };
-  SampledField<float> field;
+  AlphaField field;
+  field.values.resize(count);
+  field.steepness.resize(count);
+  field.is_void.resize(count);
+  field.folded.resize(count);
+  const auto take = [&](std::size_t k, const Crossing& c, Vec3d direction) {
+    field.values[k] = static_cast<float>(std::clamp(c.t, 0.0, 1.0));
+    field.steepness[k] = static_cast<float>(dot(source.surface.normal(c.triangle), direction));
+    field.is_void[k] = c.triangle >= source.phantom_from;
+  };
+  const auto line_of = [&](std::size_t k) {
+    const SampleCopy at = numbers.places()[k];
+    return fibre_at(mesh, source.lattice, at, numbers.intervals(at.slab));
+  };
 
-  const bool cast = for_all(count, progress, [&](std::size_t k) {
-    const Line line = fibre_at(mesh, lattice, numbers.places()[k], n);
+  const bool cast = for_all(count, 512, progress, [&](std::size_t k) {
+    const Line line = line_of(k);
     Crossings crossings;
-    source.cross(line.origin, line.direction, -kBeyond, 1 + kBeyond, crossings);
+    cross(source, line, -kBeyond, 1 + kBeyond, crossings);
     std::size_t within = 0;
     const Crossing* outermost = nullptr;
     const Crossing* nearest = nullptr;
@@ -166,122 +174,117 @@ SampledField<float> sample_alpha(const SlabMesh& mesh, const SampleNumbers& numb
       }
     }
     if (outermost != nullptr) {
-      values[k][0] = stored(outermost->t);
+      take(k, *outermost, line.direction);
       met[k] = within == 1 ? Met::Once : Met::Often;
     } else if (nearest != nullptr && within == 0) {
-      values[k][0] = stored(nearest->t);
+      take(k, *nearest, line.direction);
       met[k] = Met::Beyond;
     }
   });
-  if (!cast) return field;
+  if (!cast) return {};
   progress("sample", 0.6);
 
   // Several crossings: the outermost, unless the mean of the neighbours that were met once lies nearer to another.
   std::vector<std::uint32_t> often;
   for (std::uint32_t k = 0; k < count; ++k)
     if (met[k] == Met::Often) often.push_back(k);
-  std::vector<float> chosen(often.size());
-  const bool weighed = for_all(often.size(), progress, [&](std::size_t o) {
+  std::vector<Crossing> chosen(often.size());
+  const bool weighed = for_all(often.size(), 512, progress, [&](std::size_t o) {
     const std::uint32_t k = often[o];
-    chosen[o] = values[k][0];
+    chosen[o].t = -1;
     std::vector<std::uint32_t> around;
-    neighbours_of(mesh, numbers, numbers.places()[k], around);
+    neighbours_of(numbers, numbers.places()[k], around);
     double sum = 0;
     int votes = 0;
     for (const std::uint32_t other : around)
       if (met[other] == Met::Once) {
-        sum += double(values[other][0]);
+        sum += double(field.values[other]);
         ++votes;
       }
     if (votes < 2) return;
     const double mean = sum / votes;
-    if (std::abs(double(chosen[o]) - mean) < 0.1) return;
-    const Line line = fibre_at(mesh, lattice, numbers.places()[k], n);
+    double nearest = std::abs(double(field.values[k]) - mean);
+    if (nearest < 0.1) return;
     Crossings crossings;
-    source.cross(line.origin, line.direction, -kRounding, 1 + kRounding, crossings);
-    for (const Crossing& c : crossings.all())
-      if (c.front && std::abs(c.t - mean) < std::abs(double(chosen[o]) - mean)) chosen[o] = stored(c.t);
+    cross(source, line_of(k), -kRounding, 1 + kRounding, crossings);
+    for (const Crossing& c : crossings.all()) {
+      if (!c.front || std::abs(c.t - mean) >= nearest) continue;
+      nearest = std::abs(c.t - mean);
+      chosen[o] = c;
+    }
   });
-  if (!weighed) return field;
-  for (std::size_t o = 0; o < often.size(); ++o) values[often[o]][0] = chosen[o];
+  if (!weighed) return {};
+  for (std::size_t o = 0; o < often.size(); ++o)
+    if (chosen[o].t >= -kRounding) take(often[o], chosen[o], line_of(often[o]).direction);
 
   std::vector<std::uint8_t> known(count);
   for (std::size_t k = 0; k < count; ++k) {
     known[k] = met[k] != Met::Never;
-    field.single += met[k] == Met::Once;
-    field.several += met[k] == Met::Often;
+    field.folded[k] = met[k] == Met::Often;
+    field.hits.single += met[k] == Met::Once;
+    field.hits.several += met[k] == Met::Often;
   }
-  field.none = count - field.single - field.several;
-  fill<1>(mesh, numbers, known, values, {0.5F});
-  field.values.resize(count);
-  for (std::size_t k = 0; k < count; ++k) field.values[k] = values[k][0];
+  field.hits.none = count - field.hits.single - field.hits.several;
+  fill(numbers, known, field.values);
   return field;
 }
 
-SampledField<std::array<float, 3>> sample_colour(const Snapshot& model, const SampleNumbers& numbers,
-                                                 const SourceSurface& source, const Lattice& lattice,
-                                                 const TriangleMesh& coloured, const Progress& progress) {
+HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already, const Progress& progress) {
+  constexpr std::size_t kFibres = 1'000'000;
+  HitCount hits;
+  if (already >= kFibres || mesh.slab_count() == 0) return hits;
+  // The centres of the upright triangles of an n grid: n (n + 1) / 2 in each slab.
+  const std::size_t each = (kFibres - already + mesh.slab_count() - 1) / mesh.slab_count();
+  int n = 1;
+  while (static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1) / 2 < each) ++n;
+  std::vector<HitCount> of_slab(mesh.slab_count());
+  const bool cast = for_all(mesh.slab_count(), 1, progress, [&](std::size_t k) {
+    const SlabCorners corners = mesh.corners(static_cast<SlabId>(k));
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i + j < n; ++i) {
+        const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
+        const std::array<double, 3> w = {1 - u - v, u, v};
+        const Vec3d in = source.lattice.to_lattice(corners.weighted(corners.inner, w));
+        Crossings crossings;
+        cross(source, {in, source.lattice.to_lattice(corners.weighted(corners.outer, w)) - in}, -kRounding,
+              1 + kRounding, crossings);
+        HitCount& count = of_slab[k];
+        ++(crossings.count == 0 ? count.none : crossings.count == 1 ? count.single : count.several);
+      }
+  });
+  if (!cast) return hits;
+  for (const HitCount& count : of_slab) {
+    hits.single += count.single;
+    hits.none += count.none;
+    hits.several += count.several;
+  }
+  return hits;
+}
+
+ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
+                          const Lattice& lattice, const TriangleMesh& coloured, const Progress& progress) {
   const SlabMesh& mesh = model.slab_mesh();
-  const int n = numbers.intervals();
-  SampledField<std::array<float, 3>> field;
-  std::vector<std::array<float, 3>> values(numbers.count());
-  std::vector<std::uint8_t> known(numbers.count(), 0);
-  const bool cast = for_all(numbers.count(), progress, [&](std::size_t k) {
+  ColourField colours(numbers.count());
+  const bool cast = for_all(numbers.count(), 512, progress, [&](std::size_t k) {
     const SampleCopy at = numbers.places()[k];
+    const int n = numbers.intervals(at.slab);
     const Line line = fibre_at(mesh, lattice, at, n);
     const double alpha = displacement_at(model, at.slab, double(at.at.i) / n, double(at.at.j) / n);
     Crossings crossings;
     source.cross(line.origin, line.direction, alpha - 0.25, alpha + 0.25, crossings);
-    const Crossing* nearest = nullptr;
+    const Crossing* met = nullptr;
     for (const Crossing& c : crossings.all())
-      if (c.front && (nearest == nullptr || std::abs(c.t - alpha) < std::abs(nearest->t - alpha))) nearest = &c;
-    if (nearest == nullptr) return;
-    std::array<double, 3> colour{};
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const Rgba8 c = coloured.colours[coloured.triangles[nearest->triangle][corner]];
-      const double w = nearest->weights[corner] / 255;
-      colour[0] += w * c.r, colour[1] += w * c.g, colour[2] += w * c.b;
+      if (met == nullptr || std::abs(c.t - alpha) < std::abs(met->t - alpha)) met = &c;
+    Vec3f colour;
+    if (met != nullptr) {
+      colour = colour_at(coloured, met->triangle, met->weights);
+    } else {
+      const SourceSurface::Nearest nearest = source.nearest(line.origin + line.direction * alpha);
+      colour = colour_at(coloured, nearest.triangle, nearest.weights);
     }
-    for (std::size_t c = 0; c < 3; ++c) values[k][c] = static_cast<float>(std::clamp(colour[c], 0.0, 1.0));
-    known[k] = 1;
+    colours[k] = {colour.x, colour.y, colour.z};
   });
-  if (!cast) return field;
-  field.single = static_cast<std::size_t>(std::count(known.begin(), known.end(), std::uint8_t{1}));
-  field.none = values.size() - field.single;
-  fill<3>(mesh, numbers, known, values, {1, 1, 1});
-  field.values = std::move(values);
-  return field;
-}
-
-Distances measure_distances(const Snapshot& model, const SourceSurface& source, const Lattice& lattice) {
-  constexpr std::size_t kPoints = 12000;
-  const SlabMesh& mesh = model.slab_mesh();
-  std::size_t total = 0;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    total += sample_count(mesh.intervals(s) - 1) + sample_count(mesh.intervals(s));
-  const std::size_t stride = std::max<std::size_t>(1, total / kPoints);
-  std::vector<Vec3d> points;
-  std::size_t counter = 0;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    const int n = mesh.intervals(s);
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i + j <= n; ++i) {
-        if (counter++ % stride == 0) points.push_back(sample_position(model, s, {i, j}));
-        if (i + j < n && counter++ % stride == 0)
-          points.push_back((sample_position(model, s, {i, j}) + sample_position(model, s, {i + 1, j}) +
-                            sample_position(model, s, {i, j + 1})) /
-                           3.0);
-      }
-  }
-  std::vector<double> distances(points.size());
-  for_all(points.size(), {}, [&](std::size_t k) { distances[k] = source.distance(lattice.to_lattice(points[k])); });
-  Distances result;
-  for (const double d : distances) {
-    result.rms += d * d;
-    result.max = std::max(result.max, d);
-  }
-  if (!distances.empty()) result.rms = std::sqrt(result.rms / double(distances.size()));
-  return result;
+  return cast ? colours : ColourField{};
 }
 
 }  // namespace relief::detail

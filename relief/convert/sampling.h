@@ -13,50 +13,74 @@
 
 namespace relief::detail {
 
-/// The distinct samples of a cage at n intervals per edge, each with a number: fibres first, then edges, then insides.
+/// The distinct samples of a cage at m intervals per edge (kOwnIntervals: each slab's own), each with a number. A
+/// constrained sample counts as one of its own.
 class SampleNumbers {
  public:
-  SampleNumbers(const SlabMesh& mesh, int n);
+  /// The mesh must outlive it.
+  SampleNumbers(const SlabMesh& mesh, int m);
 
-  [[nodiscard]] int intervals() const noexcept { return n_; }
+  [[nodiscard]] int intervals(SlabId s) const noexcept { return m_ != kOwnIntervals ? m_ : mesh_->intervals(s); }
   [[nodiscard]] std::size_t count() const noexcept { return places_.size(); }
   [[nodiscard]] std::size_t of(SlabId s, GridPoint p) const noexcept {
-    return numbers_[s * sample_count(n_) + sample_index(n_, p)];
+    return numbers_[begin_[s] + sample_index(intervals(s), p)];
   }
   /// One copy of each sample, by number: the one in the lowest slab.
   [[nodiscard]] const std::vector<SampleCopy>& places() const noexcept { return places_; }
+  /// As in SlabMesh.
+  template <typename Visit>
+  void for_each_copy(SlabId s, GridPoint p, Visit&& visit) const {
+    mesh_->for_each_copy(s, [this](SlabId slab) { return intervals(slab); }, p, visit);
+  }
 
  private:
-  int n_;
+  const SlabMesh* mesh_;
+  int m_;
+  std::vector<std::size_t> begin_;      // of each slab's numbers
   std::vector<std::uint32_t> numbers_;  // of every copy
   std::vector<SampleCopy> places_;
 };
 
-/// Values by sample number, and how the rays fared.
-template <typename Value>
-struct SampledField {
-  std::vector<Value> values;
+/// What fibres are cut with.
+struct SampleSource {
+  const SourceSurface& surface;
+  const Lattice& lattice;
+  std::size_t phantom_from;  ///< the first of the triangles that close openings
+  bool certified;            ///< every fibre is known to cross it outwards once: what is met twice is an edge
+};
+
+struct HitCount {
   std::size_t single = 0, none = 0, several = 0;
+  [[nodiscard]] std::size_t all() const noexcept { return single + none + several; }
+};
+
+/// By sample number.
+struct AlphaField {
+  std::vector<float> values;
+  std::vector<float> steepness;       ///< lattice steps by which the surface moves along its normal per unit of alpha
+  std::vector<std::uint8_t> is_void;  ///< met a phantom triangle
+  std::vector<std::uint8_t> folded;   ///< met the source several times
+  HitCount hits;
 };
 
 /// Casts one ray per sample along its fibre. Where it meets the source several times the outermost crossing that leaves
 /// through the front is taken, unless the samples around, met once, speak for another. A fibre that does not meet the
 /// source gets the nearer end where the source passes just beyond that end, else it is filled smoothly from around it.
 /// The same for any number of threads. Values are empty when cancelled.
-[[nodiscard]] SampledField<float> sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers,
-                                               const SourceSurface& source, const Lattice& lattice,
-                                               const Progress& progress);
+[[nodiscard]] AlphaField sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers, const SampleSource& source,
+                                      const Progress& progress);
 
-/// The source's colour, interpolated, at the crossing nearest to the displaced surface; filled as above.
-[[nodiscard]] SampledField<std::array<float, 3>> sample_colour(const Snapshot& model, const SampleNumbers& numbers,
+/// Casts further fibres, spread evenly over all slabs, until with those `already` cast there are a million.
+[[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,
+                                  const Progress& progress);
+
+/// A colour per sample number; empty when cancelled.
+using ColourField = std::vector<std::array<float, 3>>;
+
+/// The colour of `coloured`, whose surface `source` is, where the fibre crosses it nearest to the displaced surface, or
+/// at the point nearest to that where it does not cross it there. Which way the source's triangles look is no matter.
+[[nodiscard]] ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers,
                                                                const SourceSurface& source, const Lattice& lattice,
                                                                const TriangleMesh& coloured, const Progress& progress);
-
-/// Root mean square and greatest distance from the displaced surface to the source, in lattice steps, over an even
-/// choice of samples and centres of micro-triangles.
-struct Distances {
-  double rms = 0, max = 0;
-};
-[[nodiscard]] Distances measure_distances(const Snapshot& model, const SourceSurface& source, const Lattice& lattice);
 
 }  // namespace relief::detail

@@ -1,3 +1,4 @@
+#include <relief/base/triangle.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/source_surface.h>
 
@@ -28,28 +29,6 @@ void note_hit(const RTCFilterFunctionNArguments* arguments) {
   if (hits->count < hits->triangles.size())
     hits->triangles[hits->count++] = RTCHitN_primID(arguments->hit, arguments->N, 0);
   arguments->valid[0] = 0;
-}
-
-// Squared distance from p to a triangle [Ericson, Real-Time Collision Detection, 5.1.5].
-double distance2(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
-  const Vec3d ab = b - a, ac = c - a, ap = p - a;
-  const auto to = [&](Vec3d q) { return dot(p - q, p - q); };
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return to(a);
-  const Vec3d bp = p - b;
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return to(b);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return to(a + ab * (d1 / (d1 - d3)));
-  const Vec3d cp = p - c;
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return to(c);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return to(a + ac * (d2 / (d2 - d6)));
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return to(b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))));
-  const double scale = 1 / (va + vb + vc);
-  return to(a + ab * (vb * scale) + ac * (vc * scale));
 }
 
 }  // namespace
@@ -140,19 +119,23 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
   found.count = kept;
 }
 
-double SourceSurface::distance(Vec3d p) const {
+SourceSurface::Nearest SourceSurface::nearest(Vec3d p) const {
   struct Search {
     const SourceSurface* surface;
     Vec3d p;
-    double best2;
-  } search{this, p, std::numeric_limits<double>::infinity()};
+    Nearest best{.distance = std::numeric_limits<double>::infinity()};
+  } search{this, p};
   const auto visit = [](RTCPointQueryFunctionArguments* arguments) {
     auto& s = *static_cast<Search*>(arguments->userPtr);
     const Face& f = s.surface->faces_[arguments->primID];
-    const double d2 = distance2(s.p, s.surface->points_[f[0]], s.surface->points_[f[1]], s.surface->points_[f[2]]);
-    if (!(d2 < s.best2)) return false;
-    s.best2 = d2;
-    arguments->query->radius = static_cast<float>(std::sqrt(d2) * kScale * (1 + 1e-6)) + 1e-7F;
+    // From p, so that nothing is lost far from the origin.
+    const Vec3d a = s.surface->points_[f[0]] - s.p, b = s.surface->points_[f[1]] - s.p,
+                c = s.surface->points_[f[2]] - s.p;
+    const auto w = nearest_in_triangle({}, a, b, c);
+    const double distance = length(a * w[0] + b * w[1] + c * w[2]);
+    if (!(distance < s.best.distance)) return false;
+    s.best = {distance, arguments->primID, w};
+    arguments->query->radius = static_cast<float>(distance * kScale * (1 + 1e-6)) + 1e-7F;
     return true;
   };
   const Vec3f q = to_scene(p);
@@ -162,7 +145,7 @@ double SourceSurface::distance(Vec3d p) const {
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
   rtcPointQuery(scene_->scene, &query, &context, visit, &search);
-  return std::sqrt(search.best2);
+  return search.best;
 }
 
 }  // namespace relief::detail

@@ -40,10 +40,23 @@ class SourceSurface {
   /// kMostCrossings, those met first by the search.
   void cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const;
 
-  /// The distance from p to the nearest triangle, in lattice steps.
-  [[nodiscard]] double distance(Vec3d p) const;
+  /// The unit normal of a triangle, zero where it has no area, and its area in square lattice steps.
+  [[nodiscard]] Vec3d normal(std::uint32_t triangle) const noexcept { return normalized(twice_area(triangle)); }
+  [[nodiscard]] double area(std::uint32_t triangle) const noexcept { return 0.5 * length(twice_area(triangle)); }
+
+  /// The point of the surface nearest to p.
+  struct Nearest {
+    double distance = 0;  ///< in lattice steps; infinite where the surface has no triangle
+    std::uint32_t triangle = 0;
+    std::array<double, 3> weights{};  ///< of the triangle's corners
+  };
+  [[nodiscard]] Nearest nearest(Vec3d p) const;
 
  private:
+  [[nodiscard]] Vec3d twice_area(std::uint32_t triangle) const noexcept {
+    const Face& f = faces_[triangle];
+    return relief::cross(points_[f[1]] - points_[f[0]], points_[f[2]] - points_[f[0]]);
+  }
   struct Scene;
   std::span<const Vec3d> points_;
   std::span<const Face> faces_;

@@ -1,4 +1,5 @@
-// The uniform triangular grid on which every tile lies: n intervals per edge, (n+1)(n+2)/2 samples.
+// The uniform triangular grid on which every tile lies: n intervals per edge, (n+1)(n+2)/2 samples. Slabs that share
+// an edge may differ in n by a power of two; the edge then has the intervals of the coarser one.
 #pragma once
 
 #include <relief/base/vec.h>
@@ -43,6 +44,49 @@ struct GridPoint {
 }
 [[nodiscard]] constexpr GridPoint corner_point(int n, int corner) noexcept {
   return edge_point(n, (corner + 2) % 3, 0);
+}
+
+/// Where a grid point lies among the samples that its slab shares across an edge: k of r steps from one to the next,
+/// counted along the edge. k = 0 for all others, which are both ends themselves.
+struct EdgePlace {
+  GridPoint before, after;
+  int k = 0, r = 1;
+  /// Whether the neighbour lacks the sample, so that its value follows from those of the two ends.
+  [[nodiscard]] constexpr bool constrained() const noexcept { return k != 0; }
+  /// The shared sample that stands for this one in triangles: the nearer, of two alike the one before.
+  [[nodiscard]] constexpr GridPoint nearer() const noexcept { return 2 * k <= r ? before : after; }
+};
+/// On a grid of n intervals whose edges have `edges` of them, each n or a divisor of it.
+[[nodiscard]] constexpr EdgePlace edge_place(int n, const std::array<int, 3>& edges, GridPoint p) noexcept {
+  const std::array<int, 3> w = weights(n, p);
+  for (int edge = 0; edge < 3; ++edge) {
+    const int m = edges[static_cast<std::size_t>(edge)];
+    if (w[static_cast<std::size_t>(edge)] != 0 || m == n) continue;
+    const int t = w[static_cast<std::size_t>((edge + 2) % 3)], r = n / m, k = t % r;
+    if (k != 0) return {edge_point(n, edge, t - k), edge_point(n, edge, t - k + r), k, r};
+  }
+  return {p, p, 0, 1};
+}
+
+/// The micro-triangles of a grid of n intervals, row by row, counter-clockwise seen from outside. Calls
+/// visit(std::array<GridPoint, 3>).
+template <typename Visit>
+constexpr void for_each_cell(int n, Visit&& visit) {
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i + j < n; ++i) {
+      visit(std::array<GridPoint, 3>{{{i, j}, {i + 1, j}, {i, j + 1}}});
+      if (i + j + 1 < n) visit(std::array<GridPoint, 3>{{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}});
+    }
+}
+/// The same with edges stitched: constrained samples give way to the nearer shared one, and triangles that collapse are
+/// left out. So the triangles of neighbouring slabs meet edge to edge.
+template <typename Visit>
+constexpr void for_each_cell(int n, const std::array<int, 3>& edges, Visit&& visit) {
+  for_each_cell(n, [&](const std::array<GridPoint, 3>& cell) {
+    std::array<GridPoint, 3> to = cell;
+    for (GridPoint& p : to) p = edge_place(n, edges, p).nearer();
+    if (to[0] != to[1] && to[1] != to[2] && to[2] != to[0]) visit(to);
+  });
 }
 
 /// The micro-triangle that holds (u, v), and the weights of its three samples: the paper's "three nearest" (Sec. 3.2).

@@ -1,46 +1,16 @@
 // Slabs and micro-triangles as the sources of core see them; the one place that knows how they lie side by side.
 #pragma once
 
+#include <relief/base/triangle.h>
 #include <relief/core/proxy.h>
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 namespace relief::detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
-
-/// Weights of the point of triangle abc nearest to p (Ericson, Real-Time Collision Detection, 5.1.5: the seven
-/// regions). A weight is exactly zero where the point lies on the edge opposite its corner.
-[[nodiscard]] inline std::array<double, 3> nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
-  const Vec3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
-  const Vec3d bp = p - b;
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = d1 / (d1 - d3);
-    return {1 - t, t, 0};
-  }
-  const Vec3d cp = p - c;
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = d2 / (d2 - d6);
-    return {1 - t, 0, t};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0, 1 - t, t};
-  }
-  const double scale = 1 / (va + vb + vc);
-  const double v = vb * scale, w = vc * scale;
-  return {1 - v - w, v, w};
-}
 
 /// Unit normal in a cell, interpolated from its three samples.
 [[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept;
@@ -70,10 +40,11 @@ struct LinearForm {
         size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
 };
 
-/// The micro-triangles of one snapshot; remembers the slab in hand.
+/// The micro-triangles of one snapshot, stitched where n differs across an edge and without those that are holes;
+/// remembers the slab in hand.
 class MicroTriangles {
  public:
-  explicit MicroTriangles(const Snapshot& model) noexcept : model_(model) {}
+  explicit MicroTriangles(const Snapshot& model) noexcept : model_(model), holes_(model.has(Layer::Void)) {}
 
   [[nodiscard]] const Snapshot& model() const noexcept { return model_; }
   [[nodiscard]] const SlabMesh& mesh() const noexcept { return model_.slab_mesh(); }
@@ -82,6 +53,7 @@ class MicroTriangles {
     slab_ = slab;
     corners_ = mesh().corners(slab);
     n_ = mesh().intervals(slab);
+    edges_ = mesh().edge_intervals(slab);
     displacement_ = model_.displacement(slab);
   }
   /// The rest is for the slab that was entered last; the calls with a triangle or a place enter its slab.
@@ -89,12 +61,23 @@ class MicroTriangles {
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept { return sample_position(corners_, n_, p, displacement(p)); }
+  /// By how many cells stitching may draw a triangle out of its cell.
+  [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
+  /// Stitches a cell; false where no triangle remains of it or it is a hole.
+  [[nodiscard]] bool stitch(std::array<GridPoint, 3>& cell) const noexcept {
+    for (GridPoint& p : cell)
+      if (!inside(p)) p = edge_place(n_, edges_, p).nearer();
+    return cell[0] != cell[1] && cell[1] != cell[2] && cell[2] != cell[0] && !(holes_ && model_.is_hole(slab_, cell));
+  }
 
-  /// Whether the triangle exists in this snapshot.
+  /// Whether the triangle is still one of this snapshot.
   [[nodiscard]] bool has(const MicroTriangle& t) noexcept {
     if (t.slab >= mesh().slab_count()) return false;
     enter(t.slab);
-    return std::ranges::all_of(t.corners, [&](GridPoint p) { return on_grid(n_, p); });
+    for (const GridPoint p : t.corners)
+      if (!on_grid(n_, p)) return false;
+    std::array<GridPoint, 3> cell = t.corners;
+    return stitch(cell) && cell == t.corners;
   }
   /// Puts the positions of the corners into the triangle.
   void measure(MicroTriangle& t) noexcept {
@@ -117,82 +100,94 @@ class MicroTriangles {
     const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
     return corners_.weighted(corners_.outer, w) - corners_.weighted(corners_.inner, w);
   }
-  [[nodiscard]] SurfacePlace place_at(SlabId slab, double u, double v) noexcept {
+  /// The place at (u, v), or close to it where edges are stitched; empty where there is a hole.
+  [[nodiscard]] std::optional<SurfacePlace> place_at(SlabId slab, double u, double v) noexcept {
     enter(slab);
     const GridCell cell = cell_at(n_, u, v);
     SurfacePlace place{.triangle = {slab, cell.corners, {}}, .weights = cell.weights, .position = {}};
+    if (!stitch(place.triangle.corners)) return std::nullopt;
     measure(place.triangle);
     place.position = place.triangle.point(cell.weights);
     return place;
   }
 
   /// The triangle across the edge opposite corner k, also in the next slab; its slab is kNoSlab at an open edge. Its
-  /// first two corners are this one's (k+2)%3 and (k+1)%3.
+  /// corners include this one's (k+2)%3 and (k+1)%3, in this order.
   [[nodiscard]] MicroTriangle across(const MicroTriangle& t, std::size_t k) noexcept {
     enter(t.slab);
     const std::size_t kp = (k + 1) % 3, kq = (k + 2) % 3;
     const GridPoint p = t.corners[kp], q = t.corners[kq];
-    if (const GridPoint r = q + turned(p - q); on_grid(n_, r))
-      return {t.slab, {q, p, r}, {t.positions[kq], t.positions[kp], position(r)}};
-    const auto wp = weights(n_, p), wq = weights(n_, q);
-    for (int edge = 0; edge < 3; ++edge) {
-      const auto e = static_cast<std::size_t>(edge);
-      if (wp[e] != 0 || wq[e] != 0) continue;
-      const SlabId other = mesh().slabs()[t.slab].neighbours[e];
-      if (other == kNoSlab) break;
-      const int twin = mesh().mirror_edge(t.slab, edge);
-      const GridPoint p2 = edge_point(n_, twin, n_ - wp[(e + 2) % 3]), q2 = edge_point(n_, twin, n_ - wq[(e + 2) % 3]);
-      const GridPoint r2 = q2 + turned(p2 - q2);
-      enter(other);
-      return {other, {q2, p2, r2}, {t.positions[kq], t.positions[kp], position(r2)}};
+    std::array<GridPoint, 3> cell = {q, p, q + turned(p - q)};
+    if ((inside(p) && inside(q)) || (plain() && on_grid(n_, cell[2]))) {
+      if (!stitch(cell)) return {};
+      return {t.slab, cell, {t.positions[kq], t.positions[kp], position(cell[2])}};
     }
-    return {};
+    // Copies of a sample have the same position to the bit.
+    MicroTriangle found;
+    around(t.slab, p, [&](const MicroTriangle& other) {
+      if (other.positions[2] == t.positions[kq]) found = other;
+    });
+    return found;
   }
-  /// Calls visit(triangle) for all triangles around a sample, in order of slab; the sample is their first corner.
+  /// Calls visit(triangle) for all triangles around a sample, in order of slab; the sample is their first corner. visit
+  /// must not enter another slab.
   template <typename Visit>
   void around(SlabId slab, GridPoint at, Visit&& visit) noexcept {
-    enter(slab);
-    const int n = n_;
-    mesh().for_each_copy(slab, n, at, [&](const SampleCopy& copy) {
+    mesh().for_each_copy(slab, at, [&](const SampleCopy& copy) {
       enter(copy.slab);
-      const Vec3d centre = position(copy.at);
-      GridPoint step = {1, 0}, last = {};
-      Vec3d before;
-      for (int k = 0; k < 7; ++k, step = turned(step)) {
-        const GridPoint next = copy.at + step;
-        if (!on_grid(n, next)) {
-          last = {};
-          continue;
+      ring(copy.at, copy.at, visit);
+      if (plain() || inside(copy.at)) return;
+      // And around the samples beside it on the slab's edges that give way to it.
+      for (int edge = 0; edge < 3; ++edge) {
+        const auto e = static_cast<std::size_t>(edge);
+        const std::array<int, 3> w = weights(n_, copy.at);
+        if (w[e] != 0 || edges_[e] == n_) continue;
+        const int t = w[(e + 2) % 3], reach = n_ / edges_[e] / 2;
+        for (int k = std::max(0, t - reach); k <= std::min(n_, t + reach); ++k) {
+          const GridPoint beside = edge_point(n_, edge, k);
+          if (beside != copy.at && edge_place(n_, edges_, beside).nearer() == copy.at) ring(copy.at, beside, visit);
         }
-        const Vec3d here = position(next);
-        if (last != GridPoint{})
-          visit(MicroTriangle{copy.slab, {copy.at, copy.at + last, next}, {centre, before, here}});
-        before = here;
-        last = step;
       }
     });
-  }
-  /// Whether an open edge of the surface ends at or runs through a sample.
-  [[nodiscard]] bool at_open_edge(SlabId slab, GridPoint at) noexcept {
-    enter(slab);
-    const int n = n_;
-    bool open = false;
-    mesh().for_each_copy(slab, n, at, [&](const SampleCopy& copy) {
-      const auto w = weights(n, copy.at);
-      for (std::size_t k = 0; k < 3; ++k)
-        open = open || (w[k] == 0 && mesh().slabs()[copy.slab].neighbours[k] == kNoSlab);
-    });
-    return open;
   }
 
  private:
   /// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
   [[nodiscard]] static constexpr GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
+  [[nodiscard]] bool inside(GridPoint p) const noexcept { return p.i > 0 && p.j > 0 && p.i + p.j < n_; }
+  /// Whether no edge of the slab in hand is stitched.
+  [[nodiscard]] bool plain() const noexcept { return edges_[0] == n_ && edges_[1] == n_ && edges_[2] == n_; }
+
+  /// The triangles in the slab in hand that are made from the cells around one of its grid points, `from`, which `at`
+  /// stands for.
+  template <typename Visit>
+  void ring(GridPoint at, GridPoint from, Visit&& visit) noexcept {
+    const Vec3d centre = position(at);
+    GridPoint step = {1, 0}, before;
+    bool have = false;
+    Vec3d before_position;
+    for (int k = 0; k < 7; ++k, step = turned(step)) {
+      const GridPoint next = from + step;
+      if (!on_grid(n_, next)) {
+        have = false;
+        continue;
+      }
+      std::array<GridPoint, 3> cell = {at, have ? before : next, next};
+      const bool exists = stitch(cell);
+      const Vec3d here = position(cell[2]);
+      if (have && exists) visit(MicroTriangle{slab_, cell, {centre, before_position, here}});
+      before = next;
+      before_position = here;
+      have = true;
+    }
+  }
 
   const Snapshot& model_;
+  bool holes_;
   SlabId slab_ = kNoSlab;
   SlabCorners corners_{};
   int n_ = 0;
+  std::array<int, 3> edges_{};
   const float* displacement_ = nullptr;
 };
 

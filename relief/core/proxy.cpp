@@ -19,8 +19,8 @@ constexpr double kFollow = 10;       // lengths of the cursor's way that the poi
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
 constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
-constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which that side turns
-constexpr double kSettle = 1e-3;     // rad per tick that the side it is pushed out to may turn under a resting cursor
+constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
+constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
 constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
@@ -29,7 +29,7 @@ constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
-/// Whether two ways have an angle of at most 60 degrees between them.
+/// Whether two ways have an angle of at most 45 degrees between them.
 bool same_side(Vec3d a, Vec3d b) noexcept { return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b)); }
 
 Weights weights_of(const SlabCoord& at) noexcept { return {1 - at.u - at.v, at.u, at.v}; }
@@ -40,7 +40,7 @@ bool same(const SlabCorners& a, const SlabCorners& b) noexcept {
 
 /// The place of a triangle that is nearest to p.
 SurfacePlace nearest(const MicroTriangle& t, Vec3d p) noexcept {
-  const Weights w = detail::nearest_in_triangle(p, t.positions[0], t.positions[1], t.positions[2]);
+  const Weights w = nearest_in_triangle(p, t.positions[0], t.positions[1], t.positions[2]);
   return {t, w, t.point(w)};
 }
 
@@ -275,7 +275,7 @@ class Sweep {
         const double above = bend_alpha + cell_twist_;
         if ((a.at.alpha < -above && b.at.alpha < -above) || (a.at.alpha > 1 + above && b.at.alpha > 1 + above)) return;
         if (across(twist) * n <= 0.5 || depth >= kHalvings) {
-          cells(a.at, b.at, bend, bend_alpha);
+          cells(a.at, b.at, bend + surface_.stretch(), bend_alpha);
           return;
         }
       }
@@ -336,9 +336,7 @@ class Sweep {
       }
       const int first_i = std::max(0, static_cast<int>(std::floor(std::max(left - pad, -1.0))));
       const int last_i = std::min(n - 1 - j, static_cast<int>(std::floor(std::min(right + pad, double(n)))));
-      for (int i = first_i; i <= last_i; ++i) {
-        both(i, j, low, high);
-      }
+      for (int i = first_i; i <= last_i; ++i) both(i, j, low, high);
     }
   }
 
@@ -354,11 +352,12 @@ class Sweep {
   }
 
   void test(const std::array<GridPoint, 3>& corners, double low, double high) noexcept {
-    const double d0 = surface_.displacement(corners[0]), d1 = surface_.displacement(corners[1]),
-                 d2 = surface_.displacement(corners[2]);
+    MicroTriangle triangle = {slab_, corners, {}};
+    if (!surface_.stitch(triangle.corners)) return;
+    const double d0 = surface_.displacement(triangle.corners[0]), d1 = surface_.displacement(triangle.corners[1]),
+                 d2 = surface_.displacement(triangle.corners[2]);
     const double least = std::min({d0, d1, d2}), most = std::max({d0, d1, d2}), pad = cell_twist_ * (most - least);
     if (most + pad < low || least - pad > high) return;
-    MicroTriangle triangle = {slab_, corners, {}};
     surface_.measure(triangle);
     const Vec3d a = triangle.positions[0] - from_, b = triangle.positions[1] - from_, c = triangle.positions[2] - from_;
     const auto weights = goes_in(way_, a, b, c);
@@ -461,7 +460,8 @@ void Proxy::hold(detail::MicroTriangles& surface, const SurfacePlace& place) noe
   held_ = fresh_ = true;
   place_ = place;
   corners_ = surface.mesh().corners(place.triangle.slab);
-  side_ = point_of(surface, place, normals_).normal;
+  surface_ = point_of(surface, place, normals_);
+  side_ = surface_.normal;
   above_.reset();
 }
 
@@ -473,10 +473,12 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
     if (at.slab >= surface.mesh().slab_count() || !same(surface.mesh().corners(at.slab), above_->corners)) {
       above_.reset();
     } else if (displacement_at(model, at.slab, at.u, at.v) > at.alpha) {
-      hold(surface, surface.place_at(at.slab, at.u, at.v));
-      lag_ = last_ - place_.position;
-      rise_ = length(lag_);
-      return;
+      if (const auto place = surface.place_at(at.slab, at.u, at.v)) {
+        hold(surface, *place);
+        lag_ = last_ - place_.position;
+        rise_ = length(lag_);
+        return;
+      }
     }
   }
   if (const auto place = Sweep(surface, last_, cursor).run())
@@ -488,7 +490,7 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
 void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
   above_.reset();
   const auto at = locate(model.slab_mesh(), cursor, hint_);
-  if (at && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
+  if (at && !hole_at(model, at->slab, at->u, at->v) && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
     above_ = Above{*at, model.slab_mesh().corners(at->slab)};
 }
 
@@ -499,18 +501,12 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   surface.enter(slab);
   if (!same(surface.corners(), corners_)) return false;
   SurfacePlace now = place_;
-  bool fits = surface.has(now.triangle);
-  if (fits) {
-    const SlabCoord at = surface.coordinates(now);
-    fits = std::abs(at.u - surface_.u) + std::abs(at.v - surface_.v) < 1e-9;
-  }
-  if (fits) {
-    surface.measure(now.triangle);
-    if (now.triangle.positions == place_.triangle.positions) return true;
-    now.position = now.triangle.point(now.weights);
-  } else {
-    now = surface.place_at(slab, surface_.u, surface_.v);
-  }
+  if (!surface.has(now.triangle)) return false;
+  const SlabCoord at = surface.coordinates(now);
+  if (!(std::abs(at.u - surface_.u) + std::abs(at.v - surface_.v) < 1e-9)) return false;
+  surface.measure(now.triangle);
+  if (now.triangle.positions == place_.triangle.positions) return true;
+  now.position = now.triangle.point(now.weights);
   const Vec3d change = now.position - place_.position;
   lag_ -= change;
   rise_ = dot(change, surface_.normal);
@@ -551,7 +547,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
     const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
-    // The side that the point is pushed out to turns no faster than the cursor goes round the point.
+    // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
     const double turn = kRound * length(aside) / length(out) + kSettle;
     const double reach = kFollow * travel + kRelax * length(out);
     int tries = kTries;
@@ -580,7 +576,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
     }
     if (has_left_ && landing) {
       place_ = *landing;
-      side_ = point_of(surface, place_, normals_).normal;
+      surface_ = point_of(surface, place_, normals_);
+      side_ = surface_.normal;
     }
   }
   if (free) {

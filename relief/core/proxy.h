@@ -47,11 +47,12 @@ struct CellNormals {
 };
 }  // namespace detail
 
-/// The surface contact point of one cursor. It goes from micro-triangle to micro-triangle, at most 64 a tick, always
-/// towards the cursor, never through material; so it keeps to the side from which the cursor came, however deep that
-/// goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is deeper than the
-/// surface is curved, the nearest place runs away to another side (round a rim, say); the point then goes along with
-/// the cursor instead.
+/// The surface contact point of one cursor. It goes from micro-triangle to micro-triangle towards the cursor, never
+/// through material, to a place around which none is nearer; so it keeps to the side from which the cursor came,
+/// however deep that goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is
+/// deeper than the surface is curved, that place runs away to another side (round a rim, say); the point then goes
+/// along with the cursor instead. Cost per tick: usually a few micro-triangles, at most some two hundred; a way into
+/// the surface or off it costs a sweep.
 class Proxy {
  public:
   /// How quickly the point takes over a change of the surface under it, in one tick: a share of what is left of the
@@ -84,7 +85,8 @@ class Proxy {
   [[nodiscard]] double alpha() const noexcept { return alpha_; }
   /// How far the surface rose under the point in this tick, model units; negative when it fell.
   [[nodiscard]] double rise() const noexcept { return rise_; }
-  /// The slabs under the point were exchanged in this tick; the point was let go wherever the cursor is.
+  /// The slabs under the point were exchanged in this tick, or a hole opened there; the point was let go wherever the
+  /// cursor is.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
 
  private:
@@ -96,7 +98,7 @@ class Proxy {
   void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Notes where the free cursor is above the surface.
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
-  /// Takes over what happened to the surface under the point. False when the slab is another one.
+  /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
   /// there.
@@ -123,7 +125,7 @@ class Proxy {
   Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
   SurfacePoint surface_;
   Vec3d normal_, way_out_;
-  Vec3d side_;  ///< the way out when the point was last at rest; at first the surface's normal
+  Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   double depth_ = 0, rise_ = 0, alpha_ = 0;
 };
 

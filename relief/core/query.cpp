@@ -11,22 +11,10 @@
 
 namespace relief {
 
-namespace detail {
-
-Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
-  Vec3d sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (cell.weights[k] != 0) sum += sample_normal(model, slab, cell.corners[k]) * cell.weights[k];
-  return normalized(sum);
-}
-
-}  // namespace detail
-
 namespace {
 
 using detail::cell_normal;
 using detail::LinearForm;
-using detail::nearest_in_triangle;
 using detail::on_grid;
 using detail::sample_position;
 
@@ -221,13 +209,15 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
-/// Twice the area vectors of the micro-triangles around `at`, added counter-clockwise, of those that are `inside`.
-template <typename Position, typename Inside>
-Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside) noexcept {
+/// Twice the area vectors of the micro-triangles around `at`, added counter-clockwise: of those whose samples are
+/// `inside` and that are no hole(at, sample, next sample).
+template <typename Position, typename Inside, typename Hole>
+Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside, const Hole& hole) noexcept {
   static constexpr std::array<GridPoint, 7> kRing = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
   const Vec3d centre = position(at);
   Vec3d sum;
   Vec3d before;
+  GridPoint last;
   bool have = false;
   for (const GridPoint step : kRing) {
     const GridPoint p = {at.i + step.i, at.j + step.j};
@@ -236,22 +226,45 @@ Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside) noe
       continue;
     }
     const Vec3d edge = position(p) - centre;
-    if (have) sum += cross(before, edge);
+    if (have && !hole({at, last, p})) sum += cross(before, edge);
     before = edge;
+    last = p;
     have = true;
   }
   return sum;
 }
 
-/// The part of a sample's normal that comes from one slab.
+/// The part of a sample's normal that comes from one slab, holes left out. Where n differs across an edge, all are
+/// brought to one size of triangle; as it differs by a power of two, a factor of 4^k does that and changes no bits
+/// where it does not differ.
 Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
+  const bool holes = model.has(Layer::Void);
+  const double halvings = n & -n;
   return ring_sum(
-      at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
-      [&](GridPoint p) { return on_grid(n, p); });
+             at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
+             [&](GridPoint p) { return on_grid(n, p); },
+             [&](const std::array<GridPoint, 3>& t) { return holes && model.is_hole(slab, t); }) *
+         (halvings * halvings);
+}
+
+Vec3d shared_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  Vec3d sum;
+  model.slab_mesh().for_each_copy(slab, at,
+                                  [&](const SampleCopy& copy) { sum += partial_normal(model, copy.slab, copy.at); });
+  return normalized(sum);
+}
+
+/// Normal at a sample; at a constrained one not unit but linear between its ends, so that along the edge both slabs
+/// interpolate alike.
+Vec3d shading_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  const EdgePlace place = model.slab_mesh().edge_place(slab, at);
+  if (!place.constrained()) return shared_normal(model, slab, at);
+  const double share = double(place.k) / place.r;
+  return shared_normal(model, slab, place.before) * (1 - share) + shared_normal(model, slab, place.after) * share;
 }
 
 /// The twelve samples that the normals of a cell depend on, relative to its first corner's row and column, for a cell
@@ -260,14 +273,21 @@ constexpr std::array<std::array<GridPoint, 12>, 2> kAroundCell = {
     {{{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {-1, 0}, {0, -1}}},
      {{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {2, 1}, {1, 2}}}}};
 
-/// Calls visit(cell corners, positions) for the micro-triangles of a slab, one strip of two rows at a time; `skip` sees
-/// the box of a strip first and may leave it out.
+/// Calls visit(cell corners, positions) for the micro-triangles of a slab, holes left out, one strip of two rows at a
+/// time; `skip` sees the box of a strip first and may leave it out. The positions are stitched, the corners are not.
 template <typename Skip, typename Visit>
 void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
+  const bool holes = model.has(Layer::Void);
+  const std::array<int, 3> edges = mesh.edge_intervals(slab);
+  const bool stitched = edges != std::array{n, n, n};
+  const auto cell = [&](const std::array<GridPoint, 3>& at, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    if (stitched && (a == b || b == c || c == a)) return;
+    if (!(holes && model.is_hole(slab, at))) visit(at, a, b, c);
+  };
   std::array<std::array<Vec3d, kMaxIntervals + 1>, 2> rows;
   std::array<Box3d, 2> boxes;
   for (int j = 0; j <= n; ++j) {
@@ -275,7 +295,8 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
     Box3d& box = boxes[static_cast<std::size_t>(j % 2)];
     box = {};
     for (int i = 0; i + j <= n; ++i) {
-      row[static_cast<std::size_t>(i)] = sample_position(corners, n, {i, j}, double{d[sample_index(n, {i, j})]});
+      const GridPoint at = stitched ? mesh.edge_place(slab, {i, j}).nearer() : GridPoint{i, j};
+      row[static_cast<std::size_t>(i)] = sample_position(corners, n, at, double{d[sample_index(n, at)]});
       box.add(row[static_cast<std::size_t>(i)]);
     }
     if (j == 0) continue;
@@ -286,9 +307,8 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
     const int b = j - 1;
     for (int i = 0; i + b < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      visit(std::array<GridPoint, 3>{{{i, b}, {i + 1, b}, {i, j}}}, lower[k], lower[k + 1], row[k]);
-      if (i + j < n)
-        visit(std::array<GridPoint, 3>{{{i + 1, b}, {i + 1, j}, {i, j}}}, lower[k + 1], row[k + 1], row[k]);
+      cell({{{i, b}, {i + 1, b}, {i, j}}}, lower[k], lower[k + 1], row[k]);
+      if (i + j < n) cell({{{i + 1, b}, {i + 1, j}, {i, j}}}, lower[k + 1], row[k + 1], row[k]);
     }
   }
 }
@@ -304,13 +324,16 @@ std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, int n, const std:
   for (std::size_t k = 0; k < 12; ++k)
     at(base + around[k]) = sample_position(corners, n, base + around[k], double{heights[k]});
   std::array<Vec3d, 3> normals;
-  for (std::size_t k = 0; k < 3; ++k) normals[k] = normalized(ring_sum(cell[k], at, [](GridPoint) { return true; }));
+  for (std::size_t k = 0; k < 3; ++k)
+    normals[k] = normalized(
+        ring_sum(cell[k], at, [](GridPoint) { return true; }, [](const std::array<GridPoint, 3>&) { return false; }));
   return normals;
 }
 
-/// The surface point at given weights of a micro-triangle.
-SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, const GridCell& cell, Vec3d position) noexcept {
+/// The surface point at given weights of a micro-triangle that visit_cells() has shown.
+SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Vec3d position) noexcept {
   const int n = model.slab_mesh().intervals(slab);
+  for (GridPoint& p : cell.corners) p = model.slab_mesh().edge_place(slab, p).nearer();
   SurfacePoint point;
   point.slab = slab;
   point.position = position;
@@ -330,11 +353,18 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 
 }  // namespace
 
+Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += shading_normal(model, slab, cell.corners[k]) * cell.weights[k];
+  return normalized(sum);
+}
+
 Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept {
   const int n = model.slab_mesh().intervals(slab);
   const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
   const auto& [a, b, c] = cell.corners;
-  if (!inside(a) || !inside(b) || !inside(c)) return cell_normal(model, slab, cell);
+  if (!inside(a) || !inside(b) || !inside(c) || model.has(Layer::Void)) return cell_normal(model, slab, cell);
   const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
   const bool stands = base == a || base == b || base == c;
   const auto& around = kAroundCell[stands ? 0 : 1];
@@ -427,10 +457,7 @@ Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept
 }
 
 Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
-  Vec3d sum;
-  model.slab_mesh().for_each_copy(slab, model.slab_mesh().intervals(slab), at,
-                                  [&](const SampleCopy& copy) { sum += partial_normal(model, copy.slab, copy.at); });
-  return normalized(sum);
+  return normalized(shading_normal(model, slab, at));
 }
 
 double displacement_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
@@ -452,6 +479,10 @@ Vec3f colour_at(const Snapshot& model, SlabId slab, double u, double v) noexcept
                    blend(tile.plane(2), tile.intervals(), cell)});
 }
 
+bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
+  return model.has(Layer::Void) && model.is_hole(slab, cell_at(model.slab_mesh().intervals(slab), u, v).corners);
+}
+
 SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const GridCell cell = cell_at(mesh.intervals(slab), u, v);
@@ -462,8 +493,11 @@ SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double 
 std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept {
   const auto at = locate(model.slab_mesh(), cursor, hint);
   if (!at) return std::nullopt;
-  Contact contact{.at = *at, .surface = surface_point(model, at->slab, at->u, at->v), .depth = 0};
-  if (at->alpha < contact.surface.alpha) contact.depth = length(contact.surface.position - cursor);
+  Contact contact{.at = *at,
+                  .surface = surface_point(model, at->slab, at->u, at->v),
+                  .depth = 0,
+                  .hole = hole_at(model, at->slab, at->u, at->v)};
+  if (!contact.hole && at->alpha < contact.surface.alpha) contact.depth = length(contact.surface.position - cursor);
   return contact;
 }
 
@@ -587,28 +621,42 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
   const Tile& tile = model.tile(layer, s);
   const LayerRange allowed = range(layer);
   const int n = tile.intervals();
-  if (layer == Layer::Displacement && n != mesh.intervals(s))
-    return fail(Errc::Corrupt, "the displacement tile of slab " + std::to_string(s) + " has the wrong size");
+  if (has_own_intervals(layer) && n != mesh.intervals(s))
+    return fail(Errc::Corrupt,
+                "the " + std::string(name(layer)) + " tile of slab " + std::to_string(s) + " has the wrong size");
   for (int c = 0; c < tile.channel_count(); ++c)
     for (std::size_t i = 0; i < tile.size(); ++i)
       if (!(tile.plane(c)[i] >= allowed.low && tile.plane(c)[i] <= allowed.high))
         return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
                                        std::to_string(tile.plane(c)[i]) + ", outside its range");
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+  const bool own_intervals = has_own_intervals(layer);
   for (int edge = 0; edge < 3; ++edge)
     for (int t = 0; t < n; ++t) {
       const GridPoint at = edge_point(n, edge, t);
       bool same = true;
-      mesh.for_each_copy(s, n, at, [&](const SampleCopy& copy) {
+      const auto compare = [&](const SampleCopy& copy) {
         if (copy.slab == s) return;
         const Tile& other = model.tile(layer, copy.slab);
-        same = same && other.intervals() == n;
+        same = same && other.intervals() == (own_intervals ? mesh.intervals(copy.slab) : n);
         for (int c = 0; same && c < tile.channel_count(); ++c)
-          same = bits(tile.plane(c)[sample_index(n, at)]) == bits(other.plane(c)[sample_index(n, copy.at)]);
-      });
+          same = bits(tile.plane(c)[sample_index(n, at)]) ==
+                 bits(other.plane(c)[sample_index(other.intervals(), copy.at)]);
+      };
+      if (own_intervals)
+        mesh.for_each_copy(s, at, compare);
+      else
+        mesh.for_each_copy(s, n, at, compare);
       if (!same) return fail(Errc::Corrupt, "the copies of a shared sample differ: " + where(layer, s, at));
     }
-  return {};
+  Status bound;
+  if (own_intervals)
+    mesh.for_each_constrained(s, [&](GridPoint at, const EdgePlace& place) {
+      if (bound && bits(tile.plane()[sample_index(n, at)]) != bits(constrained_value(tile, layer, place)))
+        bound = fail(Errc::Corrupt,
+                     "a sample does not follow from those that a coarser slab shares: " + where(layer, s, at));
+    });
+  return bound;
 }
 
 Status validate(const Snapshot& model) {

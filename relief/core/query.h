@@ -44,7 +44,8 @@ struct LocateHint {
 /// The position a sample of the slab's displacement grid would have with the given alpha.
 [[nodiscard]] Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept;
 /// Unit normal at a sample: the average over the adjacent micro-triangles of all slabs around it, weighted by area
-/// (paper, Sec. 3.4); bit-identical for all copies of a shared sample.
+/// (paper, Sec. 3.4), those of finer slabs as if they were as large as their neighbours'; bit-identical for all copies
+/// of a shared sample. At a constrained sample between those of its ends. Holes do not count; zero inside one.
 [[nodiscard]] Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
 
 /// Displacement at (u, v), interpolated from the three nearest samples (paper, Sec. 3.2).
@@ -54,6 +55,9 @@ struct LocateHint {
                               double fallback) noexcept;
 /// Colour at (u, v), 0..1; white where the model has none.
 [[nodiscard]] Vec3f colour_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
+
+/// Whether the surface has a hole at (u, v); O(1).
+[[nodiscard]] bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept;
 
 /// A point of the displaced surface.
 struct SurfacePoint {
@@ -70,13 +74,15 @@ struct Contact {
   SlabCoord at;          ///< the cursor's own coordinates
   SurfacePoint surface;  ///< the surface along the cursor's fibre
   double depth = 0;      ///< penetration along the fibre, model units; 0 when the cursor is above the surface
+  bool hole = false;     ///< the surface has a hole there, so nothing is touched at any depth
   [[nodiscard]] bool touching() const noexcept { return depth > 0; }
 };
 /// Empty outside all slabs.
 [[nodiscard]] std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept;
 
-/// The point of the tessellated surface nearest to p; exact as far as a double holds squared distances, from nothing;
-/// O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far for that (about 1e154).
+/// The point of the tessellated surface (stitched, without holes) nearest to p; exact as far as a double holds squared
+/// distances, from nothing; O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far
+/// for that (about 1e154), or all is hole.
 [[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept;
 /// The first crossing of the tessellated surface with the ray, with its distance in lengths of ray.direction.
 struct RayHit {
@@ -85,8 +91,9 @@ struct RayHit {
 };
 [[nodiscard]] std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept;
 
-/// Whether the copies of every shared sample are bit-identical in all layers, and all values are within their ranges;
-/// else the first offence (Corrupt, naming layer, slab and sample).
+/// Whether the copies of every shared sample are bit-identical in all layers, constrained samples have exactly their
+/// constrained_value(), and all values are within their ranges; else the first offence (Corrupt, naming layer, slab and
+/// sample).
 [[nodiscard]] Status validate(const Snapshot& model);
 /// The same for one tile and its copies in the tiles around it.
 [[nodiscard]] Status validate(const Snapshot& model, Layer layer, SlabId slab);

@@ -2,6 +2,7 @@
 #include <relief/core/slab_mesh.h>
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <string>
 #include <tuple>
@@ -63,9 +64,12 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
       const Side &x = sides[k], &y = sides[k + 1];
       if (x.forward == y.forward)
         return fail(Errc::Corrupt, slab_name(x.slab) + " and " + slab_name(y.slab) + " face opposite ways");
-      if (mesh.slabs_[x.slab].intervals != mesh.slabs_[y.slab].intervals)
-        return fail(Errc::Corrupt,
-                    slab_name(x.slab) + " and " + slab_name(y.slab) + " share an edge but not their intervals");
+      const auto [fewer, more] = std::minmax(mesh.slabs_[x.slab].intervals, mesh.slabs_[y.slab].intervals);
+      if (more % fewer != 0 || !std::has_single_bit(static_cast<unsigned>(more / fewer)))
+        return fail(Errc::Corrupt, slab_name(x.slab) + " and " + slab_name(y.slab) + " share an edge with " +
+                                       std::to_string(mesh.slabs_[x.slab].intervals) + " and " +
+                                       std::to_string(mesh.slabs_[y.slab].intervals) +
+                                       " intervals, which do not differ by a power of two");
       mesh.slabs_[x.slab].neighbours[x.edge] = y.slab;
       mesh.slabs_[y.slab].neighbours[y.edge] = x.slab;
     }

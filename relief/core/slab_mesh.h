@@ -5,7 +5,9 @@
 #include <relief/base/vec.h>
 #include <relief/core/grid.h>
 
+#include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -68,7 +70,8 @@ class SlabMesh {
   };
 
   /// Checks counting only (C0): fibre numbers in range and finite, no repeated corner, each edge in at most two slabs
-  /// that run through it in opposite directions, one fan per fibre, n in 1..128 and, for now, equal across each edge.
+  /// that run through it in opposite directions, one fan per fibre, n in 1..128 and across each edge the same but for a
+  /// power of two.
   /// Whether slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or
   /// fibre.
   [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
@@ -88,11 +91,49 @@ class SlabMesh {
   }
   /// Which edge of neighbours[edge] is shared with edge `edge` of s; its grid runs the other way (t' = n - t).
   [[nodiscard]] int mirror_edge(SlabId s, int edge) const noexcept;
-
-  /// All copies of one sample of a grid with n intervals per edge, this one included, by ascending slab number: one
-  /// inside a slab, up to two on an edge, one per slab of the fan at a corner. Calls visit(SampleCopy).
+  /// Intervals that both sides of an edge have: the smaller of the two n. A slab with more of them has constrained
+  /// samples between the shared ones (see EdgePlace).
+  [[nodiscard]] int edge_intervals(SlabId s, int edge) const noexcept {
+    const SlabId other = slabs_[s].neighbours[static_cast<std::size_t>(edge)];
+    return other == kNoSlab ? intervals(s) : std::min(intervals(s), intervals(other));
+  }
+  [[nodiscard]] std::array<int, 3> edge_intervals(SlabId s) const noexcept {
+    return {edge_intervals(s, 0), edge_intervals(s, 1), edge_intervals(s, 2)};
+  }
+  /// On the slab's own grid.
+  [[nodiscard]] EdgePlace edge_place(SlabId s, GridPoint p) const noexcept {
+    const int n = intervals(s);
+    if (p.i > 0 && p.j > 0 && p.i + p.j < n) return {p, p, 0, 1};
+    return relief::edge_place(n, edge_intervals(s), p);
+  }
+  /// Calls visit(GridPoint, EdgePlace) for the constrained samples of the slab's own grid.
   template <typename Visit>
-  void for_each_copy(SlabId s, int n, GridPoint p, Visit&& visit) const {
+  void for_each_constrained(SlabId s, Visit&& visit) const {
+    const int n = intervals(s);
+    const std::array<int, 3> edges = edge_intervals(s);
+    for (int edge = 0; edge < 3; ++edge)
+      for (int t = 1; edges[static_cast<std::size_t>(edge)] != n && t < n; ++t) {
+        const GridPoint p = edge_point(n, edge, t);
+        if (const EdgePlace place = relief::edge_place(n, edges, p); place.constrained()) visit(p, place);
+      }
+  }
+
+  /// All copies of one sample, this one included, by ascending slab number: one inside a slab, up to two on an edge,
+  /// one per slab of the fan at a corner. Calls visit(SampleCopy). Here each slab has its own n; a constrained sample
+  /// has no copy.
+  template <typename Visit>
+  void for_each_copy(SlabId s, GridPoint p, Visit&& visit) const {
+    for_each_copy(s, [this](SlabId slab) { return intervals(slab); }, p, visit);
+  }
+  /// The same on a grid of m intervals in every slab.
+  template <typename Visit>
+  void for_each_copy(SlabId s, int m, GridPoint p, Visit&& visit) const {
+    for_each_copy(s, [m](SlabId) { return m; }, p, visit);
+  }
+  /// The same where slab k has intervals_of(k), neighbours the same but for a power of two.
+  template <std::invocable<SlabId> IntervalsOf, typename Visit>
+  void for_each_copy(SlabId s, IntervalsOf&& intervals_of, GridPoint p, Visit&& visit) const {
+    const int n = intervals_of(s);
     const std::array<int, 3> w = weights(n, p);
     const int zeros = (w[0] == 0) + (w[1] == 0) + (w[2] == 0);
     if (zeros == 0) {
@@ -100,16 +141,17 @@ class SlabMesh {
     } else if (zeros == 2) {
       const int corner = w[0] != 0 ? 0 : w[1] != 0 ? 1 : 2;
       for (const SlabCorner c : fan(slabs_[s].fibres[static_cast<std::size_t>(corner)]))
-        visit(SampleCopy{c.slab, corner_point(n, c.corner)});
+        visit(SampleCopy{c.slab, corner_point(intervals_of(c.slab), c.corner)});
     } else {
       const int edge = w[0] == 0 ? 0 : w[1] == 0 ? 1 : 2;
       const SlabId other = slabs_[s].neighbours[static_cast<std::size_t>(edge)];
-      if (other == kNoSlab) {
+      const int t = w[static_cast<std::size_t>((edge + 2) % 3)];
+      const int twins = other == kNoSlab ? n : intervals_of(other);
+      if (other == kNoSlab || t * twins % n != 0) {
         visit(SampleCopy{s, p});
         return;
       }
-      const int t = w[static_cast<std::size_t>((edge + 2) % 3)];
-      const SampleCopy twin{other, edge_point(n, mirror_edge(s, edge), n - t)};
+      const SampleCopy twin{other, edge_point(twins, mirror_edge(s, edge), twins - t * twins / n)};
       if (s < other) {
         visit(SampleCopy{s, p});
         visit(twin);

@@ -10,7 +10,8 @@ namespace relief {
 
 namespace {
 constexpr std::array<std::string_view, kLayerCount> kLayerNames = {
-    "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity", "mask", "strata"};
+    "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity",
+    "mask",         "strata", "void"};
 constexpr std::align_val_t kLine{64};
 
 std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
@@ -50,6 +51,20 @@ std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::si
 bool Tile::same_values(const Tile& other) const noexcept {
   return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ &&
          std::memcmp(values_.get(), other.values_.get(), bytes()) == 0;
+}
+
+float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
+  const auto value = [&](GridPoint p) { return tile.plane()[sample_index(tile.intervals(), p)]; };
+  if (layer == Layer::Void) return value(place.nearer());
+  const double before{value(place.before)}, after{value(place.after)};
+  return static_cast<float>((before * (place.r - place.k) + after * place.k) / place.r);
+}
+
+void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept {
+  RELIEF_ASSERT(has_own_intervals(layer) && tile.intervals() == mesh.intervals(s));
+  mesh.for_each_constrained(s, [&](GridPoint p, const EdgePlace& place) {
+    tile.plane()[sample_index(tile.intervals(), p)] = constrained_value(tile, layer, place);
+  });
 }
 
 Snapshot::Snapshot() {
@@ -138,19 +153,26 @@ Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
 }
 
 void SnapshotDraft::add_layer(Layer layer, int m, float value) {
-  RELIEF_ASSERT(m >= 1 && m <= kMaxIntervals);
+  const bool own_intervals = has_own_intervals(layer);
+  RELIEF_ASSERT(own_intervals ? m == kOwnIntervals : m >= 1 && m <= kMaxIntervals);
   RELIEF_ASSERT(layer != Layer::Displacement);
-  const SlabId count = next_->slab_mesh().slab_count();
+  const SlabMesh& mesh = next_->slab_mesh();
   OwnLayer& own = layer_for_writing(layer);
-  own.table->assign(page_count(next_->slab_mesh()), nullptr);
+  own.table->assign(page_count(mesh), nullptr);
   own.pages.assign(own.table->size(), {});
   own.own_pages.clear();
-  // Immutable until written, so one tile serves all slabs.
-  const auto blank = std::make_shared<const Tile>(m, channels(layer), value);
+  // Immutable until written, so one tile serves all slabs of the same n.
+  std::array<TilePtr, kMaxIntervals + 1> blanks;
+  const auto blank = [&](int n) {
+    TilePtr& tile = blanks[static_cast<std::size_t>(n)];
+    if (!tile) tile = std::make_shared<const Tile>(n, channels(layer), value);
+    return tile;
+  };
   for (std::size_t p = 0; p < own.table->size(); ++p) {
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t)
-      if (static_cast<SlabId>(p) * kTilesPerPage + t < count) page->tiles[t] = blank;
+      if (const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t; s < mesh.slab_count())
+        page->tiles[t] = blank(own_intervals ? mesh.intervals(s) : m);
     (*own.table)[p] = std::move(page);
   }
 }

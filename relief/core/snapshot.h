@@ -14,7 +14,8 @@
 namespace relief {
 
 /// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue
-/// 0..1; the others are one number each, with the ranges given.
+/// 0..1; the others are one number each, with the ranges given. Displacement and Void lie on each slab's own grid, the
+/// others on one of m intervals in all slabs.
 enum class Layer : std::uint8_t {
   Displacement,
   Colour,
@@ -24,8 +25,15 @@ enum class Layer : std::uint8_t {
   Specularity,      ///< 0..1
   Mask,             ///< 0 free, 1 protected from tools
   Strata,           ///< alpha of a buried boundary between materials
+  Void,             ///< 0 surface, 1 hole (see is_hole)
 };
-inline constexpr int kLayerCount = 8;
+inline constexpr int kLayerCount = 9;
+
+/// Stands for the number of intervals where each slab has its own.
+inline constexpr int kOwnIntervals = 0;
+[[nodiscard]] constexpr bool has_own_intervals(Layer layer) noexcept {
+  return layer == Layer::Displacement || layer == Layer::Void;
+}
 
 [[nodiscard]] constexpr int channels(Layer layer) noexcept { return layer == Layer::Colour ? 3 : 1; }
 /// "displacement", "colour", "stiffness", "static-friction", ...
@@ -73,6 +81,17 @@ class Tile {
 };
 using TilePtr = std::shared_ptr<const Tile>;
 
+/// The value that a constrained sample must have, from its tile in a layer of own intervals. Void: that of the nearer
+/// end. Otherwise linear between the two ends, rounded once, and the same counted from either end.
+[[nodiscard]] float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept;
+/// Gives the constrained samples of the tile their values. Whoever writes a tile of own intervals calls this last.
+void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept;
+
+/// Whether a micro-triangle is left out of the surface, from its corners in Layer::Void: two or more are above 0.5.
+[[nodiscard]] constexpr bool is_hole(float a, float b, float c) noexcept {
+  return (a > 0.5F && (b > 0.5F || c > 0.5F)) || (b > 0.5F && c > 0.5F);
+}
+
 inline constexpr SlabId kTilesPerPage = 64;
 /// The tiles of 64 consecutive slabs in one layer; the unit of copy-on-write above the tile.
 struct Page {
@@ -97,6 +116,14 @@ class Snapshot {
     return *pages(layer)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
   }
   [[nodiscard]] const float* displacement(SlabId s) const noexcept { return tile(Layer::Displacement, s).plane(); }
+  /// Whether a micro-triangle of the slab's grid is a hole.
+  [[nodiscard]] bool is_hole(SlabId s, const std::array<GridPoint, 3>& cell) const noexcept {
+    if (!has(Layer::Void)) return false;
+    const float* voids = tile(Layer::Void, s).plane();
+    const int n = slab_mesh_->intervals(s);
+    return relief::is_hole(voids[sample_index(n, cell[0])], voids[sample_index(n, cell[1])],
+                           voids[sample_index(n, cell[2])]);
+  }
   /// The pages of a layer in order of slabs; empty where the model has no such layer.
   [[nodiscard]] const PageTable& pages(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
   /// Equal for equal content (cage, layers, values), whatever the history; O(model).
@@ -120,7 +147,8 @@ class SnapshotDraft {
   [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept;
   /// The tile for writing: copied from the base the first time, the same one after that. Valid until finish().
   [[nodiscard]] Tile& edit(Layer layer, SlabId s);
-  /// Adds a layer with m intervals per slab edge (1..128), or replaces it, filled with `value` in every channel.
+  /// Adds a layer with m intervals per slab edge (1..128; kOwnIntervals for Void), or replaces it, filled with `value`
+  /// in every channel.
   void add_layer(Layer layer, int m, float value);
   /// Puts a ready tile in place; its intervals and channels must fit the layer.
   void put(Layer layer, SlabId s, TilePtr tile);

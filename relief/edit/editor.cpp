@@ -74,14 +74,21 @@ bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
   return dot(mean, normal) > 0;
 }
 
-/// Whether two tiles hold the same bits along an edge, its corners aside; `to` runs the other way.
-bool same_edge(const Tile& a, std::span<const std::uint16_t> from, const Tile& b, std::span<const std::uint16_t> to,
+/// The samples that two slabs share along an edge, as one of them numbers them.
+struct EdgeSamples {
+  std::span<const std::uint16_t> numbers;  ///< of all samples there
+  std::size_t stride;                      ///< from one shared sample to the next
+  [[nodiscard]] std::size_t operator[](std::size_t t) const noexcept { return numbers[t * stride]; }
+};
+
+/// Whether two tiles hold the same bits along an edge of m intervals, its corners aside; `to` runs the other way.
+bool same_edge(const Tile& a, EdgeSamples from, const Tile& b, EdgeSamples to, std::size_t m,
                int channel_count) noexcept {
   std::uint32_t differ = 0;
   for (int c = 0; c < channel_count; ++c) {
     const float *va = a.plane(c), *vb = b.plane(c);
-    for (std::size_t t = 1; t + 1 < from.size(); ++t)
-      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[from.size() - 1 - t]]);
+    for (std::size_t t = 1; t < m; ++t)
+      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[m - t]]);
   }
   return differ == 0;
 }
@@ -103,7 +110,7 @@ TilePtr clay_tile(int intervals) {
   return tile;
 }
 
-/// Tiles that no snapshot holds any more, for the next dab: a stroke makes and drops many of the same size, and giving
+/// Tiles that no snapshot holds any more, for the next dab: a stroke makes and drops many of few sizes, and giving
 /// their memory back to the system each time costs more than the tools. A tile comes back on whatever thread lets go of
 /// the last snapshot that held it, which is never the servo's.
 class TilePool : public std::enable_shared_from_this<TilePool> {
@@ -113,10 +120,10 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
     std::unique_ptr<Tile> tile;
     {
       const std::lock_guard lock(mutex_);
-      if (!idle_.empty() && !same_shape(*idle_.back(), like)) idle_.clear();
-      if (!idle_.empty()) {
-        tile = std::move(idle_.back());
-        idle_.pop_back();
+      if (auto& idle = idle_[shape(like)]; !idle.empty()) {
+        tile = std::move(idle.back());
+        idle.pop_back();
+        idle_bytes_ -= tile->bytes();
       }
     }
     if (!tile) tile = std::make_unique<Tile>(like);
@@ -127,13 +134,12 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
     std::memcpy(made->plane(), tile.plane(), tile.bytes());
     return made;
   }
-  static bool same_shape(const Tile& a, const Tile& b) noexcept {
-    return a.intervals() == b.intervals() && a.channel_count() == b.channel_count();
-  }
+  static bool same_shape(const Tile& a, const Tile& b) noexcept { return shape(a) == shape(b); }
   /// Frees the tiles that wait.
   void clear() {
     const std::lock_guard lock(mutex_);
     idle_.clear();
+    idle_bytes_ = 0;
   }
 
  private:
@@ -141,12 +147,15 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
 
   void give(std::unique_ptr<Tile> tile) {
     const std::lock_guard lock(mutex_);
-    if (!idle_.empty() && !same_shape(*idle_.back(), *tile)) return;
-    if ((idle_.size() + 1) * tile->bytes() <= kMaxIdleBytes) idle_.push_back(std::move(tile));
+    if (idle_bytes_ + tile->bytes() > kMaxIdleBytes) return;
+    idle_bytes_ += tile->bytes();
+    idle_[shape(*tile)].push_back(std::move(tile));
   }
+  static std::pair<int, int> shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count()}; }
 
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Tile>> idle_;  ///< all of one shape
+  std::map<std::pair<int, int>, std::vector<std::unique_ptr<Tile>>> idle_;  ///< by shape
+  std::size_t idle_bytes_ = 0;
 };
 
 }  // namespace
@@ -183,6 +192,8 @@ struct Editor::Scratch {
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
   Tile share{kMaxIntervals, 1, 0.0F};
   Tile mask{kMaxIntervals, 1, 0.0F};
+  Tile voids{kMaxIntervals, 1, 0.0F};
+  Tile guard{kMaxIntervals, 1, 0.0F};
 
   TilePtr clay;
   std::optional<SnapshotDraft> draft;  ///< continues from dab to dab
@@ -205,6 +216,19 @@ struct Editor::Scratch {
     const auto at = resamplings.try_emplace({tile.intervals(), m}, tile.intervals(), m).first;
     kernels.resample(at->second, tile.plane(), buffer.plane(), sample_count(m));
     return buffer.plane();
+  }
+
+  /// What tools may not change of a slab on a grid of n intervals: what the mask protects, and holes altogether; null
+  /// for nothing.
+  const float* protection(const Snapshot& model, SlabId s, int n) {
+    const float* masked = model.has(Layer::Mask) ? on_grid(model.tile(Layer::Mask, s), n, mask) : nullptr;
+    if (!model.has(Layer::Void)) return masked;
+    const std::size_t count = sample_count(n);
+    const float* hole = on_grid(model.tile(Layer::Void, s), n, voids);
+    if (!(kernels.largest(hole, count) > 0.5F)) return masked;
+    for (std::size_t k = 0; k < count; ++k)
+      guard.plane()[k] = hole[k] > 0.5F ? 1.0F : masked != nullptr ? masked[k] : 0.0F;
+    return guard.plane();
   }
 
   Known& know(const Snapshot& model, SlabId s) {
@@ -253,9 +277,10 @@ struct Editor::Scratch {
 
   /// Fills `reached` with the slabs that the tool works on, ascending.
   void grow(const Snapshot& model, SlabId seed, const Sphere& sphere, Vec3d normal);
-  /// Writes every shared sample of the computed slabs to all its copies. The lowest computed slab owns the value.
+  /// Writes every shared sample of the computed slabs to all its copies, then what constrained samples follow from
+  /// them. The lowest computed slab owns the value.
   template <typename BaseTile>
-  void commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile);
+  void commit(const SlabMesh& mesh, Layer layer, const BaseTile& base_tile);
 
  private:
   [[nodiscard]] bool is_computed(SlabId s) const noexcept { return marks[s].dab == dab && marks[s].slot < computed; }
@@ -267,6 +292,8 @@ struct Editor::Scratch {
     }
     return marks[s].slot;
   }
+  using Values = std::array<float, 3>;  ///< of a sample, by channel
+  void put_sample(Slot& to, std::size_t index, const Values& values, int channel_count);
   void copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index, int channel_count);
 };
 
@@ -308,20 +335,25 @@ void Editor::Scratch::grow(const Snapshot& model, SlabId seed, const Sphere& sph
 
 void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index,
                                   int channel_count) {
-  const Tile& source = from.now();
+  Values values{};
+  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = from.now().plane(c)[from_index];
+  put_sample(to, to_index, values, channel_count);
+}
+
+void Editor::Scratch::put_sample(Slot& to, std::size_t index, const Values& values, int channel_count) {
   const Tile& before = to.now();
   bool same = true;
   for (int c = 0; c < channel_count; ++c)
-    same = same && std::bit_cast<std::uint32_t>(source.plane(c)[from_index]) ==
-                       std::bit_cast<std::uint32_t>(before.plane(c)[to_index]);
+    same = same && std::bit_cast<std::uint32_t>(values[static_cast<std::size_t>(c)]) ==
+                       std::bit_cast<std::uint32_t>(before.plane(c)[index]);
   if (same) return;
   if (!to.tile) to.tile = pool->copy(*to.base);
   bool was_changed = false, is_changed = false;
   for (int c = 0; c < channel_count; ++c) {
-    float& value = to.tile->plane(c)[to_index];
-    const float base = to.base->plane(c)[to_index];
+    float& value = to.tile->plane(c)[index];
+    const float base = to.base->plane(c)[index];
     was_changed = was_changed || value != base;
-    value = source.plane(c)[from_index];
+    value = values[static_cast<std::size_t>(c)];
     is_changed = is_changed || value != base;
   }
   to.changes += static_cast<std::size_t>(is_changed);
@@ -329,7 +361,8 @@ void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot
 }
 
 template <typename BaseTile>
-void Editor::Scratch::commit(const SlabMesh& mesh, int channel_count, const BaseTile& base_tile) {
+void Editor::Scratch::commit(const SlabMesh& mesh, Layer layer, const BaseTile& base_tile) {
+  const int channel_count = channels(layer);
   for (std::size_t own = 0; own < computed; ++own) {
     const SlabId s = slots[own].slab;
     const Slab& slab = mesh.slabs()[s];
@@ -339,13 +372,14 @@ void Editor::Scratch::commit(const SlabMesh& mesh, int channel_count, const Base
       const bool twin_computed = is_computed(across);
       if (twin_computed && across < s) continue;
       if (!slots[own].tile && !(twin_computed && slots[marks[across].slot].tile)) continue;
-      const int n = slots[own].base->intervals();
-      const auto& from = grid(n).edges[static_cast<std::size_t>(k)];
-      const auto& to = grid(n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))];
       const std::size_t twin = slot_of(across, base_tile);
-      if (same_edge(slots[own].now(), from, slots[twin].now(), to, channel_count)) continue;
-      for (std::size_t t = 1; t + 1 < from.size(); ++t)
-        copy_sample(slots[own], from[t], slots[twin], to[from.size() - 1 - t], channel_count);
+      const int n = slots[own].base->intervals(), twin_n = slots[twin].base->intervals();
+      const auto m = static_cast<std::size_t>(std::min(n, twin_n));
+      const EdgeSamples from = {grid(n).edges[static_cast<std::size_t>(k)], static_cast<std::size_t>(n) / m};
+      const EdgeSamples to = {grid(twin_n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))],
+                              static_cast<std::size_t>(twin_n) / m};
+      if (same_edge(slots[own].now(), from, slots[twin].now(), to, m, channel_count)) continue;
+      for (std::size_t t = 1; t < m; ++t) copy_sample(slots[own], from[t], slots[twin], to[m - t], channel_count);
     }
   }
   for (std::size_t own = 0; own < computed; ++own)
@@ -363,9 +397,18 @@ void Editor::Scratch::commit(const SlabMesh& mesh, int channel_count, const Base
       for (const SlabCorner c : fan)
         if (c.slab != owner->slab) {
           const std::size_t to = slot_of(c.slab, base_tile);
-          copy_sample(slots[own], from, slots[to], sample_index(n, corner_point(n, c.corner)), channel_count);
+          const int m = slots[to].base->intervals();
+          copy_sample(slots[own], from, slots[to], sample_index(m, corner_point(m, c.corner)), channel_count);
         }
     }
+  if (!has_own_intervals(layer)) return;
+  for (Slot& slot : slots) {
+    if (!slot.tile) continue;
+    mesh.for_each_constrained(slot.slab, [&](GridPoint p, const EdgePlace& place) {
+      put_sample(slot, sample_index(slot.tile->intervals(), p), {constrained_value(*slot.tile, layer, place)}, 1);
+    });
+    if (slot.changes == 0 && slot.tile->same_values(*slot.base)) slot.tile.reset();
+  }
 }
 
 Editor::Editor(SnapshotPtr head)
@@ -408,7 +451,6 @@ DabResult Editor::dab(const Dab& dab) {
   const bool fresh_layer = !model.has(layer);
   if (fresh_layer && !scratch.clay) scratch.clay = clay_tile(colour_intervals(mesh));
   const auto base_tile = [&](SlabId s) -> const Tile& { return fresh_layer ? *scratch.clay : model.tile(layer, s); };
-  const bool masked = model.has(Layer::Mask);
 
   scratch.slots.clear();
   scratch.computed = scratch.reached.size();
@@ -417,14 +459,14 @@ DabResult Editor::dab(const Dab& dab) {
     const int n = base.intervals();
     const std::size_t count = base.size();
     const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
-    const float* mask = masked ? scratch.on_grid(model.tile(Layer::Mask, s), n, scratch.mask) : nullptr;
+    const float* protect = scratch.protection(model, s, n);
     if (!scratch.spare || !TilePool::same_shape(*scratch.spare, base)) scratch.spare = scratch.pool->take(base);
     Tile& result = *scratch.spare;
     if (painting) {
       const float* displacement = scratch.displacement_on_grid(model, s, n);
       float* share = scratch.share.plane();
       kernels.cone(frame, intensity, displacement, share, count);
-      if (mask != nullptr) kernels.fade(mask, share, count);
+      if (protect != nullptr) kernels.fade(protect, share, count);
       for (int c = 0; c < 3; ++c)
         kernels.blend(share, unit_range(static_cast<double>(brush_.colour[static_cast<std::size_t>(c)])), base.plane(c),
                       result.plane(c), count);
@@ -433,7 +475,7 @@ DabResult Editor::dab(const Dab& dab) {
         kernels.carve(frame, to_float(up), base.plane(), result.plane(), count);
       else
         kernels.deposit(frame, amount, base.plane(), result.plane(), count);
-      if (mask != nullptr) kernels.protect(mask, base.plane(), result.plane(), count);
+      if (protect != nullptr) kernels.protect(protect, base.plane(), result.plane(), count);
     }
     const std::size_t changes =
         kernels.count_changes(base.plane(), result.plane(), base.stride(), channel_count, count);
@@ -442,7 +484,7 @@ DabResult Editor::dab(const Dab& dab) {
     scratch.marks[s] = {.dab = scratch.dab, .slot = static_cast<std::uint32_t>(scratch.slots.size())};
     scratch.slots.push_back(std::move(slot));
   }
-  scratch.commit(mesh, channel_count, base_tile);
+  scratch.commit(mesh, layer, base_tile);
 
   DabResult result{.slabs = scratch.computed, .samples = 0};
   for (const Slot& slot : scratch.slots) result.samples += slot.changes;

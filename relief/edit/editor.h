@@ -51,8 +51,8 @@ struct DabResult {
 /// What unpainted surface counts as when the first stroke of paint makes the colour layer; sRGB.
 inline constexpr Vec3f kClayColour = {0.72F, 0.66F, 0.60F};
 
-/// The single writer. One thread. Every published snapshot has bit-identical copies of shared samples (asserted by
-/// tests with validate()).
+/// The single writer. One thread. Every published snapshot has bit-identical copies of shared samples, and constrained
+/// ones that follow from them (asserted by tests with validate()).
 class Editor {
  public:
   explicit Editor(SnapshotPtr head);
@@ -67,10 +67,10 @@ class Editor {
   void begin_stroke(const Brush& brush, std::string label = {});
   /// Applies the tool; head() is then a new snapshot (the same one when nothing changed). Ignores dabs that are not
   /// finite, have no normal or name no slab; pressure and seconds are clamped to their ranges. Samples change in
-  /// proportion to 1 - mask where the model has Layer::Mask. The tool works on the slabs that hang together inside its
-  /// sphere, starting at dab.slab, and whose fibres point to the tool's side (mean direction against dab.normal), so
-  /// the far side of a thin wall stays as it is. The first paint makes the colour layer, filled with kClayColour. Cost:
-  /// the samples of the slabs reached, and a copy of the page table.
+  /// proportion to 1 - mask where the model has Layer::Mask, void ones not at all. The tool works on the slabs that
+  /// hang together inside its sphere, starting at dab.slab, and whose fibres point to the tool's side (mean direction
+  /// against dab.normal), so the far side of a thin wall stays as it is. The first paint makes the colour layer, filled
+  /// with kClayColour. Cost: the samples of the slabs reached, and a copy of the page table.
   DabResult dab(const Dab& dab);
   /// Ends the stroke; a stroke that changed nothing leaves no undo step. Returns whether it left one.
   bool end_stroke();

@@ -29,9 +29,8 @@ using detail::Statement;
 constexpr std::int64_t kApplicationId = 0x524c4631;  // "RLF1"
 constexpr std::size_t kFibreBytes = 6 * sizeof(double);
 constexpr std::size_t kSlabBytes = 4 * sizeof(std::uint32_t);
-constexpr std::int64_t kOwnIntervals = 0;  // layers.intervals: each slab's own n
-constexpr std::int64_t kLayerGone = -1;    // layers.intervals: the stroke took the layer away
-constexpr std::int64_t kWholeEvery = 64;   // after so many changes of a page it is written whole again
+constexpr std::int64_t kLayerGone = -1;   // layers.intervals: the stroke took the layer away; 0 is kOwnIntervals
+constexpr std::int64_t kWholeEvery = 64;  // after so many changes of a page it is written whole again
 constexpr std::size_t kMaxText = std::size_t{1} << 26;
 
 /// Table names and the exact text of their definitions, which opening compares: nothing else may stand in a model file.
@@ -141,6 +140,10 @@ using LayerTable = std::array<std::optional<LayerEntry>, kLayerCount>;
 
 int intervals_of(const LayerEntry& entry, const SlabMesh& mesh, SlabId s) {
   return entry.intervals == kOwnIntervals ? mesh.intervals(s) : static_cast<int>(entry.intervals);
+}
+
+std::int64_t intervals_of(const Snapshot& model, Layer layer) {
+  return has_own_intervals(layer) ? kOwnIntervals : model.tile(layer, 0).intervals();
 }
 
 /// Bytes of the tiles of a page that `mask` names, and where each begins.
@@ -407,10 +410,10 @@ class Rows {
       if (!layer) return damaged("it has a layer that does not exist");
       if (rows.integer(3) != hash_of(name(*layer), {}, entry.stroke, entry.intervals))
         return damaged("its layers fail their checksum");
-      const bool displacement = *layer == Layer::Displacement;
-      const bool sound =
-          displacement ? entry.intervals == kOwnIntervals && entry.stroke == 0
-                       : entry.intervals == kLayerGone || (entry.intervals >= 1 && entry.intervals <= kMaxIntervals);
+      const bool sound = *layer == Layer::Displacement   ? entry.intervals == kOwnIntervals && entry.stroke == 0
+                         : entry.intervals == kLayerGone ? true
+                         : has_own_intervals(*layer)     ? entry.intervals == kOwnIntervals
+                                                         : entry.intervals >= 1 && entry.intervals <= kMaxIntervals;
       if (!sound || entry.stroke < 0) return damaged("its layers do not make sense");
       auto& place = table[static_cast<std::size_t>(*layer)];
       if (entry.intervals == kLayerGone)
@@ -721,9 +724,7 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
   LayerTable layers;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto layer = static_cast<Layer>(k);
-    if (model.head->has(layer))
-      layers[k] = {.stroke = 0,
-                   .intervals = layer == Layer::Displacement ? kOwnIntervals : model.head->tile(layer, 0).intervals()};
+    if (model.head->has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(*model.head, layer)};
   }
   {
     RELIEF_TRY(Replacement replacement, Replacement::make(file));
@@ -809,7 +810,7 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
       layers[k].reset();
       continue;
     }
-    const int intervals = head->tile(layer, 0).intervals();
+    const std::int64_t intervals = intervals_of(*head, layer);
     fresh[k] = !layers[k] || layers[k]->intervals != intervals;
     if (!fresh[k]) continue;
     layers[k] = {.stroke = number, .intervals = intervals};

@@ -12,7 +12,7 @@
 
 namespace relief {
 
-inline constexpr int kFormatVersion = 1;
+inline constexpr int kFormatVersion = 2;
 
 /// One finished stroke as the journal keeps it.
 struct StrokeRecord {
@@ -32,7 +32,8 @@ class ModelFile {
   /// or torn at an edge).
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
-  /// samples and ranges. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
+  /// and constrained samples and ranges. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief
+  /// file).
   [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false);
   /// Copies a model file with its whole history to another place, as a whole and at once.
   [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to);

@@ -191,7 +191,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
     now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
     now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
   }
-  was_in_slab_ = contact.has_value();
+  was_in_slab_ = contact && !contact->hole;
   return now;
 }
 

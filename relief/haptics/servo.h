@@ -148,10 +148,10 @@ class Servo {
   bool start_inside_ = false;
   bool has_time_ = false, has_position_ = false;
   double last_t_ = 0;
-  Vec3d last_position_;    ///< m
-  Vec3d last_cursor_;      ///< model units
-  double last_depth_ = 0;  ///< m
-  bool was_in_slab_ = false;
+  Vec3d last_position_;                   ///< m
+  Vec3d last_cursor_;                     ///< model units
+  double last_depth_ = 0;                 ///< m
+  bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
   Vec3d velocity_;                        ///< m/s
   Vec3d last_force_;                      ///< N

@@ -7,19 +7,25 @@
 
 namespace relief::detail {
 
+/// sRGB 0..1 -> linear 0..1.
+[[nodiscard]] inline double decode_srgb(double s) noexcept {
+  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+/// Linear 0..1 -> sRGB 0..1.
+[[nodiscard]] inline double encode_srgb(double linear) noexcept {
+  return linear <= 0.0031308 ? linear * 12.92 : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
 /// sRGB 0..255 -> linear 0..65535. Sixteen bits, because eight would merge dark colours.
 [[nodiscard]] inline std::uint16_t linear_from_srgb(std::uint8_t value) noexcept {
-  const double s = value / 255.0;
-  const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-  return static_cast<std::uint16_t>(linear * 65535.0 + 0.5);
+  return static_cast<std::uint16_t>(decode_srgb(value / 255.0) * 65535.0 + 0.5);
 }
 
 /// Linear 0..1 -> sRGB 0..255, clamped; the inverse of linear_from_srgb for each of the 256 values.
 [[nodiscard]] inline std::uint8_t srgb_from_linear(double linear) noexcept {
   if (!(linear > 0.0)) return 0;
   if (linear >= 1.0) return 255;
-  const double s = linear <= 0.0031308 ? linear * 12.92 : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(s * 255.0 + 0.5);
+  return static_cast<std::uint8_t>(encode_srgb(linear) * 255.0 + 0.5);
 }
 
 }  // namespace relief::detail

@@ -1,5 +1,6 @@
 #include <relief/base/try.h>
 #include <relief/mesh/colour_space.h>
+#include <relief/mesh/images.h>
 #include <relief/mesh/readers.h>
 #include <relief/mesh/scene.h>
 
@@ -87,6 +88,14 @@ std::optional<std::string> decode_base64(std::string_view code) {
   return out;
 }
 
+/// The bytes of data:...;base64,...
+std::optional<std::string> decode_data_uri(std::string_view uri) {
+  constexpr std::string_view kMark = ";base64,";
+  const std::size_t comma = uri.find(kMark);
+  if (comma == std::string_view::npos) return std::nullopt;
+  return decode_base64(uri.substr(comma + kMark.size()));
+}
+
 std::string decode_percent(std::string_view uri) {
   std::string out;
   for (std::size_t k = 0; k < uri.size(); ++k) {
@@ -137,7 +146,7 @@ struct Accessor {
 
 class Reader {
  public:
-  explicit Reader(const Source& source) : source_(source) {}
+  explicit Reader(const Source& source) : source_(source), materials_(1) {}
 
   Result<TriangleMesh> read() {
     std::string_view json = source_.bytes;
@@ -151,10 +160,14 @@ class Reader {
     }
     RELIEF_CHECK(check_extensions());
     RELIEF_CHECK(open_buffers());
+    const Json* images = member(root_, "images");
+    images_.emplace(source_, images != nullptr ? images->size() : 0);
     Scene scene(total_bytes());
     RELIEF_CHECK(walk(scene));
     if (scene.mesh.triangles.empty()) return source_.error(Errc::UnsupportedFormat, "its scene holds no triangles");
     scene.mesh.unit = Unit::Metre;  // glTF knows no other
+    if (!scene.mesh.material_of.empty()) scene.mesh.materials = std::move(materials_);
+    scene.mesh.notes = images_->take_notes();
     return std::move(scene.mesh);
   }
 
@@ -212,21 +225,17 @@ class Reader {
       if (uri.empty()) {
         buffers_.push_back(k == 0 && binary_chunk_ ? *binary_chunk_ : std::string_view());
       } else if (uri.starts_with("data:")) {
-        const std::size_t comma = uri.find(";base64,");
-        std::optional<std::string> bytes;
-        if (comma != std::string::npos) bytes = decode_base64(std::string_view(uri).substr(comma + 8));
+        std::optional<std::string> bytes = decode_data_uri(uri);
         if (!bytes) return source_.corrupt("buffer " + std::to_string(k) + " is no base64");
         loaded_.push_back(*std::move(bytes));
         buffers_.emplace_back(loaded_.back());
       } else {
-        const std::filesystem::path relative = decode_percent(uri);
-        const bool outside = relative.is_absolute() || uri.find("://") != std::string::npos ||
-                             std::ranges::any_of(relative, [](const auto& part) { return part == ".."; });
-        if (outside) {
+        const auto file = beside(source_, decode_percent(uri));
+        if (!file) {
           return source_.error(Errc::UnsupportedFormat,
                                "buffer '" + printable(uri, 60) + "' does not lie beside the file");
         }
-        RELIEF_TRY(FileBytes bytes, read_file(source_.path.parent_path() / relative));
+        RELIEF_TRY(FileBytes bytes, read_file(*file));
         files_.push_back(std::move(bytes));
         buffers_.push_back(files_.back().view());
       }
@@ -374,6 +383,7 @@ class Reader {
     }
     if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size());
 
+    const std::size_t first_triangle = mesh.triangles.size();
     std::size_t corners = positions.count;
     std::optional<Accessor> indices;
     if (member(primitive, "indices") != nullptr) {
@@ -399,7 +409,127 @@ class Reader {
       }
       mesh.triangles.push_back(triangle);
     }
+    return paint(primitive, *attributes, {first, positions.count, first_triangle}, mesh);
+  }
+
+  /// The vertices and triangles that a primitive added.
+  struct Added {
+    std::size_t first_vertex, vertex_count, first_triangle;
+  };
+  /// Gives the triangles of a primitive their material and their places in its image.
+  [[nodiscard]] Status paint(const Json& primitive, const Json& attributes, const Added& added, TriangleMesh& mesh) {
+    const DressedMaterial dressed = material(whole(primitive, "material"));
+    if (dressed.number != 0 || !mesh.material_of.empty()) {
+      mesh.material_of.resize(added.first_triangle, 0);
+      mesh.material_of.resize(mesh.triangles.size(), dressed.number);
+    }
+    const std::string key = "TEXCOORD_" + std::to_string(dressed.coordinates);
+    if (materials_[dressed.number].image != nullptr && member(attributes, key.c_str()) != nullptr) {
+      RELIEF_TRY(const Accessor places, accessor(whole(attributes, key.c_str())));
+      if (places.components != 2 || places.count != added.vertex_count)
+        return source_.corrupt(key + " does not fit POSITION");
+      mesh.uvs.resize(added.first_triangle);
+      for (std::size_t t = added.first_triangle; t < mesh.triangles.size(); ++t) {
+        TriangleUv& uv = mesh.uvs.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::size_t vertex = mesh.triangles[t][k] - added.first_vertex;
+          uv[k] = dressed.placed(places.value(vertex, 0), places.value(vertex, 1));
+        }
+      }
+    } else if (materials_[dressed.number].image != nullptr) {
+      images_->note("a part with an image has no " + key);
+    }
+    if (!mesh.uvs.empty()) mesh.uvs.resize(mesh.triangles.size());
     return {};
+  }
+
+  /// A material and how it is laid on: which TEXCOORD it uses, and the transform of KHR_texture_transform.
+  struct DressedMaterial {
+    std::uint32_t number = 0;
+    std::uint64_t coordinates = 0;
+    std::array<double, 2> offset = {0, 0}, scale = {1, 1};
+    double turn = 0;
+
+    [[nodiscard]] std::array<float, 2> placed(double u, double v) const noexcept {
+      const double x = u * scale[0], y = v * scale[1], c = std::cos(turn), s = std::sin(turn);
+      return {static_cast<float>(offset[0] + c * x + s * y), static_cast<float>(offset[1] - s * x + c * y)};
+    }
+  };
+
+  /// Material 0 is white; one that changes nothing is material 0, too.
+  DressedMaterial material(std::optional<std::uint64_t> index) {
+    const Json* json = element(root_, "materials", index);
+    if (json == nullptr) return {};
+    if (const auto known = dressed_.find(*index); known != dressed_.end()) return known->second;
+    const Json* base = member(*json, "pbrMetallicRoughness");
+    const char* factor_key = "baseColorFactor";
+    const char* texture_key = "baseColorTexture";
+    if (const Json* extensions = member(*json, "extensions"); extensions != nullptr) {
+      if (const Json* glossy = member(*extensions, "KHR_materials_pbrSpecularGlossiness");
+          glossy != nullptr && (base == nullptr || member(*base, texture_key) == nullptr)) {
+        base = glossy;
+        factor_key = "diffuseFactor";
+        texture_key = "diffuseTexture";
+      }
+    }
+    DressedMaterial dressed;
+    Material made;
+    if (base != nullptr) {
+      std::array<double, 4> factor = {1, 1, 1, 1};
+      if (numbers(*base, factor_key, factor))
+        made.colour = {srgb_from_linear(factor[0]), srgb_from_linear(factor[1]), srgb_from_linear(factor[2])};
+      if (const Json* texture = member(*base, texture_key); texture != nullptr) lay_image(*texture, made, dressed);
+    }
+    if (made.image != nullptr || made.colour != Rgba8{}) {
+      dressed.number = static_cast<std::uint32_t>(materials_.size());
+      materials_.push_back(std::move(made));
+    }
+    return dressed_.emplace(*index, dressed).first->second;
+  }
+
+  void lay_image(const Json& info, Material& made, DressedMaterial& dressed) {
+    const Json* texture = element(root_, "textures", whole(info, "index"));
+    if (texture == nullptr) return;
+    made.image = image(whole(*texture, "source"));
+    dressed.coordinates = whole(info, "texCoord", 0).value_or(0);
+    if (const Json* extensions = member(info, "extensions"); extensions != nullptr) {
+      if (const Json* transform = member(*extensions, "KHR_texture_transform"); transform != nullptr) {
+        if (!numbers(*transform, "offset", dressed.offset) || !numbers(*transform, "scale", dressed.scale))
+          images_->note("a texture transform is malformed");
+        if (const Json* turn = member(*transform, "rotation"); turn != nullptr && turn->is_number())
+          dressed.turn = turn->get<double>();
+        dressed.coordinates = whole(*transform, "texCoord", dressed.coordinates).value_or(0);
+      }
+    }
+    const Json* sampler = element(root_, "samplers", whole(*texture, "sampler"));
+    const auto wrap = [&](const char* key) {
+      const std::uint64_t code = sampler == nullptr ? 10497 : whole(*sampler, key, 10497).value_or(10497);
+      return code == 33071 ? Wrap::Clamp : code == 33648 ? Wrap::Mirror : Wrap::Repeat;
+    };
+    made.wrap_u = wrap("wrapS");
+    made.wrap_v = wrap("wrapT");
+  }
+
+  std::shared_ptr<const Image> image(std::optional<std::uint64_t> index) {
+    const Json* json = element(root_, "images", index);
+    if (json == nullptr) {
+      images_->note("a texture names no image that can be read");
+      return nullptr;
+    }
+    const std::string key = std::to_string(*index);
+    if (member(*json, "bufferView") != nullptr) {
+      const auto view = whole(*json, "bufferView");
+      const Json* held = element(root_, "bufferViews", view);
+      const auto length = held != nullptr ? whole(*held, "byteLength") : std::nullopt;
+      std::size_t stride = 0;
+      const char* bytes =
+          length && *length > 0 ? in_view(view, 0, 1, static_cast<std::size_t>(*length), stride) : nullptr;
+      return images_->inside(
+          key, bytes != nullptr ? std::string_view(bytes, static_cast<std::size_t>(*length)) : std::string_view());
+    }
+    const std::string uri = text(*json, "uri");
+    if (!uri.starts_with("data:")) return images_->file(decode_percent(uri));
+    return images_->inside(key, decode_data_uri(uri).value_or(std::string()));
   }
 
   [[nodiscard]] Result<Placement> placement(const Json& node) const {
@@ -502,7 +632,10 @@ class Reader {
   std::vector<std::string_view> buffers_;
   std::vector<std::unique_ptr<std::string>> dense_;
   std::map<std::uint64_t, TriangleMesh> parts_;
-  std::size_t read_ = 0;  ///< vertices and triangles in parts_
+  std::optional<ImageStore> images_;
+  std::vector<Material> materials_;
+  std::map<std::uint64_t, DressedMaterial> dressed_;  ///< by number in the file
+  std::size_t read_ = 0;                              ///< vertices and triangles in parts_
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include <relief/base/try.h>
+#include <relief/mesh/obj_materials.h>
 #include <relief/mesh/readers.h>
-
-#include <optional>
 
 namespace relief::detail {
 namespace {
@@ -30,7 +29,10 @@ Result<TriangleMesh> read_obj(const Source& source) {
   TriangleMesh mesh;
   FaceSink sink(mesh);
   std::vector<ColourText> colours;  // as long as the positions, once one vertex has a colour
-  std::vector<std::uint32_t> corners;
+  std::vector<std::uint32_t> corners, uvs;
+  std::vector<std::array<float, 2>> coordinates;
+  ObjMaterials materials(source);
+  std::uint32_t material = 0;
   TextCursor text(source.bytes, true);
 
   for (; !text.done(); text.next_line()) {
@@ -53,12 +55,24 @@ Result<TriangleMesh> read_obj(const Source& source) {
         colours.push_back(
             {static_cast<float>(values[3]), static_cast<float>(values[4]), static_cast<float>(values[5])});
       }
+    } else if (key == "vt") {
+      // Only colours depend on it: what is no number counts as 0.
+      double u = 0, v = 0;
+      static_cast<void>(text.number(u) && !text.at_line_end() && text.number(v));
+      coordinates.push_back({static_cast<float>(u), static_cast<float>(v)});
+    } else if (key == "mtllib") {
+      materials.load_libraries(text.rest());
+    } else if (key == "usemtl") {
+      material = materials.find(text.rest());
     } else if (key == "f") {
       const std::size_t line = text.line();
+      const bool pictured = materials.has_image(material);
       corners.clear();
+      uvs.clear();
       while (!text.at_line_end()) {
         std::int64_t corner = 0;
         if (!text.integer(corner)) return source.corrupt("line", text.line(), text.peek() + " is no face corner");
+        std::int64_t uv = 0;
         for (int k = 0; k < 2 && text.take('/'); ++k) {
           // Texture and normal numbers, either of which may be left out.
           std::int64_t other = 0;
@@ -67,6 +81,11 @@ Result<TriangleMesh> read_obj(const Source& source) {
               (*before == '-' || (*before >= '0' && *before <= '9')) && !text.integer(other)) {
             return source.corrupt("line", text.line(), text.peek() + " is no face corner");
           }
+          if (k == 0) uv = other;
+        }
+        if (pictured) {
+          if (uv < 0) uv += static_cast<std::int64_t>(coordinates.size()) + 1;
+          uvs.push_back(uv > 0 && uv < FaceSink::kNoUv ? static_cast<std::uint32_t>(uv - 1) : FaceSink::kNoUv);
         }
         const auto have = static_cast<std::int64_t>(mesh.positions.size());
         if (corner == 0) return source.corrupt("line", line, "face corner 0; OBJ counts from 1");
@@ -76,7 +95,7 @@ Result<TriangleMesh> read_obj(const Source& source) {
         }
         corners.push_back(static_cast<std::uint32_t>(corner > 0 ? corner - 1 : have + corner));
       }
-      sink.add(corners, line);
+      sink.add(corners, line, {material, uvs});
     }
   }
   RELIEF_CHECK(sink.finish(source, "line", 1));
@@ -84,6 +103,7 @@ Result<TriangleMesh> read_obj(const Source& source) {
     colours.resize(mesh.positions.size());
     mesh.colours = to_bytes(colours);
   }
+  materials.dress(mesh, sink, coordinates);
   return mesh;
 }
 

@@ -34,10 +34,10 @@ struct Repaired {
 };
 
 /// Welds equal positions, drops what has no area, makes the mesh manifold by splitting, orients every part (closed ones
-/// outwards, nested shells of a solid keep the cavity sense), keeps colours and unit. Deterministic. O(n log n).
-/// Closed parts inside others keep their sense: one that looks into the solid around it is a cavity and stays so,
-/// unless that solid itself was inside out; then all inside it turns with it. Coinciding vertices take the colour of
-/// the first. Errors: Corrupt when no triangle with area is left; Cancelled.
+/// outwards, nested shells of a solid keep the cavity sense), keeps colours of vertices and the unit, not materials.
+/// Deterministic. O(n log n). Closed parts inside others keep their sense: one that looks into the solid around it is a
+/// cavity and stays so, unless that solid itself was inside out; then all inside it turns with it. Coinciding vertices
+/// take the colour of the first. Errors: Corrupt when no triangle with area is left; Cancelled.
 [[nodiscard]] Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress = {});
 
 /// One line per kind of repair that was made; empty for a clean mesh.

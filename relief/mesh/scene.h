@@ -22,8 +22,8 @@ struct Placement {
   [[nodiscard]] bool is_identity() const noexcept { return axes == Placement{}.axes && origin == Vec3d{}; }
 };
 
-/// Collects placed parts into one mesh. Copies of a part can make a small file large: past `limit` vertices and
-/// triangles `add` refuses.
+/// Collects placed parts into one mesh; their material_of counts in one list that the caller keeps. Copies of a part
+/// can make a small file large: past `limit` vertices and triangles `add` refuses.
 class Scene {
  public:
   explicit Scene(std::size_t file_size) noexcept : limit_(1'000'000 + 16 * file_size) {}
@@ -37,6 +37,7 @@ class Scene {
       mesh.colours.resize(first);
       mesh.colours.insert(mesh.colours.end(), part.colours.begin(), part.colours.end());
     }
+    const std::size_t first_triangle = mesh.triangles.size();
     const bool stays = placement.is_identity();
     for (const Vec3d& p : part.positions) mesh.positions.push_back(stays ? p : placement.point(p));
     const bool turned = placement.mirrors();
@@ -45,6 +46,16 @@ class Scene {
                                       : Triangle{first + a, first + b, first + c});
     }
     if (!mesh.colours.empty()) mesh.colours.resize(mesh.positions.size());
+    if (!part.material_of.empty()) {
+      mesh.material_of.resize(first_triangle, 0);
+      mesh.material_of.insert(mesh.material_of.end(), part.material_of.begin(), part.material_of.end());
+    }
+    if (!mesh.material_of.empty()) mesh.material_of.resize(mesh.triangles.size(), 0);
+    if (!part.uvs.empty()) {
+      mesh.uvs.resize(first_triangle);
+      for (const TriangleUv& uv : part.uvs) mesh.uvs.push_back(turned ? TriangleUv{uv[0], uv[2], uv[1]} : uv);
+    }
+    if (!mesh.uvs.empty()) mesh.uvs.resize(mesh.triangles.size());
     return true;
   }
 

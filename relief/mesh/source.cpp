@@ -118,7 +118,7 @@ std::string TextCursor::peek() const {
   return quoted;
 }
 
-void FaceSink::add(std::span<const std::uint32_t> corners, std::size_t place) {
+void FaceSink::add(std::span<const std::uint32_t> corners, std::size_t place, const FacePaint& paint) {
   if (corners.size() < 3) return;
   std::uint32_t highest = 0;
   for (const std::uint32_t corner : corners) highest = std::max(highest, corner);
@@ -128,8 +128,21 @@ void FaceSink::add(std::span<const std::uint32_t> corners, std::size_t place) {
   }
   if (corners.size() == 3) {
     mesh_.triangles.push_back({corners[0], corners[1], corners[2]});
+    if (paint.material != 0) {
+      mesh_.material_of.resize(mesh_.triangles.size(), 0);
+      mesh_.material_of.back() = paint.material;
+    }
+    if (!paint.uvs.empty()) {
+      uvs_.resize(mesh_.triangles.size(), {kNoUv, kNoUv, kNoUv});
+      uvs_.back() = {paint.uvs[0], paint.uvs[1], paint.uvs[2]};
+    }
   } else {
     polygons_.push_back(static_cast<std::uint32_t>(corners.size()));
+    polygons_.push_back(paint.material);
+    if (!paint.uvs.empty()) {
+      polygon_uvs_.resize(polygons_.size(), kNoUv);
+      polygon_uvs_.insert(polygon_uvs_.end(), paint.uvs.begin(), paint.uvs.end());
+    }
     polygons_.insert(polygons_.end(), corners.begin(), corners.end());
   }
 }
@@ -147,18 +160,36 @@ Status FaceSink::finish(const Source& source, std::string_view unit, std::uint32
                               (first == 0 ? " (counted from 0)" : "") + " of " +
                               std::to_string(mesh_.positions.size()));
   }
-  if (polygons_.empty()) return {};
   PolygonCutter cutter(400'000'000);
   mesh_.triangles.reserve(mesh_.triangles.size() + polygons_.size() / 2);
   for (std::size_t k = 0; k < polygons_.size();) {
     const std::size_t count = polygons_[k];
-    if (!cutter.cut(std::span(polygons_).subspan(k + 1, count), mesh_.positions, mesh_.triangles)) {
+    const std::uint32_t material = polygons_[k + 1];
+    const auto corners = std::span(polygons_).subspan(k + 2, count);
+    const std::size_t before = mesh_.triangles.size();
+    if (!cutter.cut(corners, mesh_.positions, mesh_.triangles)) {
       return source.error(Errc::UnsupportedFormat,
                           "its polygons are too large and intricate to cut; export it with triangles instead");
     }
-    k += count + 1;
+    if (material != 0) {
+      mesh_.material_of.resize(before, 0);
+      mesh_.material_of.resize(mesh_.triangles.size(), material);
+    }
+    const bool has_uvs = k + 2 < polygon_uvs_.size() && polygon_uvs_[k + 2] != kNoUv;
+    if (has_uvs) uvs_.resize(before, {kNoUv, kNoUv, kNoUv});
+    for (std::size_t t = before; t < mesh_.triangles.size(); ++t) {
+      Triangle& places = mesh_.triangles[t];
+      if (has_uvs) {
+        const std::uint32_t* const uvs = polygon_uvs_.data() + k + 2;
+        uvs_.push_back({uvs[places[0]], uvs[places[1]], uvs[places[2]]});
+      }
+      for (std::uint32_t& corner : places) corner = corners[corner];
+    }
+    k += count + 2;
   }
   if (mesh_.triangles.empty()) return source.corrupt("every face has fewer than three different corners");
+  if (!mesh_.material_of.empty()) mesh_.material_of.resize(mesh_.triangles.size(), 0);
+  if (!uvs_.empty()) uvs_.resize(mesh_.triangles.size(), {kNoUv, kNoUv, kNoUv});
   return {};
 }
 
@@ -185,16 +216,19 @@ bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const 
                         std::vector<Triangle>& out) {
   ring_.clear();
   for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const std::uint32_t v = polygon[k];
-    if (v != polygon[k == 0 ? polygon.size() - 1 : k - 1]) ring_.push_back({{}, v, 0, 0, false});
+    if (polygon[k] != polygon[k == 0 ? polygon.size() - 1 : k - 1])
+      ring_.push_back({{}, static_cast<std::uint32_t>(k), 0, 0, false});
   }
   const std::size_t count = ring_.size();
   spend(count);
   if (budget_ == 0) return false;
   if (count < 3) return true;
-  const auto vertex = [&](std::size_t k) { return ring_[k].vertex; };
+  const auto vertex = [&](std::size_t k) { return polygon[ring_[k].place]; };
+  const auto put = [&](std::size_t a, std::size_t b, std::size_t c) {
+    out.push_back({ring_[a].place, ring_[b].place, ring_[c].place});
+  };
   const auto fan = [&] {
-    for (std::size_t k = 1; k + 1 < count; ++k) out.push_back({vertex(0), vertex(k), vertex(k + 1)});
+    for (std::size_t k = 1; k + 1 < count; ++k) put(0, k, k + 1);
     return true;
   };
   if (count == 3) return fan();
@@ -234,8 +268,8 @@ bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const 
     const bool second = sound(1, 2, 3) && sound(1, 3, 0);
     if (first && (!second || length2(0, 2) <= length2(1, 3))) return fan();
     if (second) {
-      out.push_back({vertex(1), vertex(2), vertex(3)});
-      out.push_back({vertex(1), vertex(3), vertex(0)});
+      put(1, 2, 3);
+      put(1, 3, 0);
       return true;
     }
   }
@@ -249,7 +283,7 @@ bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const 
     const int turned = turn(corner);
     if (budget_ == 0) return false;
     if (turned > 0 ? force || is_ear(corner) : force && without >= left) {
-      out.push_back({vertex(corner.before), corner.vertex, vertex(corner.after)});
+      put(corner.before, at, corner.after);
       corner.reflex = false;
       ring_[corner.before].after = corner.after;
       ring_[corner.after].before = corner.before;
@@ -273,7 +307,7 @@ bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const 
       at = corner.after;
     }
   }
-  out.push_back({vertex(ring_[at].before), ring_[at].vertex, vertex(ring_[at].after)});
+  put(ring_[at].before, at, ring_[at].after);
   return true;
 }
 

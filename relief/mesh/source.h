@@ -154,23 +154,36 @@ template <typename T>
   return value > 0.0 ? static_cast<std::uint8_t>(std::min(value, 1.0) * 255.0 + 0.5) : std::uint8_t{0};
 }
 
+/// What colours a face: its material, and (none, or one per corner) the numbers of places in the image.
+struct FacePaint {
+  std::uint32_t material = 0;
+  std::span<const std::uint32_t> uvs = {};
+};
+
 /// Gathers faces, cuts polygons into triangles, and checks in the end that every corner exists. Corners may come before
 /// the positions they name. Faces of fewer than three corners are points and lines and are left out.
 class FaceSink {
  public:
   explicit FaceSink(TriangleMesh& mesh) noexcept : mesh_(mesh) {}
 
+  static constexpr std::uint32_t kNoUv = 0xffffffffU;
+
   /// `place` is the line or face number for messages.
-  void add(std::span<const std::uint32_t> corners, std::size_t place);
+  void add(std::span<const std::uint32_t> corners, std::size_t place, const FacePaint& paint = {});
   /// Corrupt when a corner names no position (`unit` is "line" or "face", `first` what the format calls the first
   /// vertex), UnsupportedFormat when polygons take too much work or when there is not one triangle.
   [[nodiscard]] Status finish(const Source& source, std::string_view unit, std::uint32_t first = 0);
+  /// After finish(): per triangle the numbers of its corners' places in the image, kNoUv where the face had none; empty
+  /// when no face had any. mesh.material_of is set, or empty when all faces have material 0.
+  [[nodiscard]] const std::vector<Triangle>& uvs() const noexcept { return uvs_; }
 
  private:
   TriangleMesh& mesh_;
+  std::vector<Triangle> uvs_;
+  std::vector<std::uint32_t> polygon_uvs_;  ///< beside polygons_, as far as it goes
   std::uint32_t highest_ = 0;
   std::size_t highest_place_ = 0;
-  std::vector<std::uint32_t> polygons_;  ///< waiting: place-less runs of count, corners...
+  std::vector<std::uint32_t> polygons_;  ///< waiting: place-less runs of count, material, corners...
 };
 
 /// Cuts polygons into triangles by clipping ears in the polygon's plane; every corner stays in use, so that neighbours
@@ -179,14 +192,14 @@ class PolygonCutter {
  public:
   /// `budget` bounds the work over all polygons, in point-in-triangle tests.
   explicit PolygonCutter(std::size_t budget) noexcept : budget_(budget) {}
-  /// Appends at most corners - 2 triangles; false when the budget is used up.
+  /// Appends at most corners - 2 triangles of places in `polygon`; false when the budget is used up.
   [[nodiscard]] bool cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions,
                          std::vector<Triangle>& out);
 
  private:
   struct Corner {
     Point2 at;
-    std::uint32_t vertex, before, after;
+    std::uint32_t place, before, after;
     bool reflex;
   };
   void spend(std::size_t work) noexcept { budget_ -= std::min(budget_, work); }

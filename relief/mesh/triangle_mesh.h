@@ -6,12 +6,33 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace relief {
 
 using Triangle = std::array<std::uint32_t, 3>;
+
+/// A picture that colours triangles: rows from the top, values sRGB-encoded as its file has them.
+struct Image {
+  std::uint32_t width = 0, height = 0;  ///< at least 1 each
+  std::vector<Rgba8> pixels;            ///< width * height
+};
+
+/// What happens to an image beyond its rim.
+enum class Wrap : std::uint8_t { Repeat, Mirror, Clamp };
+
+/// The colour of some triangles: that of the image, times `colour`, times the colours of the corners.
+struct Material {
+  Rgba8 colour;                             ///< sRGB-encoded
+  std::shared_ptr<const Image> image = {};  ///< may be null
+  Wrap wrap_u = Wrap::Repeat, wrap_v = Wrap::Repeat;
+};
+
+/// Where the corners of a triangle lie in the image of its material: u to the right, v down, 0..1 across the image.
+using TriangleUv = std::array<std::array<float, 2>, 3>;
 
 /// Positions in model units, in double so that scans far from the origin keep their detail. Triangles run
 /// counter-clockwise seen from outside. `colours` is empty or has one entry per position.
@@ -21,9 +42,19 @@ struct TriangleMesh {
   std::vector<Rgba8> colours;
   std::optional<Unit> unit =
       std::nullopt;  ///< what one model unit is, where the file says so (glTF: metre, 3MF: its attribute)
+  std::vector<Material> materials = {};
+  std::vector<std::uint32_t> material_of = {};  ///< empty, or one entry of `materials` per triangle
+  std::vector<TriangleUv> uvs = {};             ///< empty where no material has an image, else one per triangle
+  std::vector<std::string> notes = {};  ///< what the file names and could not be had, such as an image; sentences
 
   [[nodiscard]] bool empty() const noexcept { return triangles.empty(); }
+  [[nodiscard]] bool has_colour() const noexcept { return !colours.empty() || !material_of.empty(); }
 };
+
+/// The colour at a place of a triangle, sRGB-encoded, 0..1; white where the mesh has none. `weights` are those of the
+/// corners. Images are read between their pixels (bilinear, in the encoded values); products are taken in linear light.
+[[nodiscard]] Vec3f colour_at(const TriangleMesh& mesh, std::size_t triangle,
+                              const std::array<double, 3>& weights) noexcept;
 
 /// The box of all positions.
 [[nodiscard]] Box3d bounds(const TriangleMesh& mesh) noexcept;

@@ -1,5 +1,7 @@
 #include "display_cache.h"
 
+#include <relief/core/tessellate.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -59,17 +61,27 @@ void DisplayCache::rebuild(const Snapshot& model) {
   cavity_scale_ = 0.004 * diagonal(mesh.bounds());
   slabs_.assign(mesh.slab_count(), {});
   chunks_.clear();
+  patterns_.clear();
   closed_ = true;
-  std::map<int, std::uint32_t> open_chunk;
+  std::map<Grid, std::uint32_t> open_chunk;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const int n = mesh.intervals(s);
     for (const SlabId other : mesh.slabs()[s].neighbours) closed_ = closed_ && other != kNoSlab;
+    Grid grid = {.intervals = n, .edges = mesh.edge_intervals(s)};
+    if (model.has(Layer::Void)) {
+      bool holes = false;
+      for_each_cell(n, [&](const std::array<GridPoint, 3>& cell) { holes = holes || model.is_hole(s, cell); });
+      if (holes) grid.holed = s;
+      closed_ = closed_ && !holes;
+    }
     // Room for the finest colour tile too, so that a later colour layer never moves a slab to another chunk.
     const std::size_t most = kChunkBytes / std::max(sizeof(Record), sample_count(kMaxIntervals) * 4);
-    auto at = open_chunk.find(n);
+    auto at = open_chunk.find(grid);
     if (at == open_chunk.end() || chunks_[at->second].slabs.size() >= most) {
-      at = open_chunk.insert_or_assign(n, static_cast<std::uint32_t>(chunks_.size())).first;
-      chunks_.emplace_back().intervals = n;
+      at = open_chunk.insert_or_assign(grid, static_cast<std::uint32_t>(chunks_.size())).first;
+      Chunk& chunk = chunks_.emplace_back();
+      chunk.grid = grid;
+      for (int level = 0; level < level_count(n); ++level) chunk.triangles.push_back(triangles_of(model, grid, level));
     }
     Chunk& chunk = chunks_[at->second];
     slabs_[s].chunk = at->second;
@@ -98,7 +110,7 @@ void DisplayCache::place_colours(const Snapshot& model) {
       }
       slabs_[s].colours_at = chunk.colour_total;
       r.samples_at = static_cast<std::uint32_t>(slabs_[s].samples_at);
-      r.intervals = static_cast<std::uint32_t>(chunk.intervals);
+      r.intervals = static_cast<std::uint32_t>(chunk.grid.intervals);
       r.colours_at = static_cast<std::uint32_t>(chunk.colour_total);
       if (colour_) {
         const int m = model.tile(Layer::Colour, s).intervals();
@@ -138,7 +150,9 @@ void DisplayCache::measure(const Snapshot& model, SlabId s) {
       positions_[at] = in[1] * b1 + in[2] * b2 + (along[0] * b0 + along[1] * b1 + along[2] * b2) * alpha[at];
     }
 
+  const float* voids = model.has(Layer::Void) ? model.tile(Layer::Void, s).plane() : nullptr;
   const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+    if (voids != nullptr && is_hole(voids[a], voids[b], voids[c])) return;
     const Vec3f &pa = positions_[a], &pb = positions_[b], &pc = positions_[c];
     const Vec3f ab = pb - pa, ac = pc - pa, bc = pc - pb;
     const Vec3f area = cross(ab, ac);
@@ -186,8 +200,8 @@ void DisplayCache::pack(const Snapshot& model, SlabId s) {
       Vec3f normal = normals_[at], spread = spreads_[at];
       if (i == 0 || j == 0 || i + j == n) {
         normal = spread = {};
-        mesh.for_each_copy(s, n, {i, j}, [&](SampleCopy copy) {
-          const Share& share = slabs_[copy.slab].ring[ring_index(n, copy.at)];
+        mesh.for_each_copy(s, {i, j}, [&](SampleCopy copy) {
+          const Share& share = slabs_[copy.slab].ring[ring_index(mesh.intervals(copy.slab), copy.at)];
           normal += share.normal;
           spread += share.spread;
         });
@@ -226,7 +240,9 @@ void DisplayCache::total_up() {
 
 std::optional<std::uint64_t> DisplayCache::update(const Snapshot& model, const std::atomic<bool>* cancel) {
   const SlabMesh& mesh = model.slab_mesh();
-  const bool fresh = !last_ || last_->shared_slab_mesh() != model.shared_slab_mesh();
+  bool fresh = !last_ || last_->shared_slab_mesh() != model.shared_slab_mesh() ||
+               last_->has(Layer::Void) != model.has(Layer::Void);
+  if (!fresh) for_each_change(*last_, model, [&](Layer layer, SlabId) { fresh = fresh || layer == Layer::Void; });
   const auto cancelled = [&] {
     if (cancel == nullptr || !cancel->load(std::memory_order_relaxed)) return false;
     last_.reset();
@@ -256,14 +272,15 @@ std::optional<std::uint64_t> DisplayCache::update(const Snapshot& model, const s
     if (cancelled()) return std::nullopt;
     measure(model, s);
     const int n = mesh.intervals(s);
+    const auto halvings = static_cast<float>(n & -n);
     for (int edge = 0; edge < 3; ++edge)
       for (int t = 0; t < n; ++t) {
         const std::size_t k = sample_index(n, edge_point(n, edge, t));
-        const Share share{normals_[k], spreads_[k]};
+        const Share share{normals_[k] * halvings, spreads_[k] * halvings};
         Share& kept = slabs_[s].ring[ring_index(n, edge_point(n, edge, t))];
         if (kept == share) continue;
         kept = share;
-        if (!fresh) mesh.for_each_copy(s, n, edge_point(n, edge, t), [&](SampleCopy copy) { words[copy.slab] = true; });
+        if (!fresh) mesh.for_each_copy(s, edge_point(n, edge, t), [&](SampleCopy copy) { words[copy.slab] = true; });
       }
   }
   std::uint64_t uploaded = 0;
@@ -284,17 +301,38 @@ std::optional<std::uint64_t> DisplayCache::update(const Snapshot& model, const s
   return uploaded;
 }
 
-const DisplayCache::Pattern& DisplayCache::pattern(int n, int step) {
-  const auto [at, missing] = patterns_.try_emplace({n, step});
+template <typename Visit>
+void DisplayCache::for_each_triangle(const Snapshot& model, const Grid& grid, int level, Visit&& visit) {
+  const int step = level_step(grid.intervals, level);
+  std::array<int, 3> edges = grid.edges;
+  for (int& m : edges) m /= level_step(m, level);
+  for_each_cell(grid.intervals / step, edges, [&](std::array<GridPoint, 3> cell) {
+    for (GridPoint& p : cell) p = {p.i * step, p.j * step};
+    if (grid.holed == kNoSlab || !model.is_hole(grid.holed, cell)) visit(cell);
+  });
+}
+
+std::uint64_t DisplayCache::triangles_of(const Snapshot& model, const Grid& grid, int level) {
+  std::uint64_t count = 0;
+  if (grid.holed != kNoSlab) {
+    for_each_triangle(model, grid, level, [&](const auto&) { ++count; });
+    return count;
+  }
+  // Euler's count, from the samples inside and those on the border.
+  const int n = grid.intervals / level_step(grid.intervals, level);
+  int border = 0;
+  for (const int m : grid.edges) border += m / level_step(m, level);
+  return static_cast<std::uint64_t>((n - 1) * (n - 2) + border - 2);
+}
+
+const DisplayCache::Pattern& DisplayCache::pattern(const Grid& grid, int level) {
+  const auto [at, missing] = patterns_.try_emplace({grid, std::min(level, level_count(grid.intervals) - 1)});
   if (missing) {
     std::vector<std::uint16_t> indices;
-    const auto add = [&](int i, int j) { indices.push_back(static_cast<std::uint16_t>(sample_index(n, {i, j}))); };
-    for (int j = 0; j + step <= n; j += step)
-      for (int i = 0; i + j + step <= n; i += step) {
-        add(i, j), add(i + step, j), add(i, j + step);
-        if (i + j + 2 * step <= n) add(i + step, j), add(i + step, j + step), add(i, j + step);
-      }
-    at->second.indices = make_buffer(indices.size() * sizeof(indices[0]), indices.data());
+    for_each_triangle(*last_, grid, level, [&](const std::array<GridPoint, 3>& cell) {
+      for (const GridPoint p : cell) indices.push_back(static_cast<std::uint16_t>(sample_index(grid.intervals, p)));
+    });
+    at->second.indices = make_buffer(std::max<std::size_t>(indices.size(), 1) * sizeof(indices[0]), indices.data());
     at->second.count = static_cast<GLsizei>(indices.size());
   }
   return at->second;
@@ -312,20 +350,11 @@ GLuint DisplayCache::grid_table(int n) {
   return at->second;
 }
 
-namespace {
-int step_at(int n, int level) noexcept {
-  int step = 1;
-  while (level-- > 0 && n % (2 * step) == 0) step *= 2;
-  return step;
-}
-}  // namespace
-
 std::uint64_t DisplayCache::triangle_count(int level) const noexcept {
   std::uint64_t total = 0;
-  for (const Chunk& chunk : chunks_) {
-    const auto side = static_cast<std::uint64_t>(chunk.intervals / step_at(chunk.intervals, level));
-    total += side * side * chunk.slabs.size();
-  }
+  for (const Chunk& chunk : chunks_)
+    total +=
+        chunk.triangles[std::min(static_cast<std::size_t>(level), chunk.triangles.size() - 1)] * chunk.slabs.size();
   return total;
 }
 
@@ -347,11 +376,12 @@ std::uint64_t DisplayCache::draw(int level, const std::function<bool()>& go_on) 
   }
   glBindVertexArray(vertex_array_);
   for (const Chunk& chunk : chunks_) {
-    const Pattern& p = pattern(chunk.intervals, step_at(chunk.intervals, level));
+    const Pattern& p = pattern(chunk.grid, level);
+    if (p.count == 0) continue;
     glVertexArrayElementBuffer(vertex_array_, p.indices);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, chunk.samples);
     glVertexArrayVertexBuffer(vertex_array_, 0, chunk.records, 0, sizeof(Record));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, grid_table(chunk.intervals));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, grid_table(chunk.grid.intervals));
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, chunk.colours);
     const std::size_t slabs = chunk.slabs.size(), triangles = static_cast<std::size_t>(p.count) / 3;
     const std::size_t most = go_on ? std::max<std::size_t>(1, kPortion / triangles) : slabs;

@@ -52,6 +52,15 @@ struct CommonLattice {
 /// A sentence about the first number of the source that is not usable, or an empty one; fills `extent`.
 [[nodiscard]] std::string source_fault(const Source& source, Extent& extent);
 
+/// An edge that two slabs share, as each of them counts its edges: edge k lies opposite corner k.
+struct SharedEdge {
+  std::array<std::uint32_t, 2> slab, edge;
+};
+/// Of a shell that passed C0.
+[[nodiscard]] std::vector<SharedEdge> shared_edges(const Shell& shell);
+/// Number in its tile of the sample t of n intervals along an edge.
+[[nodiscard]] std::size_t sample_on_edge(int n, std::uint32_t edge, int t);
+
 /// C5 to C7, into the certificate of a shell that passed C0.
 void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate);
 

@@ -86,11 +86,31 @@ struct Certificate {
 [[nodiscard]] Certificate check(const Shell& shell, const Source& source);
 
 /// The displacement of one slab: (n+1)(n+2)/2 values, row by row, row j holding the samples (0..n-j, j), which lie at
-/// the barycentric weights (n-i-j, i, j)/n. Empty: not to be looked at.
+/// the barycentric weights (n-i-j, i, j)/n. Without values, but with its n: not to be looked at.
 struct SampleTile {
   int intervals = 0;
   std::span<const float> values;
 };
+
+/// What a slab's samples on an edge must be where the slab beyond it is coarser and lacks them: linear between the two
+/// that it has, in double and rounded once to float, or the value of the nearer, of two alike the first, counted from
+/// corner k+1 to corner k+2 along the edge opposite corner k.
+enum class Between : std::uint8_t { Linear, Nearer };
+
+/// How the tiles fit each other.
+struct TileFailure {
+  std::uint32_t slab = 0, sample = 0;  ///< the number in its tile; kNothing where the tile as a whole is at fault
+  std::string what;                    ///< one sentence
+};
+struct TileCheck {
+  std::size_t failure_count = 0;
+  std::vector<TileFailure> failures;  ///< the first 100
+};
+
+/// Tests that all values lie in 0..1, that slabs which share an edge differ in n by a power of two only, that the
+/// copies of shared samples are equal to the last bit, and that samples between them are what they must be. The shell
+/// must pass C0. Copies are not tested where a tile has the wrong size or a value out of range.
+[[nodiscard]] TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between);
 
 /// How the samples fit the source. Copies of shared samples count each.
 struct SampleCheck {
@@ -102,7 +122,8 @@ struct SampleCheck {
 };
 
 /// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
-/// fibre). In doubles. The shell must pass C0; tiles of the wrong size and values out of 0..1 are off.
+/// fibre), but for those on edges that a coarser neighbour lacks (see Between). In doubles. The shell must pass C0;
+/// tiles of the wrong size and values out of 0..1 are off.
 [[nodiscard]] SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
                                         double tolerance);
 

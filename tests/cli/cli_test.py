@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+import zlib
 
 BIN = pathlib.Path(os.environ["RELIEF_BIN"])
 DATA = pathlib.Path(os.environ.get("RELIEF_TEST_DATA", "no-such-folder"))
@@ -275,6 +276,46 @@ class Workflow(Case):
     def layers(self, model):
         return Run("info", model, "--json").json()["layers"]
 
+    def test_an_image_becomes_the_colour_layer(self):
+        """A cube whose OBJ names a PNG: red on the left, green on the right of every side."""
+        width, height = 64, 32
+        rows = b"".join(b"\0" + b"\xff\0\0" * (width // 2) + b"\0\xff\0" * (width // 2) for _ in range(height))
+
+        def chunk(kind, data):
+            return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+        png = (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
+               chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+        folder = self.folder / "coloured"
+        folder.mkdir()
+        (folder / "skin.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
+        corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+        faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+        lines = ["mtllib skin.mtl", "usemtl skin"] + [f"v {x} {y} {z}" for x, y, z in corners]
+        lines += [f"vt {x} {y}" for x, y, _ in corners]
+        lines += ["f " + " ".join(f"{c}/{c}" for c in face.split()) for face in faces]
+        (folder / "cube.obj").write_text("\n".join(lines) + "\n")
+        model = folder / "cube.relief"
+        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        self.assertEqual(len(bare["notes"]), 1)
+        self.assertNotIn("colour", self.layers(model))
+        (folder / "skin.png").write_bytes(png)
+        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        self.assertEqual(made["notes"], [])
+        self.assertIn("colour", self.layers(model))
+        self.ok("export", model, folder / "out.obj")
+        seen = {"left": 0, "right": 0}
+        for line in (folder / "out.obj").read_text().splitlines():
+            if not line.startswith("v "):
+                continue
+            x, _, _, red, green, blue = map(float, line.split()[1:])
+            self.assertLess(blue, 0.01)
+            if abs(x - 0.5) < 0.1 or min(x, 1 - x) < 0.05:
+                continue  # where red turns into green, and where the image meets itself
+            seen["left" if x < 0.5 else "right"] += 1
+            self.assertAlmostEqual(red if x < 0.5 else green, 1, delta=0.02)
+        self.assertGreater(min(seen.values()), 100)
+
     def test_ply_is_closed_with_one_vertex_per_sample_and_colours(self):
         mesh = self.folder / "closed.ply"
         self.ok("export", self.model, mesh)
@@ -322,6 +363,50 @@ class Workflow(Case):
             self.assertEqual(Run("info", model, "--json").json()["intervals"], {"min": n, "max": n})
             self.assertEqual(self.ok("export", model, self.folder / "p.ply", "--json").json()["triangles"],
                              n * n * report["slabs"])
+
+    def test_a_model_with_slabs_of_different_n_and_a_hole(self):
+        model = self.folder / "mixed.relief"
+        shutil.copy(pathlib.Path(__file__).parent.parent / "data" / "format-2.relief", model)
+        info = Run("info", model, "--json").json()
+        self.assertEqual(info["intervals"], {"min": 1, "max": 8})
+        self.assertIn("void", info["layers"])
+        self.assertIn("n = 1 to 8", Run("info", model).out)
+        verified = Run("verify", model, "--json").json()
+        self.assertTrue(verified["tiles"])
+        text = self.folder / "mixed.slabs"
+        self.ok("export", model, text)
+        self.assertEqual({int(line.split()[-1]) for line in text.read_text().splitlines()[-info["slabs"]:]}, {1, 2, 4, 8})
+        self.ok("render", model, "-o", self.folder / "mixed.png", "--size", "64x64", "--lights", "1", "--overlay", "heat")
+        triangles = []
+        for level in range(4):
+            mesh = self.folder / "mixed.ply"
+            written = self.ok("export", model, mesh, "--level", level, "--json").json()
+            triangles.append(written["triangles"])
+            self.assertLess(written["vertices"], info["samples"], "what only a hole uses is left out")
+        self.assertEqual(triangles, sorted(triangles, reverse=True))
+        self.assertLess(triangles[3], info["slabs"], "one triangle per slab, but for the hole")
+        self.assert_failed(Run("export", model, self.folder / "x.ply", "--level", "4"), 1, "levels 0 to 3")
+        # From above the hand passes through the hole at the top; from below it meets the surface.
+        path, forces = self.folder / "through.csv", self.folder / "through_forces.csv"
+        for way, touched in ((1, False), (-1, True)):
+            path.write_text("t,x,y,z\n" + "".join(f"{k / 1000},0.05,{way * (1.3 - k / 1000)},0.02\n" for k in range(500)))
+            self.ok("touch", model, "--path", path, "-o", forces)
+            with forces.open() as rows:
+                self.assertEqual("1" in [row["contact"] for row in csv.DictReader(rows)], touched)
+        strokes = self.folder / "across.json"
+        strokes.write_text(json.dumps([
+            {"tool": tool, "radius": 0.3, "strength": 0.5, "colour": [200, 30, 30],
+             "points": [[0, -0.9, -0.3, 0.3, 1], [0.5, 0.1, -0.4, 0.9, 1], [1, 0.9, -0.2, -0.3, 1]]}
+            for tool in ("carve", "deposit", "paint")]))
+        before = info["content_hash"]
+        self.ok("sculpt", model, "--strokes", strokes, "-o", model)
+        after = Run("info", model, "--json").json()
+        self.assertEqual(after["strokes"], info["strokes"] + 3)
+        self.assertNotEqual(after["content_hash"], before)
+        self.ok("undo", model, "--strokes", 3)
+        self.assertEqual(Run("info", model, "--json").json()["content_hash"], before)
+        self.ok("redo", model, "--strokes", 3)
+        self.assertEqual(Run("info", model, "--json").json()["content_hash"], after["content_hash"])
 
     def test_formats_with_a_unit_keep_size_and_unit(self):
         for unit, extension in (("cm", "3mf"), ("mm", "glb")):
@@ -417,6 +502,15 @@ class Touch(Case):
             force = math.hypot(row["fx"], row["fy"], row["fz"])
             for k in "xyz":
                 self.assertAlmostEqual(row["f" + k] / force, (row["p" + k] - row[k]) / row["depth"], places=5)
+
+    def test_the_papers_contact_is_lost_below_the_slabs(self):
+        path = [[k * 1e-3, 2.5, 40.25, 70 - 0.045 * k] for k in range(1500)]  # to the middle
+        held, _ = self.touch(path)
+        lost, _ = self.touch(path, "--paper-contact")
+        self.assertEqual(held[-1]["contact"], "1")
+        self.assertEqual(lost[-1]["contact"], "0")
+        first = next(row for row in lost if row["contact"] == "1")
+        self.assertGreater(float(first["fz"]), 0)
 
     def test_contact_holds_right_through_the_model(self):
         path = [[k * 1e-3, 2.5, 40.25, 70 - 0.045 * k] for k in range(3000)]  # to the far side and out there

@@ -88,21 +88,51 @@ inline std::shared_ptr<const SlabMesh> torus_shell(int around, int across, int n
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
 }
 
-/// A snapshot whose displacement is field(p) at each sample, p being the sample's position at alpha 0.5.
+/// The same cage with another n in each slab: odd * 2^k with k from 0 to `most`, in no order, so that neighbours differ
+/// by up to 2^most.
+inline std::shared_ptr<const SlabMesh> mixed_shell(const SlabMesh& like, int odd, int most) {
+  std::vector<SlabMesh::Face> slabs;
+  std::uint32_t state = 12345;
+  for (const Slab& slab : like.slabs()) {
+    state = state * 1664525U + 1013904223U;
+    slabs.push_back({slab.fibres, odd << static_cast<int>((state >> 16U) % static_cast<unsigned>(most + 1))});
+  }
+  auto mesh = SlabMesh::make({like.fibres().begin(), like.fibres().end()}, slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
+/// Gives every sample of a layer with own intervals the value field(p), p being the sample's position at alpha 0.5.
 template <typename Field>
-SnapshotPtr displaced(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
-  SnapshotDraft draft(Snapshot::make(mesh));
-  for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-    const int n = mesh->intervals(s);
-    const SlabCorners corners = mesh->corners(s);
-    float* values = draft.edit(Layer::Displacement, s).plane();
+void fill(SnapshotDraft& draft, Layer layer, Field&& field) {
+  const SlabMesh& mesh = draft.base().slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = mesh.intervals(s);
+    const SlabCorners corners = mesh.corners(s);
+    Tile& tile = draft.edit(layer, s);
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i + j <= n; ++i) {
         const auto w = weights(n, {i, j});
         const std::array<double, 3> b = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
-        values[sample_index(n, {i, j})] = static_cast<float>(field(corners.point(b, 0.5)));
+        tile.plane()[sample_index(n, {i, j})] = static_cast<float>(field(corners.point(b, 0.5)));
       }
+    constrain(mesh, layer, s, tile);
   }
+}
+
+/// A snapshot whose displacement is field(p).
+template <typename Field>
+SnapshotPtr displaced(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
+  SnapshotDraft draft(Snapshot::make(mesh));
+  fill(draft, Layer::Displacement, field);
+  return draft.finish();
+}
+
+/// The model with a hole where is_void(p).
+template <typename Where>
+SnapshotPtr with_hole(const SnapshotPtr& model, Where&& is_void) {
+  SnapshotDraft draft(model);
+  draft.add_layer(Layer::Void, kOwnIntervals, 0);
+  fill(draft, Layer::Void, [&](Vec3d p) { return is_void(p) ? 1.0 : 0.0; });
   return draft.finish();
 }
 

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <random>
 
 namespace relief {
@@ -131,23 +132,81 @@ TEST(Certified, OneSpikeIsMovedAndReported) {
   EXPECT_LT(result->report.moved_most, 0.01);
 }
 
+/// Without the faces that have a corner for which `hole` holds.
+TriangleMesh pierced(TriangleMesh mesh, const std::function<bool(Vec3d)>& hole) {
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return hole(mesh.positions[t[0]]) || hole(mesh.positions[t[1]]) || hole(mesh.positions[t[2]]);
+  });
+  return mesh;
+}
+
+TEST(Certified, HolesAreClosedWithPhantoms) {
+  const auto holes = [](Vec3d p) { return p.z > 0.9 || p.x < -0.8; };
+  const auto result = convert(pierced(testing::ball(40, 0.05), holes), certified(80));
+  expect_certified(result, 80);
+  const ConvertReport& report = result->report;
+  EXPECT_EQ(report.closed_openings, 2U);
+  EXPECT_GT(report.phantom_triangles, 0U);
+  EXPECT_EQ(report.replaced_triangles, 0U);
+  const TriangleMesh& mended = result->mended;
+  ASSERT_EQ(result->phantom_from + report.phantom_triangles, mended.triangles.size());
+  EXPECT_EQ(result->phantom_from, report.source_triangles);
+  for (std::size_t t = result->phantom_from; t < mended.triangles.size(); ++t) {
+    const Vec3d centre = (mended.positions[mended.triangles[t][0]] + mended.positions[mended.triangles[t][1]] +
+                          mended.positions[mended.triangles[t][2]]) /
+                         3.0;
+    EXPECT_TRUE(centre.z > 0.6 || centre.x < -0.5);
+  }
+}
+
+TEST(Certified, TerrainAndBowlsStayOpenBehindABox) {
+  for (const double height : {0.1, 0.2}) {
+    const auto result = convert(testing::sheet(40, height), certified(100));
+    expect_certified(result, 100);
+    EXPECT_EQ(result->report.closed_openings, 1U);
+    EXPECT_EQ(result->report.replaced_triangles, 0U);
+  }
+}
+
+TEST(Certified, PartsThatTouchAreMovedApart) {
+  // Two cubes that share an edge, as one surface whose edge has four faces.
+  TriangleMesh both = testing::box({1, 1, 1});
+  append(both, testing::box({1, 1, 1}), {1, 1, 0});
+  const auto result = convert(both, certified(100));
+  expect_certified(result, 100);
+  EXPECT_GT(result->report.parted_vertices, 0U);
+  EXPECT_GT(result->report.moved_most, 0);
+  EXPECT_LE(result->report.moved_most, 2.1e-3);
+}
+
+TEST(Certified, ASpikeThroughTheSurfaceIsCutOut) {
+  // One vertex pushed through the far side: no smoothing within bounds can mend that.
+  TriangleMesh mesh = testing::ball(40);
+  mesh.positions[1500] = mesh.positions[1500] * -1.2;
+  const auto result = convert(mesh, certified(100));
+  expect_certified(result, 100);
+  EXPECT_GT(result->report.replaced_triangles, 5U);
+  EXPECT_LT(result->report.replaced_triangles, 200U);
+  EXPECT_EQ(result->report.phantom_triangles, 0U);
+  for (const Vec3d p : result->mended.positions) EXPECT_LT(length(p), 1.05);
+}
+
 TEST(Certified, WhatCannotBeProvedIsRefusedOrLeftToPreview) {
   TriangleMesh crossing = testing::ball(16);
   append(crossing, testing::ball(16), {0.9, 0.1, 0});
-  for (const auto& [mesh, why] : {std::pair{testing::sheet(12, 0.1), "open"}, std::pair{crossing, "near ("}}) {
-    const auto refused = convert(mesh, certified(60));
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, Errc::Unfoldable);
-    EXPECT_NE(refused.error().message.find(why), std::string::npos) << refused.error().message;
-    EXPECT_NE(refused.error().message.find("--mode preview"), std::string::npos) << refused.error().message;
-    ConvertSettings any = certified(60);
-    any.mode.reset();
-    const auto made = convert(mesh, any);
-    ASSERT_TRUE(made) << made.error().message;
-    EXPECT_EQ(made->model.info.mode, Mode::Preview);
-    EXPECT_NE(made->report.not_certified.find(why), std::string::npos) << made->report.not_certified;
-    EXPECT_NE(to_string(made->report).find("not certified"), std::string::npos);
-  }
+  const std::string why = "near (";
+  const auto refused = convert(crossing, certified(60));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::Unfoldable);
+  EXPECT_NE(refused.error().message.find(why), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("--mode preview"), std::string::npos) << refused.error().message;
+  ConvertSettings any = certified(60);
+  any.mode.reset();
+  const auto made = convert(crossing, any);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_EQ(made->model.info.mode, Mode::Preview);
+  EXPECT_NE(made->report.not_certified.find(why), std::string::npos) << made->report.not_certified;
+  EXPECT_NE(to_string(made->report).find("not certified"), std::string::npos);
 }
 
 TEST(Certified, IsTheDefaultAndPreviewStays) {

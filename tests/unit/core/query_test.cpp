@@ -1,6 +1,7 @@
 #include "support/shells.h"
 
 #include <relief/core/query.h>
+#include <relief/core/tessellate.h>
 
 #include <gtest/gtest.h>
 
@@ -11,9 +12,11 @@ namespace relief {
 namespace {
 
 using testing::displaced;
+using testing::mixed_shell;
 using testing::plane_shell;
 using testing::sphere_shell;
 using testing::torus_shell;
+using testing::with_hole;
 
 /// A random place well spread over a slab, edges and corners included now and then.
 struct Places {
@@ -106,7 +109,8 @@ TEST(Locate, BeyondAnOpenRimIsOutside) {
 }
 
 TEST(Samples, SharedSamplesHaveOnePositionAndOneNormal) {
-  for (const auto& mesh : {sphere_shell(2, 6), torus_shell(14, 9, 15, 0.3), plane_shell(3, 7)}) {
+  for (const auto& mesh : {sphere_shell(2, 6), torus_shell(14, 9, 15, 0.3), plane_shell(3, 7),
+                           mixed_shell(*sphere_shell(2, 1), 3, 3), mixed_shell(*torus_shell(14, 9, 1, 0.3), 1, 4)}) {
     const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x + 5 * p.y * p.z); });
     ASSERT_TRUE(validate(*model)) << validate(*model).error().message;
     for (SlabId s = 0; s < mesh->slab_count(); ++s)
@@ -114,7 +118,7 @@ TEST(Samples, SharedSamplesHaveOnePositionAndOneNormal) {
         for (int t = 0; t < mesh->intervals(s); ++t) {
           const int n = mesh->intervals(s);
           const GridPoint at = edge_point(n, edge, t);
-          mesh->for_each_copy(s, n, at, [&](const SampleCopy& copy) {
+          mesh->for_each_copy(s, at, [&](const SampleCopy& copy) {
             EXPECT_EQ(sample_position(*model, copy.slab, copy.at), sample_position(*model, s, at));
             EXPECT_EQ(sample_normal(*model, copy.slab, copy.at), sample_normal(*model, s, at));
           });
@@ -146,61 +150,153 @@ TEST(Samples, NormalsOfASphereAreRadial) {
   EXPECT_LT(worst, 2e-3);
 }
 
-TEST(SurfacePoint, NormalIsContinuousAcrossSlabEdges) {
-  const auto mesh = torus_shell(14, 9, 8, 0.3);
-  const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.5 + 0.2 * std::sin(7 * p.x) * std::cos(6 * p.z); });
+TEST(Samples, AConstrainedOneThatIsOffByOneBitIsFound) {
+  const auto mesh = mixed_shell(*plane_shell(2, 1), 1, 3);
+  const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.5 + 0.3 * std::sin(4 * p.x + 3 * p.z); });
+  ASSERT_TRUE(validate(*model));
+  std::size_t tried = 0;
   for (SlabId s = 0; s < mesh->slab_count(); ++s)
-    for (int edge = 0; edge < 3; ++edge)
-      for (double t = 0.03; t < 1; t += 0.07) {
-        const auto k = static_cast<std::size_t>(edge);
-        const SlabId other = mesh->slabs()[s].neighbours[k];
-        const auto m = static_cast<std::size_t>(mesh->mirror_edge(s, edge));
-        std::array<double, 3> here{}, there{};
-        here[(k + 1) % 3] = 1 - t;
-        here[(k + 2) % 3] = t;
-        there[(m + 1) % 3] = t;
-        there[(m + 2) % 3] = 1 - t;
-        const SurfacePoint a = surface_point(*model, s, here[1], here[2]);
-        const SurfacePoint b = surface_point(*model, other, there[1], there[2]);
-        EXPECT_LT(length(a.position - b.position), 1e-12);
-        EXPECT_LT(length(a.normal - b.normal), 1e-12);
-      }
+    mesh->for_each_constrained(s, [&](GridPoint p, const EdgePlace&) {
+      SnapshotDraft draft(model);
+      float& value = draft.edit(Layer::Displacement, s).plane()[sample_index(mesh->intervals(s), p)];
+      value = std::nextafter(value, 1.0F);
+      const SnapshotPtr off = draft.finish();
+      const Status found = validate(*off);
+      ASSERT_FALSE(found);
+      EXPECT_EQ(found.error().message,
+                "a sample does not follow from those that a coarser slab shares: displacement of slab " +
+                    std::to_string(s) + " at sample (" + std::to_string(p.i) + ", " + std::to_string(p.j) + ")");
+      EXPECT_FALSE(validate(*off, Layer::Displacement, s));
+      ++tried;
+    });
+  EXPECT_GT(tried, 10U);
 }
 
-TEST(Probe, DepthIsTheDistanceAlongTheFibre) {
-  const SnapshotPtr model = displaced(plane_shell(4, 8, 0.25), [](Vec3d) { return 0.75; });  // the plane y = 0.125
-  LocateHint hint;
-  const auto above = probe(*model, {0.4, 0.2, 0.3}, hint);
-  ASSERT_TRUE(above);
-  EXPECT_FALSE(above->touching());
-  const auto below = probe(*model, {0.4, 0.1, 0.3}, hint);
-  ASSERT_TRUE(below);
-  EXPECT_TRUE(below->touching());
-  EXPECT_NEAR(below->depth, 0.025, 1e-12);
-  EXPECT_LT(length(below->surface.position - Vec3d{0.4, 0.125, 0.3}), 1e-12);
-  EXPECT_LT(length(below->surface.normal - Vec3d{0, 1, 0}), 1e-12);
-  EXPECT_FALSE(probe(*model, {0.4, 0.3, 0.3}, hint));
-}
-
-TEST(ClosestPoint, AgreesWithTryingEverySample) {
-  const auto mesh = torus_shell(14, 9, 12, 0.3);
-  const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.5 + 0.2 * std::sin(7 * p.x) * std::cos(6 * p.z); });
-  Places places;
-  for (int k = 0; k < 200; ++k) {
-    const Vec3d p = {places.unit() * 6 - 3, places.unit() * 3 - 1.5, places.unit() * 6 - 3};
-    const SurfacePoint near = closest_point(*model, p);
-    double nearest_sample = 1e30;
-    for (SlabId s = 0; s < mesh->slab_count(); ++s)
-      for (int j = 0; j <= 12; ++j)
-        for (int i = 0; i + j <= 12; ++i)
-          nearest_sample = std::min(nearest_sample, length(sample_position(*model, s, {i, j}) - p));
-    const double distance = length(near.position - p);
-    EXPECT_LE(distance, nearest_sample + 1e-12);
-    EXPECT_GT(distance, nearest_sample - 0.15) << "micro-edges are shorter than that";
-    // The place it names is on the surface there.
-    const SurfacePoint there = surface_point(*model, near.slab, near.u, near.v);
-    EXPECT_LT(length(there.position - near.position), 5e-3);
+TEST(Samples, ConstrainedOnesLieBetweenTheirEndsFromEitherSide) {
+  std::mt19937 random{3};
+  std::uniform_real_distribution<float> unit(0, 1);
+  Tile tile(8, 1, 0);
+  for (int round = 0; round < 2000; ++round) {
+    const EdgePlace place = {{0, 0}, {8, 0}, 1 + round % 7, 8}, turned = {{8, 0}, {0, 0}, 8 - place.k, 8};
+    float &a = tile.plane()[0], &b = tile.plane()[8];
+    a = unit(random);
+    b = round % 5 == 0 ? a : unit(random);
+    const float value = constrained_value(tile, Layer::Displacement, place);
+    EXPECT_EQ(value, constrained_value(tile, Layer::Displacement, turned));
+    EXPECT_EQ(value, static_cast<float>(double{a} + (double{b} - double{a}) * place.k / 8));
+    EXPECT_TRUE(value >= std::min(a, b) && value <= std::max(a, b));
+    EXPECT_EQ(constrained_value(tile, Layer::Void, place), place.k <= 4 ? a : b);
   }
+}
+
+TEST(SurfacePoint, NormalIsContinuousAcrossSlabEdges) {
+  for (const auto& mesh : {torus_shell(14, 9, 8, 0.3), mixed_shell(*torus_shell(14, 9, 1, 0.3), 1, 4)}) {
+    const SnapshotPtr model =
+        displaced(mesh, [](Vec3d p) { return 0.5 + 0.2 * std::sin(7 * p.x) * std::cos(6 * p.z); });
+    // Constrained samples are rounded to float.
+    const double slack = mesh->slabs()[0].intervals == 8 ? 1e-12 : 1e-7;
+    for (SlabId s = 0; s < mesh->slab_count(); ++s)
+      for (int edge = 0; edge < 3; ++edge)
+        for (double t = 0.03; t < 1; t += 0.07) {
+          const auto k = static_cast<std::size_t>(edge);
+          const SlabId other = mesh->slabs()[s].neighbours[k];
+          const auto m = static_cast<std::size_t>(mesh->mirror_edge(s, edge));
+          std::array<double, 3> here{}, there{};
+          here[(k + 1) % 3] = 1 - t;
+          here[(k + 2) % 3] = t;
+          there[(m + 1) % 3] = t;
+          there[(m + 2) % 3] = 1 - t;
+          const SurfacePoint a = surface_point(*model, s, here[1], here[2]);
+          const SurfacePoint b = surface_point(*model, other, there[1], there[2]);
+          EXPECT_LT(length(a.position - b.position), slack);
+          EXPECT_LT(length(a.normal - b.normal), slack);
+        }
+  }
+}
+
+TEST(Probe, CrossesABorderOfDifferentNWithoutAStep) {
+  const auto mesh = mixed_shell(*plane_shell(3, 1, 0.25), 1, 4);
+  const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.7 + 0.1 * std::sin(8 * p.x) * std::cos(9 * p.z); });
+  LocateHint hint;
+  std::optional<Contact> last;
+  std::size_t borders = 0;
+  constexpr double kStep = 2e-5;
+  for (double x = 0.01; x < 0.99; x += kStep) {
+    const auto now = probe(*model, {x, 0.0, 0.2 + 0.55 * x}, hint);
+    ASSERT_TRUE(now && now->touching());
+    if (last) {
+      EXPECT_LT(std::abs(now->depth - last->depth), 2 * kStep);
+      EXPECT_LT(length(now->surface.position - last->surface.position), 3 * kStep);
+      EXPECT_LT(length(now->surface.normal - last->surface.normal), 30 * kStep);
+      const int n = mesh->intervals(now->at.slab), before = mesh->intervals(last->at.slab);
+      borders += n != before ? 1 : 0;
+    }
+    last = now;
+  }
+  EXPECT_GE(borders, 3U);
+}
+
+TEST(Holes, AreNotTouchedHitOrNearest) {
+  const auto hole = [](Vec3d p) { return p.x > 0.4 && p.x < 0.6 && p.z > 0.4 && p.z < 0.6; };
+  for (const bool uniform : {true, false}) {
+    const auto mesh = uniform ? plane_shell(3, 16, 0.25) : mixed_shell(*plane_shell(3, 1, 0.25), 4, 3);
+    const SnapshotPtr model = with_hole(displaced(mesh, [](Vec3d) { return 0.75; }), hole);
+    ASSERT_TRUE(validate(*model)) << validate(*model).error().message;
+    constexpr double kMargin = 0.09;  // the longest micro-edge is shorter
+    Places places;
+    LocateHint hint;
+    for (int k = 0; k < 4000; ++k) {
+      const double x = places.unit(), z = places.unit(), aside = std::max(std::abs(x - 0.5), std::abs(z - 0.5)) - 0.1;
+      const auto contact = probe(*model, {x, 0.05, z}, hint);
+      ASSERT_TRUE(contact);
+      const auto hit = raycast(*model, {{x, 1, z}, {0, -1, 0}});
+      EXPECT_EQ(contact->hole, !contact->touching());
+      if (uniform) {
+        EXPECT_EQ(contact->hole, !hit.has_value()) << x << ' ' << z;
+      }
+      EXPECT_EQ(contact->hole, hole_at(*model, contact->at.slab, contact->at.u, contact->at.v));
+      if (aside < -kMargin) {
+        EXPECT_TRUE(contact->hole);
+      }
+      if (aside > kMargin) {
+        EXPECT_FALSE(contact->hole);
+        EXPECT_NEAR(contact->depth, 0.075, 1e-9);
+        EXPECT_LT(length(contact->surface.normal - Vec3d{0, 1, 0}), 1e-9);
+      }
+      const SurfacePoint near = closest_point(*model, {x, 0.3, z});
+      EXPECT_FALSE(hole_at(*model, near.slab, near.u, near.v) &&
+                   std::max(std::abs(near.position.x - 0.5), std::abs(near.position.z - 0.5)) < 0.1 - kMargin);
+      if (!contact->hole) {
+        EXPECT_NEAR(length(near.position - Vec3d{x, 0.125, z}), 0, 1e-9);
+      }
+    }
+  }
+  const SnapshotPtr nothing = with_hole(Snapshot::make(plane_shell(1, 4)), [](Vec3d) { return true; });
+  EXPECT_EQ(closest_point(*nothing, {0.5, 0, 0.5}).slab, kNoSlab);
+}
+
+/// The surface that bends at a rim is the one that is there: what fills a hole has no say in its normals.
+TEST(Holes, DoNotBendNormalsAtTheirRims) {
+  const auto mesh = torus_shell(14, 9, 8);
+  const SnapshotPtr whole = displaced(mesh, [](Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x + 5 * p.y * p.z); });
+  const auto inside = [](Vec3d p) { return length(p - Vec3d{2, 1, 0}) < 0.8; };
+  const SnapshotPtr open = with_hole(whole, inside);
+  const Tessellation surface = tessellate(*open);
+  ASSERT_LT(surface.triangles.size(), tessellate(*whole).triangles.size());
+  std::vector<Vec3d> sums(surface.positions.size());
+  for (const auto& [a, b, c] : surface.triangles) {
+    const Vec3d area = cross(surface.positions[b] - surface.positions[a], surface.positions[c] - surface.positions[a]);
+    for (const std::uint32_t v : {a, b, c}) sums[v] += area;
+  }
+  for (std::size_t v = 0; v < sums.size(); ++v)
+    EXPECT_LT(length(normalized(sums[v]) - to_double(surface.normals[v])), 1e-6);
+  std::size_t gone = 0;
+  for (SlabId s = 0; s < mesh->slab_count(); ++s)
+    if (length(sample_position(*open, s, {2, 3}) - Vec3d{2, 1, 0}) < 0.5) {
+      EXPECT_EQ(sample_normal(*open, s, {2, 3}), Vec3d{});
+      ++gone;
+    }
+  EXPECT_GT(gone, 0U);
 }
 
 TEST(Raycast, HitsTheSphereWhereItMust) {
@@ -214,6 +310,44 @@ TEST(Raycast, HitsTheSphereWhereItMust) {
     EXPECT_NEAR(hit->distance * 2, 5 - length(hit->point.position), 1e-9);
     EXPECT_GT(dot(hit->point.normal, direction), 0.95);
     EXPECT_FALSE(raycast(*model, {direction * 5.0, direction}));
+  }
+}
+
+TEST(Raycast, NothingPassesBetweenSlabsOfDifferentN) {
+  const auto mesh = mixed_shell(*sphere_shell(1, 1), 1, 4);
+  const SnapshotPtr model = displaced(mesh, [](Vec3d p) { return 0.5 + 0.3 * std::sin(5 * p.x + 3 * p.y); });
+  const Tessellation surface = tessellate(*model);
+  Places places;
+  for (SlabId s = 0; s < mesh->slab_count(); ++s)
+    for (int edge = 0; edge < 3; ++edge)
+      for (int k = 0; k < 300; ++k) {
+        // Towards points of an edge and a hair beside it, from outside: a crack would let the ray through to the far
+        // side.
+        std::array<double, 3> w{};
+        const double t = places.unit();
+        w[static_cast<std::size_t>((edge + 1) % 3)] = 1 - t;
+        w[static_cast<std::size_t>((edge + 2) % 3)] = t;
+        const Vec3d aim = mesh->corners(s).point(w, places.unit() * 0.4 + 0.3) * (1 + 1e-9 * places.unit());
+        const auto hit = raycast(*model, {aim * 3.0, -aim});
+        ASSERT_TRUE(hit);
+        EXPECT_GT(dot(hit->point.position, aim), 0) << "passed through an edge";
+      }
+  // The nearest point is that of the stitched triangles.
+  for (int k = 0; k < 100; ++k) {
+    const Vec3d p = {places.unit() * 3 - 1.5, places.unit() * 3 - 1.5, places.unit() * 3 - 1.5};
+    const SurfacePoint near = closest_point(*model, p);
+    double nearest_vertex = 1e30;
+    for (const Vec3d v : surface.positions) nearest_vertex = std::min(nearest_vertex, length(v - p));
+    EXPECT_LE(length(near.position - p), nearest_vertex + 1e-12);
+    double off = 1e30;  // from the planes of the triangles around it
+    for (const auto& [a, b, c] : surface.triangles) {
+      const Vec3d pa = surface.positions[a], pb = surface.positions[b], pc = surface.positions[c];
+      const Vec3d n = cross(pb - pa, pc - pa), q = near.position;
+      const double ua = dot(n, cross(pb - q, pc - q)), ub = dot(n, cross(pc - q, pa - q)),
+                   uc = dot(n, cross(pa - q, pb - q)), all = dot(n, n);
+      if (std::min({ua, ub, uc}) > -1e-9 * all) off = std::min(off, std::abs(dot(normalized(n), q - pa)));
+    }
+    EXPECT_LT(off, 1e-9);
   }
 }
 

@@ -28,14 +28,18 @@ struct Case {
   double radius, depth;
 };
 
+/// n of all slabs; 0 for slabs of 1 to 32 side by side.
 std::vector<Case> cases(int n) {
-  return {{testing::sphere_shell(1, n), {0.3, 0.9, 0.2}, 0.45, 0.06},
-          {testing::torus_shell(12, 8, n), {2.6, 0.4, 0.3}, 0.4, 0.05},
-          {testing::plane_shell(4, n), {0.45, 0, 0.55}, 0.3, 0.04}};
+  std::vector<Case> all = {{testing::sphere_shell(1, std::max(n, 1)), {0.3, 0.9, 0.2}, 0.45, 0.06},
+                           {testing::torus_shell(12, 8, std::max(n, 1)), {2.6, 0.4, 0.3}, 0.4, 0.05},
+                           {testing::plane_shell(4, std::max(n, 1)), {0.45, 0, 0.55}, 0.3, 0.04}};
+  if (n == 0)
+    for (Case& c : all) c.mesh = testing::mixed_shell(*c.mesh, 1, 5);
+  return all;
 }
 
 class Reference : public ::testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Intervals, Reference, ::testing::Values(1, 2, 15, 32));
+INSTANTIATE_TEST_SUITE_P(Intervals, Reference, ::testing::Values(0, 1, 2, 15, 32));
 
 TEST_P(Reference, CarveIsThePapersClip) {
   for (const Case& c : cases(GetParam())) {
@@ -220,6 +224,44 @@ TEST(Mask, ProtectsInProportion) {
   }
 }
 
+TEST(Holes, StayAsTheyAre) {
+  const auto is_void = [](Vec3d p) { return p.x > 0.5 && p.z > 0.4; };
+  for (const bool uniform : {true, false}) {
+    const auto mesh = uniform ? testing::plane_shell(4, 31) : testing::mixed_shell(*testing::plane_shell(4, 1), 1, 5);
+    const SnapshotPtr model = testing::with_hole(Snapshot::make(mesh), is_void);
+    for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
+      Editor editor(model);
+      apply(editor, {.tool = tool, .radius = 0.45, .colour = {0, 0, 0}},
+            dab_near(*model, {0.45, 0, 0.45}, 0.05, 1, 0.1));
+      const Snapshot& after = *editor.head();
+      EXPECT_TRUE(valid(after));
+      for_each_change(*model, after, [&](Layer layer, SlabId) { EXPECT_NE(layer, Layer::Void); });
+      std::size_t worked = 0;
+      for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+        const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
+        const Tile& tile = after.tile(layer, s);
+        const int n = tile.intervals();
+        const float untouched = tool == Tool::Paint ? kClayColour.x : 0.5F;
+        for (int j = 0; j <= n; ++j)
+          for (int i = 0; i + j <= n; ++i) {
+            const GridPoint p = {i, j};
+            // On an edge the coarser slab may have the last word.
+            const bool inside = i > 0 && j > 0 && i + j < n;
+            const bool in_hole = layer_at(after, Layer::Void, s, double(i) / n, double(j) / n, 0) > 0.5;
+            const float value = tile.plane()[sample_index(n, p)];
+            if (in_hole && (inside || uniform)) {
+              EXPECT_EQ(value, untouched);
+            }
+            worked += value != untouched ? 1 : 0;
+          }
+      }
+      EXPECT_GT(worked, 20U) << name(tool);
+      ASSERT_TRUE(editor.undo());
+      EXPECT_EQ(editor.head()->content_hash(), model->content_hash());
+    }
+  }
+}
+
 TEST(Dab, CountsChangedSamplesOncePerCopy) {
   for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
     const auto mesh = testing::sphere_shell(2, 15);
@@ -291,7 +333,9 @@ TEST(Dab, RandomDabsKeepEveryPromise) {
   std::mt19937 random(20020527);
   std::uniform_real_distribution<double> unit(0, 1), both(-1, 1);
   for (const auto& mesh : {testing::sphere_shell(1, 15), testing::torus_shell(10, 6, 7), testing::double_pyramid(5, 8),
-                           testing::plane_shell(3, 1), testing::thin_plate(4, 6, 0.3)}) {
+                           testing::plane_shell(3, 1), testing::thin_plate(4, 6, 0.3),
+                           testing::mixed_shell(*testing::sphere_shell(1, 1), 3, 3),
+                           testing::mixed_shell(*testing::thin_plate(4, 1, 0.3), 1, 4)}) {
     Editor editor(displaced(mesh, bumps));
     const std::uint64_t start = editor.head()->content_hash();
     for (int k = 0; k < 60; ++k) {

@@ -50,7 +50,7 @@ void flood_fill(const Snapshot& model, SlabId seed, Vec3d from, const GridOf& gr
     waiting.pop_back();
     if (visited[at.slab][sample_index(grid(at.slab), at.at)]) continue;
     const std::optional<double> value = change(at.slab, at.at);
-    mesh.for_each_copy(at.slab, grid(at.slab), at.at, [&](SampleCopy copy) {
+    mesh.for_each_copy(at.slab, grid, at.at, [&](SampleCopy copy) {
       const int m = grid(copy.slab);
       visited[copy.slab][sample_index(m, copy.at)] = true;
       if (!value) return;
@@ -87,6 +87,11 @@ inline Values reference_displacement(const Snapshot& model, const Brush& brush, 
     return std::max(0.0, middle - std::sqrt(half2));
   };
   flood_fill(model, dab.slab, dab.contact, grid, change, values);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    mesh.for_each_constrained(s, [&](GridPoint p, const EdgePlace& place) {
+      const auto value = [&](GridPoint q) -> double& { return values[s][sample_index(mesh.intervals(s), q)]; };
+      value(p) = value(place.before) + (value(place.after) - value(place.before)) * place.k / place.r;
+    });
   return values;
 }
 

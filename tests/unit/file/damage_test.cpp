@@ -267,7 +267,7 @@ void expect_refused(const std::string& sql, Errc code, const char* word) {
 }
 
 TEST(ForgedFile, IsRefusedWithAReason) {
-  expect_refused("PRAGMA user_version = 2", Errc::NewerVersion, "newer");
+  expect_refused("PRAGMA user_version = 3", Errc::NewerVersion, "newer");
   expect_refused("PRAGMA user_version = 0", Errc::Corrupt, "version");
   expect_refused("PRAGMA application_id = 7", Errc::UnsupportedFormat, "not a .relief");
   expect_refused("DROP TABLE strokes", Errc::Corrupt, "table");
@@ -337,7 +337,8 @@ TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   EXPECT_NE(slab(4 * 9 + 1, 66).find("slab 9"), std::string::npos) << "no such fibre";
   EXPECT_NE(slab(4 * 9 + 3, 0).find("slab 9"), std::string::npos);
   EXPECT_NE(slab(4 * 9 + 3, 0x80000000U).find("slab 9"), std::string::npos);
-  EXPECT_NE(slab(4 * 9 + 3, 5).find("slab"), std::string::npos) << "another n than its neighbours";
+  EXPECT_NE(slab(4 * 9 + 3, 5).find("power of two"), std::string::npos) << "not the n of its neighbours";
+  EXPECT_NE(slab(4 * 9 + 3, 128).find("page 0 of displacement"), std::string::npos) << "a tile is smaller";
 
   const auto fibre = [&](double value) {
     return tampered("cage", "part = 'fibres'", 8, 66 * 48,
@@ -345,6 +346,37 @@ TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   };
   EXPECT_NE(fibre(std::numeric_limits<double>::infinity()).find("fibre 13"), std::string::npos);
   EXPECT_NE(fibre(std::nan("")).find("fibre 13"), std::string::npos);
+}
+
+TEST(ForgedFile, ConstrainedSamplesAreCheckedToTheLastBit) {
+  const Folder folder;
+  const Model model = ball(testing::mixed_shell(*testing::sphere_shell(1, 1), 3, 3));
+  const SlabMesh& mesh = model.head->slab_mesh();
+  std::size_t begin = 0, tried = 0;
+  std::size_t bytes = 0;
+  for (const Slab& slab : mesh.slabs()) bytes += sample_count(slab.intervals) * sizeof(float);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    std::optional<GridPoint> bound;
+    mesh.for_each_constrained(s, [&](GridPoint p, const EdgePlace&) { bound = p; });
+    if (bound && tried < 3) {
+      ++tried;
+      ASSERT_TRUE(ModelFile::create(folder / "a.relief", model).has_value());
+      {
+        Forger forger(folder / "a.relief");
+        std::vector<std::byte> raw(bytes);
+        ASSERT_TRUE(detail::unpack(forger.blob("SELECT data FROM pages"), 4, raw));
+        raw[(begin + sample_index(mesh.intervals(s), *bound)) * sizeof(float)] ^= std::byte{1};
+        forger.put("pages", "page = 0", detail::pack(raw, 4));
+      }
+      const auto opened = ModelFile::open(folder / "a.relief");
+      ASSERT_FALSE(opened.has_value());
+      EXPECT_EQ(opened.error().code, Errc::Corrupt);
+      EXPECT_NE(opened.error().message.find("does not follow"), std::string::npos) << opened.error().message;
+      EXPECT_NE(opened.error().message.find("slab " + std::to_string(s) + " "), std::string::npos);
+    }
+    begin += sample_count(mesh.intervals(s));
+  }
+  EXPECT_EQ(tried, 3U);
 }
 
 TEST(ForgedFile, AWalFileIsBroughtBackToOneFile) {

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,26 +58,37 @@ inline void write_file(const std::filesystem::path& file, const std::string& byt
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// 128 slabs in two pages, with some relief.
-inline Model ball(int levels = 2, int n = 6) {
+/// A ball with some relief.
+inline Model ball(std::shared_ptr<const SlabMesh> shell) {
   Model model;
   model.info = {.mode = Mode::Certified, .unit = Unit::Centimetre, .source = "ball \"1\".ply", .source_diagonal = 2.5};
-  model.head = displaced(sphere_shell(levels, n), [](Vec3d p) {
+  model.head = displaced(std::move(shell), [](Vec3d p) {
     return 0.5 + 0.2 * std::round(64 * p.x * p.y + 16 * p.z) / 64;  // sums of few roundings: the same on every machine
   });
   return model;
 }
+/// 128 slabs in two pages.
+inline Model ball(int levels = 2, int n = 6) { return ball(sphere_shell(levels, n)); }
 
 /// Sets all samples of a slab in a layer, together with their copies in its neighbours.
 inline void dab(SnapshotDraft& draft, Layer layer, SlabId slab, float value) {
+  const SlabMesh& mesh = draft.base().slab_mesh();
   const int n = draft.tile(layer, slab).intervals();
+  std::set<SlabId> written;
+  const auto write = [&](const SampleCopy& copy) {
+    Tile& tile = draft.edit(layer, copy.slab);
+    for (int c = 0; c < tile.channel_count(); ++c)
+      tile.plane(c)[sample_index(tile.intervals(), copy.at)] = value * static_cast<float>(c + 1) / 4;
+    written.insert(copy.slab);
+  };
   for (int j = 0; j <= n; ++j)
     for (int i = 0; i + j <= n; ++i)
-      draft.base().slab_mesh().for_each_copy(slab, n, {i, j}, [&](const SampleCopy& copy) {
-        Tile& tile = draft.edit(layer, copy.slab);
-        for (int c = 0; c < tile.channel_count(); ++c)
-          tile.plane(c)[sample_index(n, copy.at)] = value * static_cast<float>(c + 1) / 4;
-      });
+      if (has_own_intervals(layer))
+        mesh.for_each_copy(slab, {i, j}, write);
+      else
+        mesh.for_each_copy(slab, n, {i, j}, write);
+  if (has_own_intervals(layer))
+    for (const SlabId s : written) constrain(mesh, layer, s, draft.edit(layer, s));
 }
 
 /// The model after stroke `number` of an endless series: each changes a slab and its neighbours.

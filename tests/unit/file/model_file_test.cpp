@@ -15,8 +15,10 @@ namespace {
 using testing::ball;
 using testing::dab;
 using testing::Folder;
+using testing::mixed_shell;
 using testing::read_file;
 using testing::saved_hash;
+using testing::sphere_shell;
 using testing::stroke;
 using testing::write_file;
 
@@ -42,12 +44,12 @@ TEST(ModelFile, KeepsAModel) {
 
 TEST(ModelFile, KeepsAllLayersAndEveryGridSize) {
   const Folder folder;
-  for (const int n : {1, 15, 33, 128}) {
-    Model model = ball(1, n);
+  for (const int n : {0, 1, 15, 33, 128}) {
+    Model model = n > 0 ? ball(1, n) : ball(mixed_shell(*sphere_shell(1, 1), 3, 3));
     SnapshotDraft draft(model.head);
     for (int k = 1; k < kLayerCount; ++k) {
       const auto layer = static_cast<Layer>(k);
-      draft.add_layer(layer, n == 128 ? 5 : n + k, 0.25F);
+      draft.add_layer(layer, has_own_intervals(layer) ? kOwnIntervals : n == 128 ? 5 : n + k, 0.25F);
       dab(draft, layer, 3, 0.75F);
     }
     model.head = draft.finish();
@@ -393,12 +395,69 @@ TEST(ModelFile, NamesThatLookLikeUrisAreFiles) {
   EXPECT_EQ(folder.names(), std::vector<std::string>{"file:a?mode=memory"});
 }
 
+TEST(ModelFile, StrokesAcrossSlabsOfDifferentNComeBack) {
+  const Folder folder;
+  Model model = ball(mixed_shell(*sphere_shell(2, 1), 1, 4));
+  model.head = testing::with_hole(model.head, [](Vec3d p) { return p.y > 0.8; });
+  std::vector<std::uint64_t> hashes = {model.head->content_hash()};
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    SnapshotPtr head = model.head;
+    for (std::uint64_t k = 1; k <= 6; ++k) {
+      head = stroke(head, k);
+      hashes.push_back(head->content_hash());
+      EXPECT_OK(file.commit(head, {}));
+    }
+    // A slab whose constrained samples were left as they were is torn.
+    SnapshotDraft torn(head);
+    const SlabMesh& mesh = head->slab_mesh();
+    for (SlabId s = 0; s < mesh.slab_count(); ++s)
+      mesh.for_each_constrained(s, [&](GridPoint p, const EdgePlace& place) {
+        if (p.j == 0) torn.edit(Layer::Displacement, s).plane()[sample_index(mesh.intervals(s), place.before)] += 0.01F;
+      });
+    const Status refused = file.commit(torn.finish(), {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, Errc::InvalidArgument);
+  }
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  EXPECT_TRUE(file.model().head->has(Layer::Void));
+  for (std::size_t k = hashes.size(); k-- > 0;) {
+    EXPECT_EQ(file.model().head->content_hash(), hashes[k]);
+    EXPECT_OK(file.undo());
+  }
+  EXPECT_OK(file.redo(9));
+  EXPECT_EQ(file.model().head->content_hash(), hashes.back());
+}
+
+/// Opens a file that an older program wrote, and walks through its history. `hashes`: at stroke 2, 3 and 0.
+void expect_opens(const char* golden, const std::array<std::uint64_t, 3>& hashes) {
+  const Folder folder;
+  std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data" / golden, folder / "a.relief");
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  const auto hash = [&] { return file.model().head->content_hash(); };
+  EXPECT_EQ(hash(), hashes[0]) << std::hex << hash();
+  EXPECT_EQ(file.model().info.source, "ball \"1\".ply");
+  RELIEF_MUST(records, file.strokes());
+  ASSERT_EQ(records.size(), 3U);
+  EXPECT_EQ(records[0].details, R"({"tool":"carve"})");
+  EXPECT_OK(file.redo());
+  EXPECT_EQ(hash(), hashes[1]) << std::hex << hash();
+  EXPECT_OK(file.undo(3));
+  EXPECT_EQ(hash(), hashes[2]) << std::hex << hash();
+  EXPECT_OK(file.commit(stroke(file.model().head, 5), {}));
+}
+
 TEST(ModelFile, FilesOfFormat1Open) {
-  const std::filesystem::path golden = std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-1.relief";
+  expect_opens("format-1.relief", {0xda79da6acd05939cU, 0xc80d206bee854ce7U, 0x2c22c9950498623dU});
+}
+
+/// The first with slabs of different n and holes.
+TEST(ModelFile, FilesOfFormat2Open) {
   if (std::getenv("RELIEF_WRITE_GOLDEN") != nullptr) {
-    std::filesystem::create_directories(golden.parent_path());
-    Model model = ball(1, 4);
-    RELIEF_MUST(file, ModelFile::create(golden, model));
+    Model model = ball(mixed_shell(*sphere_shell(1, 1), 1, 3));
+    model.head = testing::with_hole(model.head, [](Vec3d p) { return p.y > 0.5; });
+    RELIEF_MUST(file,
+                ModelFile::create(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-2.relief", model));
     EXPECT_OK(file.commit(stroke(model.head, 1), {.label = "carve", .details = R"({"tool":"carve"})"}));
     SnapshotDraft draft(file.model().head);
     draft.add_layer(Layer::Colour, 3, 1.0F);
@@ -407,19 +466,7 @@ TEST(ModelFile, FilesOfFormat1Open) {
     EXPECT_OK(file.commit(stroke(file.model().head, 3), {.label = "undone"}));
     EXPECT_OK(file.undo());
   }
-  const Folder folder;
-  std::filesystem::copy_file(golden, folder / "a.relief");
-  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
-  const auto hash = [&] { return file.model().head->content_hash(); };
-  EXPECT_EQ(hash(), 0xda79da6acd05939cU) << std::hex << hash();
-  EXPECT_EQ(file.model().info.source, "ball \"1\".ply");
-  RELIEF_MUST(records, file.strokes());
-  ASSERT_EQ(records.size(), 3U);
-  EXPECT_EQ(records[0].details, R"({"tool":"carve"})");
-  EXPECT_OK(file.redo());
-  EXPECT_EQ(hash(), 0xc80d206bee854ce7U) << std::hex << hash();
-  EXPECT_OK(file.undo(3));
-  EXPECT_EQ(hash(), 0x2c22c9950498623dU) << std::hex << hash();
+  expect_opens("format-2.relief", {0x3e0caa3b174e6b94U, 0x20ea067fbe8a437aU, 0x235ba4748d3c6d41U});
 }
 
 }  // namespace

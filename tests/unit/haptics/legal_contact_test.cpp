@@ -164,12 +164,22 @@ INSTANTIATE_TEST_SUITE_P(Scans, LegalContactOnScans,
                          ::testing::Values("bunny", "visible_human_skin", "scallop_scan", "elephant_refined"),
                          [](const auto& test) { return std::string(test.param); });
 
+double rough(Vec3d p) {
+  return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.15 * std::sin(41 * p.x + 30 * p.y);
+}
+
 TEST(LegalContact, OverARoughTorusAndARoughOpenSheet) {
-  const auto rough = [](Vec3d p) {
-    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.15 * std::sin(41 * p.x + 30 * p.y);
-  };
   judge("torus", *testing::displaced(testing::torus_shell(16, 10, 16), rough), true, kPressed / 10);
   judge("sheet", *testing::displaced(testing::plane_shell(4, 16), rough), false, kPressed / 10);
+}
+
+TEST(LegalContact, OverSlabsOfDifferentNAndPastHoles) {
+  const auto mixed = testing::mixed_shell(*testing::torus_shell(16, 10, 8), 3, 3);
+  ASSERT_TRUE(mixed);
+  const SnapshotPtr torus = testing::displaced(mixed, rough);
+  judge("torus of different n", *torus, true, kPressed / 10);
+  const auto holes = testing::with_hole(torus, [](Vec3d p) { return std::sin(6 * p.x) * std::sin(5 * p.z) > 0.6; });
+  judge("torus with holes", *holes, false, kPressed / 10);
 }
 
 /// A judge that finds nothing wrong proves nothing: each fault must be seen where it is.

@@ -1,6 +1,9 @@
 // The surface as drawn: no cracks, levels of detail, and only what changed is uploaded.
 #include "render_support.h"
 
+#include <relief/core/query.h>
+#include <relief/core/tessellate.h>
+
 namespace relief::testing {
 namespace {
 
@@ -34,6 +37,20 @@ TEST(Cracks, NoneOnClosedShellsAtAnyLevel) {
   }
 }
 
+TEST(Cracks, NoneBetweenSlabsOfDifferentN) {
+  const auto waves = [](Vec3d p) { return 0.5 + 0.35 * std::sin(9 * p.x + 7 * p.y - 5 * p.z); };
+  for (const auto& shell : {mixed_shell(*sphere_shell(2, 1), 1, 6), mixed_shell(*sphere_shell(1, 1), 3, 4),
+                            mixed_shell(*torus_shell(24, 12, 1), 1, 4)}) {
+    const auto model = displaced(shell, waves);
+    for (int level = 0; level < level_count(*shell); ++level) {
+      const auto found = coverage(*model, framing(surface_bounds(*model), 20, 40, 16.0 / 9), level);
+      EXPECT_EQ(found.cracks, 0U) << "level " << level;
+      EXPECT_GT(found.covered, 10000U);
+      EXPECT_EQ(renderer().stats().triangles, tessellate(*model, level).triangles.size());
+    }
+  }
+}
+
 TEST(Cracks, NoneFarFromTheOriginOrCloseUp) {
   const Vec3d far = {1e6, 1e6, -1e6};
   Camera camera = front(16.0 / 9, 70, -10);
@@ -62,6 +79,64 @@ TEST(Cracks, AreFoundWhereTheyAre) {
   const auto found = coverage(*sheet, framing({{0, 0, 0}, {1, 0, 1}}, 0, 60, 1.5), 0);
   EXPECT_GT(found.cracks, 1000U);
   EXPECT_EQ(found.cracks, found.covered);
+}
+
+/// A shape that no border between slabs of different n may show on.
+TEST(Mixed, LooksLikeTheSameShapeOnOneGrid) {
+  const auto bump = [](Vec3d d) { return 0.03 * std::sin(5 * d.x) * std::cos(4 * d.y); };
+  const auto field = [&](Vec3d p) { return std::clamp(((1 + bump(normalized(p))) / length(p) - 0.8) / 0.4, 0.0, 1.0); };
+  DrawSettings settings = small_settings();
+  const Picture one = draw(*displaced(sphere_shell(3, 32), field), front(), settings);
+  const Picture mixed = draw(*displaced(mixed_shell(*sphere_shell(3, 1), 8, 2), field), front(), settings);
+  EXPECT_GT(psnr(one, mixed), 42);
+}
+
+TEST(Mixed, AnEditLeavesTheSamePictureAsAFreshRenderer) {
+  const auto before = displaced(mixed_shell(*sphere_shell(2, 1), 2, 4), [](Vec3d) { return 0.5; });
+  const SlabMesh& mesh = before->slab_mesh();
+  const DrawSettings settings = small_settings();
+  draw(*before, front(), settings);
+  SnapshotDraft draft(before);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    bool near = false;
+    const int n = mesh.intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i)
+        if (length(sample_position(*before, s, {i, j}) - Vec3d{0.3, 0.1, 0.95}) < 0.2) {
+          draft.edit(Layer::Displacement, s).plane()[sample_index(n, {i, j})] -= 0.2F;
+          near = true;
+        }
+    if (near) constrain(mesh, Layer::Displacement, s, draft.edit(Layer::Displacement, s));
+  }
+  const auto after = draft.finish();
+  ASSERT_TRUE(validate(*after));
+  const Picture kept = draw(*after, front(), settings);
+  EXPECT_LT(renderer().stats().tiles_uploaded, 60U);
+  auto fresh = Renderer::create();
+  ASSERT_TRUE(fresh);
+  EXPECT_EQ(kept.rgb, fresh->draw(*after, front(), settings)->rgb);
+}
+
+TEST(Holes, ShowWhatLiesBehind) {
+  const auto one = ball(2, 16);
+  const auto shell = mixed_shell(*sphere_shell(2, 1), 4, 3);
+  for (const auto& whole : {one, displaced(shell, [](Vec3d) { return 0.5; })}) {
+    const auto through = with_hole(whole, [](Vec3d p) { return std::abs(p.z) > 0.8; });
+    const auto front_only = with_hole(whole, [](Vec3d p) { return p.z > 0.8; });
+    DrawSettings settings = small_settings();
+    const Pixel full = pixel(draw(*whole, front(), settings), 160, 90);
+    const Picture tunnel = draw(*through, front(), settings);
+    EXPECT_EQ(renderer().stats().triangles, tessellate(*through).triangles.size());
+    const Pixel background = pixel(tunnel, 10, 90);
+    EXPECT_LT(difference(pixel(tunnel, 160, 90), background), 40);
+    EXPECT_GT(difference(full, background), 60);
+    const Pixel inner = pixel(draw(*front_only, front(), settings), 160, 90);
+    EXPECT_GT(difference(inner, background), 15) << "the inside of the far side";
+    EXPECT_EQ(full, pixel(draw(*whole, front(), settings), 160, 90)) << "the hole is closed again";
+    settings.level = 2;
+    draw(*through, front(), settings);
+    EXPECT_EQ(renderer().stats().triangles, tessellate(*through, 2).triangles.size());
+  }
 }
 
 TEST(Levels, CoarserLooksAlikeAndCostsLess) {

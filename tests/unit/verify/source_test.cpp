@@ -582,6 +582,28 @@ TEST(VerifySamples, ComparesEachWithItsFibre) {
   EXPECT_EQ(found().off, 2U);
 }
 
+TEST(VerifySamples, ThoseThatACoarserNeighbourLacksAreNotHeldAgainstTheSource) {
+  const Cage cage = cube_cage(0.5, 1);
+  const Surface source = cube(0.75);
+  Tiles coarse = cube_tiles(cage, 4), fine = cube_tiles(cage, 16);
+  std::vector<SampleTile> tiles = coarse.view();
+  tiles[5] = fine.view()[5];
+  const auto found = [&] { return check_samples(cage.view(), source.view(), tiles, 1e-4); };
+  const std::size_t tested = 11U * 15U + 153U - 3U * 12U;  // 16 - 4 of them along each edge
+  EXPECT_EQ(found().tested, tested);
+  EXPECT_EQ(found().off, 0U);
+  fine.values[5][1] = fine.values[5][3] = 0.7F;  // on an edge, between those that the neighbour has
+  EXPECT_EQ(found().off, 0U);
+  fine.values[5][18] = 0.7F;  // inside
+  EXPECT_EQ(found().off, 1U);
+  fine.values[5][4] = 0.7F;  // shared
+  EXPECT_EQ(found().off, 2U);
+  // The neighbour need not be looked at, its n counts.
+  for (std::size_t s = 0; s < tiles.size(); ++s)
+    if (s != 5) tiles[s].values = {};
+  EXPECT_EQ(found().tested, 153U - 3U * 12U);
+}
+
 TEST(VerifySamples, CountsWhatFibresMeet) {
   const Cage cage = cube_cage(0.5, 1);
   Surface source = cube(0.75);
