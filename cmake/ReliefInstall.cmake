@@ -8,6 +8,7 @@ set(RELIEF_CMAKE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/Relief")
 set(relief_find_Threads::Threads "find_dependency(Threads)")
 set(relief_find_TBB::tbb "find_dependency(TBB)")
 set(relief_find_embree "find_dependency(embree 3)")
+set(relief_find_OpenVDB::openvdb "find_dependency(OpenVDB)")
 set(relief_find_ZLIB::ZLIB "find_dependency(ZLIB)")
 set(relief_find_nlohmann_json::nlohmann_json "find_dependency(nlohmann_json)")
 set(relief_find_fmt::fmt "find_dependency(fmt)")
@@ -71,6 +72,7 @@ configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/ReliefConfig.cmake.in" 
   INSTALL_DESTINATION "${RELIEF_CMAKE_DIR}")
 write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/ReliefConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/ReliefConfig.cmake" "${CMAKE_CURRENT_BINARY_DIR}/ReliefConfigVersion.cmake"
+              "${CMAKE_CURRENT_LIST_DIR}/FindOpenVDB.cmake"
   DESTINATION "${RELIEF_CMAKE_DIR}" COMPONENT development)
 
 if(TARGET relief_cli)

@@ -57,6 +57,7 @@ THIRD_PARTY = {
     "tbb/": ["convert"],
     "oneapi/": ["convert"],
     "embree3/": ["convert"],
+    "openvdb/": ["convert"],
     "meshoptimizer.h": ["convert"],
     "zlib.h": ["mesh"],
     "nlohmann/": ["mesh"],

@@ -5,6 +5,10 @@
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <unistd.h>
 
 #include <atomic>
@@ -77,6 +81,10 @@ int wrong_usage(const CLI::App& app, const std::string& message) {
 }
 
 int main_inner(int argc, char** argv) {
+#ifdef __GLIBC__
+  // Large arrays go back to the system when they are freed, and leave no holes.
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
   CLI::App app(
       "Touch, carve and paint any triangle mesh.\n\n"
       "A scan becomes slabs with displacement maps (convert), which a device, a path or a simulated hand touches "

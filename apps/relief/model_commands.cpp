@@ -85,12 +85,12 @@ struct PlainSource {
   [[nodiscard]] verify::Source view() const { return {positions, triangles}; }
 };
 
-/// What the verifier proves of a conversion; a certified one is held against its mended source.
-verify::Certificate certificate_of(const Conversion& made) {
+/// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
+verify::Certificate certificate_of(const Conversion& made, const Progress& progress) {
   const PlainShell shell(made.model.head->slab_mesh());
-  if (made.model.info.mode != Mode::Certified) return verify::check(shell.view());
+  if (made.model.info.mode == Mode::Preview) return verify::check(shell.view());
   const PlainSource source(made.mended);
-  return verify::check(shell.view(), source.view());
+  return verify::check(shell.view(), source.view(), progress);
 }
 
 /// What the model's mode claims: preview C0, C1 and the triangles of C3; tolerant C0 to C4 and, with the source, C5;
@@ -131,7 +131,7 @@ ordered_json to_json(const verify::Certificate& certificate) {
 }
 
 struct ConvertOptions {
-  std::string in, out, mended, mode, unit;
+  std::string in, out, mended, mode, unit, remesh;
   ConvertSettings settings;
   bool force = false;
 };
@@ -201,12 +201,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["distance"]["to_source"] = distance(r.to_source);
   json["distance"]["from_source"] = distance(r.from_source);
   if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
-  json["mended"] = {{"moved_vertices", r.moved_vertices},
-                    {"moved_most", r.moved_most},
-                    {"parted_vertices", r.parted_vertices},
-                    {"replaced_triangles", r.replaced_triangles},
-                    {"closed_openings", r.closed_openings},
-                    {"phantom_triangles", r.phantom_triangles}};
+  if (r.remesh)
+    json["remesh"] = {{"voxel", r.remesh->voxel}, {"sheets", r.remesh->sheets}, {"crumbs", r.remesh->crumbs}};
+  json["mended"] = {{"moved_vertices", r.moved_vertices},   {"moved_most", r.moved_most},
+                    {"parted_vertices", r.parted_vertices}, {"replaced_triangles", r.replaced_triangles},
+                    {"closed_openings", r.closed_openings}, {"phantom_triangles", r.phantom_triangles}};
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},
@@ -231,11 +230,8 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 
 Status run_convert(ConvertOptions& o, const Context& context) {
   const double start = process_cpu_seconds();
-  if (o.mode == "tolerant")
-    return fail(Errc::Unfoldable,
-                fmt::format("{}: this version makes no {} shells; convert without --mode, or with --mode preview",
-                            printable(o.in), o.mode));
   o.settings.mode = mode_from_name(o.mode);
+  if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
@@ -247,7 +243,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
-  verify::Certificate certificate = certificate_of(*converted);
+  verify::Certificate certificate = certificate_of(*converted, context.progress);
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
   if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode.empty()) {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
@@ -255,7 +252,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     converted = convert(source, o.settings, context.progress);
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
     converted->report.not_certified = why;
-    certificate = certificate_of(*converted);
+    certificate = certificate_of(*converted, context.progress);
   }
   Conversion& made = *converted;
   made.model.info.source = std::filesystem::path(o.in).filename().string();
@@ -283,7 +280,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
 /// What the verifier says of the tiles that lie on each slab's own grid.
 Status check_tiles(const std::string& file, const PlainShell& shell, const Snapshot& head) {
   for (const auto& [layer, between] :
-       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer}}) {
+       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
+        std::pair{Layer::Folded, verify::Between::Nearer}}) {
     if (!head.has(layer)) continue;
     std::vector<verify::SampleTile> tiles;
     for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
@@ -353,7 +351,8 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   } else {
     RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
     const PlainSource source(mesh);
-    certificate = verify::check(shell.view(), source.view());
+    certificate = verify::check(shell.view(), source.view(), context.progress);
+    if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
     if (certificate.holds[0]) {
       RELIEF_TRY(samples, compare_samples(file, model, shell, source));
     }
@@ -503,12 +502,19 @@ void add_convert(CLI::App& app, Context& context) {
                 "the smallest power of two for n that keeps to it, at most 128")
       ->check(in_range(1e-7, 1))
       ->excludes(samples);
-  c->add_option("--mode", o->mode,
-                "certified: proven, or exit 1; preview; without it the best that can be proved (tolerant is not in "
-                "this version)")
+  c->add_option(
+       "--mode", o->mode,
+       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: the slabs asked for, with "
+       "samples marked whose fibre meets the surface more than once; preview: quick, single slabs are sound; "
+       "without it the best that can be proved")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
       ->check(in_range(1e-4, 1));
+  c->add_flag(
+       "--remesh{auto}", o->remesh,
+       "Make the source a solid anew first, for sources that meet themselves or are open; --remesh=VOXEL sets the "
+       "edge of a voxel, share of the diagonal")
+      ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); });
   c->add_option("--unit", o->unit,
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct CertifiedSettings {
   std::size_t target = 200;  ///< slabs; more remain where no step that keeps the conditions is left
   double longest = 0;        ///< longest fibre, lattice steps
   double farthest = 0;       ///< how far a source vertex may be moved to mend it, lattice steps
+  /// Shares of a slab's area in which fibres may meet the source several times, one after the other, as long as the
+  /// target is not reached; all other conditions stay (shell.md 14).
+  std::span<const double> tolerances = {};
 };
 
 /// A closed oriented manifold on the lattice.
@@ -28,8 +32,9 @@ struct ClosedSource {
 };
 
 struct CertifiedShell {
-  Shell shell;          ///< empty when there is none
-  ClosedSource source;  ///< as it was certified, or as far as it was mended: the points given come first
+  Shell shell;            ///< empty when there is none
+  bool tolerant = false;  ///< C6 does not hold throughout: the tolerance was made use of
+  ClosedSource source;    ///< as it was certified, or as far as it was mended: the points given come first
   std::size_t moved_points = 0;
   double moved_most = 0;           ///< lattice steps
   std::size_t parted_points = 0;   ///< that lay on others and were moved off them; counted among the moved ones

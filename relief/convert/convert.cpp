@@ -6,6 +6,7 @@
 #include <relief/convert/lattice.h>
 #include <relief/convert/measure.h>
 #include <relief/convert/reach.h>
+#include <relief/convert/remesh.h>
 #include <relief/convert/resolution.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
@@ -68,8 +69,8 @@ Status check(const ConvertSettings& settings) {
     return outside("the error", number(settings.error), "1e-7 to 1, a share of the diagonal");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
-  if (settings.mode == Mode::Tolerant)
-    return fail(Errc::InvalidArgument, "this version makes no tolerant shells; ask for certified or preview.");
+  if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
+    return outside("the voxel to remesh with", number(*settings.remesh), "0.00001 to 0.1, a share of the diagonal");
   if (!(settings.thickness >= 1e-4 && settings.thickness <= 1))
     return outside("the thickness", number(settings.thickness), "0.0001 to 1, a share of the diagonal");
   return {};
@@ -242,6 +243,7 @@ struct Ground {
   TriangleMesh mesh;             ///< phantom triangles come last
   std::size_t phantom_from = 0;  ///< the first of them
   Lattice lattice;
+  bool tolerant = false;  ///< the shell may fold in a small share of the area
 };
 
 /// A mesh whose openings are closed with phantom triangles; these come last.
@@ -294,27 +296,32 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
                                         ConvertReport& report, const Progress& progress) {
   // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
   constexpr double kFarthest = 2e-3;
+  // Shares of a slab's area in which a tolerant shell may fold.
+  constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
   const TriangleMesh& open = ground.mesh;
   const auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, rims);
   CertifiedShell made;
   Lattice lattice;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    const ClosedMesh closed = close_openings(open, rims, closings);
+    ClosedMesh closed = close_openings(open, rims, closings);
     Box3d box;
     for (const Vec3d p : closed.points) box.add(p);
     lattice = Lattice::around(box, settings.thickness * diagonal);
     ClosedSource source;
     source.points.reserve(closed.points.size());
     for (const Vec3d p : closed.points) source.points.push_back(snap(lattice.to_lattice(p)));
-    source.faces = closed.faces;
+    closed.points = {};
+    source.faces = std::move(closed.faces);
     source.phantom.assign(open.triangles.size(), 0);
-    source.phantom.resize(closed.faces.size(), 1);
+    source.phantom.resize(source.faces.size(), 1);
     source.patch = source.phantom;
     made = build_certified(std::move(source),
                            {.target = static_cast<std::size_t>(settings.slabs),
                             .longest = settings.thickness * diagonal / lattice.step,
-                            .farthest = kFarthest * diagonal / lattice.step},
+                            .farthest = kFarthest * diagonal / lattice.step,
+                            .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
+                                                                          : std::span<const double>()},
                            progress);
     if (!made.shell.faces.empty() || made.obstacle.empty()) break;
     // Membranes that met the surface give way to boxes.
@@ -355,6 +362,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.parted_vertices = made.parted_points;
   report.replaced_triangles = made.replaced_faces;
   report.closed_openings = rims.size();
+  ground.tolerant = made.tolerant;
   ground.lattice = lattice;
   TriangleMesh mended;
   mended.unit = open.unit;
@@ -429,12 +437,13 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
   CagePtr mesh = fine;
   if (settings.intervals == 0) {
     const double error = settings.error * diagonal / source.lattice.step;
-    RELIEF_TRY(mesh,
-               with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
+    RELIEF_TRY(mesh, with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
   }
   SnapshotDraft draft(Snapshot::make(mesh));
   if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
+  const bool folds = field.hits.several > 0;
+  if (folds) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     const int n = mesh->intervals(s), step = fine->intervals(s) / n;
     const auto put = [&](Layer layer, auto&& value) {
@@ -449,6 +458,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
       pierced = pierced || field.is_void[number] != 0;
       return field.values[number];
     });
+    if (folds) put(Layer::Folded, [&](std::size_t number) { return field.folded[number] != 0 ? 1.0F : 0.0F; });
     if (pierced) put(Layer::Void, [&](std::size_t number) { return field.is_void[number] != 0 ? 1.0F : 0.0F; });
   }
   const HitCount more = count_hits(*mesh, source, field.hits.all(), progress);
@@ -461,8 +471,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
 }
 
 Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& surface, const Lattice& lattice,
-                                const TriangleMesh& source, const ConvertSettings& settings,
-                                const Progress& progress) {
+                                const TriangleMesh& source, const ConvertSettings& settings, const Progress& progress) {
   const SlabMesh& mesh = model->slab_mesh();
   const int m = colour_grid(settings, source, mesh);
   const SampleNumbers numbers(mesh, m);
@@ -489,6 +498,17 @@ void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& repo
   report.thickness_median = lengths[lengths.size() / 2];
 }
 
+/// Puts a solid made anew in the place of the repaired source.
+Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, const Progress& progress) {
+  const double across = diagonal_of(bounds(mended));
+  RELIEF_TRY(Remeshed made, remesh(mended, share * across, progress));
+  report.remesh = {.voxel = made.voxel / across, .sheets = made.sheets, .crumbs = made.crumbs};
+  report.repair.parts = made.parts;
+  report.repair.boundary_loops = made.rims;
+  mended = std::move(made.mesh);
+  return {};
+}
+
 Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
                                    const Progress& progress) {
   Conversion result;
@@ -497,8 +517,13 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   report.repair = repaired.report;
-  report.source_triangles = repaired.mesh.triangles.size();
   stopwatch.phase_done("repair");
+  if (settings.remesh) {
+    RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, report, progress));
+    if (progress.cancelled()) return cancelled();
+    stopwatch.phase_done("remesh");
+  }
+  report.source_triangles = repaired.mesh.triangles.size();
 
   const Box3d box = bounds(repaired.mesh);
   const double diagonal = diagonal_of(box);
@@ -513,10 +538,10 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     mesh = certify(ground, settings, diagonal, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
-    if (mesh != nullptr) mode = Mode::Certified;
-    if (mesh == nullptr && settings.mode == Mode::Certified)
-      return fail(Errc::Unfoldable, "no certified shell: " + report.not_certified +
-                                        "; mend the source there, or convert with --mode preview.");
+    if (mesh != nullptr) mode = ground.tolerant ? Mode::Tolerant : Mode::Certified;
+    if (mesh == nullptr && settings.mode)
+      return fail(Errc::Unfoldable, "no " + std::string(name(*settings.mode)) + " shell: " + report.not_certified +
+                                        "; remesh the source as a solid (--remesh), or convert with --mode preview.");
   }
   const Lattice& lattice = ground.lattice;
   std::vector<Vec3d> points;
@@ -550,7 +575,9 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   }
 
   progress("measure", 0);
-  const auto relative = [&](Distance d) { return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal}; };
+  const auto relative = [&](Distance d) {
+    return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal};
+  };
   const MeasuredSurface made(*result.model.head, lattice);
   report.to_mended = relative(made.to(surface));
   report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from)));
@@ -616,6 +643,13 @@ std::string to_string(const ConvertReport& report) {
   std::array<char, 600> line{};
   std::string text = to_string(report.repair);
   if (!text.empty() && text.back() != '\n') text += '\n';
+  if (report.remesh) {
+    const ConvertReport::Remesh& r = *report.remesh;
+    std::snprintf(line.data(), line.size(), "remeshed with voxels of %.2e of the diagonal\n", r.voxel);
+    text += line.data();
+    if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
+    if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
+  }
   const double cast = std::max(1.0, double(report.fibres_cast));
   std::snprintf(line.data(), line.size(),
                 "%zu triangles became %zu slabs\n"

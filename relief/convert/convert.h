@@ -15,14 +15,16 @@
 namespace relief {
 
 struct ConvertSettings {
-  int slabs = 200;     ///< target; 4 .. 1,000,000
+  int slabs = 200;      ///< target; 4 .. 1,000,000
   int intervals = 0;    ///< n of every slab, 1..128, or 0: chosen per slab by `error`; the paper used 15
   double error = 1e-4;  ///< how far the surface may lie from the source, share of the diagonal; where n = 128 allows it
   int colour_intervals =
       0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
-  std::optional<Mode> mode = {};  ///< empty: certified where that can be reached, else preview
+  std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the
+                                      ///< source's diagonal, or 0: chosen from the source
+  std::optional<Mode> mode = {};      ///< empty: certified where that can be reached, else preview
 };
 
 struct Distance {
@@ -34,12 +36,12 @@ struct ConvertReport {
   RepairReport repair;
   std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
-  std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
-  std::size_t dropped_slabs = 0;  ///< left out because the source meets itself there
-  std::size_t fibres_cast = 0;    ///< through the samples of the finest grids, and more: a million at least
-  std::size_t hits_single = 0;    ///< fibres that met the source exactly once
-  std::size_t hits_none = 0;      ///< filled from their neighbours
-  std::size_t hits_several = 0;   ///< the crossing that agrees with the neighbours was taken
+  std::size_t dropped_parts = 0;     ///< smallest parts left out because the target cannot hold them
+  std::size_t dropped_slabs = 0;     ///< left out because the source meets itself there
+  std::size_t fibres_cast = 0;       ///< through the samples of the finest grids, and more: a million at least
+  std::size_t hits_single = 0;       ///< fibres that met the source exactly once
+  std::size_t hits_none = 0;         ///< filled from their neighbours
+  std::size_t hits_several = 0;      ///< the crossing that agrees with the neighbours was taken
   std::size_t slabs_too_coarse = 0;  ///< that are not within the error at n = 128 or at the source's own fineness
   /// Root mean square and greatest distance, shares of the diagonal, over an even choice of points: from the displaced
   /// surface to the mended source, back from its triangles that are not phantom, and the same to and from the source as
@@ -53,7 +55,13 @@ struct ConvertReport {
   std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
   std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
   std::size_t phantom_triangles = 0;
-  std::string not_certified;  ///< why the shell is not certified, where that was tried; a sentence
+  struct Remesh {
+    double voxel = 0;        ///< its edge, share of the diagonal
+    std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
+    std::size_t crumbs = 0;  ///< parts of a few voxels, left out
+  };
+  std::optional<Remesh> remesh;  ///< where it was asked for
+  std::string not_certified;     ///< why the shell is not certified, where that was tried; a sentence
   struct Phase {
     std::string name;
     double seconds;  ///< thread CPU time summed over all threads
@@ -68,15 +76,17 @@ struct Conversion {
   std::size_t phantom_from = 0;  ///< its triangles from here on are phantom: they close openings
 };
 
-/// Certified mode: a thin shell on the mended source is made coarse by steps of which each keeps C0 to C7 of shell.md,
-/// so every fibre meets the mended source once; more slabs than the target remain where no such step is left. For
-/// closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source
-/// to the target, gives every vertex a direction that all its faces see and depths at which every slab passes the
-/// closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is sampled along the
-/// fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a lattice whose step is
-/// a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing usable in the source),
-/// NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up to 16 times the
-/// target), InvalidArgument (tolerant mode is not made), Cancelled.
+/// With `remesh`, the source becomes a solid first: sheets that meet, double and cross count as one, holes are closed,
+/// parts that close nothing off get a thickness of two voxels, and what is thinner than a voxel is lost; that solid is
+/// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each
+/// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
+/// such step is left. For closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode:
+/// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
+/// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is
+/// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a
+/// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
+/// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
+/// to 16 times the target), InvalidArgument (tolerant mode is not made), Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

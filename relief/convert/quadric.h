@@ -66,13 +66,17 @@ struct Merge {
   double cost = 0;
   Vec3d place;
 };
-/// `sum` is that of the quadrics of both ends.
+/// For an edge of the given squared length; `sum` is that of the quadrics of both ends.
+[[nodiscard]] inline double merge_cost(const Quadric& sum, Vec3d place, double edge2) noexcept {
+  return sum.error(place) + 5e-5 * sum.trace() * edge2 + 1e-12 * std::sqrt(edge2);
+}
+/// The same, at the best place.
 [[nodiscard]] inline Merge merge_ends(const Quadric& sum, Vec3d a, Vec3d b) noexcept {
   const Vec3d middle = (a + b) * 0.5, edge = b - a;
   const double edge2 = dot(edge, edge);
   Vec3d p = sum.optimum(middle);
   if (dot(p - middle, p - middle) > 2.25 * edge2) p = middle;
-  return {sum.error(p) + 5e-5 * sum.trace() * edge2 + 1e-12 * std::sqrt(edge2), p};
+  return {merge_cost(sum, p, edge2), p};
 }
 
 }  // namespace relief::detail

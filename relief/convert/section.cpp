@@ -76,10 +76,8 @@ SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer)
   box_.add(side_boxes_[1]);
   std::size_t count = 0;
   const auto add = [&](Vec3d n) {
-    normals_[count] = normalized(n);
-    double limit = -Box3d::kFar;
-    for (const Vec3d p : ends_) limit = std::max(limit, dot(normals_[count], p));
-    limits_[count++] = limit;
+    for (std::size_t axis = 0; axis < 3; ++axis) normals_[axis][count] = n[axis];
+    ++count;
   };
   add(cross(ends_[2] - ends_[0], ends_[1] - ends_[0]));
   add(cross(ends_[4] - ends_[3], ends_[5] - ends_[3]));
@@ -87,7 +85,24 @@ SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer)
     const std::size_t l = (k + 1) % 3;
     wall_planes(ends_[k], ends_[k + 3], ends_[l], ends_[l + 3], add);
   }
-  levels_ = {dot(normals_[0], ends_[0]), dot(normals_[1], ends_[3])};
+  for (std::size_t k = 0; k < kPlanes; ++k) {
+    const double size =
+        std::sqrt(normals_[0][k] * normals_[0][k] + normals_[1][k] * normals_[1][k] + normals_[2][k] * normals_[2][k]);
+    const double inverse = size > 0 ? 1 / size : 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) normals_[axis][k] *= inverse;
+    limits_[k] = -Box3d::kFar;
+  }
+  for (const Vec3d p : ends_)
+    for (std::size_t k = 0; k < kPlanes; ++k) {
+      const double height = normals_[0][k] * p.x + normals_[1][k] * p.y + normals_[2][k] * p.z;
+      limits_[k] = limits_[k] < height ? height : limits_[k];
+    }
+  levels_ = {dot(plane(0), ends_[0]), dot(plane(1), ends_[3])};
+}
+
+double SlabShape::middle_area() const noexcept {
+  const Vec3d a = ends_[0] + ends_[3], b = ends_[1] + ends_[4], c = ends_[2] + ends_[5];
+  return 0.125 * length(cross(b - a, c - a));
 }
 
 Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
@@ -98,7 +113,7 @@ Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
   }
   std::array<double, 2> highest{};
   for (std::size_t k = 0; k < 8; ++k) {
-    const double a = dot(normals_[k], t.a), b = dot(normals_[k], t.b), c = dot(normals_[k], t.c);
+    const double a = dot(plane(k), t.a), b = dot(plane(k), t.b), c = dot(plane(k), t.c);
     if (std::min({a, b, c}) > limits_[k] + kClearance) return Meeting::Apart;
     if (k < 2) highest[k] = std::max({a, b, c});
   }
@@ -124,7 +139,7 @@ Meeting SlabShape::meet(const SourceBlock& block) const noexcept {
   }
   bool clear = true;
   for (std::size_t k = 0; k < 8; ++k) {
-    const Vec3d n = normals_[k];
+    const Vec3d n = plane(k);
     const double middle = dot(n, block.centre);
     const double reach = std::abs(n.x) * block.half.x + std::abs(n.y) * block.half.y + std::abs(n.z) * block.half.z;
     if (middle - reach > limits_[k] + kClearance) return Meeting::Apart;
@@ -142,7 +157,7 @@ Meeting SlabShape::meet(const SourceBlock& block) const noexcept {
 
 bool SlabShape::surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept {
   const auto beyond = [](const SlabShape& s, std::size_t of, const SlabShape& o, std::size_t side_of_o) {
-    const Vec3d n = s.normals_[of];
+    const Vec3d n = s.plane(of);
     const double level = s.levels_[of];
     int above = 0, below = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -203,6 +218,92 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
   };
   if (bad == 1) return misses(at_odd, cut_j, cut_k);
   return misses(cut_j, at_j, at_k) && misses(cut_j, at_k, cut_k);
+}
+
+namespace {
+
+template <typename Mask>
+unsigned bits_of(const Mask& mask) noexcept {
+  return (static_cast<unsigned>(mask[0]) & 1U) | (static_cast<unsigned>(mask[1]) & 2U) |
+         (static_cast<unsigned>(mask[2]) & 4U) | (static_cast<unsigned>(mask[3]) & 8U);
+}
+
+Four least(Four a, Four b) noexcept { return a < b ? a : b; }
+Four greatest(Four a, Four b) noexcept { return a < b ? b : a; }
+
+}  // namespace
+
+void FourTriangles::set(std::size_t k, const LatticeTriangle& t, const std::array<float, 4>& normal_and_slack,
+                        LatticePoint origin) noexcept {
+  float farthest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<float, 3> x{};
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      x[corner] = static_cast<float>(t[corner][axis] - origin[axis]);
+      corners[corner][axis].of[k] = x[corner];
+    }
+    const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
+    low[axis].of[k] = least_x;
+    high[axis].of[k] = most_x;
+    farthest = std::max({farthest, -least_x, most_x});
+    normals[axis].of[k] = normal_and_slack[axis];
+  }
+  slack.of[k] = normal_and_slack[3];
+  reach.of[k] = farthest;
+}
+
+void FourTriangles::set(std::size_t k, const SourceBlock& block, LatticePoint origin) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis].of[k] = static_cast<float>(block.centre[axis] - block.half[axis] - origin[axis]);
+    high[axis].of[k] = static_cast<float>(block.centre[axis] + block.half[axis] - origin[axis]);
+  }
+  reach.of[k] = 1e30F;  // no plane has it apart
+}
+
+QuickShape::QuickShape(const SlabShape& shape, LatticePoint origin) noexcept {
+  const Vec3d o = to_double(origin);
+  for (std::size_t k = 0; k < SlabShape::kPlanes; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) normals_[axis][k] = static_cast<float>(shape.normals_[axis][k]);
+    limits_[k] = static_cast<float>(shape.limits_[k] - dot(shape.plane(k), o));
+  }
+  for (std::size_t side = 0; side < 2; ++side)
+    levels_[side] = static_cast<float>(shape.levels_[side] - dot(shape.plane(side), o));
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) fibres_[k][axis] = static_cast<float>(shape.fibres_[k][axis]);
+    lengths_[k] = static_cast<float>(shape.lengths_[k]);
+    // Below 2^26 floats are off by two at most, at either side of the comparison.
+    low_[k] = static_cast<float>(shape.box_.low[k] - o[k] - kClearance - 6);
+    high_[k] = static_cast<float>(shape.box_.high[k] - o[k] + kClearance + 6);
+    reach_ = std::max({reach_, -low_[k], high_[k]});
+  }
+}
+
+unsigned QuickShape::near(const FourTriangles& t) const noexcept {
+  return bits_of((t.low[0].all() <= high_[0]) & (t.high[0].all() >= low_[0]) & (t.low[1].all() <= high_[1]) &
+                 (t.high[1].all() >= low_[1]) & (t.low[2].all() <= high_[2]) & (t.high[2].all() >= low_[2]));
+}
+
+QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
+  // A height over a plane takes about ten roundings of 2^-24 of sums below three times the reach.
+  const Four margin = static_cast<float>(kClearance) + 0x1p-18F * (t.reach.all() + reach_);
+  const auto height = [&](std::size_t k, std::size_t corner) {
+    return t.corners[corner][0].all() * normals_[0][k] + t.corners[corner][1].all() * normals_[1][k] +
+           t.corners[corner][2].all() * normals_[2][k];
+  };
+  auto apart = margin < 0;
+  auto doubtful = apart;
+  for (std::size_t k = 0; k < SlabShape::kPlanes; ++k) {
+    const Four a = height(k, 0), b = height(k, 1), c = height(k, 2);
+    apart |= least(least(a, b), c) > limits_[k] + margin;
+    if (k < 2) doubtful |= greatest(greatest(a, b), c) >= levels_[k] - margin;
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Four lean =
+        t.normals[0].all() * fibres_[k][0] + t.normals[1].all() * fibres_[k][1] + t.normals[2].all() * fibres_[k][2];
+    doubtful |= lean <= (t.slack.all() + 1e-5F) * lengths_[k];
+  }
+  const unsigned kept = near(t) & ~bits_of(apart);
+  return {kept, kept & ~bits_of(doubtful)};
 }
 
 }  // namespace relief::detail

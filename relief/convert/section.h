@@ -4,6 +4,7 @@
 #include <relief/convert/lattice.h>
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 namespace relief::detail {
@@ -51,10 +52,13 @@ class SlabShape {
   [[nodiscard]] bool surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept;
 
   [[nodiscard]] const Box3d& box() const noexcept { return box_; }
+  /// Of the triangle half way along the fibres.
+  [[nodiscard]] double middle_area() const noexcept;
   [[nodiscard]] const Box3d& box(std::size_t side) const noexcept { return side_boxes_[side]; }
   [[nodiscard]] const LatticeTriangle& triangle(std::size_t side) const noexcept { return triangles_[side]; }
 
  private:
+  friend class QuickShape;
   [[nodiscard]] bool misses_bad_part(const SourceTriangle& t, const std::array<double, 3>& lean) const noexcept;
 
   std::array<LatticeTriangle, 2> triangles_;
@@ -64,9 +68,60 @@ class SlabShape {
   Box3d box_;
   std::array<Box3d, 2> side_boxes_;
   // Supporting planes of the six ends: below the inner triangle, above the outer one, two per wall.
-  std::array<Vec3d, 8> normals_;
-  std::array<double, 8> limits_{};
+  static constexpr std::size_t kPlanes = 8;
+  [[nodiscard]] Vec3d plane(std::size_t k) const noexcept { return {normals_[0][k], normals_[1][k], normals_[2][k]}; }
+  std::array<std::array<double, kPlanes>, 3> normals_;  // by axis
+  std::array<double, kPlanes> limits_{};
   std::array<double, 2> levels_{};  // of the inner and outer triangle's own planes
+};
+
+using Four = float __attribute__((vector_size(16)));
+/// Four floats, written one by one and computed with together.
+struct Lanes {
+  std::array<float, 4> of{};
+  [[nodiscard]] Four all() const noexcept { return std::bit_cast<Four>(of); }
+};
+
+/// Four triangles of the source side by side, in float about an origin near them. Those not set lie nowhere.
+struct FourTriangles {
+  std::array<std::array<Lanes, 3>, 3> corners;  ///< by corner, by axis
+  std::array<Lanes, 3> normals;
+  std::array<Lanes, 3> low, high;  ///< of their boxes
+  Lanes slack, reach;              ///< reach: greatest coordinate
+
+  FourTriangles() {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis].of.fill(1e30F);
+      high[axis].of.fill(-1e30F);
+    }
+  }
+  void set(std::size_t k, const LatticeTriangle& t, const std::array<float, 4>& normal_and_slack,
+           LatticePoint origin) noexcept;
+  /// Only the box.
+  void set(std::size_t k, const SourceBlock& block, LatticePoint origin) noexcept;
+};
+
+/// What SlabShape tells of triangles, in float about an origin near the slab. Settles most of them at a fraction of the
+/// time; its verdicts, too, are proofs.
+class QuickShape {
+ public:
+  QuickShape(const SlabShape& shape, LatticePoint origin) noexcept;
+
+  /// A bit per triangle.
+  struct Verdict {
+    unsigned near = 0;     ///< not certainly apart
+    unsigned section = 0;  ///< of these, crossed by all fibres; otherwise ask the shape itself
+  };
+  [[nodiscard]] unsigned near(const FourTriangles& t) const noexcept;  ///< by the boxes alone
+  [[nodiscard]] Verdict meet(const FourTriangles& t) const noexcept;
+
+ private:
+  std::array<std::array<float, 8>, 3> normals_;  // by axis
+  std::array<float, 8> limits_;
+  std::array<float, 2> levels_;
+  std::array<std::array<float, 3>, 3> fibres_;
+  std::array<float, 3> lengths_, low_, high_;
+  float reach_ = 0;
 };
 
 }  // namespace relief::detail

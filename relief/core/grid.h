@@ -82,6 +82,7 @@ constexpr void for_each_cell(int n, Visit&& visit) {
 /// left out. So the triangles of neighbouring slabs meet edge to edge.
 template <typename Visit>
 constexpr void for_each_cell(int n, const std::array<int, 3>& edges, Visit&& visit) {
+  if (edges == std::array{n, n, n}) return for_each_cell(n, visit);
   for_each_cell(n, [&](const std::array<GridPoint, 3>& cell) {
     std::array<GridPoint, 3> to = cell;
     for (GridPoint& p : to) p = edge_place(n, edges, p).nearer();

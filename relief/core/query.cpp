@@ -209,6 +209,22 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
+/// The holes of one slab, for many questions.
+class Holes {
+ public:
+  Holes(const Snapshot& model, SlabId slab) noexcept
+      : voids_(model.has(Layer::Void) ? model.tile(Layer::Void, slab).plane() : nullptr),
+        n_(model.slab_mesh().intervals(slab)) {}
+  [[nodiscard]] bool contain(const std::array<GridPoint, 3>& cell) const noexcept {
+    return voids_ != nullptr && is_hole(voids_[sample_index(n_, cell[0])], voids_[sample_index(n_, cell[1])],
+                                        voids_[sample_index(n_, cell[2])]);
+  }
+
+ private:
+  const float* voids_;
+  int n_;
+};
+
 /// Twice the area vectors of the micro-triangles around `at`, added counter-clockwise: of those whose samples are
 /// `inside` and that are no hole(at, sample, next sample).
 template <typename Position, typename Inside, typename Hole>
@@ -242,12 +258,12 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
-  const bool holes = model.has(Layer::Void);
+  const Holes holes(model, slab);
   const double halvings = n & -n;
   return ring_sum(
              at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
              [&](GridPoint p) { return on_grid(n, p); },
-             [&](const std::array<GridPoint, 3>& t) { return holes && model.is_hole(slab, t); }) *
+             [&](const std::array<GridPoint, 3>& t) { return holes.contain(t); }) *
          (halvings * halvings);
 }
 
@@ -281,12 +297,12 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
-  const bool holes = model.has(Layer::Void);
+  const Holes holes(model, slab);
   const std::array<int, 3> edges = mesh.edge_intervals(slab);
   const bool stitched = edges != std::array{n, n, n};
   const auto cell = [&](const std::array<GridPoint, 3>& at, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     if (stitched && (a == b || b == c || c == a)) return;
-    if (!(holes && model.is_hole(slab, at))) visit(at, a, b, c);
+    if (!holes.contain(at)) visit(at, a, b, c);
   };
   std::array<std::array<Vec3d, kMaxIntervals + 1>, 2> rows;
   std::array<Box3d, 2> boxes;

@@ -11,7 +11,7 @@ namespace relief {
 namespace {
 constexpr std::array<std::string_view, kLayerCount> kLayerNames = {
     "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity",
-    "mask",         "strata", "void"};
+    "mask",         "strata", "void",      "folded"};
 constexpr std::align_val_t kLine{64};
 
 std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
@@ -55,7 +55,7 @@ bool Tile::same_values(const Tile& other) const noexcept {
 
 float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
   const auto value = [&](GridPoint p) { return tile.plane()[sample_index(tile.intervals(), p)]; };
-  if (layer == Layer::Void) return value(place.nearer());
+  if (layer != Layer::Displacement) return value(place.nearer());
   const double before{value(place.before)}, after{value(place.after)};
   return static_cast<float>((before * (place.r - place.k) + after * place.k) / place.r);
 }

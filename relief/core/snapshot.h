@@ -14,8 +14,8 @@
 namespace relief {
 
 /// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue
-/// 0..1; the others are one number each, with the ranges given. Displacement and Void lie on each slab's own grid, the
-/// others on one of m intervals in all slabs.
+/// 0..1; the others are one number each, with the ranges given. Displacement, Void and Folded lie on each slab's own
+/// grid, the others on one of m intervals in all slabs.
 enum class Layer : std::uint8_t {
   Displacement,
   Colour,
@@ -26,13 +26,14 @@ enum class Layer : std::uint8_t {
   Mask,             ///< 0 free, 1 protected from tools
   Strata,           ///< alpha of a buried boundary between materials
   Void,             ///< 0 surface, 1 hole (see is_hole)
+  Folded,           ///< 1 where the fibre met the source several times, so that the sample holds only one of them
 };
-inline constexpr int kLayerCount = 9;
+inline constexpr int kLayerCount = 10;
 
 /// Stands for the number of intervals where each slab has its own.
 inline constexpr int kOwnIntervals = 0;
 [[nodiscard]] constexpr bool has_own_intervals(Layer layer) noexcept {
-  return layer == Layer::Displacement || layer == Layer::Void;
+  return layer == Layer::Displacement || layer == Layer::Void || layer == Layer::Folded;
 }
 
 [[nodiscard]] constexpr int channels(Layer layer) noexcept { return layer == Layer::Colour ? 3 : 1; }
@@ -81,8 +82,8 @@ class Tile {
 };
 using TilePtr = std::shared_ptr<const Tile>;
 
-/// The value that a constrained sample must have, from its tile in a layer of own intervals. Void: that of the nearer
-/// end. Otherwise linear between the two ends, rounded once, and the same counted from either end.
+/// The value that a constrained sample must have, from its tile in a layer of own intervals. Void, Folded: that of the
+/// nearer end. Otherwise linear between the two ends, rounded once, and the same counted from either end.
 [[nodiscard]] float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept;
 /// Gives the constrained samples of the tile their values. Whoever writes a tile of own intervals calls this last.
 void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept;

@@ -223,10 +223,10 @@ struct Editor::Scratch {
   const float* protection(const Snapshot& model, SlabId s, int n) {
     const float* masked = model.has(Layer::Mask) ? on_grid(model.tile(Layer::Mask, s), n, mask) : nullptr;
     if (!model.has(Layer::Void)) return masked;
-    const std::size_t count = sample_count(n);
-    const float* hole = on_grid(model.tile(Layer::Void, s), n, voids);
-    if (!(kernels.largest(hole, count) > 0.5F)) return masked;
-    for (std::size_t k = 0; k < count; ++k)
+    const Tile& tile = model.tile(Layer::Void, s);
+    if (!(kernels.largest(tile.plane(), tile.size()) > 0.5F)) return masked;
+    const float* hole = on_grid(tile, n, voids);
+    for (std::size_t k = 0; k < sample_count(n); ++k)
       guard.plane()[k] = hole[k] > 0.5F ? 1.0F : masked != nullptr ? masked[k] : 0.0F;
     return guard.plane();
   }

@@ -61,7 +61,8 @@ struct SharedEdge {
 /// Number in its tile of the sample t of n intervals along an edge.
 [[nodiscard]] std::size_t sample_on_edge(int n, std::uint32_t edge, int t);
 
-/// C5 to C7, into the certificate of a shell that passed C0.
-void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate);
+/// C5 to C7, into the certificate of a shell that passed C0; none of them holds when cancelled.
+void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate,
+                  const Progress& progress);
 
 }  // namespace relief::verify::detail

@@ -166,11 +166,12 @@ std::string slab_name(std::size_t s) { return "slab " + std::to_string(s); }
 class SourceChecker {
  public:
   SourceChecker(const Shell& shell, const ShellFacts& facts, const Source& source, const CommonLattice& lattice,
-                Certificate& certificate)
+                Certificate& certificate, const Progress& progress)
       : shell_(shell),
         facts_(facts),
         source_(source),
         certificate_(certificate),
+        progress_(progress),
         span_(lattice.span),
         blur_(lattice.moved ? 1 : 0),
         bits_(std::min(14, 41 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(lattice.span))))),
@@ -180,8 +181,7 @@ class SourceChecker {
   }
 
   void run() {
-    check_surface();
-    check_sections();
+    if (!check_surface() || !check_sections()) return;
     certificate_.holds[5] = separate_ && count(Condition::C5) == 0;
     certificate_.holds[6] = count(Condition::C6) == 0;
     certificate_.holds[7] = hits_hold();
@@ -319,8 +319,10 @@ class SourceChecker {
 
   // ---- C5 and C6a, triangle by triangle.
 
-  void check_sections() {
+  /// False when cancelled.
+  bool check_sections() {
     for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
+      if (!goes_on(t, 0.4, 0.6 / to_double(static_cast<std::int64_t>(source_.triangles.size())))) return false;
       const Face f = face(t);
       if (f.normal == Point{}) {
         separate_ = false;
@@ -340,6 +342,14 @@ class SourceChecker {
         return true;
       });
     }
+    return true;
+  }
+
+  /// Reports now and then that step k has come; false when cancelled.
+  [[nodiscard]] bool goes_on(std::size_t k, double from, double per_step) const {
+    if ((k & 0xfffU) == 0 && progress_.cancelled()) return false;
+    if ((k & 0x3ffffU) == 0) progress_("verify", from + per_step * to_double(static_cast<std::int64_t>(k)));
+    return true;
   }
 
   void stays_clear(const Side& side, const Face& f, const Box& box, std::size_t s, std::size_t t) {
@@ -447,7 +457,8 @@ class SourceChecker {
 
   // ---- The source as a surface: closed and manifold, winding once around each vertex (C6b).
 
-  void check_surface() {
+  /// False when cancelled.
+  bool check_surface() {
     const std::size_t vertex_count = points_.size();
     std::vector<std::uint32_t> begin(vertex_count + 1, 0), corners(3 * source_.triangles.size());
     for (const auto& f : source_.triangles)
@@ -459,6 +470,7 @@ class SourceChecker {
         corners[filled[source_.triangles[t][k]]++] = static_cast<std::uint32_t>(3 * t + k);
     std::vector<Spoke> spokes;
     for (std::uint32_t v = 0; v < vertex_count && !settled(Condition::C6); ++v) {
+      if (!goes_on(v, 0, 0.4 / to_double(static_cast<std::int64_t>(vertex_count)))) return false;
       spokes.clear();
       for (std::uint32_t c = begin[v]; c < begin[v + 1]; ++c) {
         const auto& f = source_.triangles[corners[c] / 3];
@@ -476,6 +488,7 @@ class SourceChecker {
           return "the triangles at " + vertex_name(v) + " wind " + std::to_string(turns) + " times instead of once";
         });
     }
+    return true;
   }
 
   /// A triangle at a vertex: the two others, counter-clockwise.
@@ -687,6 +700,7 @@ class SourceChecker {
   const ShellFacts& facts_;
   const Source& source_;
   Certificate& certificate_;
+  const Progress& progress_;
   double span_;
   std::int64_t blur_;  // steps by which the source's coordinates may be off
   int bits_;           // by which points may be scaled
@@ -704,7 +718,8 @@ class SourceChecker {
 
 }  // namespace
 
-void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate) {
+void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate,
+                  const Progress& progress) {
   const auto refuse = [&](std::string what) {
     certificate.failure_count[5] = 1;
     certificate.failures.push_back({Condition::C5, kNothing, kNothing, std::move(what)});
@@ -715,7 +730,7 @@ void check_source(const Shell& shell, const ShellFacts& facts, const Source& sou
   const CommonLattice lattice(facts.extent, extent);
   if (!lattice.fits)
     return refuse("the source reaches so far beyond the slabs that no lattice of 2^30 steps holds both");
-  SourceChecker(shell, facts, source, lattice, certificate).run();
+  SourceChecker(shell, facts, source, lattice, certificate, progress).run();
 }
 
 }  // namespace relief::verify::detail

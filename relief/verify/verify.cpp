@@ -430,11 +430,11 @@ std::string_view name(Condition condition) noexcept {
 
 Certificate check(const Shell& shell) { return Checker(shell).run(); }
 
-Certificate check(const Shell& shell, const Source& source) {
+Certificate check(const Shell& shell, const Source& source, const Progress& progress) {
   Checker checker(shell);
   Certificate certificate = checker.run();
   certificate.with_source = true;
-  if (certificate.holds[0]) check_source(shell, checker.facts(), source, certificate);
+  if (certificate.holds[0]) check_source(shell, checker.facts(), source, certificate, progress);
   return certificate;
 }
 

@@ -2,6 +2,8 @@
 // builder.
 #pragma once
 
+#include <relief/base/progress.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -82,8 +84,8 @@ struct Certificate {
 /// verdict holds for the source as it is. C6 never passes what is wrong; what lies nearer to a place where the fibres
 /// run along a triangle than the resolution of its test (2^-8 of a slab's edge) may be refused. Nothing of this is
 /// tested where C0 fails. Parts of the shell with open edges fail C7: what passes through their walls is not looked at.
-/// About 1 microsecond per source triangle.
-[[nodiscard]] Certificate check(const Shell& shell, const Source& source);
+/// About 1 microsecond per source triangle. Cancelled: what could not be tested any more does not hold.
+[[nodiscard]] Certificate check(const Shell& shell, const Source& source, const Progress& progress = {});
 
 /// The displacement of one slab: (n+1)(n+2)/2 values, row by row, row j holding the samples (0..n-j, j), which lie at
 /// the barycentric weights (n-i-j, i, j)/n. Without values, but with its n: not to be looked at.

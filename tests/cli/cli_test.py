@@ -114,21 +114,35 @@ class Contract(Case):
 
     def test_modes_that_cannot_be_reached_leave_no_output(self):
         out = self.folder / "certified.relief"
-        self.assert_failed(Run("convert", self.scan, "-o", out, "--mode", "tolerant"), 1, "--mode preview")
-        self.assertFalse(out.exists())
-        sheet = self.folder / "sheet.obj"
-        sheet.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n")
-        self.assert_failed(Run("convert", sheet, "-o", out, "--mode", "certified"), 1, "sheet.obj", "open", "--mode preview")
-        self.assertFalse(out.exists())
-        report = self.ok("convert", sheet, "-o", out, "--json").json()
+        cross = self.folder / "cross.obj"
+        cross.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n"
+                         "v 0.5 0 -1\nv 0.5 0 1\nv 0.5 1 -1\nv 0.5 1 1\nf 5 6 7\nf 6 8 7\n")
+        for mode in ("certified", "tolerant"):
+            run = Run("convert", cross, "-o", out, "--mode", mode)
+            self.assert_failed(run, 1, "cross.obj", mode, "near (", "--remesh", "--mode preview")
+            self.assertFalse(out.exists())
+        report = self.ok("convert", cross, "-o", out, "--json").json()
         self.assertEqual(report["mode"], "preview")
-        self.assertIn("open", report["not_certified"])
+        self.assertIn("near (", report["not_certified"])
+
+    def test_an_open_sheet_is_certified_and_stays_open(self):
+        sheet, out, ply = self.folder / "sheet.obj", self.folder / "sheet.relief", self.folder / "sheet_out.obj"
+        sheet.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n")
+        report = self.ok("convert", sheet, "-o", out, "--mode", "certified", "--json").json()
+        self.assertEqual(report["mode"], "certified")
+        self.assertEqual(report["mended"]["closed_openings"], 1)
+        self.assertIn("void", self.layers(out))
+        self.ok("export", out, ply)
+        for line in ply.read_text().splitlines():
+            if line.startswith("v "):
+                self.assertGreater(float(line.split()[3]), -0.02, "nothing of what closes the sheet is surface")
 
     def test_a_closed_scan_is_certified(self):
         out, mended = self.folder / "proven.relief", self.folder / "proven.ply"
         report = self.ok("convert", self.scan, "-o", out, "--mode", "certified", "--mended", mended, "--json").json()
         self.assertEqual(report["mode"], "certified")
-        self.assertEqual(report["hits"], {"single": report["samples"], "none": 0, "several": 0})
+        self.assertEqual(report["hits"], {"single": report["fibres"], "none": 0, "several": 0})
+        self.assertGreaterEqual(report["fibres"], 1_000_000)
         self.assertEqual([c["holds"] for c in report["certificate"].values()], [True] * len(report["certificate"]))
         self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
@@ -174,7 +188,7 @@ class Contract(Case):
         report = run.json()
         self.assertEqual(report["mode"], "certified")
         self.assertEqual(set(report["hits"]), {"single", "none", "several"})
-        self.assertEqual(sum(report["hits"].values()), report["samples"])
+        self.assertEqual(sum(report["hits"].values()), report["fibres"])
         self.assertGreater(report["seconds"], 0)
         info = Run("info", out, "--json").json()
         self.assertEqual(info["slabs"], report["slabs"])
@@ -296,11 +310,11 @@ class Workflow(Case):
         lines += ["f " + " ".join(f"{c}/{c}" for c in face.split()) for face in faces]
         (folder / "cube.obj").write_text("\n".join(lines) + "\n")
         model = folder / "cube.relief"
-        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--json").json()
         self.assertEqual(len(bare["notes"]), 1)
         self.assertNotIn("colour", self.layers(model))
         (folder / "skin.png").write_bytes(png)
-        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--json").json()
+        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--json").json()
         self.assertEqual(made["notes"], [])
         self.assertIn("colour", self.layers(model))
         self.ok("export", model, folder / "out.obj")

@@ -57,7 +57,13 @@ void expect_paper_model(const TriangleMesh& source, int slabs) {
   EXPECT_GE(head.slab_mesh().slab_count(), static_cast<SlabId>(slabs * 9 / 10));
   for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) EXPECT_EQ(head.slab_mesh().intervals(s), 15);
   EXPECT_EQ(sample_count(15), 136U) << "16 values along each edge";
-  EXPECT_EQ(tessellate(head).triangles.size(), std::size_t{225} * head.slab_mesh().slab_count());
+  const std::size_t most = std::size_t{225} * head.slab_mesh().slab_count(), drawn = tessellate(head).triangles.size();
+  if (head.has(Layer::Void)) {
+    EXPECT_LT(drawn, most);
+    EXPECT_GT(drawn, most * 9 / 10);
+  } else {
+    EXPECT_EQ(drawn, most);
+  }
   EXPECT_TRUE(validate(head));
 }
 

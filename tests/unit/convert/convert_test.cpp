@@ -397,8 +397,13 @@ TEST(Convert, RefusesWithASentence) {
   };
   refused(few(3), "3");
   refused(few(2'000'000), "2000000");
-  refused(few(80, 0), "0");
+  refused(few(80, -1), "-1");
   refused(few(80, 129), "129");
+  for (const double error : {0.0, -1e-4, 2.0, std::nan("")}) {
+    ConvertSettings settings = few(80, 0);
+    settings.error = error;
+    refused(settings, "error");
+  }
   ConvertSettings thin = few(80);
   thin.thickness = 0;
   refused(thin, "thickness");
@@ -411,7 +416,8 @@ TEST(ToMesh, HasOneVertexPerDistinctSampleAndIsClosed) {
   const auto result = convert(testing::ball(30), few(60, 16));
   ASSERT_TRUE(result);
   const TriangleMesh full = to_mesh(*result->model.head), half = to_mesh(*result->model.head, 1);
-  EXPECT_EQ(full.positions.size(), result->report.fibres_cast);
+  const std::size_t slabs = result->report.slabs;
+  EXPECT_EQ(full.positions.size(), slabs / 2 + 2 + slabs * 3 / 2 * 15 + slabs * 15 * 14 / 2);
   EXPECT_EQ(full.triangles.size(), 256 * result->report.slabs);
   EXPECT_EQ(half.triangles.size(), 64 * result->report.slabs);
   for (const TriangleMesh* mesh : {&full, &half}) {

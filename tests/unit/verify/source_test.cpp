@@ -1,4 +1,6 @@
 // Shells with a right source inside pass; each way of getting the source wrong fails exactly what it breaks.
+#include "report.h"
+
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
@@ -6,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -205,7 +208,8 @@ TEST(VerifySource, SeveralPartsEachWithTheirOwn) {
   cage.add(sphere_cage(2, 0.3, 0.5));  // in the cavity of the first
   Surface source = ball();
   source.add(ball(4, 1, {4, 0, 0}));
-  EXPECT_EQ(broken(cage.check(source)), (Conditions{Condition::C7}));
+  EXPECT_EQ(broken(reported("the source lacks what one part of the shell is for", cage.check(source))),
+            (Conditions{Condition::C7}));
   source.add(ball(3, 0.4));
   const Certificate c = cage.check(source);
   EXPECT_PROVEN(c);
@@ -215,13 +219,14 @@ TEST(VerifySource, SeveralPartsEachWithTheirOwn) {
 TEST(VerifySource, FindsWhatPassesThroughTheShell) {
   Surface source = ball();
   source.points[100] = rounded(vec(source.points[100]) * 1.3);
-  const Certificate out = sphere_cage().check(source);
+  const Certificate out = reported("a source vertex sticks out of the shell", sphere_cage().check(source));
   EXPECT_EQ(broken(out), (Conditions{Condition::C5}));
   EXPECT_TRUE(says(out, "meets the outer triangle of slab")) << out.failures.front().what;
   for (const Failure& f : out.failures)
     EXPECT_EQ(std::count(source.faces[f.b].begin(), source.faces[f.b].end(), 100U), 1);
   source.points[100] = rounded(vec(source.points[100]) * 0.5);
-  EXPECT_TRUE(says(sphere_cage().check(source), "meets the inner triangle of slab"));
+  EXPECT_TRUE(says(reported("a source vertex dips through the inner triangles", sphere_cage().check(source)),
+                   "meets the inner triangle of slab"));
 }
 
 TEST(VerifySource, KeepsTwoStepsFromTheShell) {
@@ -229,12 +234,16 @@ TEST(VerifySource, KeepsTwoStepsFromTheShell) {
   EXPECT_PROVEN(cube_cage(0.5, 1).check(cube(1 - 2 * step)));
   EXPECT_PROVEN(cube_cage(0.5, 1).check(cube(0.5 + 2 * step)));
   // Corners are further away than faces, so this is about distances of all kinds.
-  const Certificate near = cube_cage(0.5, 1).check(cube(1 - step));
+  const Certificate near = reported("the source comes within one lattice step of the outer triangles",
+                                    cube_cage(0.5, 1).check(cube(1 - step)));
   EXPECT_EQ(broken(near), (Conditions{Condition::C5}));
   EXPECT_TRUE(says(near, "within two lattice steps of the outer triangle"));
-  EXPECT_EQ(broken(cube_cage(0.5, 1).check(cube(0.5 + step))), (Conditions{Condition::C5}));
+  EXPECT_EQ(broken(reported("the source comes within one lattice step of the inner triangles",
+                            cube_cage(0.5, 1).check(cube(0.5 + step)))),
+            (Conditions{Condition::C5}));
   // Flat on flat: coplanar triangles that cover each other.
-  EXPECT_TRUE(says(cube_cage(0.5, 1).check(cube(1)), "meets the outer triangle"));
+  EXPECT_TRUE(says(reported("the source lies on the outer triangles", cube_cage(0.5, 1).check(cube(1))),
+                   "meets the outer triangle"));
 }
 
 TEST(VerifySource, KeepsTwoStepsFromEdgesAndCorners) {
@@ -276,7 +285,7 @@ TEST(VerifySource, FindsAFoldInOneCornerOfASlab) {
   // One corner is drawn across the opposite edge and a little up: the triangle turns over.
   const Vec3d across = (vec(right.points[f[1]]) + vec(right.points[f[2]])) * 0.5;
   source.points[f[0]] = rounded(across + (across - vec(right.points[f[0]])) * 0.5 + across * 0.01);
-  const Certificate c = sphere_cage().check(source);
+  const Certificate c = reported("one source triangle is folded over", sphere_cage().check(source));
   EXPECT_EQ(broken(c), (Conditions{Condition::C6}));
   EXPECT_TRUE(std::any_of(c.failures.begin(), c.failures.end(), [&](const Failure& g) { return g.b == t; }));
 }
@@ -339,7 +348,9 @@ TEST(VerifySource, FindsWhatTheShellLeavesOut) {
   for (const Vec3d where : {Vec3d{3, 0, 0}, Vec3d{0.1, 0.2, 0}}) {
     Surface source = ball();
     source.add(ball(1, 0.125, where));
-    const Certificate c = sphere_cage().check(source);
+    const Certificate c = reported(where.x > 1 ? "a second part of the source lies beside the shell"
+                                               : "a second part of the source lies in the shell's cavity",
+                                   sphere_cage().check(source));
     EXPECT_EQ(broken(c), (Conditions{Condition::C7}));
     EXPECT_TRUE(says(c, "is met by 0 test fibres"));
   }
@@ -348,13 +359,13 @@ TEST(VerifySource, FindsWhatTheShellLeavesOut) {
 TEST(VerifySource, FindsASourceTwiceInOneShell) {
   Surface source = ball(4, 0.95);
   source.add(ball(4, 1.05));
-  const Certificate c = sphere_cage().check(source);
+  const Certificate c = reported("two surfaces lie in one shell", sphere_cage().check(source));
   EXPECT_EQ(broken(c), (Conditions{Condition::C7}));
   EXPECT_TRUE(says(c, "meets the source 2 times"));
 }
 
 TEST(VerifySource, FindsASourceInsideOut) {
-  const Certificate c = sphere_cage().check(ball().inside_out());
+  const Certificate c = reported("the source is inside out", sphere_cage().check(ball().inside_out()));
   EXPECT_EQ(broken(c), (Conditions{Condition::C6}));
   EXPECT_GE(c.failure_count[6], ball().faces.size());
 }
@@ -382,7 +393,7 @@ Surface wound(int turns) {
 
 TEST(VerifySource, FindsAVertexWoundTwice) {
   EXPECT_PROVEN(sphere_cage().check(wound(1)));
-  const Certificate c = sphere_cage().check(wound(2));
+  const Certificate c = reported("the source winds twice around two vertices", sphere_cage().check(wound(2)));
   EXPECT_EQ(broken(c), (Conditions{Condition::C6, Condition::C7}));  // who winds twice is met twice
   EXPECT_EQ(c.failure_count[6], 2U);
   EXPECT_TRUE(says(c, "source vertex 0 wind 2 times"));
@@ -392,20 +403,21 @@ TEST(VerifySource, FindsAVertexWoundTwice) {
 TEST(VerifySource, FindsAnOpenSource) {
   Surface source = ball();
   source.faces.erase(source.faces.begin() + 77);
-  const Certificate c = sphere_cage().check(source);
+  const Certificate c = reported("a triangle of the source is missing", sphere_cage().check(source));
   EXPECT_EQ(broken(c), (Conditions{Condition::C7}));
   EXPECT_EQ(c.failure_count[7], 3U);
   EXPECT_TRUE(says(c, "is open"));
   // Half a ball, and nothing at all.
   std::erase_if(source.faces, [&](const Face& f) { return source.points[f[0]][2] < 0; });
-  EXPECT_EQ(broken(sphere_cage().check(source)), (Conditions{Condition::C7}));
-  EXPECT_EQ(broken(sphere_cage().check(Surface{})), (Conditions{Condition::C7}));
+  EXPECT_EQ(broken(reported("half of the source is missing", sphere_cage().check(source))),
+            (Conditions{Condition::C7}));
+  EXPECT_EQ(broken(reported("there is no source", sphere_cage().check(Surface{}))), (Conditions{Condition::C7}));
 }
 
 TEST(VerifySource, OpenShellsAreNotProven) {
   Cage cage = sphere_cage();
   cage.faces.pop_back();
-  const Certificate c = cage.check(ball());
+  const Certificate c = reported("a slab of the shell is missing", cage.check(ball()));
   EXPECT_EQ(broken(c), (Conditions{Condition::C7}));
   EXPECT_TRUE(says(c, "is open, so one fibre does not speak"));
 }
@@ -413,13 +425,16 @@ TEST(VerifySource, OpenShellsAreNotProven) {
 TEST(VerifySource, FindsSurfacesThatAreNone) {
   Surface twice = ball();
   twice.faces.push_back(twice.faces[5]);
-  EXPECT_EQ(broken(sphere_cage().check(twice)), (Conditions{Condition::C6}));
+  EXPECT_EQ(broken(reported("a source triangle stands twice", sphere_cage().check(twice))),
+            (Conditions{Condition::C6}));
   Surface turned_face = ball();
   std::swap(turned_face.faces[5][0], turned_face.faces[5][1]);
-  EXPECT_TRUE(broken(sphere_cage().check(turned_face)).contains(Condition::C6));
+  EXPECT_TRUE(broken(reported("a source triangle runs the other way round", sphere_cage().check(turned_face)))
+                  .contains(Condition::C6));
   Surface repeated = ball();
   repeated.faces[5][0] = repeated.faces[5][1];
-  EXPECT_TRUE(broken(sphere_cage().check(repeated)).contains(Condition::C6));
+  EXPECT_TRUE(broken(reported("a source triangle names one vertex twice", sphere_cage().check(repeated)))
+                  .contains(Condition::C6));
   Surface pinched = ball(4, 0.95);  // two balls that share a vertex
   const Surface other = ball(4, 1.05);
   const auto first = static_cast<std::uint32_t>(pinched.points.size());
@@ -427,7 +442,7 @@ TEST(VerifySource, FindsSurfacesThatAreNone) {
   for (Face& f : pinched.faces)
     for (std::uint32_t& v : f)
       if (v == first + 50) v = 50;
-  const Certificate c = sphere_cage().check(pinched);
+  const Certificate c = reported("two surfaces share a vertex", sphere_cage().check(pinched));
   EXPECT_EQ(broken(c), (Conditions{Condition::C6, Condition::C7}));
   EXPECT_TRUE(says(c, "source vertex 50 are not one fan"));
 }
@@ -441,7 +456,7 @@ TEST(VerifySource, FindsTrianglesWithoutArea) {
   source.faces[9] = {f[0], middle, f[2]};
   source.faces.push_back({middle, f[1], f[2]});
   source.faces.push_back({f[0], f[1], middle});
-  const Certificate c = sphere_cage().check(source);
+  const Certificate c = reported("a source triangle has no area", sphere_cage().check(source));
   EXPECT_TRUE(broken(c).contains(Condition::C6));
   EXPECT_TRUE(says(c, "has no area"));
   EXPECT_TRUE(c.holds[7]);
@@ -450,16 +465,17 @@ TEST(VerifySource, FindsTrianglesWithoutArea) {
 TEST(VerifySource, SaysWhatIsWrongWithNumbers) {
   Surface source = ball();
   source.faces[3][1] = 99999;
-  EXPECT_TRUE(says(sphere_cage().check(source), "source triangle 3 names vertex 99999"));
+  EXPECT_TRUE(says(reported("a source triangle names a vertex that is not there", sphere_cage().check(source)),
+                   "source triangle 3 names vertex 99999"));
   source = ball();
   source.points[7][1] = std::numeric_limits<double>::quiet_NaN();
-  const Certificate c = sphere_cage().check(source);
+  const Certificate c = reported("a source coordinate is not a number", sphere_cage().check(source));
   EXPECT_TRUE(says(c, "source vertex 7 has a coordinate that is not a finite number"));
   EXPECT_FALSE(c.holds[5] || c.holds[6] || c.holds[7]);
   EXPECT_TRUE(c.holds[4]);
   source = ball();
   source.points[7][1] = 1e300;
-  EXPECT_TRUE(says(sphere_cage().check(source), "reaches so far"));
+  EXPECT_TRUE(says(reported("a source vertex lies absurdly far away", sphere_cage().check(source)), "reaches so far"));
   source = ball();
   source.points.push_back({std::numeric_limits<double>::infinity(), 0, 0});  // nobody names it
   EXPECT_PROVEN(sphere_cage().check(source));
@@ -468,10 +484,12 @@ TEST(VerifySource, SaysWhatIsWrongWithNumbers) {
 TEST(VerifySource, ABrokenShellIsNotProvenByItsSource) {
   Cage cage = sphere_cage();
   cage.faces[4][1] = 9999;
-  EXPECT_FALSE(cage.check(ball()).all());
+  EXPECT_FALSE(
+      reported("a slab names a fibre that is not there, with a right source inside", cage.check(ball())).all());
   cage = sphere_cage();
   std::swap(cage.inner[9], cage.outer[9]);
-  const Certificate c = cage.check(ball());
+  const Certificate c =
+      reported("inner and outer end of one fibre are swapped, with a right source inside", cage.check(ball()));
   EXPECT_TRUE(broken(c).contains(Condition::C1));
   EXPECT_FALSE(c.all());
 }
@@ -620,6 +638,17 @@ TEST(VerifySamples, CountsWhatFibresMeet) {
   source.faces[0][0] = 1000;
   c = check_samples(cage.view(), source.view(), tiles.view(), 1e-4);
   EXPECT_EQ(c.off, 1U);
+}
+
+TEST(VerifySource, CancelledClaimsNothingThatWasNotTested) {
+  const std::atomic<bool> cancel = true;
+  const Cage cage = sphere_cage();
+  const Surface source = ball();
+  ASSERT_TRUE(cage.check(source).all());
+  const Certificate c = verify::check(cage.view(), source.view(), {.report = {}, .cancel = &cancel});
+  EXPECT_FALSE(c.all());
+  for (const Condition condition : {Condition::C5, Condition::C6, Condition::C7})
+    EXPECT_FALSE(c.holds[static_cast<std::size_t>(condition)]);
 }
 
 }  // namespace

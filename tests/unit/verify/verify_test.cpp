@@ -1,4 +1,6 @@
 // Shells that are right pass; shells broken in one way each fail exactly the condition that this way breaks.
+#include "report.h"
+
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
@@ -147,7 +149,7 @@ TEST(Verify, ShellsSideBySideOrInACavityPass) {
 TEST(Verify, FindsAFoldAtOneEnd) {
   Parts parts = sphere();
   parts.inner[4] = {parts.outer[4][0] * 2, parts.outer[4][1] * 2, parts.outer[4][2] * 2};
-  const Certificate c = parts.check();
+  const Certificate c = reported("an inner end is pulled out beyond its outer end", parts.check());
   EXPECT_EQ(c.failures.at(0).condition, Condition::C1);
   EXPECT_FALSE(c.holds[1]);
   for (const Failure& f : c.failures) {
@@ -160,7 +162,7 @@ TEST(Verify, FindsAFoldAtOneEnd) {
 TEST(Verify, FindsAFoldThatNothingElseShows) {
   Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   parts.inner[2] = {4, -8, 0};  // the inner triangle faces down; it meets nothing
-  const Certificate c = parts.check();
+  const Certificate c = reported("the inner triangle of a lone slab faces the other way", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C1});
   EXPECT_EQ(c.failures.at(0).a, 0U);
 }
@@ -178,13 +180,13 @@ TEST(Verify, FindsADipBetweenAllSamples) {
     const double at = steps * k / 256;
     EXPECT_GT((at - first) * (at - second), 0);
   }
-  const Certificate c = parts.check();
+  const Certificate c = reported("the Jacobian dips below zero between 257 even samples of alpha", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C1});
   EXPECT_EQ(c.failure_count[1], 1U);
 
   parts.inner[2] = {0, -first, 0};  // both at once: the Jacobian touches zero
   parts.outer[2] = {0, steps - first, 4096};
-  EXPECT_EQ(broken(parts.check()), std::set{Condition::C1});
+  EXPECT_EQ(broken(reported("the Jacobian touches zero in one place", parts.check())), std::set{Condition::C1});
 }
 
 /// Ten slabs around fibre 0, each turning by `turn`; closed when the last ends where the first begins.
@@ -205,7 +207,7 @@ Parts star(double turn, bool closed) {
 TEST(Verify, FindsAStarWoundTwice) {
   const double circle = 2 * std::numbers::pi;
   EXPECT_SOUND(star(circle / 10, true).check());
-  const Certificate c = star(2 * circle / 10, true).check();
+  const Certificate c = reported("ten slabs wind twice around their fibre", star(2 * circle / 10, true).check());
   EXPECT_EQ(broken(c), std::set{Condition::C2});
   EXPECT_EQ(c.failures.at(0).a, 0U) << "the fibre";
 }
@@ -213,7 +215,7 @@ TEST(Verify, FindsAStarWoundTwice) {
 TEST(Verify, FindsAnOpenStarThatCloses) {
   const double circle = 2 * std::numbers::pi;
   EXPECT_SOUND(star(circle / 10.5, false).check());
-  const Certificate c = star(circle / 9.5, false).check();
+  const Certificate c = reported("an open fan of slabs reaches around into itself", star(circle / 9.5, false).check());
   EXPECT_EQ(broken(c), std::set{Condition::C2});
 }
 
@@ -224,7 +226,7 @@ TEST(Verify, FindsSheetsPushedIntoEachOther) {
   EXPECT_SOUND(parts.check());
   for (std::size_t f = 9; f < parts.inner.size(); ++f)
     if (parts.inner[f][0] < 0.5) parts.inner[f][1] = 0;
-  const Certificate c = parts.check();
+  const Certificate c = reported("two sheets of slabs are pushed into each other", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C3});
   for (const Failure& f : c.failures) EXPECT_TRUE(f.a < first && f.b >= first) << f.what;
 }
@@ -234,7 +236,7 @@ TEST(Verify, TouchingCountsAsMeeting) {
   parts.add(plate({2, 2, 2}, {8, 2, 2}, {2, 8, 2}));
   EXPECT_SOUND(parts.check());
   parts.inner[3] = {2, 2, 1};  // one corner on the face below
-  EXPECT_EQ(broken(parts.check()), std::set{Condition::C3});
+  EXPECT_EQ(broken(reported("one corner touches the face of another slab", parts.check())), std::set{Condition::C3});
 }
 
 TEST(Verify, CoplanarTrianglesAreComparedInTheirPlane) {
@@ -244,19 +246,19 @@ TEST(Verify, CoplanarTrianglesAreComparedInTheirPlane) {
 
   Parts across = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   across.add(plate({8, 8, 0}, {-1, 8, 0}, {8, -1, 0}));
-  const Certificate c = across.check();
+  const Certificate c = reported("triangles of two slabs cross in one plane", across.check());
   EXPECT_EQ(broken(c), std::set{Condition::C3});
   EXPECT_EQ(c.failure_count[3], 2U) << "inner and outer";
 
   Parts within = plate({0, 0, 0}, {80, 0, 0}, {0, 80, 0});
   within.add(plate({10, 10, 0}, {20, 10, 0}, {10, 20, 0}));
-  EXPECT_EQ(broken(within.check()), std::set{Condition::C3});
+  EXPECT_EQ(broken(reported("a triangle lies within another in one plane", within.check())), std::set{Condition::C3});
 }
 
 TEST(Verify, ComparesInnerWithOuterTriangles) {
   Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   parts.add(plate({0, 0, 1}, {8, 0, 1}, {0, 8, 1}));  // its inner triangle is the outer one of the first
-  const Certificate c = parts.check();
+  const Certificate c = reported("the inner triangle of a slab is the outer one of another", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C3});
   EXPECT_EQ(c.failure_count[3], 1U);
 }
@@ -264,7 +266,7 @@ TEST(Verify, ComparesInnerWithOuterTriangles) {
 TEST(Verify, FindsAPartInsideAnothersShell) {
   Parts parts = cube(1, 9);
   parts.add(cube(0.5, 1), {5, 0, 0});
-  const Certificate c = parts.check();
+  const Certificate c = reported("a part stands between the inner and outer triangles of another", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C4});
   EXPECT_EQ(c.failures.at(0).a, 12U);
   EXPECT_EQ(c.failures.at(0).b, 0U);
@@ -273,20 +275,21 @@ TEST(Verify, FindsAPartInsideAnothersShell) {
 TEST(Verify, FindsShellsThatInterleave) {
   Parts parts = cube(1, 3);  // no surface of one meets a surface of the other, yet the shells overlap
   parts.add(cube(2, 4));
-  EXPECT_EQ(broken(parts.check()), std::set{Condition::C4});
+  EXPECT_EQ(broken(reported("two shells interleave though no triangles of theirs meet", parts.check())),
+            std::set{Condition::C4});
 }
 
 TEST(Verify, FindsInnerAndOuterSwapped) {
   Parts parts = sphere();
   std::swap(parts.inner, parts.outer);
-  const Certificate c = parts.check();
+  const Certificate c = reported("inner and outer ends are swapped", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C1});
   EXPECT_EQ(c.failure_count[1], parts.faces.size());
 }
 
 TEST(Verify, FindsFaultsOfTheComplex) {
-  const auto only_c0 = [](const Parts& parts, std::uint32_t slab, const char* word) {
-    const Certificate c = parts.check();
+  const auto only_c0 = [](std::string_view way, const Parts& parts, std::uint32_t slab, const char* word) {
+    const Certificate c = reported(way, parts.check());
     EXPECT_EQ(broken(c), std::set{Condition::C0});
     for (std::size_t k = 0; k < 5; ++k) EXPECT_FALSE(c.holds[k]);
     ASSERT_FALSE(c.failures.empty());
@@ -295,55 +298,55 @@ TEST(Verify, FindsFaultsOfTheComplex) {
   };
   Parts repeated = tetrahedron();
   repeated.faces[3] = repeated.faces[0];
-  only_c0(repeated, 0, "same three");
+  only_c0("a slab stands twice", repeated, 0, "same three");
 
   Parts reversed = tetrahedron();
   std::swap(reversed.faces[0][1], reversed.faces[0][2]);
-  only_c0(reversed, 0, "same way");
+  only_c0("one slab runs the other way round", reversed, 0, "same way");
 
   Parts twice = tetrahedron();
   twice.faces[2][1] = twice.faces[2][0];
-  only_c0(twice, 2, "twice");
+  only_c0("a slab names one fibre twice", twice, 2, "twice");
 
   Parts range = tetrahedron();
   range.faces[1][2] = 4;
-  only_c0(range, 1, "fibre 4");
+  only_c0("a slab names a fibre that is not there", range, 1, "fibre 4");
 
   Parts book = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   book.fibre({8, 8, 0}, {8, 8, 1});
   book.fibre({9, 9, 0}, {9, 9, 1});
   book.faces.push_back({2, 1, 3});
   book.faces.push_back({2, 1, 4});
-  only_c0(book, 0, "3 slabs");
+  only_c0("three slabs share one wall", book, 0, "3 slabs");
 
   Parts bow = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});  // two slabs that share one fibre and no wall
   bow.fibre({-8, 0, 0}, {-8, 0, 1});
   bow.fibre({0, -8, 0}, {0, -8, 1});
   bow.faces.push_back({0, 3, 4});
-  only_c0(bow, 0, "one fan");
+  only_c0("two slabs share a fibre and no wall", bow, 0, "one fan");
 
   Parts unused = tetrahedron();
   unused.fibre({0, 0, 0}, {0, 0, 0.125});
-  only_c0(unused, 0, "no slab");
+  only_c0("a fibre belongs to no slab", unused, 0, "no slab");
 
   Parts pinched = tetrahedron();
   pinched.inner[3] = pinched.outer[3];
-  only_c0(pinched, 1, "length");
+  only_c0("a fibre has no length", pinched, 1, "length");
 
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     Parts wrong = tetrahedron();
     wrong.outer[2][1] = bad;
-    only_c0(wrong, 0, "finite");
+    only_c0(std::isnan(bad) ? "a coordinate is not a number" : "a coordinate is infinite", wrong, 0, "finite");
   }
 
   Parts uneven = tetrahedron();
   uneven.inner[0][0] = 0.1;
-  only_c0(uneven, 0, "lattice");
+  only_c0("a coordinate lies on no lattice of 2^30 steps", uneven, 0, "lattice");
 
   Parts short_one = tetrahedron();
   short_one.outer.pop_back();
-  only_c0(short_one, 0, "ends");
-  only_c0(Parts{}, 0, "no slabs");
+  only_c0("there are fewer outer ends than inner ones", short_one, 0, "ends");
+  only_c0("there are no slabs", Parts{}, 0, "no slabs");
 }
 
 TEST(Verify, CountsAllFailuresButListsAHundred) {

@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Converts a set of models and writes what that took and gave as a table, in JSON and Markdown.
+
+  bench/convert_table.py [FOLDER] [--bin PROGRAM] [--out FOLDER] [--only NAME ...] [--samples n] [--triangles N] [--remesh]
+
+Models are Relief's own samples and, with FOLDER, the scans below that are found in it or below it by name. Each is converted
+with the whole command in a process of its own, to a model and a mended source, and `relief verify --source` then judges
+these two files. CPU seconds are user and system time of that process over all its threads; memory is its peak resident set.
+Exit status: 0 when every model was converted and holds, 1 when one was not (its row says why), 2 wrong usage.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import platform
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Scans by name, and the slabs to aim for.
+SCANS = {
+    "bunny": 150, "igea": 200, "nefertiti": 400, "armadillo": 200, "horse": 200, "max_planck_20k": 200, "head_lps": 200,
+    "skull": 200, "lion_statue": 200, "pumpkin": 200, "visible_human_skin": 200, "brain_cortex_mni": 200, "fertility": 200,
+    "elephant_refined": 200, "dragon": 200, "ogre": 200, "beast": 200, "happy_buddha": 200, "tower_holes": 200,
+}
+OWN = {"pumpkin": 200, "head": 200, "torus": 200, "bowl": 200}
+MESHES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf")
+
+
+class Run:
+    """One command in a process of its own, and what it used."""
+
+    def __init__(self, command, limit):
+        started = time.monotonic()
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err)
+            timer = threading.Timer(limit, child.kill)
+            timer.start()
+            _, state, usage = os.wait4(child.pid, 0)
+            timer.cancel()
+            child.returncode = os.waitstatus_to_exitcode(state)
+            out.seek(0), err.seek(0)
+            self.out, self.err = out.read().decode(), err.read().decode("utf-8", "replace").strip()
+        self.status = child.returncode
+        self.wall = time.monotonic() - started
+        self.cpu = usage.ru_utime + usage.ru_stime
+        self.mib = usage.ru_maxrss / 1024
+        if self.status == -signal.SIGKILL and self.wall >= limit:
+            self.err = f"stopped after {limit:g} s"
+
+    def json(self):
+        try:
+            return json.loads(self.out)
+        except ValueError:
+            return {}
+
+
+def find_scans(folder):
+    """(name, file) of the scans that are there; of several with one name the first by path."""
+    found = {}
+    for file in sorted(folder.rglob("*")):
+        if file.suffix.lower() in MESHES and file.stem in SCANS:
+            found.setdefault(file.stem, file)
+    return [(name, found[name]) for name in SCANS if name in found]
+
+
+def row_of(relief, name, file, slabs, options, work):
+    model, mended = work / "model.relief", work / "mended.ply"
+    command = [relief, "convert", str(file), "-o", str(model), "--mended", str(mended), "--slabs", str(slabs), "--samples",
+               str(options.samples), "--force", "--json"]
+    if options.remesh:
+        command.append("--remesh")
+    made = Run(command, options.limit)
+    row = {"model": name, "file_bytes": file.stat().st_size, "target": slabs, "status": made.status,
+           "cpu_s": round(made.cpu, 3), "wall_s": round(made.wall, 3), "peak_mib": round(made.mib, 1)}
+    if made.status != 0:
+        return row | {"error": made.err}
+    convert = made.json()
+    triangles = convert["source_triangles"]
+    row |= {"triangles": triangles, "bytes_per_triangle": round((made.mib - 64) * 2**20 / triangles, 1), "convert": convert}
+    judged = Run([relief, "verify", str(model), "--source", str(mended), "--json"], options.limit)
+    row |= {"verified": judged.status == 0, "verify_cpu_s": round(judged.cpu, 3), "verify": judged.json()}
+    if judged.status != 0:
+        row["error"] = judged.err
+    return row
+
+
+def markdown(rows, options):
+    text = [
+        f"n = {options.samples}{', remeshed' if options.remesh else ''}. CPU: seconds of the whole command over all its threads;"
+        " memory: its peak resident set. Single: fibres that meet the mended source exactly once. Distances from the displaced"
+        " surface to the mended source, shares of its diagonal. Verified: `relief verify --source` on the model and the mended"
+        " source says that all that the mode claims holds.", "",
+        "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | single | rms | greatest | verified |",
+        "|---|---|---|---|---|---|---|---|---|---|---|"]
+    reasons = []
+    for row in rows:
+        head = f"| {row['model']} |"
+        if "convert" not in row:
+            text.append(f"{head} | ({row['target']}) | none | {row['cpu_s']:.2f} | {row['wall_s']:.2f} | {row['peak_mib']:.0f} | | | |"
+                        " |")
+            reasons.append(f"- {row['model']}: {row['error']}")
+            continue
+        c = row["convert"]
+        hits = c["hits"]
+        single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
+        text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
+                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {single:.2f} % | {c['distance']['rms']:.1e} |"
+                    f" {c['distance']['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
+        if "not_certified" in c:
+            reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
+        if "error" in row:
+            reasons.append(f"- {row['model']}: {row['error']}")
+    return "\n".join(text + ([""] + reasons if reasons else [])) + "\n"
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="where scans lie")
+    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin/relief", help="the program to measure")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out", help="folder for table.json and table.md")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="these models only")
+    parser.add_argument("--samples", type=int, default=63, metavar="n", help="intervals per slab edge (default 63)")
+    parser.add_argument("--triangles", type=int, default=100_000, help="of Relief's own samples (default 100000)")
+    parser.add_argument("--remesh", action="store_true", help="remesh every model")
+    parser.add_argument("--limit", type=float, default=600, help="seconds that one command may take (default 600)")
+    options = parser.parse_args(arguments)
+    relief = str(options.bin.resolve())
+    if not os.access(relief, os.X_OK):
+        parser.error(f"{relief} is not there; build it with ./dev build")
+    if options.folder and not options.folder.is_dir():
+        parser.error(f"{options.folder} is no folder")
+    known = set(SCANS) | set(OWN)
+    if unknown := set(options.only or []) - known:
+        parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
+    wanted = options.only or known
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:
+        work = pathlib.Path(folder)
+        models = [(name, None, slabs) for name, slabs in OWN.items() if name in wanted]
+        if options.folder:
+            models += [(name, file, SCANS[name]) for name, file in find_scans(options.folder) if name in wanted]
+        for name, file, slabs in models:
+            if file is None:
+                file = work / f"{name}.ply"
+                sample = Run([relief, "sample", name, "-o", str(file), "--triangles", str(options.triangles)], options.limit)
+                if sample.status != 0:
+                    sys.exit(sample.err)
+                name = f"{name} (sample)"
+            rows.append(row_of(relief, name, file, slabs, options, work))
+            if sys.stderr.isatty():
+                print(f"{name}: {rows[-1]['cpu_s']:.2f} CPU s", file=sys.stderr)
+    machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count(),
+               "load": [round(x, 1) for x in os.getloadavg()]}
+    options.out.mkdir(parents=True, exist_ok=True)
+    table = markdown(rows, options)
+    (options.out / "table.json").write_text(json.dumps({"machine": machine, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    (options.out / "table.md").write_text(table, encoding="utf-8")
+    print(table, end="")
+    return 0 if all(row.get("verified") for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,64 @@
+// The source of a certified shell, in an order that keeps neighbours together, with what is asked of it again and
+// again.
+#pragma once
+
+#include <relief/convert/decimate.h>
+#include <relief/convert/lattice.h>
+#include <relief/convert/section.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace relief::detail {
+
+inline constexpr std::uint32_t kNone = 0xffffffffU;
+inline constexpr std::uint32_t kBlock = 16;  ///< triangles
+
+// Half-edge 3 f + k runs from corner k of face f to the next.
+constexpr std::uint32_t next_of(std::uint32_t h) noexcept { return h % 3 == 2 ? h - 2 : h + 1; }
+constexpr std::uint32_t last_of(std::uint32_t h) noexcept { return h % 3 == 0 ? h + 2 : h - 1; }
+
+/// Per half-edge the opposite one, kNone where there is none.
+[[nodiscard]] std::vector<std::uint32_t> find_twins(std::span<const Face> faces, std::size_t point_count);
+
+/// Per point the half-edges that leave it.
+struct Stars {
+  std::vector<std::uint32_t> begin, half_edges;
+
+  Stars(std::span<const Face> faces, std::size_t point_count);
+  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t v) const noexcept {
+    return std::span(half_edges).subspan(begin[v], begin[v + 1] - begin[v]);
+  }
+};
+
+/// Triangles in Morton order, points in the order in which these first name them.
+struct OrderedSource {
+  std::vector<LatticePoint> points;
+  std::vector<Face> faces;
+  std::vector<std::uint32_t> point_of, face_of;  ///< numbers in the caller's source
+  std::vector<std::array<float, 4>> normals;     ///< unit normals, each with the slack of SourceTriangle
+  std::vector<SourceBlock> blocks;
+
+  OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces);
+  /// After points have moved.
+  void update();
+  [[nodiscard]] Vec3d normal(std::uint32_t t) const noexcept {
+    return {double(normals[t][0]), double(normals[t][1]), double(normals[t][2])};
+  }
+  [[nodiscard]] LatticeTriangle corners(std::uint32_t t) const noexcept {
+    return {points[faces[t][0]], points[faces[t][1]], points[faces[t][2]]};
+  }
+  [[nodiscard]] SourceTriangle triangle(std::uint32_t t) const noexcept {
+    const Face& f = faces[t];
+    return {to_double(points[f[0]]), to_double(points[f[1]]), to_double(points[f[2]]), normal(t),
+            double(normals[t][3])};
+  }
+  [[nodiscard]] Vec3d cross_of(std::uint32_t t) const noexcept {
+    const Vec3d a = to_double(points[faces[t][0]]);
+    return cross(to_double(points[faces[t][1]]) - a, to_double(points[faces[t][2]]) - a);
+  }
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,261 @@
+#include <relief/convert/cells.h>
+#include <relief/convert/parallel.h>
+#include <relief/convert/reducer.h>
+
+#include <algorithm>
+#include <atomic>
+#include <numeric>
+#include <thread>
+#include <utility>
+
+namespace relief::detail {
+namespace {
+
+constexpr std::size_t kCell = 24000;   // slabs
+constexpr std::size_t kWhole = 60000;  // slabs that are reduced without cells
+constexpr std::size_t kBeforeQueue = 12000;
+
+/// What has become of a cage that starts as the source's own triangles, whose numbers it has at first.
+struct Whole {
+  std::vector<Face> faces;  // corners kNone: gone
+  std::vector<Ends> ends;
+  std::vector<std::uint32_t> part;  // per face; empty: there is one
+  CageDraft rest;                   // all else, once it is other than the source's; without faces, parts and ends
+
+  [[nodiscard]] bool is_source() const noexcept { return rest.at.empty(); }
+  [[nodiscard]] Box3d box(std::uint32_t f) const noexcept {
+    Box3d box;
+    for (const std::uint32_t v : faces[f])
+      for (const LatticePoint p : ends[v]) box.add(to_double(p));
+    return box;
+  }
+  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) const noexcept { return part.empty() ? 0 : part[f]; }
+  [[nodiscard]] Vec3d centre(const OrderedSource& source, std::uint32_t f) const noexcept {
+    Vec3d sum;
+    for (const std::uint32_t v : faces[f]) sum += is_source() ? to_double(source.points[v]) : rest.at[v];
+    return sum / 3.0;
+  }
+};
+
+/// Adds the plane of a source triangle to the quadric of one of its corners.
+void add_plane(const OrderedSource& source, std::uint32_t t, Quadric& quadric) {
+  const Vec3d n = source.cross_of(t);
+  const double size = length(n);
+  if (size > 0) quadric.add_plane(n / size, to_double(source.points[source.faces[t][0]]), size / 6);
+}
+
+/// Some slabs of a cage, with numbers of their own.
+struct Members {
+  CageDraft cage;
+  std::vector<std::uint32_t> faces, fibres;  // numbers in the whole
+
+  Members(const OrderedSource& source, const Whole& whole, std::vector<std::uint32_t>&& members)
+      : faces(std::move(members)) {
+    fibres.reserve(3 * faces.size());
+    for (const std::uint32_t f : faces) fibres.insert(fibres.end(), whole.faces[f].begin(), whole.faces[f].end());
+    std::sort(fibres.begin(), fibres.end());
+    fibres.erase(std::unique(fibres.begin(), fibres.end()), fibres.end());
+    for (const std::uint32_t v : fibres) {
+      cage.ends.push_back(whole.ends[v]);
+      cage.at.push_back(whole.is_source() ? to_double(source.points[v]) : whole.rest.at[v]);
+      cage.quadrics.push_back(whole.is_source() ? Quadric{} : whole.rest.quadrics[v]);
+    }
+    for (const std::uint32_t f : faces) {
+      Face face{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        face[k] = static_cast<std::uint32_t>(std::lower_bound(fibres.begin(), fibres.end(), whole.faces[f][k]) -
+                                             fibres.begin());
+        if (whole.is_source()) add_plane(source, f, cage.quadrics[face[k]]);
+      }
+      cage.faces.push_back(face);
+      cage.part.push_back(whole.part_of(f));
+      cage.from.push_back(whole.is_source() ? f : whole.rest.from[f]);
+      const std::span<const Entry> list = whole.is_source() ? std::span<const Entry>() : whole.rest.list(f);
+      cage.lists.push_back({static_cast<std::uint32_t>(cage.pool.size()), static_cast<std::uint32_t>(list.size())});
+      cage.pool.insert(cage.pool.end(), list.begin(), list.end());
+    }
+  }
+};
+
+/// What is new about fibres and slabs that members of a cage could change.
+struct Changes {
+  std::vector<std::uint32_t> fibres, faces;  // numbers in the whole
+  std::vector<Vec3d> at;
+  std::vector<Quadric> quadrics;
+  std::vector<CageDraft::List> lists;
+  std::vector<Entry> pool;
+};
+
+/// Puts faces and ends back into the whole, and gives the rest.
+Changes put_back(Whole& whole, const Members& members, const SlabReducer& reducer) {
+  Changes changes;
+  const CageDraft& cage = reducer.cage();
+  for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
+    if (!reducer.is_free(v)) continue;
+    whole.ends[members.fibres[v]] = cage.ends[v];
+    changes.fibres.push_back(members.fibres[v]);
+    changes.at.push_back(cage.at[v]);
+    changes.quadrics.push_back(cage.quadrics[v]);
+  }
+  for (std::uint32_t f = 0; f < members.faces.size(); ++f) {
+    Face& face = whole.faces[members.faces[f]];
+    const Face& mine = cage.faces[f];
+    if (!cage.alive(f)) {
+      face = mine;
+      continue;
+    }
+    if (!reducer.is_free(mine[0]) && !reducer.is_free(mine[1]) && !reducer.is_free(mine[2])) continue;
+    for (std::size_t k = 0; k < 3; ++k) face[k] = members.fibres[mine[k]];
+    const std::span<const Entry> list = cage.list(f);
+    changes.faces.push_back(members.faces[f]);
+    changes.lists.push_back({static_cast<std::uint32_t>(changes.pool.size()), static_cast<std::uint32_t>(list.size())});
+    changes.pool.insert(changes.pool.end(), list.begin(), list.end());
+  }
+  // They wait until all cells are ready.
+  changes.pool.shrink_to_fit();
+  changes.quadrics.shrink_to_fit();
+  changes.at.shrink_to_fit();
+  return changes;
+}
+
+/// Leaves out what is gone, and puts in what is new.
+void compact(const OrderedSource& source, Whole& whole, const std::vector<Changes>& changed) {
+  struct Place {
+    std::uint32_t in = kNone, index = 0;
+  };
+  std::vector<Place> face_places(whole.faces.size()), fibre_places(whole.ends.size());
+  for (std::uint32_t c = 0; c < changed.size(); ++c) {
+    for (std::uint32_t k = 0; k < changed[c].faces.size(); ++k) face_places[changed[c].faces[k]] = {c, k};
+    for (std::uint32_t k = 0; k < changed[c].fibres.size(); ++k) fibre_places[changed[c].fibres[k]] = {c, k};
+  }
+  Whole kept;
+  CageDraft& rest = kept.rest;
+  std::vector<std::uint32_t> number(whole.ends.size(), kNone);
+  for (std::uint32_t f = 0; f < whole.faces.size(); ++f) {
+    if (whole.faces[f][0] == kNone) continue;
+    Face face{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = whole.faces[f][k];
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(kept.ends.size());
+        kept.ends.push_back(whole.ends[v]);
+        const Place place = fibre_places[v];
+        const bool is_new = place.in != kNone;
+        rest.at.push_back(is_new              ? changed[place.in].at[place.index]
+                          : whole.is_source() ? to_double(source.points[v])
+                                              : whole.rest.at[v]);
+        rest.quadrics.push_back(is_new              ? changed[place.in].quadrics[place.index]
+                                : whole.is_source() ? Quadric{}
+                                                    : whole.rest.quadrics[v]);
+      }
+      face[k] = number[v];
+    }
+    kept.faces.push_back(face);
+    if (!whole.part.empty()) kept.part.push_back(whole.part[f]);
+    std::span<const Entry> list;
+    const Place place = face_places[f];
+    if (place.in != kNone) {
+      const CageDraft::List at = changed[place.in].lists[place.index];
+      list = std::span(changed[place.in].pool).subspan(at.begin, at.count);
+    } else if (!whole.is_source()) {
+      list = whole.rest.list(f);
+    }
+    rest.from.push_back(place.in != kNone ? kNone : whole.is_source() ? f : whole.rest.from[f]);
+    rest.lists.push_back({static_cast<std::uint32_t>(rest.pool.size()), static_cast<std::uint32_t>(list.size())});
+    rest.pool.insert(rest.pool.end(), list.begin(), list.end());
+  }
+  // Fibres that no cell could change have the quadrics of the source's triangles around them.
+  if (whole.is_source())
+    for (std::uint32_t t = 0; t < source.faces.size(); ++t)
+      for (const std::uint32_t v : source.faces[t])
+        if (number[v] != kNone && fibre_places[v].in == kNone) add_plane(source, t, rest.quadrics[number[v]]);
+  whole = std::move(kept);
+}
+
+bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double longest, std::size_t goal, int level,
+                     Whole& whole, const Progress& progress) {
+  const auto count = static_cast<std::uint32_t>(whole.faces.size());
+  // A choice of the slabs cuts space; each time in other places.
+  constexpr std::uint32_t kStride = 16;
+  std::vector<Vec3d> sample;
+  sample.reserve(count / kStride + 1);
+  for (std::uint32_t f = 0; f < count; f += kStride) sample.push_back(whole.centre(source, f));
+  const Cells cells(sample, kCell / kStride, level % 2 == 0 ? 0.5 : 0.4);
+  std::vector<std::vector<std::uint32_t>> members(cells.count());
+  for (std::uint32_t f = 0; f < count; ++f)
+    cells.for_each(whole.box(f), [&](std::uint32_t c) { members[c].push_back(f); });
+
+  std::vector<Changes> changed(cells.count());
+  const double share = double(goal) / double(count);
+  const Progress quiet = {.report = {}, .cancel = progress.cancel};
+  const auto caller = std::this_thread::get_id();
+  std::atomic<std::size_t> ready = 0;
+  const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
+    Members mine(source, whole, std::move(members[c]));
+    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c));
+    const std::size_t fixed = reducer.slab_count() - reducer.free_count();
+    if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
+    changed[c] = put_back(whole, mine, reducer);
+    const std::size_t finished = ++ready;
+    if (std::this_thread::get_id() == caller && level == 0)
+      progress("reduce", 0.6 * double(finished) / double(cells.count()));
+  });
+  if (!done) return false;
+  compact(source, whole, changed);
+  return true;
+}
+
+}  // namespace
+
+bool Reducer::thin_shell(const Progress& progress) {
+  thin_ = make_thin_shell(source_, longest_, progress);
+  return !progress.cancelled();
+}
+
+bool Reducer::reduce(const Progress& progress) {
+  Whole whole;
+  whole.faces = source_.faces;
+  whole.ends = std::move(thin_.ends);
+  Parts parts = find_parts(source_.points.size(), source_.faces);
+  if (parts.count > 1) whole.part = std::move(parts.of_face);
+  const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
+  for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
+    const std::size_t before = whole.faces.size();
+    if (!reduce_in_cells(source_, *thin_.tree, longest_, std::max(stop, before / 12), level, whole, progress))
+      return false;
+    if (10 * whole.faces.size() > 8 * before) break;
+  }
+  std::vector<std::uint32_t> all(whole.faces.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Members last(source_, whole, std::move(all));
+  whole = {};
+  Box3d everywhere;
+  everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
+  everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
+  last_.emplace(source_, *thin_.tree, longest_, std::move(last.cage), everywhere);
+  thin_.tree.reset();
+  return last_->sweep(stop, progress) && last_->reduce(target_, progress);
+}
+
+Shell Reducer::shell() const {
+  const CageDraft& cage = last_->cage();
+  Shell shell;
+  std::vector<std::uint32_t> number(cage.ends.size(), kNone);
+  for (std::uint32_t f = 0; f < cage.faces.size(); ++f) {
+    if (!cage.alive(f)) continue;
+    Face face{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& n = number[cage.faces[f][k]];
+      if (n == kNone) {
+        n = static_cast<std::uint32_t>(shell.ends[kInner].size());
+        for (const Side side : {kInner, kOuter}) shell.ends[side].push_back(cage.ends[cage.faces[f][k]][side]);
+      }
+      face[k] = n;
+    }
+    shell.from.push_back(static_cast<std::uint32_t>(shell.faces.size()));
+    shell.faces.push_back(face);
+  }
+  return shell;
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,49 @@
+// From the thin shell on the source to a coarse one.
+#pragma once
+
+#include <relief/base/progress.h>
+#include <relief/convert/ordered_source.h>
+#include <relief/convert/shell.h>
+#include <relief/convert/slab_reducer.h>
+#include <relief/convert/thin_shell.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace relief::detail {
+
+/// While there are many slabs, space is cut into cells, and what lies inside a cell is reduced for itself: cells run on
+/// all threads, and what one holds fits into a cache. Then the cells are cut anew, so that other slabs lie inside; the
+/// last ones are reduced as a whole. The result does not depend on the number of threads.
+class Reducer {
+ public:
+  /// `source` must outlive it. `longest`: of a fibre, lattice steps.
+  Reducer(const OrderedSource& source, std::size_t target, double longest)
+      : source_(source), target_(target), longest_(longest) {}
+
+  /// False when cancelled; faces that cannot be made valid are in faults().
+  bool thin_shell(const Progress& progress);
+  [[nodiscard]] const std::vector<std::uint32_t>& faults() const noexcept { return thin_.faults; }
+  /// After a thin shell without faults. False when cancelled.
+  bool reduce(const Progress& progress);
+  [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
+  /// Goes on to the target where that share of a slab's area may fold (C6). False when cancelled.
+  bool reduce_further(double tolerance, const Progress& progress) {
+    last_->tolerate(tolerance);
+    return last_->reduce(target_, progress);
+  }
+  /// False when cancelled.
+  bool thicken(const Progress& progress) { return last_->thicken(progress); }
+  [[nodiscard]] Shell shell() const;
+
+ private:
+  const OrderedSource& source_;
+  std::size_t target_;
+  double longest_;
+  ThinShell thin_;
+  std::optional<SlabReducer> last_;
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,929 @@
+#include <relief/convert/slab_reducer.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace relief::detail {
+
+namespace {
+
+bool share_a_fibre(const Face& f, const Face& g) noexcept {
+  bool shared = false;
+  for (const std::uint32_t v : f) shared = shared || v == g[0] || v == g[1] || v == g[2];
+  return shared;
+}
+
+}  // namespace
+
+void SlabReducer::FourBoxes::set(std::size_t k, const FloatBox& box) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis].of[k] = box.low[axis];
+    high[axis].of[k] = box.high[axis];
+  }
+}
+
+unsigned SlabReducer::FourBoxes::meeting(const FloatBox& box) const noexcept {
+  const auto hit = (low[0].all() <= box.high[0]) & (high[0].all() >= box.low[0]) & (low[1].all() <= box.high[1]) &
+                   (high[1].all() >= box.low[1]) & (low[2].all() <= box.high[2]) & (high[2].all() >= box.low[2]);
+  return (static_cast<unsigned>(hit[0]) & 1U) | (static_cast<unsigned>(hit[1]) & 2U) |
+         (static_cast<unsigned>(hit[2]) & 4U) | (static_cast<unsigned>(hit[3]) & 8U);
+}
+
+void SlabReducer::Seen::reset(std::size_t most) {
+  const std::size_t size = std::bit_ceil(2 * most + 16);
+  if (slots_.size() < size) {
+    slots_.assign(size, {});
+    round_ = 0;
+  }
+  mask_ = size - 1;
+  ++round_;
+}
+
+bool SlabReducer::Seen::add(std::uint32_t code) {
+  std::size_t at = (code * 0x9e3779b1U >> 7U) & mask_;
+  for (; slots_[at].round == round_; at = (at + 1) & mask_)
+    if (slots_[at].code == code) return false;
+  slots_[at] = {code, round_};
+  return true;
+}
+
+bool SlabReducer::Seen::has(std::uint32_t code) const {
+  std::size_t at = (code * 0x9e3779b1U >> 7U) & mask_;
+  for (; slots_[at].round == round_; at = (at + 1) & mask_)
+    if (slots_[at].code == code) return true;
+  return false;
+}
+
+SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage,
+                         const Box3d& room)
+    : source_(source), longest_(longest), room_(room), cage_(std::move(cage)) {
+  const std::size_t points = cage_.ends.size(), faces = cage_.faces.size();
+  twins_ = find_twins(cage_.faces, points);
+  out_.assign(points, kNone);
+  valences_.assign(points, 0);
+  for (std::uint32_t h = 0; h < 3 * faces; ++h) {
+    out_[origin(h)] = h;
+    ++valences_[origin(h)];
+  }
+  fixed_.assign(points, 0);
+  for (std::uint32_t f = 0; f < faces; ++f) {
+    const Box3d box = cage_.box(f);
+    if (is_within(box)) {
+      ++free_;
+      continue;
+    }
+    for (const std::uint32_t v : cage_.faces[f]) fixed_[v] = 1;
+  }
+  stamps_.assign(points, 0);
+  touched_.assign(points, 1);
+  improved_.assign(points, 0);
+  tried_.assign(3 * faces, 0);
+  mark_.assign(points, 0);
+  in_star_.assign(faces, 0);
+  alive_ = faces;
+  find_lists(tree);
+  build_grid();
+}
+
+bool SlabReducer::is_within(const Box3d& box) const noexcept {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (!(box.low[k] > room_.low[k] && box.high[k] < room_.high[k])) return false;
+  return true;
+}
+
+void SlabReducer::find_lists(const BoxTree& tree) {
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if (cage_.from[f] == kNone) {
+      listed_ += cage_.lists[f].count;
+      continue;
+    }
+    const Face& face = cage_.faces[f];
+    if (!is_free(face[0]) && !is_free(face[1]) && !is_free(face[2])) continue;
+    cage_.from[f] = kNone;
+    const SlabShape shape(cage_.triangle(f, kInner), cage_.triangle(f, kOuter));
+    List& list = cage_.lists[f];
+    list = {static_cast<std::uint32_t>(cage_.pool.size()), 0};
+    tree.query(shape.box(), [&](std::uint32_t t) {
+      if (shape.meet(source_.triangle(t)) != Meeting::Apart) cage_.pool.push_back(Entry::triangle(t));
+      return true;
+    });
+    list.count = static_cast<std::uint32_t>(cage_.pool.size()) - list.begin;
+    listed_ += list.count;
+  }
+}
+
+void SlabReducer::build_grid() {
+  Box3d all;
+  double size = 0;
+  boxes_.resize(cage_.faces.size());
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if (!alive(f)) continue;
+    const Box3d box = cage_.box(f);
+    const Vec3d e = box.extent();
+    size += std::max({e.x, e.y, e.z});
+    all.add(box);
+    for (const Side side : {kInner, kOuter}) {
+      Box3d of_side;
+      for (const LatticePoint p : cage_.triangle(f, side)) of_side.add(to_double(p));
+      boxes_[f][side] = FloatBox::around(of_side);
+    }
+  }
+  grid_.reset(all, 1.5 * size / double(std::max<std::size_t>(alive_, 1)), cage_.faces.size(), 2048);
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
+    if (alive(f)) grid_.insert(f, cage_.box(f));
+  grid_alive_ = alive_;
+  grid_entries_ = grid_.entry_count();
+}
+
+/// What merging the ends of an edge costs, and where they would go.
+Merge SlabReducer::weigh(std::uint32_t u, std::uint32_t v) const noexcept {
+  Quadric q = cage_.quadrics[u];
+  q += cage_.quadrics[v];
+  return merge_ends(q, cage_.at[u], cage_.at[v]);
+}
+
+void SlabReducer::push(std::uint32_t h) {
+  const auto [u, v] = std::minmax({origin(h), target(h)});
+  queue_.push_back({weigh(u, v).cost, u, v, stamps_[u], stamps_[v]});
+}
+
+void SlabReducer::fill_queue() {
+  queue_.clear();
+  for (std::uint32_t h = 0; h < twins_.size(); ++h) {
+    if (!is_free_edge(h)) continue;
+    if (std::max(touched_[origin(h)], touched_[target(h)]) <= tried_[h]) continue;
+    push(h);
+  }
+  std::make_heap(queue_.begin(), queue_.end());
+}
+
+void SlabReducer::touch(std::uint32_t v) {
+  ++clock_;
+  touched_[v] = clock_;
+  for_ring(v, [&](std::uint32_t h) { touched_[target(h)] = clock_; });
+}
+
+// The two ends have two neighbours in common, the far corners of the edge's faces, and neither these nor the merged
+// vertex come to have fewer than three faces.
+bool SlabReducer::link_allows(std::uint32_t h) {
+  const std::uint32_t u = origin(h), v = target(h);
+  const int around = valences_[u] + valences_[v];
+  if (around < 7 || around > 18) return false;
+  ++mark_round_;
+  std::size_t shared = 0;
+  for_ring(u, [&](std::uint32_t e) { mark_[target(e)] = mark_round_; });
+  for_ring(v, [&](std::uint32_t e) { shared += mark_[target(e)] == mark_round_; });
+  if (shared != 2) return false;
+  return valences_[target(next_of(h))] > 3 && valences_[target(next_of(twins_[h]))] > 3;
+}
+
+void SlabReducer::star_of(std::uint32_t v) {
+  trial_.faces.clear();
+  trial_.slots.clear();
+  trial_.vanished.clear();
+  trial_.fresh = 0;
+  trial_.moved = v;
+  for_ring(v, [&](std::uint32_t h) {
+    trial_.faces.push_back({v, target(h), target(next_of(h))});
+    trial_.slots.push_back(h / 3);
+  });
+  gathered_ = false;
+}
+
+// The star of the vertex that an edge becomes: from its left far corner around the first end to the right one, and
+// back around the second.
+bool SlabReducer::star_of_edge(std::uint32_t h) {
+  const std::uint32_t u = origin(h);
+  trial_.faces.clear();
+  trial_.slots.clear();
+  trial_.vanished.clear();
+  trial_.fresh = 0;
+  trial_.moved = u;
+  for (const std::uint32_t start : {h, twins_[h]}) {
+    trial_.second = trial_.faces.size();
+    trial_.vanished.push_back(start / 3);
+    const std::uint32_t stop = next_of(twins_[start]);  // the first edge after the twin's face is reached
+    for (std::uint32_t e = twins_[last_of(start)]; e != stop; e = twins_[last_of(e)]) {
+      trial_.faces.push_back({u, target(e), target(next_of(e))});
+      trial_.slots.push_back(e / 3);
+      if (trial_.faces.size() > 20) return false;
+    }
+  }
+  gathered_ = false;
+  return trial_.faces.size() >= 3;
+}
+
+/// The union of the lists of the faces that a trial replaces, in the source's order.
+void SlabReducer::gather() {
+  if (gathered_) return;
+  gathered_ = true;
+  union_.clear();
+  hint_ = kNone;
+  ++star_round_;
+  std::size_t most = 0;
+  const auto for_faces = [&](auto&& visit) {
+    for (std::size_t k = trial_.fresh; k < trial_.slots.size(); ++k) visit(trial_.slots[k]);
+    for (const std::uint32_t f : trial_.vanished) visit(f);
+  };
+  for_faces([&](std::uint32_t f) {
+    in_star_[f] = star_round_;
+    most += cage_.lists[f].count;
+  });
+  seen_.reset(most);
+  for_faces([&](std::uint32_t f) {
+    for (const Entry e : cage_.list(f))
+      if (e.is_block() && seen_.add(e.code)) union_.push_back(e);
+  });
+  const bool blocks = !union_.empty();
+  for_faces([&](std::uint32_t f) {
+    for (const Entry e : cage_.list(f)) {
+      if (e.is_block() || (blocks && seen_.has(Entry::block(e.first() / kBlock).code))) continue;
+      if (seen_.add(e.code)) union_.push_back(e);
+    }
+  });
+  std::sort(union_.begin(), union_.end());
+  origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
+  pieces_.assign((union_.size() + 3) / 4, {});
+  spread_.assign(union_.size(), kNone);
+  spread_blocks_.clear();
+  for (std::size_t k = 0; k < union_.size(); ++k) {
+    const std::uint32_t first = union_[k].first();
+    if (union_[k].is_block()) {
+      pieces_[k / 4].set(k % 4, source_.blocks[first / kBlock], origin_);
+    } else {
+      pieces_[k / 4].set(k % 4, source_.corners(first), source_.normals[first], origin_);
+    }
+  }
+}
+
+double SlabReducer::least_lean(Vec3d d) const noexcept {
+  double least = 1;
+  for (const Vec3d n : normals_) least = std::min(least, dot(n, d));
+  return least;
+}
+
+// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
+Direction SlabReducer::aim() {
+  normals_.clear();
+  Vec3d mean;
+  const auto add = [&](std::uint32_t t) {
+    normals_.push_back(source_.normal(t));
+    mean += normals_.back();
+  };
+  // Of very many a choice will do: the direction is only a proposal.
+  constexpr std::size_t kEnough = 1500;
+  std::size_t all = 0, at = 0;
+  for (const Entry e : union_) all += e.is_block() ? kBlock : 1;
+  const std::size_t stride = 1 + all / kEnough;
+  for (const Entry e : union_) {
+    const auto stop = std::min<std::size_t>(e.first() + (e.is_block() ? kBlock : 1), source_.faces.size());
+    for (std::uint32_t t = e.first(); t < stop; ++t)
+      if (at++ % stride == 0) add(t);
+  }
+  mean = normalized(mean);
+  if (normals_.size() > 14) {
+    const Vec3d aside = std::abs(mean.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d e = normalized(cross(mean, aside)), g = cross(mean, e);
+    constexpr std::size_t kAxes = 6;
+    std::array<Vec3d, kAxes> axes;
+    for (std::size_t k = 0; k < kAxes; ++k) {
+      const double angle = std::numbers::pi * double(k) / kAxes;
+      axes[k] = e * std::cos(angle) + g * std::sin(angle);
+    }
+    std::array<std::pair<double, std::size_t>, 2 * kAxes + 1> outermost;
+    outermost.fill({-2, 0});
+    for (std::size_t i = 0; i < normals_.size(); ++i) {
+      for (std::size_t k = 0; k < kAxes; ++k) {
+        const double h = dot(axes[k], normals_[i]);
+        if (h > outermost[k].first) outermost[k] = {h, i};
+        if (-h > outermost[k + kAxes].first) outermost[k + kAxes] = {-h, i};
+      }
+      const double h = -dot(mean, normals_[i]);
+      if (h > outermost.back().first) outermost.back() = {h, i};
+    }
+    std::array<Vec3d, 2 * kAxes + 1> kept;
+    for (std::size_t k = 0; k < kept.size(); ++k) kept[k] = normals_[outermost[k].second];
+    normals_.assign(kept.begin(), kept.end());
+  }
+  Direction best = best_direction(normals_);
+  if (best.visibility > 0.05) return best;
+  // The normals fit in no cap below a half sphere: blend the worst one in, again and again.
+  Vec3d d = mean;
+  for (int k = 0; k < 50; ++k) {
+    Vec3d worst = d;
+    double least = 2;
+    for (const Vec3d n : normals_)
+      if (const double h = dot(n, d); h < least) {
+        least = h;
+        worst = n;
+      }
+    if (least > best.visibility) best = {d, least};
+    d = normalized(d * (1 - 1.0 / (k + 2)) + worst * (1.0 / (k + 2)));
+  }
+  return best;
+}
+
+SlabReducer::Quality SlabReducer::quality(Vec3d at) const noexcept {
+  Quality q;
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    const Vec3d b = cage_.at[f[1]], c = cage_.at[f[2]];
+    const double shape = shape_of(at, b, c, length(cross(b - at, c - at)));
+    q.least = std::min(q.least, shape);
+    q.mean += shape / double(trial_.faces.size());
+  }
+  return q;
+}
+
+SlabReducer::Quality SlabReducer::quality_now() const noexcept {
+  Quality q;
+  for (const std::uint32_t s : trial_.slots) {
+    const Face& f = cage_.faces[s];
+    const double shape = shape_of(cage_.at[f[0]], cage_.at[f[1]], cage_.at[f[2]],
+                                  length(cross(cage_.at[f[1]] - cage_.at[f[0]], cage_.at[f[2]] - cage_.at[f[0]])));
+    q.least = std::min(q.least, shape);
+    q.mean += shape / double(trial_.slots.size());
+  }
+  return q;
+}
+
+/// All tests of a trial, cheap ones first. Leaves the shapes and lists of the new slabs behind.
+SlabReducer::Fault SlabReducer::evaluate() {
+  const auto end = [&](std::uint32_t v, Side side) {
+    return v == trial_.moved ? trial_.ends[side] : cage_.ends[v][side];
+  };
+  if (trial_.moved != kNone) {
+    // C2: the link, seen along the fibre, comes round once.
+    const LatticePoint centre = trial_.ends[kInner], d = trial_.ends[kOuter] - centre;
+    const LatticePoint start = cage_.ends[trial_.faces[0][1]][kInner] - centre;
+    int turns = 0, last = 0;
+    for (std::size_t k = 1; k <= trial_.faces.size(); ++k) {
+      const int sign =
+          k == trial_.faces.size() ? 0 : determinant_sign(d, start, cage_.ends[trial_.faces[k][1]][kInner] - centre);
+      turns += last < 0 && sign >= 0;
+      last = sign;
+    }
+    if (turns != 1) return Fault::Winding;
+  }
+  trial_.shapes.clear();
+  trial_.boxes.clear();
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    const LatticeTriangle in = {end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)};
+    const LatticeTriangle out = {end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)};
+    if (jacobian_fault(in, out) != JacobianFault::None) return Fault::Jacobian;
+    trial_.shapes.emplace_back(in, out);
+    if (!is_within(trial_.shapes.back().box())) return Fault::Outside;
+    const SlabShape& shape = trial_.shapes.back();
+    trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
+  }
+  if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
+  return evaluate_overlap();
+}
+
+SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
+  return m == Meeting::Outer    ? Fault::Outer
+         : m == Meeting::Inner  ? Fault::Inner
+         : m == Meeting::Folded ? Fault::Folded
+                                : Fault::None;
+}
+
+/// The fault of a piece that is in a slab, if there is one: folds are let go as long as there is area to spare.
+SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double& spare) const {
+  if (m == Meeting::Folded && spare > 0) {
+    spare -= 0.5 * length(source_.cross_of(triangle));
+    if (spare >= 0) return Fault::None;
+  }
+  return fault_of(m);
+}
+
+/// Lists the triangles of a block that do not fit as a whole.
+SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece,
+                                               double& spare) {
+  const std::uint32_t first = union_[piece].first();
+  const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBlock, source_.faces.size() - first));
+  if (spread_[piece] == kNone) {
+    spread_[piece] = static_cast<std::uint32_t>(spread_blocks_.size());
+    auto& fours = spread_blocks_.emplace_back();
+    for (std::uint32_t k = 0; k < count; ++k)
+      fours[k / 4].set(k % 4, source_.corners(first + k), source_.normals[first + k], origin_);
+  }
+  const auto& fours = spread_blocks_[spread_[piece]];
+  for (std::uint32_t k = 0; k < count; k += 4) {
+    const QuickShape::Verdict verdict = quick.meet(fours[k / 4]);
+    for (unsigned left = verdict.near; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+      const std::uint32_t t = first + k + lane;
+      if ((verdict.section >> lane & 1U) == 0) {
+        const Meeting m = s.meet(source_.triangle(t));
+        if (m == Meeting::Apart) continue;
+        if (const Fault fault = judge(m, t, spare); fault != Fault::None) {
+          hint_ = t;
+          return fault;
+        }
+      }
+      trial_.lists.push_back(Entry::triangle(t));
+    }
+  }
+  return Fault::None;
+}
+
+// C5 and C6.
+SlabReducer::Fault SlabReducer::evaluate_source() {
+  if (hint_ != kNone && tolerance_ == 0) {
+    const SourceTriangle t = source_.triangle(hint_);
+    for (const SlabShape& s : trial_.shapes)
+      if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
+  }
+  trial_.lists.clear();
+  trial_.ranges.clear();
+  for (const SlabShape& s : trial_.shapes) {
+    const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
+    const QuickShape quick(s, origin_);
+    double spare = tolerance_ * s.middle_area();
+    for (std::size_t four = 0; four < pieces_.size(); ++four) {
+      if (quick.near(pieces_[four]) == 0) continue;
+      const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
+      for (unsigned left = verdict.near; left != 0; left &= left - 1) {
+        const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
+        const Entry e = union_[k];
+        if (e.is_block()) {
+          const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
+          if (whole == Meeting::Section) trial_.lists.push_back(e);
+          if (whole != Meeting::Mixed) continue;
+          if (const Fault fault = evaluate_block(s, quick, k, spare); fault != Fault::None) return fault;
+          continue;
+        }
+        if ((verdict.section >> (k % 4) & 1U) == 0) {
+          const Meeting m = s.meet(source_.triangle(e.first()));
+          if (m == Meeting::Apart) continue;
+          if (const Fault fault = judge(m, e.first(), spare); fault != Fault::None) {
+            hint_ = e.first();
+            return fault;
+          }
+        }
+        trial_.lists.push_back(e);
+      }
+    }
+    // Triangles that make up half a block or more are listed as the block.
+    std::size_t kept = begin;
+    for (std::size_t k = begin; k < trial_.lists.size();) {
+      std::size_t stop = k + 1;
+      const Entry e = trial_.lists[k];
+      if (!e.is_block()) {
+        while (stop < trial_.lists.size() && !trial_.lists[stop].is_block() &&
+               trial_.lists[stop].first() / kBlock == e.first() / kBlock)
+          ++stop;
+      }
+      if (stop - k >= kBlock / 2)
+        trial_.lists[kept++] = Entry::block(e.first() / kBlock);
+      else
+        for (std::size_t j = k; j < stop; ++j) trial_.lists[kept++] = trial_.lists[j];
+      k = stop;
+    }
+    trial_.lists.resize(kept);
+    if (kept == begin) return Fault::Empty;
+    trial_.ranges.push_back({begin, static_cast<std::uint32_t>(kept - begin)});
+  }
+  return Fault::None;
+}
+
+// C3, inner against outer included.
+SlabReducer::Fault SlabReducer::evaluate_overlap() {
+  const std::size_t count = trial_.shapes.size();
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = 0; b < count; ++b) {
+      const SlabShape &s = trial_.shapes[a], &t = trial_.shapes[b];
+      if (!s.box(kInner).meets(t.box(kOuter)) || s.surely_apart(kInner, t, kOuter)) continue;
+      if (triangles_meet(s.triangle(kInner), t.triangle(kOuter))) return Fault::InnerOverlap;
+    }
+  Box3d all;
+  for (const SlabShape& s : trial_.shapes) all.add(s.box());
+  const FloatBox bounds = FloatBox::around(all);
+  const std::uint32_t part = cage_.part[trial_.slots[trial_.fresh]];
+  Fault fault = Fault::None;
+  trial_.fours.assign((count + 3) / 4, {});
+  for (std::size_t k = 0; k < count; ++k)
+    for (const Side side : {kInner, kOuter}) trial_.fours[k / 4][side].set(k % 4, trial_.boxes[k][side]);
+  grid_.query(all, [&](std::uint32_t g) {
+    const SideBoxes& theirs = boxes_[g];
+    if ((!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) || in_star_[g] == star_round_) return true;
+    if (cage_.part[g] != part) {
+      // C4: a part that is small beside a slab must not be swallowed whole.
+      for (std::size_t k = 0; k < count; ++k)
+        if (in_hull(trial_.shapes[k].triangle(kInner), trial_.shapes[k].triangle(kOuter),
+                    cage_.ends[cage_.faces[g][0]][kOuter])) {
+          fault = Fault::OuterOverlap;
+          return false;
+        }
+    }
+    for (std::size_t four = 0; four < trial_.fours.size(); ++four)
+      for (const Side mine : {kOuter, kInner})
+        for (const Side side : {kOuter, kInner})
+          for (unsigned left = trial_.fours[four][mine].meeting(theirs[side]); left != 0; left &= left - 1) {
+            const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
+            if (mine == side && share_a_fibre(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
+            if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
+            fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
+            return false;
+          }
+    return true;
+  });
+  return fault;
+}
+
+/// Gives the trial's lists to its faces, enters these in the grid.
+void SlabReducer::commit_lists() {
+  for (const std::uint32_t f : trial_.vanished) {
+    listed_ -= cage_.lists[f].count;
+    cage_.lists[f] = {};
+    boxes_[f] = {};
+  }
+  for (std::size_t k = 0; k < trial_.shapes.size(); ++k) {
+    const std::uint32_t f = trial_.slots[trial_.fresh + k];
+    List& list = cage_.lists[f];
+    listed_ -= list.count;
+    list = {static_cast<std::uint32_t>(cage_.pool.size()), trial_.ranges[k].count};
+    listed_ += list.count;
+    cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
+                      trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
+    grid_.insert(f, trial_.shapes[k].box());
+    boxes_[f] = trial_.boxes[k];
+  }
+  gathered_ = false;
+  if (cage_.pool.size() > 2 * listed_ + 65536) {
+    std::vector<Entry> packed;
+    packed.reserve(listed_ + listed_ / 2);
+    for (List& list : cage_.lists) {
+      const auto begin = static_cast<std::uint32_t>(packed.size());
+      packed.insert(packed.end(), cage_.pool.begin() + list.begin, cage_.pool.begin() + list.begin + list.count);
+      list.begin = begin;
+    }
+    cage_.pool = std::move(packed);
+  }
+  if (grid_entries_ + 4096 < grid_.entry_count() / 3 || 9 * alive_ < 5 * grid_alive_) build_grid();
+}
+
+bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
+  if (length(to_double(ends[kOuter] - ends[kInner])) > longest_) return false;
+  gather();
+  trial_.ends = ends;
+  if (evaluate() != Fault::None) return false;
+  cage_.at[trial_.moved] = at;
+  cage_.ends[trial_.moved] = ends;
+  commit_lists();
+  touch(trial_.moved);
+  return true;
+}
+
+// While slabs are about as small as the source's triangles, one end can mostly be merged into the other as it is, which
+// changes half as many slabs.
+bool SlabReducer::drop_end(std::uint32_t h, double most) {
+  std::uint32_t u = origin(h), v = target(h);
+  Quadric q = cage_.quadrics[u];
+  q += cage_.quadrics[v];
+  const auto cost = [&](std::uint32_t w) { return q.error(cage_.at[w]); };
+  if (cost(v) < cost(u)) {
+    h = twins_[h];
+    std::swap(u, v);
+  }
+  const Vec3d edge = cage_.at[v] - cage_.at[u];
+  if (merge_cost(q, cage_.at[u], dot(edge, edge)) > most) return false;
+  if (!link_allows(h) || !star_of_edge(h)) return false;
+  trial_.fresh = trial_.second;
+  if (trial_.fresh == trial_.faces.size() || quality(cage_.at[u]).least < 0.15) return false;
+  gather();
+  trial_.ends = cage_.ends[u];
+  if (evaluate() != Fault::None) return false;
+  merge(h, cage_.at[u]);
+  return true;
+}
+
+bool SlabReducer::collapse(std::uint32_t h) {
+  if (!link_allows(h) || !star_of_edge(h)) return false;
+  const std::uint32_t u = origin(h), v = target(h);
+  const Vec3d best = weigh(u, v).place;
+  double before = quality_now().least;
+  for (const std::uint32_t f : trial_.vanished) {
+    const Face& g = cage_.faces[f];
+    before =
+        std::min(before, shape_of(cage_.at[g[0]], cage_.at[g[1]], cage_.at[g[2]],
+                                  length(cross(cage_.at[g[1]] - cage_.at[g[0]], cage_.at[g[2]] - cage_.at[g[0]]))));
+  }
+  for (const Vec3d at : {best, cage_.at[u], cage_.at[v], (cage_.at[u] + cage_.at[v]) * 0.5})
+    if (collapse_to(h, at, before)) return true;
+  return false;
+}
+
+bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
+  const double shape = quality(at).least;
+  if (shape < 0.08 && shape < 0.9 * shape_before) return false;
+  gather();
+  const std::uint32_t u = origin(h), v = target(h);
+  const std::array<Vec3d, 2> old = {to_double(cage_.ends[u][kOuter] - cage_.ends[u][kInner]),
+                                    to_double(cage_.ends[v][kOuter] - cage_.ends[v][kInner])};
+  const double thickness = (length(old[0]) + length(old[1])) * 0.5;
+  const std::array<Vec3d, 4> directions = {aim().d, normalized(normalized(old[0]) + normalized(old[1])),
+                                           normalized(old[0]), normalized(old[1])};
+  std::size_t choice = 0;
+  std::array<double, 2> heights{};
+  const auto start = [&](Vec3d d) {
+    for (const Side side : {kInner, kOuter}) {
+      const double sign = side == kOuter ? 1 : -1;
+      const double mean =
+          0.5 * sign * (dot(to_double(cage_.ends[u][side]) - at, d) + dot(to_double(cage_.ends[v][side]) - at, d));
+      heights[side] = std::max(mean, 0.25 * thickness);
+    }
+  };
+  start(directions[0]);
+  int shrunk = 0;
+  const bool patient = alive_ < few_;  // each slab is worth more tries
+  for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
+    const double sum = heights[0] + heights[1];
+    if (sum > 0.999 * longest_) {
+      if (attempt > 0) return false;
+      for (double& height : heights) height *= 0.999 * longest_ / sum;
+    }
+    const Vec3d d = directions[choice];
+    trial_.ends = {snap(at - d * heights[kInner]), snap(at + d * heights[kOuter])};
+    switch (evaluate()) {
+      case Fault::None:
+        merge(h, at);
+        return true;
+      case Fault::Winding:
+      case Fault::Jacobian:
+        if (++shrunk <= 3) {
+          for (double& height : heights) height *= 0.6;
+          break;
+        }
+        if (!patient || ++choice == directions.size()) return false;
+        start(directions[choice]);
+        shrunk = 0;
+        break;
+      case Fault::Outer:
+      case Fault::Empty:
+        heights[kOuter] = 1.35 * heights[kOuter] + 0.1 * thickness;
+        break;
+      case Fault::Inner:
+        heights[kInner] = 1.35 * heights[kInner] + 0.1 * thickness;
+        break;
+      case Fault::OuterOverlap:
+        heights[kOuter] *= 0.8;
+        break;
+      case Fault::InnerOverlap:
+        heights[kInner] *= 0.8;
+        break;
+      case Fault::Outside:
+        return false;
+      case Fault::Folded:
+        if (++choice == directions.size()) return false;
+        break;
+    }
+  }
+  return false;
+}
+
+void SlabReducer::merge(std::uint32_t h, Vec3d at) {
+  const std::uint32_t u = origin(h), v = target(h), back = twins_[h];
+  const std::uint32_t a = target(next_of(h)), b = target(next_of(back));
+  const std::uint32_t a_to_v = twins_[next_of(h)], u_to_a = twins_[last_of(h)];
+  const std::uint32_t b_to_u = twins_[next_of(back)], v_to_b = twins_[last_of(back)];
+  for (const std::uint32_t f : trial_.slots)
+    for (std::uint32_t& w : cage_.faces[f])
+      if (w == v) w = u;
+  for (const std::uint32_t f : trial_.vanished) cage_.faces[f] = {kNone, kNone, kNone};
+  twins_[a_to_v] = u_to_a;
+  twins_[u_to_a] = a_to_v;
+  twins_[b_to_u] = v_to_b;
+  twins_[v_to_b] = b_to_u;
+  out_[u] = u_to_a;
+  out_[a] = a_to_v;
+  out_[b] = b_to_u;
+  out_[v] = kNone;
+  valences_[u] = static_cast<std::uint16_t>(valences_[u] + valences_[v] - 4);
+  --valences_[a];
+  --valences_[b];
+  cage_.quadrics[u] += cage_.quadrics[v];
+  cage_.at[u] = at;
+  cage_.ends[u] = trial_.ends;
+  ++stamps_[u];
+  ++stamps_[v];
+  alive_ -= 2;
+  commit_lists();
+  touch(u);
+  if (!queued_) return;
+  for_ring(u, [&](std::uint32_t e) {
+    push(e);
+    std::push_heap(queue_.begin(), queue_.end());
+  });
+}
+
+// Turns, slides and shortens a fibre where that makes further collapses likelier.
+void SlabReducer::improve(std::uint32_t v) {
+  star_of(v);
+  gather();
+  const auto fibre = [&] { return to_double(cage_.ends[v][kOuter] - cage_.ends[v][kInner]); };
+  const auto shifted = [](LatticePoint p, Vec3d by) { return snap(to_double(p) + by); };
+  {
+    const Direction best = aim();
+    const Vec3d d = normalized(fibre());
+    if (best.visibility > least_lean(d) + 0.01) {
+      const double in = dot(cage_.at[v] - to_double(cage_.ends[v][kInner]), d),
+                   out = dot(to_double(cage_.ends[v][kOuter]) - cage_.at[v], d);
+      for (const double share : {1.0, 0.5, 0.25}) {
+        const Vec3d turned = normalized(d * (1 - share) + best.d * share);
+        if (try_ends(cage_.at[v], {snap(cage_.at[v] - turned * in), snap(cage_.at[v] + turned * out)})) break;
+      }
+    }
+  }
+  {
+    Vec3d mean;
+    for (const Face& f : trial_.faces) mean += cage_.at[f[1]] / double(trial_.faces.size());
+    const Vec3d d = normalized(fibre());
+    Vec3d step = mean - cage_.at[v];
+    step = step - d * dot(step, d);
+    const Quality before = quality_now();
+    for (const double share : {0.6, 0.3}) {
+      const Quality after = quality(cage_.at[v] + step * share);
+      if (after.least + 0.3 * after.mean < before.least + 0.3 * before.mean + 0.01) continue;
+      const Vec3d by = step * share;
+      if (try_ends(cage_.at[v] + by, {shifted(cage_.ends[v][kInner], by), shifted(cage_.ends[v][kOuter], by)})) break;
+    }
+  }
+  if (length(fibre()) > 1e-3 * longest_) {
+    const auto shortened = [&](Side side) {
+      return shifted(cage_.ends[v][side], (cage_.at[v] - to_double(cage_.ends[v][side])) * 0.4);
+    };
+    const LatticePoint in = shortened(kInner), out = shortened(kOuter);
+    if (!try_ends(cage_.at[v], {in, out}) && !try_ends(cage_.at[v], {cage_.ends[v][kInner], out}))
+      try_ends(cage_.at[v], {in, cage_.ends[v][kOuter]});
+  }
+}
+
+void SlabReducer::flip(std::uint32_t h) {
+  const std::uint32_t back = twins_[h];
+  const std::uint32_t u = origin(h), v = target(h), a = target(next_of(h)), b = target(next_of(back));
+  const auto shape = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+    return shape_of(cage_.at[i], cage_.at[j], cage_.at[k],
+                    length(cross(cage_.at[j] - cage_.at[i], cage_.at[k] - cage_.at[i])));
+  };
+  const double before = std::min(shape(u, v, a), shape(v, u, b)), after = std::min(shape(u, b, a), shape(b, v, a));
+  const std::array<std::size_t, 4> degree = {valences_[u], valences_[v], valences_[a], valences_[b]};
+  if (degree[0] < 4 || degree[1] < 4 || degree[2] > 11 || degree[3] > 11) return;
+  const auto off = [](std::size_t d) { return std::abs(static_cast<int>(d) - 6); };
+  const int gain = off(degree[0]) + off(degree[1]) + off(degree[2]) + off(degree[3]) - off(degree[0] - 1) -
+                   off(degree[1] - 1) - off(degree[2] + 1) - off(degree[3] + 1);
+  if (!(after > 1.05 * before + 0.02 || (gain >= 2 && after > 0.5 * before && after > 0.2))) return;
+  bool joined = false;
+  for_ring(a, [&](std::uint32_t e) { joined = joined || target(e) == b; });
+  if (joined) return;
+  const std::uint32_t f = h / 3, g = back / 3;
+  trial_.faces = {{u, b, a}, {b, v, a}};
+  trial_.slots = {f, g};
+  trial_.vanished.clear();
+  trial_.fresh = 0;
+  trial_.moved = kNone;
+  gathered_ = false;
+  gather();
+  if (evaluate() != Fault::None) return;
+  const std::uint32_t a_to_v = twins_[next_of(h)], u_to_a = twins_[last_of(h)];
+  const std::uint32_t b_to_u = twins_[next_of(back)], v_to_b = twins_[last_of(back)];
+  cage_.faces[f] = trial_.faces[0];
+  cage_.faces[g] = trial_.faces[1];
+  const auto join = [&](std::uint32_t x, std::uint32_t y) {
+    twins_[x] = y;
+    twins_[y] = x;
+    tried_[x] = tried_[y] = 0;
+  };
+  join(3 * f, b_to_u);
+  join(3 * f + 1, 3 * g + 2);
+  join(3 * f + 2, u_to_a);
+  join(3 * g, v_to_b);
+  join(3 * g + 1, a_to_v);
+  --valences_[u];
+  --valences_[v];
+  ++valences_[a];
+  ++valences_[b];
+  out_[u] = 3 * f;
+  out_[b] = 3 * g;
+  out_[v] = 3 * g + 1;
+  out_[a] = 3 * f + 2;
+  commit_lists();
+  for (const std::uint32_t w : {u, v, a, b}) touch(w);
+}
+
+// While there are many slabs, edges below a rising cost are collapsed in the order in which they lie in memory, at most
+// one per vertex and sweep: the order by cost matters little there, and what is touched stays in the cache.
+bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
+  constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
+  constexpr std::size_t kStride = 7;
+  std::vector<double> costs;
+  swept_.assign(out_.size(), 0);
+  const double start = double(alive_);
+  const std::size_t fixed = alive_ - free_;
+  for (std::uint32_t round = 1; alive_ > stop; ++round) {
+    costs.clear();
+    std::size_t counter = 0;
+    for (std::uint32_t h = 0; h < twins_.size(); ++h)
+      if (is_free_edge(h) && ++counter % kStride == 0) costs.push_back(weigh(origin(h), target(h)).cost);
+    if (costs.empty()) break;
+    const auto middle = costs.begin() + static_cast<std::ptrdiff_t>(kShare * double(costs.size()));
+    std::nth_element(costs.begin(), middle, costs.end());
+    const double most = *middle;
+    const std::size_t before = alive_;
+    for (std::uint32_t h = 0; h < twins_.size() && alive_ > stop; ++h) {
+      if (!is_free_edge(h)) continue;
+      const std::uint32_t u = origin(h), v = target(h);
+      if (swept_[u] == round || swept_[v] == round || std::max(touched_[u], touched_[v]) <= tried_[h]) continue;
+      if (weigh(u, v).cost > most) continue;
+      if (drop_end(h, most) || collapse(h)) {
+        swept_[u] = round;
+        if ((alive_ & 1023U) == 0) {
+          if (progress.cancelled()) return false;
+          progress("reduce", 0.6 + 0.2 * (start - double(alive_)) / (start - double(stop)));
+        }
+      } else {
+        tried_[h] = tried_[twins_[h]] = clock_;
+      }
+    }
+    if (progress.cancelled()) return false;
+    if (50 * (before - alive_) < before - fixed) break;
+  }
+  return true;
+}
+
+void SlabReducer::tolerate(double share) {
+  tolerance_ = share;
+  tried_.assign(tried_.size(), 0);
+}
+
+bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
+  queued_ = true;
+  few_ = 16 * target_count;
+  const double start = double(alive_);
+  for (int round = 0; alive_ > target_count && round < 40; ++round) {
+    const std::size_t before = alive_;
+    fill_queue();
+    std::size_t counter = 0;
+    while (!queue_.empty() && alive_ > target_count) {
+      if ((++counter & 255U) == 0) {
+        if (progress.cancelled()) return false;
+        if ((counter & 8191U) == 0)
+          progress("reduce", 0.8 + 0.2 * std::log(start / double(alive_)) / std::log(start / double(target_count)));
+      }
+      std::pop_heap(queue_.begin(), queue_.end());
+      const Candidate c = queue_.back();
+      queue_.pop_back();
+      if (stamps_[c.u] != c.stamp_u || stamps_[c.v] != c.stamp_v) continue;
+      std::uint32_t h = kNone;
+      for_ring(c.u, [&](std::uint32_t e) {
+        if (target(e) == c.v) h = e;
+      });
+      if (h == kNone || std::max(touched_[c.u], touched_[c.v]) <= tried_[h]) continue;
+      if (!collapse(h)) tried_[h] = tried_[twins_[h]] = clock_;
+    }
+    const std::size_t removed = before - alive_;
+    if (alive_ <= target_count) break;
+    if (alive_ >= 20000 && 10 * removed >= before) continue;
+    const auto improve_all = [&] {
+      for (std::uint32_t v = 0; v < out_.size(); ++v) {
+        if (out_[v] == kNone || touched_[v] <= improved_[v]) continue;
+        improve(v);
+        improved_[v] = clock_;
+        if ((v & 63U) == 0 && progress.cancelled()) return false;
+      }
+      return true;
+    };
+    if (!improve_all()) return false;
+    for (std::uint32_t h = 0; h < twins_.size(); ++h)
+      if (alive(h / 3) && h < twins_[h]) flip(h);
+    if (!improve_all()) return false;
+    if (round >= 3 && removed < std::max<std::size_t>(2, before / 200)) break;
+  }
+  return true;
+}
+
+void SlabReducer::lengthen(std::uint32_t v, double share) {
+  star_of(v);
+  const Vec3d in = to_double(cage_.ends[v][kInner]), out = to_double(cage_.ends[v][kOuter]), d = out - in;
+  const double size = length(d), most = 0.999 * longest_ / size - 1;
+  if (most < 0.05) return;
+  const double both = std::min(share, most / 2), one = std::min(share, most);
+  if (try_ends(cage_.at[v], {snap(in - d * both), snap(out + d * both)})) return;
+  if (try_ends(cage_.at[v], {cage_.ends[v][kInner], snap(out + d * one)})) return;
+  try_ends(cage_.at[v], {snap(in - d * one), cage_.ends[v][kOuter]});
+}
+
+// Room to carve and to add.
+bool SlabReducer::thicken(const Progress& progress) {
+  for (const double share : {0.5, 0.5, 0.5, 0.5, 0.15, 0.15, 0.15, 0.15}) {
+    if (progress.cancelled()) return false;
+    for (std::uint32_t v = 0; v < out_.size(); ++v)
+      if (out_[v] != kNone) lengthen(v, share);
+  }
+  return true;
+}
+
+}  // namespace relief::detail

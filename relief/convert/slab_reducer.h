@@ -1,0 +1,200 @@
+// Makes slabs fewer and thicker by steps of which each keeps all conditions.
+#pragma once
+
+#include <relief/base/progress.h>
+#include <relief/convert/cage_draft.h>
+#include <relief/convert/directions.h>
+#include <relief/convert/triangle_grid.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace relief::detail {
+
+/// Works on a whole cage, or on the part of one within a box: all slabs that meet the box, of which those change that
+/// lie strictly inside, and nothing that changes leaves it. So parts within disjoint boxes may be worked on at once.
+class SlabReducer {
+ public:
+  /// `longest`: of a fibre, lattice steps. Slabs without a list that may change are given one through `tree`, which
+  /// holds boxes around the source's triangles.
+  SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage, const Box3d& room);
+
+  [[nodiscard]] std::size_t slab_count() const noexcept { return alive_; }
+  /// Slabs that could change at the start.
+  [[nodiscard]] std::size_t free_count() const noexcept { return free_; }
+  /// Collapses edges in the order in which they lie in memory until `stop` slabs are left or little goes any more. The
+  /// edges of low cost go first, in some sweeps. False when cancelled.
+  bool sweep(std::size_t stop, const Progress& progress);
+  /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled.
+  bool reduce(std::size_t target_count, const Progress& progress);
+  /// From now on the source may fold in that share of a slab's area.
+  void tolerate(double share);
+  /// Makes room to carve and to add. False when cancelled.
+  bool thicken(const Progress& progress);
+
+  [[nodiscard]] const CageDraft& cage() const noexcept { return cage_; }
+  /// Whether a fibre may have changed.
+  [[nodiscard]] bool is_free(std::uint32_t v) const noexcept { return fixed_[v] == 0; }
+
+ private:
+  using List = CageDraft::List;
+  /// Why a change is not possible.
+  enum class Fault : std::uint8_t {
+    None,
+    Winding,
+    Jacobian,
+    Outer,
+    Inner,
+    Folded,
+    OuterOverlap,
+    InnerOverlap,
+    Empty,
+    Outside
+  };
+  struct Candidate {
+    double cost;
+    std::uint32_t u, v, stamp_u, stamp_v;
+    friend bool operator<(const Candidate& a, const Candidate& b) noexcept {
+      if (a.cost != b.cost) return a.cost > b.cost;
+      return a.u != b.u ? a.u > b.u : a.v > b.v;
+    }
+  };
+  using SideBoxes = std::array<FloatBox, 2>;
+  /// Four boxes side by side; those not set meet nothing.
+  struct FourBoxes {
+    std::array<Lanes, 3> low, high;
+    FourBoxes() {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis].of.fill(1e30F);
+        high[axis].of.fill(-1e30F);
+      }
+    }
+    void set(std::size_t k, const FloatBox& box) noexcept;
+    [[nodiscard]] unsigned meeting(const FloatBox& box) const noexcept;
+  };
+  /// The faces that a change puts in place of others. Corner 0 of each is the moved vertex, if there is one; then they
+  /// run once around it.
+  struct Trial {
+    std::vector<Face> faces;
+    std::vector<std::uint32_t> slots;     // the faces they replace
+    std::vector<std::uint32_t> vanished;  // further ones that go
+    std::size_t fresh = 0;                // faces before this one are there already, and only count for the winding
+    std::size_t second = 0;               // of an edge's star: where the faces of its second end begin
+    std::uint32_t moved = kNone;
+    Ends ends;
+    std::vector<SlabShape> shapes;  // of the fresh faces, as all that follows
+    std::vector<SideBoxes> boxes;
+    std::vector<std::array<FourBoxes, 2>> fours;  // the same, by Side
+    std::vector<Entry> lists;
+    std::vector<List> ranges;
+  };
+  /// Codes of entries that were met.
+  class Seen {
+   public:
+    /// For at most so many.
+    void reset(std::size_t most);
+    /// False when it was there.
+    bool add(std::uint32_t code);
+    [[nodiscard]] bool has(std::uint32_t code) const;
+
+   private:
+    struct Slot {
+      std::uint32_t code = 0, round = 0;
+    };
+    std::vector<Slot> slots_;
+    std::size_t mask_ = 0;
+    std::uint32_t round_ = 0;
+  };
+  struct Quality {
+    double least = 1, mean = 0;
+  };
+
+  [[nodiscard]] std::uint32_t origin(std::uint32_t h) const noexcept { return cage_.faces[h / 3][h % 3]; }
+  [[nodiscard]] std::uint32_t target(std::uint32_t h) const noexcept { return origin(next_of(h)); }
+  [[nodiscard]] bool alive(std::uint32_t f) const noexcept { return cage_.alive(f); }
+  /// The half-edges that leave a free vertex.
+  template <typename Visit>
+  void for_ring(std::uint32_t v, Visit&& visit) const {
+    const std::uint32_t start = out_[v];
+    std::uint32_t h = start;
+    do {
+      visit(h);
+      h = twins_[last_of(h)];
+    } while (h != start);
+  }
+  /// Whether h is the one of its edge's two half-edges that stands for it, between two free vertices.
+  [[nodiscard]] bool is_free_edge(std::uint32_t h) const noexcept {
+    return alive(h / 3) && h < twins_[h] && is_free(origin(h)) && is_free(target(h));
+  }
+
+  [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
+  void find_lists(const BoxTree& tree);
+  void build_grid();
+  [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
+  void push(std::uint32_t h);
+  void fill_queue();
+  void touch(std::uint32_t v);
+
+  bool link_allows(std::uint32_t h);
+  void star_of(std::uint32_t v);
+  bool star_of_edge(std::uint32_t h);
+  void gather();
+  Direction aim();
+  [[nodiscard]] double least_lean(Vec3d d) const noexcept;
+  Fault evaluate();
+  Fault evaluate_source();
+  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, double& spare);
+  Fault judge(Meeting m, std::uint32_t triangle, double& spare) const;
+  [[nodiscard]] static Fault fault_of(Meeting m) noexcept;
+  Fault evaluate_overlap();
+  [[nodiscard]] Quality quality(Vec3d at) const noexcept;
+  [[nodiscard]] Quality quality_now() const noexcept;
+  void commit_lists();
+
+  bool drop_end(std::uint32_t h, double most);
+  bool collapse(std::uint32_t h);
+  bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
+  void merge(std::uint32_t h, Vec3d at);
+  bool try_ends(Vec3d at, const Ends& ends);
+  void improve(std::uint32_t v);
+  void flip(std::uint32_t h);
+  void lengthen(std::uint32_t v, double share);
+
+  const OrderedSource& source_;
+  double longest_;
+  double tolerance_ = 0;
+  Box3d room_;
+  CageDraft cage_;
+  std::vector<std::uint8_t> fixed_;             // per vertex
+  std::vector<std::uint16_t> valences_;         // per vertex
+  std::vector<std::uint32_t> twins_, out_;      // per half-edge; per vertex one that leaves it
+  std::vector<std::uint32_t> touched_, tried_;  // per vertex, per half-edge: when
+  std::vector<std::uint32_t> stamps_, improved_, swept_;
+  std::uint32_t clock_ = 1;
+  std::size_t listed_ = 0, alive_ = 0, free_ = 0;
+  std::size_t few_ = 0;  // below so many slabs more is tried
+  std::vector<Candidate> queue_;
+  bool queued_ = false;  // merged vertices put their edges into the queue
+  TriangleGrid grid_;
+  std::vector<SideBoxes> boxes_;  // per face
+  std::size_t grid_alive_ = 0, grid_entries_ = 0;
+
+  // Scratch.
+  Trial trial_;
+  std::vector<Entry> union_;  // of the lists that a trial replaces
+  std::vector<FourTriangles> pieces_;
+  std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
+  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;
+  LatticePoint origin_;  // of the pieces
+  Seen seen_;
+  bool gathered_ = false;
+  std::vector<std::uint32_t> mark_, in_star_;
+  std::uint32_t mark_round_ = 0, star_round_ = 0;
+  std::uint32_t hint_ = kNone;  // the triangle that failed last
+  std::vector<Vec3d> normals_;
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,56 @@
+"""The table of conversions: one row per model with what it took, what it gave, and why where it gave nothing."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).resolve().parent.parent.parent / "bench" / "convert_table.py"
+
+
+def table(*arguments):
+    return subprocess.run([sys.executable, str(SCRIPT), "--bin", os.environ["RELIEF_BIN"], *map(str, arguments)],
+                          capture_output=True, text=True, timeout=250, check=False)
+
+
+class Table(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_rows_hold_what_the_commands_said_and_used(self):
+        run = table("--only", "torus", "--triangles", 3000, "--samples", 7, "--out", self.folder / "out")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
+        self.assertEqual((row["model"], row["target"], row["triangles"]), ("torus (sample)", 200, 3000))
+        self.assertTrue(row["verified"])
+        self.assertEqual(row["convert"]["mode"], row["verify"]["mode"])
+        self.assertGreater(row["cpu_s"], 0.5 * row["convert"]["seconds"])
+        self.assertGreater(row["peak_mib"], 1)
+        text = (self.folder / "out/table.md").read_text()
+        self.assertEqual(run.stdout, text)
+        self.assertIn(f"| torus (sample) | 3,000 | {row['convert']['slabs']:,} (200) | certified |", text)
+
+    def test_scans_are_found_by_name_and_a_refused_one_keeps_its_row(self):
+        scans = self.folder / "scans/below"
+        scans.mkdir(parents=True)
+        (scans / "skull.ply").write_text("ply\nno mesh\n")
+        (scans / "other.ply").write_text("not looked at")
+        run = table(self.folder / "scans", "--only", "skull", "--out", self.folder)
+        self.assertEqual(run.returncode, 1)
+        (row,) = json.loads((self.folder / "table.json").read_text())["rows"]
+        self.assertEqual((row["model"], row["status"]), ("skull", 1))
+        self.assertIn("skull.ply", row["error"])
+        self.assertIn("- skull: ", (self.folder / "table.md").read_text())
+
+    def test_wrong_usage_is_2(self):
+        self.assertEqual(table("--only", "melon").returncode, 2)
+        self.assertEqual(table(self.folder / "gone").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
