@@ -187,8 +187,8 @@ void add_touch(CLI::App& app, Context& context) {
                          "Feel a model along a path, or live with a device.\n"
                          "P.csv has the header t,x,y,z (s; model units), one row per tick. F.csv has a row "
                          "per row: position as read, contact 0/1,\n"
-                         "slab, u, v, alpha, depth (model units), surface contact point p, unit normal n "
-                         "outwards, force f on the hand (N), and\n"
+                         "slab, u, v of the surface contact point, alpha, depth (model units), that point p,\n"
+                         "unit normal n outwards there, force f on the hand (N), and\n"
                          "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
                          "rate clamped, 64 setting clamped,\n"
                          "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped.");
@@ -206,6 +206,10 @@ void add_touch(CLI::App& app, Context& context) {
       ->check(in_range(0, 1e6));
   c->add_option("--damping", o->force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
   c->add_option("--friction", o->force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")->check(in_range(0, 4));
+  c->add_flag("--exact-normals", o->force.exact_normals,
+              "Push straight towards the surface contact point instead of along the interpolated normal");
+  c->add_flag("--paper-contact", o->force.paper_contact,
+              "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });

@@ -17,6 +17,8 @@ inline constexpr int kMaxIntervals = 128;
 struct GridPoint {
   int i = 0, j = 0;
   friend constexpr bool operator==(GridPoint, GridPoint) noexcept = default;
+  friend constexpr GridPoint operator+(GridPoint a, GridPoint b) noexcept { return {a.i + b.i, a.j + b.j}; }
+  friend constexpr GridPoint operator-(GridPoint a, GridPoint b) noexcept { return {a.i - b.i, a.j - b.j}; }
 };
 
 [[nodiscard]] constexpr std::size_t sample_count(int n) noexcept {

@@ -1,4 +1,4 @@
-#include <relief/base/triangle.h>
+#include <relief/core/micro_triangles.h>
 #include <relief/core/query.h>
 
 #include <algorithm>
@@ -13,6 +13,11 @@ namespace relief {
 
 namespace {
 
+using detail::cell_normal;
+using detail::LinearForm;
+using detail::on_grid;
+using detail::sample_position;
+
 using Weights = std::array<double, 3>;
 
 /// Within this distance of a wall, in barycentric terms, wall_side() decides instead of the sign of the weight:
@@ -23,22 +28,6 @@ Weights weights_of(double u, double v) noexcept { return {1 - u - v, u, v}; }
 double least(const Weights& w) noexcept { return std::min({w[0], w[1], w[2]}); }
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
-
-/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to the point that is asked for, so that nothing is
-/// lost far from the origin.
-struct LinearForm {
-  Vec3d a, b, c, d, e, f;
-  double size2;  ///< squared length scale of the slab
-
-  LinearForm(const SlabCorners& k, Vec3d point) noexcept
-      : a(k.inner[0] - point),
-        b(k.inner[1] - k.inner[0]),
-        c(k.inner[2] - k.inner[0]),
-        d(k.outer[0] - k.inner[0]),
-        e((k.outer[1] - k.inner[1]) - d),
-        f((k.outer[2] - k.inner[2]) - d),
-        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
-};
 
 /// Joint Newton in (u, v, alpha) from a start near the answer. False when it does not settle in a few steps; then the
 /// cold solve decides.
@@ -220,11 +209,6 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
-Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
-  const auto w = weights(n, at);
-  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
-}
-
 /// The holes of one slab, for many questions.
 class Holes {
  public:
@@ -241,18 +225,11 @@ class Holes {
   int n_;
 };
 
-/// The part of a sample's normal that comes from one slab: twice the area vectors of its micro-triangles there, added
-/// counter-clockwise, holes left out. Where n differs across an edge, all are brought to one size of triangle; as it
-/// differs by a power of two, a factor of 4^k does that and changes no bits where it does not differ.
-Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+/// Twice the area vectors of the micro-triangles around `at`, added counter-clockwise: of those whose samples are
+/// `inside` and that are no hole(at, sample, next sample).
+template <typename Position, typename Inside, typename Hole>
+Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside, const Hole& hole) noexcept {
   static constexpr std::array<GridPoint, 7> kRing = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
-  const SlabMesh& mesh = model.slab_mesh();
-  const int n = mesh.intervals(slab);
-  const SlabCorners corners = mesh.corners(slab);
-  const float* d = model.displacement(slab);
-  const Holes holes(model, slab);
-  const auto position = [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); };
-  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
   const Vec3d centre = position(at);
   Vec3d sum;
   Vec3d before;
@@ -265,13 +242,29 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
       continue;
     }
     const Vec3d edge = position(p) - centre;
-    if (have && !holes.contain({at, last, p})) sum += cross(before, edge);
+    if (have && !hole({at, last, p})) sum += cross(before, edge);
     before = edge;
     last = p;
     have = true;
   }
+  return sum;
+}
+
+/// The part of a sample's normal that comes from one slab, holes left out. Where n differs across an edge, all are
+/// brought to one size of triangle; as it differs by a power of two, a factor of 4^k does that and changes no bits
+/// where it does not differ.
+Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const int n = mesh.intervals(slab);
+  const SlabCorners corners = mesh.corners(slab);
+  const float* d = model.displacement(slab);
+  const Holes holes(model, slab);
   const double halvings = n & -n;
-  return sum * (halvings * halvings);
+  return ring_sum(
+             at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
+             [&](GridPoint p) { return on_grid(n, p); },
+             [&](const std::array<GridPoint, 3>& t) { return holes.contain(t); }) *
+         (halvings * halvings);
 }
 
 Vec3d shared_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
@@ -290,12 +283,11 @@ Vec3d shading_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
   return shared_normal(model, slab, place.before) * (1 - share) + shared_normal(model, slab, place.after) * share;
 }
 
-Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
-  Vec3d sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (cell.weights[k] != 0) sum += shading_normal(model, slab, cell.corners[k]) * cell.weights[k];
-  return normalized(sum);
-}
+/// The twelve samples that the normals of a cell depend on, relative to its first corner's row and column, for a cell
+/// that stands on its base and one that hangs from it.
+constexpr std::array<std::array<GridPoint, 12>, 2> kAroundCell = {
+    {{{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {-1, 0}, {0, -1}}},
+     {{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {2, 1}, {1, 2}}}}};
 
 /// Calls visit(cell corners, positions) for the micro-triangles of a slab, holes left out, one strip of two rows at a
 /// time; `skip` sees the box of a strip first and may leave it out. The positions are stitched, the corners are not.
@@ -337,6 +329,23 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
   }
 }
 
+/// The normals at the three samples of a cell whose samples all lie inside the slab, from the samples around them.
+std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, int n, const std::array<GridPoint, 3>& cell,
+                                   GridPoint base, const std::array<GridPoint, 12>& around,
+                                   const std::array<float, 12>& heights) noexcept {
+  std::array<std::array<Vec3d, 4>, 4> window;  // columns and rows -1 to 2
+  const auto at = [&](GridPoint p) -> Vec3d& {
+    return window[static_cast<std::size_t>(p.j - base.j + 1)][static_cast<std::size_t>(p.i - base.i + 1)];
+  };
+  for (std::size_t k = 0; k < 12; ++k)
+    at(base + around[k]) = sample_position(corners, n, base + around[k], double{heights[k]});
+  std::array<Vec3d, 3> normals;
+  for (std::size_t k = 0; k < 3; ++k)
+    normals[k] = normalized(
+        ring_sum(cell[k], at, [](GridPoint) { return true; }, [](const std::array<GridPoint, 3>&) { return false; }));
+  return normals;
+}
+
 /// The surface point at given weights of a micro-triangle that visit_cells() has shown.
 SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Vec3d position) noexcept {
   const int n = model.slab_mesh().intervals(slab);
@@ -359,6 +368,33 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 }
 
 }  // namespace
+
+Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += shading_normal(model, slab, cell.corners[k]) * cell.weights[k];
+  return normalized(sum);
+}
+
+Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
+  const auto& [a, b, c] = cell.corners;
+  if (!inside(a) || !inside(b) || !inside(c) || model.has(Layer::Void)) return cell_normal(model, slab, cell);
+  const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
+  const bool stands = base == a || base == b || base == c;
+  const auto& around = kAroundCell[stands ? 0 : 1];
+  const float* d = model.displacement(slab);
+  std::array<float, 12> heights;
+  for (std::size_t k = 0; k < 12; ++k) heights[k] = d[sample_index(n, base + around[k])];
+  if (slab != known.slab || cell.corners != known.corners || heights != known.heights)
+    known = {slab, cell.corners, heights,
+             inner_normals(model.slab_mesh().corners(slab), n, cell.corners, base, around, heights)};
+  Vec3d sum;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (cell.weights[k] != 0) sum += known.normals[k] * cell.weights[k];
+  return normalized(sum);
+}
 
 std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {
   return solve_cold(mesh.corners(slab), slab, point, margin);

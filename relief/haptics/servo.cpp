@@ -15,6 +15,9 @@ constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in n
 constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
 constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
+constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
+constexpr double kEaseForce = 0.08;       // N per tick, at most, while it is
+constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
 constexpr double kHair = 1 - 1e-12;       // keeps rounded forces below their limit
 
 bool denormal(Vec3d v) noexcept {
@@ -78,12 +81,13 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const Workspace &was = settings_.workspace, &now = settings.workspace;
   const bool moved = was.metres_per_unit != now.metres_per_unit || was.device_origin != now.device_origin ||
                      was.model_origin != now.model_origin;
+  const bool other_law = settings_.force.paper_contact != settings.force.paper_contact;
   settings_ = settings;
   limit_settings();
-  if (!moved) return;
+  if (!moved && !other_law) return;
   let_go();
   first_ = true;
-  has_position_ = false;
+  if (moved) has_position_ = false;
 }
 
 void Servo::limit_settings() noexcept {
@@ -163,8 +167,9 @@ bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) c
   return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
 }
 
-bool Servo::inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept {
-  if (contact) return contact->touching();
+bool Servo::inside(const Snapshot& model, Vec3d cursor) const noexcept {
+  LocateHint hint = hint_;
+  if (const std::optional<Contact> contact = probe(model, cursor, hint)) return contact->touching();
   const Box3d& bounds = model.slab_mesh().bounds();
   if (!bounds.contains(cursor)) return false;
   // In the box but in no slab: the first surface on the way out shows its back to a tool that is below the slabs.
@@ -174,14 +179,52 @@ bool Servo::inside(const Snapshot& model, const std::optional<Contact>& contact,
   return hit && dot(hit->point.normal, way) > 0;
 }
 
+Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept {
+  Touch now;
+  const std::optional<Contact> contact = probe(model, cursor, hint_);
+  now.touching = contact && contact->touching() && std::isfinite(contact->depth);
+  if (now.touching) {
+    now.at = contact->at;
+    now.surface = contact->surface;
+    now.depth = contact->depth;
+    now.normal = now.surface.normal;
+    now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
+    now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
+  }
+  was_in_slab_ = contact && !contact->hole;
+  return now;
+}
+
+Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& admitted) noexcept {
+  Touch now;
+  const double metres = settings_.workspace.metres_per_unit;
+  const double force_per_unit = limits_.stiffness * metres;
+  const bool held = proxy_.step(model, cursor,
+                                {.share = 1 - std::exp(-admitted.dt / kEaseTime),
+                                 .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300});
+  now.jumped = proxy_.lost() ? inside(model, cursor) : proxy_.rise() * metres > kSurfaceJump;
+  now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
+  if (!now.touching) return now;
+  now.surface = proxy_.surface();
+  now.depth = proxy_.depth();
+  now.contact_point = now.surface.position;
+  now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
+  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
+  // out holds.
+  const double faces = dot(proxy_.way_out(), proxy_.normal());
+  const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
+  now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
+  return now;
+}
+
 // Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters.
-Vec3d Servo::friction(const Snapshot& model, const Contact& contact, Vec3d position, double stiffness,
+Vec3d Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
                       double normal_force) noexcept {
   if (!(limits_.friction > 0) || !(stiffness > 0)) {
     has_anchor_ = false;
     return {};
   }
-  const SurfacePoint& at = contact.surface;
+  const SurfacePoint& at = touch.surface;
   const auto coefficient = [&](Layer layer) noexcept {
     return at_most(layer_at(model, layer, at.slab, at.u, at.v, limits_.friction), 4);
   };
@@ -193,7 +236,7 @@ Vec3d Servo::friction(const Snapshot& model, const Contact& contact, Vec3d posit
     sliding_ = false;
   }
   const Vec3d gap = position - anchor_;
-  const Vec3d stretch = gap - at.normal * dot(gap, at.normal);
+  const Vec3d stretch = gap - touch.normal * dot(gap, touch.normal);
   const double pull = stiffness * length(stretch);
   if (pull <= (sliding_ ? kinetic : still) * normal_force) {
     sliding_ = false;
@@ -242,48 +285,52 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   }
 
   const Vec3d cursor = settings_.workspace.to_model(reading.position);
-  const std::optional<Contact> contact = probe(model, cursor, hint_);
-  const bool touching = contact && contact->touching() && std::isfinite(contact->depth);
-  const double depth = touching ? contact->depth * settings_.workspace.metres_per_unit : 0;
+  const bool held_back = first_ || latched_ || start_inside_;
+  if (held_back || settings_.force.paper_contact) proxy_.reset();
+  const Touch felt =
+      held_back || settings_.force.paper_contact ? paper_touch(model, cursor, now.travel) : touch(model, cursor, now);
   sample.cursor = sample.contact_point = cursor;
-  if (touching) {
+  if (felt.touching) {
     sample.contact = true;
-    sample.at = contact->at;
-    sample.depth = contact->depth;
-    sample.normal = contact->surface.normal;
-    sample.contact_point = cursor + sample.normal * sample.depth;  // force shading (paper, Sec. 3.4)
+    sample.at = felt.at;
+    sample.depth = felt.depth;
+    sample.normal = felt.normal;
+    sample.contact_point = felt.contact_point;
   }
 
   // Safe state: no force until a good reading outside the solid.
-  if (touching && !first_ && !latched_ && !start_inside_ && surface_jumped(model, depth, now.travel)) {
+  if (!held_back && felt.jumped) {
     sample.flags |= bit(ServoFault::SurfaceJumped);
     latched_ = true;
   }
   if (first_ || latched_ || start_inside_) {
-    const bool in = inside(model, contact, cursor);
+    const bool in = inside(model, cursor);
     if (first_) start_inside_ = in;
     if (now.faults == 0 && !in) latched_ = start_inside_ = false;
+    // From here on the way of the cursor is followed.
+    proxy_.reset();
+    static_cast<void>(proxy_.step(model, cursor, {}));
   }
   first_ = false;
   last_cursor_ = cursor;
-  last_depth_ = depth;
+  last_depth_ = felt.depth * settings_.workspace.metres_per_unit;
   last_model_ = &model;
-  was_in_slab_ = contact && !contact->hole;
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
-  if (!touching || latched_ || start_inside_) {
+  if (!felt.touching || held_back || latched_ || start_inside_) {
     let_go();
     return sample;
   }
 
-  const SurfacePoint& surface = contact->surface;
+  const SurfacePoint& surface = felt.surface;
   const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
   const double stiffness = limits_.stiffness * at_most(share, 1);
-  const double outwards = stiffness * depth - limits_.damping * dot(velocity_, sample.normal);
+  const double spring = stiffness * felt.depth * settings_.workspace.metres_per_unit;
+  const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
   const double normal_force = std::max(0.0, outwards);
-  const Vec3d sideways = friction(model, *contact, reading.position, stiffness, normal_force);
+  const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
-  sample.force = limited(sample.normal * normal_force + sideways, sample.normal, now.dt, sample.flags);
+  sample.force = limited(felt.normal * normal_force + sideways, felt.normal, now.dt, sample.flags);
   if (!is_finite(sample.force)) {  // the model's own numbers are broken here
     latched_ = true;
     sample.flags |= bit(ServoFault::Latched);

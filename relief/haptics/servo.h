@@ -1,7 +1,7 @@
 // The force law: from one reading and one snapshot to one force. A pure function with a small state.
 #pragma once
 
-#include <relief/core/query.h>
+#include <relief/core/proxy.h>
 #include <relief/haptics/device.h>
 
 #include <cstdint>
@@ -24,7 +24,7 @@ enum class ServoFault : std::uint32_t {
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
   SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
-  /// The model rose by over 3 mm (at the hand) under the tool, or the tool came up through the floor of the slabs.
+  /// The model rose by over 3 mm (at the hand) under the tool, or another model took its place with the tool inside.
   SurfaceJumped = 1U << 11U,
 };
 [[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
@@ -51,6 +51,12 @@ struct ForceSettings {
   double damping = 1;      ///< N*s/m along the normal; clamped to the device's max_damping; never pulls inwards
   double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike where the model has no such layers
   double max_force = 1e9;  ///< N; clamped to the device's
+  /// The spring pulls straight towards the surface contact point, which gains no energy, in place of the interpolated
+  /// normal (paper, Sec. 3.4), which feels smoother.
+  bool exact_normals = false;
+  /// Contact as the paper has it (Sec. 3.3 and 3.4): a function of the cursor's place alone, with the contact point off
+  /// the surface; it is lost below the slabs.
+  bool paper_contact = false;
 };
 
 struct ServoSettings {
@@ -65,11 +71,16 @@ struct ServoSample {
   Vec3d cursor;    ///< model units; the last good one when this reading's position is bad
   Vec3d velocity;  ///< m/s, as used
   bool contact = false;
-  SlabCoord at;         ///< of the cursor; slab kNoSlab without contact
-  double depth = 0;     ///< model units
+  /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
+  /// Slab kNoSlab without contact.
+  SlabCoord at;
+  double depth = 0;     ///< from the cursor to the surface contact point, model units
   Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
-  Vec3d normal;         ///< unit outwards; zero without contact
-  Vec3d force;          ///< N, on the hand, after all limits
+  /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with
+  /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
+  /// without contact.
+  Vec3d normal;
+  Vec3d force;  ///< N, on the hand, after all limits
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
@@ -84,7 +95,8 @@ class Servo {
   /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
   /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
-  /// From the thread that calls step(). Another workspace starts anew: no force until the tool is outside the solid.
+  /// From the thread that calls step(). Another workspace or kind of contact starts anew: no force until the tool is
+  /// outside the solid.
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
 
@@ -103,11 +115,24 @@ class Servo {
   };
   void limit_settings() noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
-  /// Whether material came to the tool rather than the tool to the material.
+  /// What the tool touches in this tick.
+  struct Touch {
+    bool touching = false;
+    SlabCoord at;
+    SurfacePoint surface;
+    Vec3d contact_point;
+    Vec3d normal;         ///< along which the tool is pushed out
+    double depth = 0;     ///< model units
+    bool jumped = false;  ///< material came to the tool rather than the tool to the material
+  };
+  [[nodiscard]] Touch touch(const Snapshot& model, Vec3d cursor, const Admitted& now) noexcept;
+  /// As the paper has it, and wherever no surface contact point is held.
+  [[nodiscard]] Touch paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept;
+  /// For paper_contact.
   [[nodiscard]] bool surface_jumped(const Snapshot& model, double depth, double travel) const noexcept;
   /// Whether the tool may be in the material: in a slab below the surface, or below the slabs.
-  [[nodiscard]] static bool inside(const Snapshot& model, const std::optional<Contact>& contact, Vec3d cursor) noexcept;
-  [[nodiscard]] Vec3d friction(const Snapshot& model, const Contact& contact, Vec3d position, double stiffness,
+  [[nodiscard]] bool inside(const Snapshot& model, Vec3d cursor) const noexcept;
+  [[nodiscard]] Vec3d friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
                                double normal_force) noexcept;
   /// The force that may follow last_force_ on the way to `wanted`; sets the flags of what it cut.
   [[nodiscard]] Vec3d limited(Vec3d wanted, Vec3d normal, double dt, std::uint32_t& flags) const noexcept;
@@ -117,6 +142,7 @@ class Servo {
   DeviceInfo device_;
   Limits limits_;
   LocateHint hint_;
+  Proxy proxy_;
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;

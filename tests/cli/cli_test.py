@@ -516,8 +516,7 @@ class Touch(Case):
             self.assertGreater(depth, 0)
             self.assertAlmostEqual(math.hypot(*n), 1, places=9)
             self.assertGreater(n[2], 0.3, "the front of the pumpkin faces +z")
-            for k, place in enumerate((x, y, z)):
-                self.assertAlmostEqual(p[k], place + n[k] * depth, places=6)
+            self.assertAlmostEqual(math.dist(p, (x, y, z)), depth, places=6)
             size = math.hypot(*f)
             if row["flags"] == "0" and depth > 0.1:
                 unit = unit or size / depth
@@ -527,6 +526,32 @@ class Touch(Case):
         self.assertGreater(contacts, 20)
         diagonal = Run("info", self.model, "--json").json()["source_diagonal"]
         self.assertAlmostEqual(unit, 400 * 0.15 / diagonal, places=6)
+
+    def test_exact_normals_push_straight_to_the_contact_point(self):
+        rows, _ = self.touch(self.press(350), "--damping", 0, "--exact-normals")
+        contact = [{k: float(v) for k, v in row.items()} for row in rows if row["contact"] == "1"]
+        self.assertGreater(len(contact), 20)
+        for row in contact:
+            force = math.hypot(row["fx"], row["fy"], row["fz"])
+            for k in "xyz":
+                self.assertAlmostEqual(row["f" + k] / force, (row["p" + k] - row[k]) / row["depth"], places=5)
+
+    def test_the_papers_contact_is_lost_below_the_slabs(self):
+        path = [[k * 1e-3, 2.5, 40.25, 70 - 0.045 * k] for k in range(1500)]  # to the middle
+        held, _ = self.touch(path)
+        lost, _ = self.touch(path, "--paper-contact")
+        self.assertEqual(held[-1]["contact"], "1")
+        self.assertEqual(lost[-1]["contact"], "0")
+        first = next(row for row in lost if row["contact"] == "1")
+        self.assertGreater(float(first["fz"]), 0)
+
+    def test_contact_holds_right_through_the_model(self):
+        path = [[k * 1e-3, 2.5, 40.25, 70 - 0.045 * k] for k in range(3000)]  # to the far side and out there
+        rows, _ = self.touch(path, "--damping", 0)
+        first = next(k for k, row in enumerate(rows) if row["contact"] == "1")
+        for row in rows[first + 5:]:
+            self.assertEqual(row["contact"], "1")
+            self.assertGreater(float(row["fz"]), 0, "out the way it came in")
 
     def test_settings_change_the_force(self):
         soft, _ = self.touch(self.press(350), "--damping", 0, "--stiffness", 100)

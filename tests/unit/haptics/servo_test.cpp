@@ -71,7 +71,9 @@ TEST(Force, IsProportionalToDepthOnASphere) {
     EXPECT_LT(std::acos(std::min(1.0, dot(normalized(felt.force), way))), 0.1 * degree);
     EXPECT_NEAR(length(felt.normal), 1, 1e-12);
     EXPECT_NEAR(felt.depth, depth, 1e-3 * depth);
-    EXPECT_LT(length(felt.contact_point - (felt.cursor + felt.normal * felt.depth)), 1e-12);
+    EXPECT_NEAR(length(felt.contact_point - felt.cursor), felt.depth, 1e-12);
+    EXPECT_LT(length(closest_point(*model, felt.contact_point).position - felt.contact_point), 1e-12)
+        << "on the surface";
   }
 }
 
@@ -94,9 +96,10 @@ TEST_P(Borders, ForceIsContinuousAcross) {
     const ServoSample felt = hand.at(*model, cursor);
     if (k > 40) {
       ASSERT_TRUE(felt.contact) << k;
-      // The force turns with the path, by |F| * step, and keeps its size: 2.2 N. Beside an edge that follows a coarser
-      // slab the surface bends a little more.
-      EXPECT_LT(length(felt.force - last), (GetParam() ? 1.9 : 1.5) * 2.4 * step) << "tick " << k << " slab " << felt.at.slab;
+      // The force turns with the path, by |F| * step, and keeps its size: 2.2 N. Where n is 16 the contact point steps
+      // over the edges of its micro-triangles by more than the cursor goes: at most 0.01 N.
+      EXPECT_LT(length(felt.force - last), (GetParam() ? 4 : 1.5) * 2.4 * step)
+          << "tick " << k << " slab " << felt.at.slab;
       if (slabs.empty() || slabs.back() != felt.at.slab) slabs.push_back(felt.at.slab);
     }
     last = felt.force;
@@ -113,10 +116,10 @@ TEST(Hole, LetsTheHandThroughAndTheRimHolds) {
       for (int k = 0; k < 400; ++k) {
         const double y = 0.05 - 0.0005 * k;  // through the floor of the slabs, at y = -0.1
         const ServoSample felt = hand.at(*model, {x, y, 0.5});
-        if (through || y >= 0 || y < -0.1) {
+        if (through || y >= 0) {
           EXPECT_EQ(felt.force, Vec3d{}) << x << ' ' << y;
           EXPECT_FALSE(felt.contact);
-        } else if (y < 0 && y > -0.099) {
+        } else {
           EXPECT_TRUE(felt.contact);
           EXPECT_NEAR(felt.force.y, 400 * -y * 0.1, 1e-9);
         }
@@ -223,11 +226,21 @@ TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {
   const SnapshotPtr model = fine_sphere();
   DeviceInfo device = strong_device();
   device.max_force_rate = 100;
-  Driver hand(settings_with(4000, 0, 0, 0.004), device);
-  static_cast<void>(hand.at(*model, {0, 0, 1.01}));
-  for (int k = 0; k < 50; ++k) static_cast<void>(hand.at(*model, {0, 0, 0.95}));
-  EXPECT_GT(hand.at(*model, {0, 0, 0.95}).force.z, 0.5);
-  const ServoSample felt = hand.at(*model, {0, 0, -0.95});
+  ServoSettings settings = settings_with(4000, 0, 0, 0.004);
+  const auto through = [&] {
+    Driver hand(settings, device);
+    static_cast<void>(hand.at(*model, {0, 0, 1.01}));
+    for (int k = 0; k < 50; ++k) static_cast<void>(hand.at(*model, {0, 0, 0.95}));
+    EXPECT_GT(hand.at(*model, {0, 0, 0.95}).force.z, 0.5);
+    return hand.at(*model, {0, 0, -0.95});
+  };
+  ServoSample felt = through();
+  ASSERT_TRUE(felt.contact);
+  EXPECT_GT(felt.contact_point.z, 0.9) << "held on the side it came from";
+  EXPECT_GT(felt.force.z, 0.5);
+
+  settings.force.paper_contact = true;
+  felt = through();
   ASSERT_TRUE(felt.contact);
   EXPECT_NE(felt.flags & bit(ServoFault::RateClamped), 0U);
   EXPECT_GE(dot(felt.force, felt.normal), 0);

@@ -1,0 +1,194 @@
+// Slabs and micro-triangles as the sources of core see them; the one place that knows how they lie side by side.
+#pragma once
+
+#include <relief/base/triangle.h>
+#include <relief/core/proxy.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace relief::detail {
+
+[[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
+
+/// Unit normal in a cell, interpolated from its three samples.
+[[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept;
+/// The same, to the bit, from what was found before in the same cell of the same cage, as long as the samples around
+/// it are the same.
+[[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept;
+
+/// Where one stored sample lies, for a slab whose corners are known.
+[[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
+  const auto w = weights(n, at);
+  return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
+}
+
+/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to the point that is asked for, so that nothing is
+/// lost far from the origin.
+struct LinearForm {
+  Vec3d a, b, c, d, e, f;
+  double size2;  ///< squared length scale of the slab
+
+  LinearForm(const SlabCorners& k, Vec3d point) noexcept
+      : a(k.inner[0] - point),
+        b(k.inner[1] - k.inner[0]),
+        c(k.inner[2] - k.inner[0]),
+        d(k.outer[0] - k.inner[0]),
+        e((k.outer[1] - k.inner[1]) - d),
+        f((k.outer[2] - k.inner[2]) - d),
+        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
+};
+
+/// The micro-triangles of one snapshot, stitched where n differs across an edge and without those that are holes;
+/// remembers the slab in hand.
+class MicroTriangles {
+ public:
+  explicit MicroTriangles(const Snapshot& model) noexcept : model_(model), holes_(model.has(Layer::Void)) {}
+
+  [[nodiscard]] const Snapshot& model() const noexcept { return model_; }
+  [[nodiscard]] const SlabMesh& mesh() const noexcept { return model_.slab_mesh(); }
+  void enter(SlabId slab) noexcept {
+    if (slab == slab_) return;
+    slab_ = slab;
+    corners_ = mesh().corners(slab);
+    n_ = mesh().intervals(slab);
+    edges_ = mesh().edge_intervals(slab);
+    displacement_ = model_.displacement(slab);
+  }
+  /// The rest is for the slab that was entered last; the calls with a triangle or a place enter its slab.
+  [[nodiscard]] int intervals() const noexcept { return n_; }
+  [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
+  [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
+  [[nodiscard]] Vec3d position(GridPoint p) const noexcept { return sample_position(corners_, n_, p, displacement(p)); }
+  /// By how many cells stitching may draw a triangle out of its cell.
+  [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
+  /// Stitches a cell; false where no triangle remains of it or it is a hole.
+  [[nodiscard]] bool stitch(std::array<GridPoint, 3>& cell) const noexcept {
+    for (GridPoint& p : cell)
+      if (!inside(p)) p = edge_place(n_, edges_, p).nearer();
+    return cell[0] != cell[1] && cell[1] != cell[2] && cell[2] != cell[0] && !(holes_ && model_.is_hole(slab_, cell));
+  }
+
+  /// Whether the triangle is still one of this snapshot.
+  [[nodiscard]] bool has(const MicroTriangle& t) noexcept {
+    if (t.slab >= mesh().slab_count()) return false;
+    enter(t.slab);
+    for (const GridPoint p : t.corners)
+      if (!on_grid(n_, p)) return false;
+    std::array<GridPoint, 3> cell = t.corners;
+    return stitch(cell) && cell == t.corners;
+  }
+  /// Puts the positions of the corners into the triangle.
+  void measure(MicroTriangle& t) noexcept {
+    enter(t.slab);
+    for (std::size_t k = 0; k < 3; ++k) t.positions[k] = position(t.corners[k]);
+  }
+  [[nodiscard]] SlabCoord coordinates(const SurfacePlace& place) noexcept {
+    enter(place.triangle.slab);
+    SlabCoord at{.slab = place.triangle.slab};
+    for (std::size_t k = 0; k < 3; ++k) {
+      at.u += place.weights[k] * place.triangle.corners[k].i / n_;
+      at.v += place.weights[k] * place.triangle.corners[k].j / n_;
+      at.alpha += place.weights[k] * displacement(place.triangle.corners[k]);
+    }
+    return at;
+  }
+  /// The whole fibre through a place, from inner to outer end.
+  [[nodiscard]] Vec3d fibre(const SurfacePlace& place) noexcept {
+    const SlabCoord at = coordinates(place);
+    const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
+    return corners_.weighted(corners_.outer, w) - corners_.weighted(corners_.inner, w);
+  }
+  /// The place at (u, v), or close to it where edges are stitched; empty where there is a hole.
+  [[nodiscard]] std::optional<SurfacePlace> place_at(SlabId slab, double u, double v) noexcept {
+    enter(slab);
+    const GridCell cell = cell_at(n_, u, v);
+    SurfacePlace place{.triangle = {slab, cell.corners, {}}, .weights = cell.weights, .position = {}};
+    if (!stitch(place.triangle.corners)) return std::nullopt;
+    measure(place.triangle);
+    place.position = place.triangle.point(cell.weights);
+    return place;
+  }
+
+  /// The triangle across the edge opposite corner k, also in the next slab; its slab is kNoSlab at an open edge. Its
+  /// corners include this one's (k+2)%3 and (k+1)%3, in this order.
+  [[nodiscard]] MicroTriangle across(const MicroTriangle& t, std::size_t k) noexcept {
+    enter(t.slab);
+    const std::size_t kp = (k + 1) % 3, kq = (k + 2) % 3;
+    const GridPoint p = t.corners[kp], q = t.corners[kq];
+    std::array<GridPoint, 3> cell = {q, p, q + turned(p - q)};
+    if ((inside(p) && inside(q)) || (plain() && on_grid(n_, cell[2]))) {
+      if (!stitch(cell)) return {};
+      return {t.slab, cell, {t.positions[kq], t.positions[kp], position(cell[2])}};
+    }
+    // Copies of a sample have the same position to the bit.
+    MicroTriangle found;
+    around(t.slab, p, [&](const MicroTriangle& other) {
+      if (other.positions[2] == t.positions[kq]) found = other;
+    });
+    return found;
+  }
+  /// Calls visit(triangle) for all triangles around a sample, in order of slab; the sample is their first corner. visit
+  /// must not enter another slab.
+  template <typename Visit>
+  void around(SlabId slab, GridPoint at, Visit&& visit) noexcept {
+    mesh().for_each_copy(slab, at, [&](const SampleCopy& copy) {
+      enter(copy.slab);
+      ring(copy.at, copy.at, visit);
+      if (plain() || inside(copy.at)) return;
+      // And around the samples beside it on the slab's edges that give way to it.
+      for (int edge = 0; edge < 3; ++edge) {
+        const auto e = static_cast<std::size_t>(edge);
+        const std::array<int, 3> w = weights(n_, copy.at);
+        if (w[e] != 0 || edges_[e] == n_) continue;
+        const int t = w[(e + 2) % 3], reach = n_ / edges_[e] / 2;
+        for (int k = std::max(0, t - reach); k <= std::min(n_, t + reach); ++k) {
+          const GridPoint beside = edge_point(n_, edge, k);
+          if (beside != copy.at && edge_place(n_, edges_, beside).nearer() == copy.at) ring(copy.at, beside, visit);
+        }
+      }
+    });
+  }
+
+ private:
+  /// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
+  [[nodiscard]] static constexpr GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
+  [[nodiscard]] bool inside(GridPoint p) const noexcept { return p.i > 0 && p.j > 0 && p.i + p.j < n_; }
+  /// Whether no edge of the slab in hand is stitched.
+  [[nodiscard]] bool plain() const noexcept { return edges_[0] == n_ && edges_[1] == n_ && edges_[2] == n_; }
+
+  /// The triangles in the slab in hand that are made from the cells around one of its grid points, `from`, which `at`
+  /// stands for.
+  template <typename Visit>
+  void ring(GridPoint at, GridPoint from, Visit&& visit) noexcept {
+    const Vec3d centre = position(at);
+    GridPoint step = {1, 0}, before;
+    bool have = false;
+    Vec3d before_position;
+    for (int k = 0; k < 7; ++k, step = turned(step)) {
+      const GridPoint next = from + step;
+      if (!on_grid(n_, next)) {
+        have = false;
+        continue;
+      }
+      std::array<GridPoint, 3> cell = {at, have ? before : next, next};
+      const bool exists = stitch(cell);
+      const Vec3d here = position(cell[2]);
+      if (have && exists) visit(MicroTriangle{slab_, cell, {centre, before_position, here}});
+      before = next;
+      before_position = here;
+      have = true;
+    }
+  }
+
+  const Snapshot& model_;
+  bool holes_;
+  SlabId slab_ = kNoSlab;
+  SlabCorners corners_{};
+  int n_ = 0;
+  std::array<int, 3> edges_{};
+  const float* displacement_ = nullptr;
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,132 @@
+// The surface contact point: it meets the displaced surface where the cursor goes in, and stays on it until the cursor
+// is out again. It neither allocates nor locks.
+#pragma once
+
+#include <relief/core/query.h>
+
+#include <array>
+#include <optional>
+
+namespace relief {
+
+/// Where the straight way from `from` to `to` first goes in through the tessellated surface, and at which share of the
+/// way; empty where it only leaves or misses. Exact on the micro-triangles near the way, also where it leaves the slabs
+/// and enters them again. Cost: a few cells per slab on the way.
+[[nodiscard]] std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept;
+
+/// One triangle of the tessellated surface: three samples of a slab, counter-clockwise seen from outside, and where
+/// they lie.
+struct MicroTriangle {
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<Vec3d, 3> positions;
+
+  [[nodiscard]] Vec3d point(const std::array<double, 3>& weights) const noexcept {
+    return positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
+  }
+  /// Outwards; its length is twice the area.
+  [[nodiscard]] Vec3d area() const noexcept { return cross(positions[1] - positions[0], positions[2] - positions[0]); }
+};
+
+/// A place on the tessellated surface.
+struct SurfacePlace {
+  MicroTriangle triangle;
+  std::array<double, 3> weights{};  ///< of the triangle's corners
+  Vec3d position;
+};
+
+namespace detail {
+class MicroTriangles;
+
+/// The normals at the samples of the cell in hand, and the samples that they were made from.
+struct CellNormals {
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<float, 12> heights;
+  std::array<Vec3d, 3> normals;
+};
+}  // namespace detail
+
+/// The surface contact point of one cursor. It goes from micro-triangle to micro-triangle towards the cursor, never
+/// through material, to a place around which none is nearer; so it keeps to the side from which the cursor came,
+/// however deep that goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is
+/// deeper than the surface is curved, that place runs away to another side (round a rim, say); the point then goes
+/// along with the cursor instead. Cost per tick: usually a few micro-triangles, at most some two hundred; a way into
+/// the surface or off it costs a sweep.
+class Proxy {
+ public:
+  /// How quickly the point takes over a change of the surface under it, in one tick: a share of what is left of the
+  /// change, and at most so many model units.
+  struct Ease {
+    double share = 1;
+    double most = 1e300;
+  };
+
+  /// Lets go. The next cursor is taken to be in the open.
+  void reset() noexcept { *this = {}; }
+  /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
+  /// Under a cursor that moves by s the point moves by at most 10 s and a fiftieth of its distance from the cursor,
+  /// unless it leaves the surface and meets it again on the way to the cursor.
+  bool step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept;
+
+  [[nodiscard]] bool held() const noexcept { return held_; }
+  /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
+  [[nodiscard]] bool has_left() const noexcept { return has_left_; }
+  [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
+  /// The rest is for a held point.
+  [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
+  /// From the cursor to the point, model units; less than that after the surface has risen, until it is taken over.
+  [[nodiscard]] double depth() const noexcept { return depth_; }
+  /// Unit, outwards: the surface's normal, but turning no faster than the cursor moves.
+  [[nodiscard]] Vec3d normal() const noexcept { return normal_; }
+  /// Unit, from the cursor to the point; normal() at depth 0.
+  [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
+  /// The cursor's alpha where it lies in the point's slab, else that of the surface at the point.
+  [[nodiscard]] double alpha() const noexcept { return alpha_; }
+  /// How far the surface rose under the point in this tick, model units; negative when it fell.
+  [[nodiscard]] double rise() const noexcept { return rise_; }
+  /// The slabs under the point were exchanged in this tick, or a hole opened there; the point was let go wherever the
+  /// cursor is.
+  [[nodiscard]] bool lost() const noexcept { return lost_; }
+
+ private:
+  /// Where the free cursor is seen above the surface, with the slab as it stood.
+  struct Above {
+    SlabCoord at;
+    SlabCorners corners;
+  };
+  void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
+  /// Notes where the free cursor is above the surface.
+  void look_below(const Snapshot& model, Vec3d cursor) noexcept;
+  /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
+  bool follow_surface(detail::MicroTriangles& surface) noexcept;
+  /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
+  /// there.
+  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept;
+  /// Towards the cursor; false when the way to it is free.
+  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
+  void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
+  void let_go() noexcept;
+  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept;
+
+  bool known_ = false;  ///< last_ holds a cursor
+  bool held_ = false;
+  bool fresh_ = false;  ///< held since this tick
+  bool lost_ = false;
+  bool has_left_ = false;
+  Vec3d last_;  ///< the cursor of the last tick
+  Vec3d left_at_;
+  LocateHint hint_;
+  std::optional<Above> above_;
+  SurfacePlace place_;
+  std::optional<SurfacePlace> ahead_;  ///< how far the look ahead has come that took more than this tick
+  SlabCorners corners_{};              ///< of the point's slab
+  detail::CellNormals normals_;
+  Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
+  SurfacePoint surface_;
+  Vec3d normal_, way_out_;
+  Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
+  double depth_ = 0, rise_ = 0, alpha_ = 0;
+};
+
+}  // namespace relief

@@ -1,0 +1,192 @@
+// The surface contact point: entry, the walk, release, rims, and a surface that changes under it.
+#include "support/shells.h"
+
+#include <relief/core/proxy.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::plane_shell;
+using testing::sphere_shell;
+using testing::torus_shell;
+
+SnapshotPtr bumpy_torus() {
+  return displaced(torus_shell(16, 10, 16), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+}
+
+TEST(FirstEntry, AgreesWithTheRayOnWhereItGoesIn) {
+  const SnapshotPtr model = bumpy_torus();
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int hits = 0, misses = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const Vec3d from = Vec3d{unit(random), unit(random), unit(random)} * 4.0;
+    const double reach = std::pow(10, -2.5 * std::abs(unit(random)));
+    Vec3d a = from;
+    // From outside: start just above the surface half of the time, so that short ways hit, too.
+    if (k % 2 == 0) {
+      const SurfacePoint near = closest_point(*model, from);
+      a = near.position + near.normal * (0.3 * reach);
+    }
+    const Vec3d b = a + Vec3d{unit(random), unit(random), unit(random)} * (4 * reach);
+    const auto exact = raycast(*model, {a, b - a});
+    const auto swept = first_entry(*model, a, b);
+    if (exact && exact->distance < 1 && dot(exact->point.normal, b - a) > 0) continue;  // began inside
+    const bool hit = exact && exact->distance < 1;
+    ASSERT_EQ(hit, swept.has_value()) << k;
+    (hit ? hits : misses) += 1;
+    if (!hit) continue;
+    EXPECT_NEAR(swept->distance, exact->distance, 1e-9);
+    EXPECT_LT(length(swept->point.position - exact->point.position), 1e-9);
+  }
+  EXPECT_GT(hits, 500);
+  EXPECT_GT(misses, 500);
+}
+
+TEST(Proxy, StaysOnTheSurfaceAtTheNearestPlace) {
+  const SnapshotPtr model = displaced(sphere_shell(2, 32), [](Vec3d p) {
+    return (1 / length(p) - 0.8) / 0.4 + 0.02 * std::sin(20 * p.x) * std::cos(17 * p.y);
+  });
+  Proxy proxy;
+  EXPECT_FALSE(proxy.step(*model, {0, 0, 1.1}, {}));
+  double worst = 0;
+  for (int k = 0; k < 5000; ++k) {
+    const double turn = 1.3e-3 * k;
+    const Vec3d way = normalized(Vec3d{std::sin(turn), 0.4 * std::sin(3 * turn), std::cos(turn)});
+    const Vec3d cursor = way * (k < 60 ? 1.1 - 0.0025 * k : 0.95);
+    const bool held = proxy.step(*model, cursor, {});
+    if (k < 100) continue;
+    ASSERT_TRUE(held) << k;
+    const SurfacePoint& at = proxy.surface();
+    EXPECT_LT(length(closest_point(*model, at.position).position - at.position), 1e-9);
+    EXPECT_NEAR(proxy.depth(), length(at.position - cursor), 1e-12);
+    EXPECT_EQ(proxy.rise(), 0);
+    worst = std::max(worst, proxy.depth() / length(closest_point(*model, cursor).position - cursor));
+  }
+  EXPECT_LT(worst, 1.03);
+}
+
+TEST(Proxy, ComesNearerInEveryTickUnderARestingCursor) {
+  const SnapshotPtr model = bumpy_torus();
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int press = 0; press < 50; ++press) {
+    const SurfacePoint p =
+        closest_point(*model, normalized(Vec3d{unit(random), 0.3 * unit(random), unit(random)}) * 3.2);
+    Proxy proxy;
+    static_cast<void>(proxy.step(*model, p.position + p.normal * 0.05, {}));
+    const Vec3d cursor = p.position - p.normal * 0.05 + Vec3d{unit(random), unit(random), unit(random)} * 0.02;
+    ASSERT_TRUE(proxy.step(*model, cursor, {}));
+    double last = proxy.depth();
+    for (int k = 0; k < 100; ++k) {
+      ASSERT_TRUE(proxy.step(*model, cursor, {}));
+      EXPECT_LE(proxy.depth(), last);
+      last = proxy.depth();
+    }
+  }
+}
+
+TEST(Proxy, HoldsBelowTheSlabsAndLetsGoWhereItCameIn) {
+  const SnapshotPtr model = displaced(plane_shell(4, 8), [](Vec3d) { return 0.5; });
+  Proxy proxy;
+  for (int k = 0; k <= 200; ++k) {
+    const double y = 0.05 - 0.005 * (k <= 100 ? k : 200 - k);
+    const bool held = proxy.step(*model, {0.4, y, 0.45}, {});
+    if (std::abs(y) > 1e-9) {
+      EXPECT_EQ(held, y < 0) << y;
+    }
+    if (!proxy.held()) continue;
+    EXPECT_LT(length(proxy.surface().position - Vec3d{0.4, 0, 0.45}), 1e-9);
+    EXPECT_NEAR(proxy.depth(), -y, 1e-9);
+  }
+}
+
+TEST(Proxy, LetsGoBeyondAnOpenEdgeAndDoesNotCatchFromBelow) {
+  const SnapshotPtr model = displaced(plane_shell(4, 8), [](Vec3d) { return 0.5; });
+  Proxy proxy;
+  static_cast<void>(proxy.step(*model, {0.8, 0.02, 0.5}, {}));
+  for (double x = 0.8; x < 1.2; x += 0.01) {
+    const bool held = proxy.step(*model, {x, -0.03, 0.5}, {});
+    EXPECT_EQ(held, x < 1) << x;
+    if (held) {
+      EXPECT_NEAR(proxy.depth(), 0.03, 1e-9);
+    }
+  }
+  // Back under the sheet, and up through it: nothing there holds a tool that comes from behind.
+  for (double x = 1.2; x > 0.5; x -= 0.01) EXPECT_FALSE(proxy.step(*model, {x, -0.2, 0.5}, {}));
+  for (double y = -0.2; y < 0.1; y += 0.01) EXPECT_FALSE(proxy.step(*model, {0.5, y, 0.5}, {}));
+  EXPECT_TRUE(proxy.step(*model, {0.5, -0.01, 0.5}, {}));
+}
+
+TEST(Proxy, SlidesOverAnEdgeAndIsFreeBeyondIt) {
+  // A step of 0.16 down at x = 0.5, over one sample.
+  const SnapshotPtr model = displaced(plane_shell(4, 32), [](Vec3d p) { return p.x < 0.5 ? 0.9 : 0.1; });
+  Proxy proxy;
+  static_cast<void>(proxy.step(*model, {0.3, 0.1, 0.3}, {}));
+  for (double x = 0.3; x < 0.6; x += 0.002) {
+    const bool held = proxy.step(*model, {x, 0.07, 0.3}, {});
+    if (x < 0.49 || x > 0.52) {
+      EXPECT_EQ(held, x < 0.5) << x;
+    }
+  }
+}
+
+TEST(Proxy, FollowsASurfaceThatRisesAndFalls) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  const SnapshotPtr flat = level(0), raised = level(0.02), carved = level(-0.02);
+  const Proxy::Ease ease = {.share = 0.1, .most = 1};
+  Proxy proxy;
+  static_cast<void>(proxy.step(*flat, {0.4, 0.01, 0.45}, ease));
+  static_cast<void>(proxy.step(*flat, {0.4, -0.03, 0.45}, ease));
+  EXPECT_NEAR(proxy.depth(), 0.03, 1e-6);
+  double last = proxy.depth();
+  EXPECT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}, ease));
+  EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
+  EXPECT_NEAR(proxy.surface().position.y, 0.02, 1e-6);
+  for (int k = 0; k < 100; ++k) {
+    EXPECT_LE(std::abs(proxy.depth() - last), 0.0021) << "taken over by a tenth per tick";
+    last = proxy.depth();
+    ASSERT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}, ease));
+  }
+  EXPECT_NEAR(proxy.depth(), 0.05, 1e-4);
+  for (int k = 0; k < 100; ++k) {
+    ASSERT_TRUE(proxy.step(*carved, {0.4, -0.03, 0.45}, ease));
+    EXPECT_LE(std::abs(proxy.depth() - last), 0.0041);
+    last = proxy.depth();
+  }
+  EXPECT_NEAR(proxy.depth(), 0.01, 1e-4);
+  EXPECT_NEAR(proxy.surface().position.y, -0.02, 1e-6);
+}
+
+TEST(Proxy, IsCaughtByASurfaceThatRisesPastARestingCursor) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  Proxy proxy;
+  EXPECT_FALSE(proxy.step(*level(0), {0.4, 0.01, 0.45}, {.share = 0.1}));
+  EXPECT_TRUE(proxy.step(*level(0.03), {0.4, 0.01, 0.45}, {.share = 0.1}));
+  EXPECT_LT(proxy.depth(), 0.003) << "from nothing";
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(proxy.step(*level(0.03), {0.4, 0.01, 0.45}, {.share = 0.1}));
+  EXPECT_NEAR(proxy.depth(), 0.02, 1e-4);
+}
+
+TEST(Proxy, OtherSlabsUnderItAreReported) {
+  const SnapshotPtr one = displaced(sphere_shell(2, 8), [](Vec3d) { return 0.5; });
+  const SnapshotPtr two = displaced(sphere_shell(2, 8, 0.7, 1.3), [](Vec3d) { return 0.5; });
+  Proxy proxy;
+  static_cast<void>(proxy.step(*one, {0, 0, 1.1}, {}));
+  ASSERT_TRUE(proxy.step(*one, {0, 0, 0.9}, {}));
+  EXPECT_FALSE(proxy.step(*two, {0, 0, 0.9}, {}));
+  EXPECT_TRUE(proxy.lost());
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,155 @@
+// Contact that holds: presses deeper than the part is thick, over rims and through thin walls, on converted models.
+#include "support/data.h"
+#include "support/shells.h"
+
+#include <relief/convert/convert.h>
+#include <relief/haptics/servo.h>
+#include <relief/mesh/samples.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+namespace relief {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kPresses = 10;
+#else
+constexpr int kPresses = 60;
+#endif
+constexpr int kTicks = 2500;  // per press
+
+SnapshotPtr converted(const std::string& name) {
+  const auto mesh = make_sample(name, 30'000);
+  EXPECT_TRUE(mesh);
+  if (!mesh) return nullptr;
+  const auto made = convert(*mesh, {.slabs = 200, .intervals = 32});
+  EXPECT_TRUE(made) << made.error().message;
+  return made ? made->model.head : nullptr;
+}
+
+class Hold : public ::testing::TestWithParam<const char*> {};
+
+/// Whether the surface around p, out to `reach`, faces the same way: no rim is near.
+bool wide(const Snapshot& model, const SurfacePoint& p, Vec3d side, Vec3d other, double reach) {
+  for (int k = 0; k < 8; ++k) {
+    const Vec3d way = side * std::cos(0.785398 * k) + other * std::sin(0.785398 * k);
+    const auto hit = raycast(model, {p.position + way * reach + p.normal * reach, -p.normal});
+    if (!hit || hit->distance > 2 * reach || dot(hit->point.normal, p.normal) < 0.7) return false;
+  }
+  return true;
+}
+
+/// Presses at many places, half of them where the part is thinner than 3 % of the diagonal: straight in and then
+/// swinging between 0.2 and 4 % of the diagonal, while the hand strays by up to 0.5 % sideways. The right answer is
+/// always the face that was pressed.
+TEST_P(Hold, NeverLetsGoOfThePressedFace) {
+  const SnapshotPtr model = converted(GetParam());
+  ASSERT_TRUE(model);
+  const SlabMesh& mesh = model->slab_mesh();
+  const double size = diagonal(mesh.bounds());
+  const Workspace space = {.metres_per_unit = 0.15 / size, .device_origin = {}, .model_origin = mesh.bounds().centre()};
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(0, 1);
+  long pressed = 0, lost = 0, wrong = 0, thin = 0, rim_pressed = 0, rim_bad = 0, flips = 0;
+  for (int press = 0; press < kPresses; ++press) {
+    SurfacePoint p;
+    double thickness = 0;
+    for (int attempt = 0; attempt < 30; ++attempt) {
+      const auto slab = static_cast<SlabId>(unit(random) * mesh.slab_count());
+      double u = unit(random), v = unit(random);
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+      }
+      p = surface_point(*model, slab, u, v);
+      // Room above to come from.
+      const auto above = raycast(*model, {p.position + p.normal * (1e-4 * size), p.normal});
+      if (above && above->distance < 0.02 * size) continue;
+      const auto back = raycast(*model, {p.position - p.normal * (1e-4 * size), -p.normal});
+      thickness = back ? back->distance : size;
+      if (press % 2 == 1 || thickness < 0.03 * size) break;
+    }
+    const Vec3d side = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const Vec3d other = cross(p.normal, side);
+    const bool rim = !wide(*model, p, side, other, 0.03 * size);
+    thin += thickness < 0.03 * size && !rim ? 1 : 0;
+    Servo servo({.workspace = space, .force = {.stiffness = 400, .damping = 0}}, DeviceInfo{});
+    const double phase = 6.28 * unit(random), wander = 0.005 * size * unit(random);
+    Vec3d last;
+    for (int k = 0; k < kTicks; ++k) {
+      const double t = k * 1e-3;
+      const double depth = k < 100 ? -0.01 + 1.2e-4 * k : 0.021 - 0.019 * std::cos(4.1 * (t - 0.1));
+      const double fade = std::min(1.0, k / 300.0);
+      const Vec3d cursor = p.position - p.normal * (depth * size) +
+                           (side * std::sin(7 * t + phase) + other * std::cos(5 * t + 2 * phase)) * (wander * fade);
+      const ServoSample felt = servo.step(*model, {.t = t, .position = space.to_device(cursor), .velocity = {}});
+      flips += length(felt.force) > 0.2 && length(last) > 0.2 && dot(felt.force, last) < 0 ? 1 : 0;
+      last = felt.force;
+      if (k < 150) continue;
+      const bool bad = !felt.contact || dot(felt.force, p.normal) <= 0;
+      if (rim) {
+        ++rim_pressed;
+        rim_bad += bad ? 1 : 0;
+      } else {
+        ++pressed;
+        lost += felt.contact ? 0 : 1;
+        wrong += felt.contact && bad ? 1 : 0;
+      }
+    }
+  }
+  std::printf(
+      "%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld flips; slipped off "
+      "the "
+      "rim in %ld of %ld\n",
+      GetParam(), pressed, thin, lost, wrong, flips, rim_bad, rim_pressed);
+  EXPECT_GT(pressed, 0);
+  EXPECT_EQ(lost, 0);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(flips, 0);
+  // Near a rim the point may slip off it, with the hand; whether its way there is legal, legal_contact_test.cpp judges.
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, Hold, ::testing::Values("bowl", "pumpkin", "head"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(FastCursor, DoesNotTunnelThroughTheBowl) {
+  const SnapshotPtr model = converted("bowl");
+  ASSERT_TRUE(model);
+  const SlabMesh& mesh = model->slab_mesh();
+  const double size = diagonal(mesh.bounds());
+  const Workspace space = {.metres_per_unit = 0.15 / size, .device_origin = {}, .model_origin = mesh.bounds().centre()};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int shots = 0, missed = 0, through_wall = 0;
+  for (int shot = 0; shot < 1000; ++shot) {
+    const Vec3d from =
+        mesh.bounds().centre() + normalized(Vec3d{unit(random), unit(random), unit(random)}) * (0.7 * size);
+    const Vec3d to = mesh.bounds().centre() + Vec3d{unit(random), unit(random), unit(random)} * (0.25 * size);
+    const Vec3d way = normalized(to - from);
+    const auto hit = raycast(*model, {from, way});
+    if (!hit || dot(hit->point.normal, way) > -0.5) continue;  // grazing ways lead out round the rim
+    ++shots;
+    for (const double speed : {0.5, 2.0}) {  // m/s
+      Servo servo({.workspace = space, .force = {}}, DeviceInfo{});
+      const double step = speed * 1e-3 / space.metres_per_unit;
+      ServoSample felt;
+      double along = hit->distance - 10 * step + unit(random) * step;
+      if (along < 0) continue;
+      int k = 0;
+      for (; along < hit->distance + 2 * step; along += step, ++k)
+        felt = servo.step(*model, {.t = k * 1e-3, .position = space.to_device(from + way * along), .velocity = {}});
+      missed += felt.contact ? 0 : 1;
+      through_wall += felt.contact && felt.contact_point != felt.cursor && dot(felt.normal, way) > 0.5 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(shots, 300);
+  EXPECT_EQ(missed, 0);
+  EXPECT_EQ(through_wall, 0);
+}
+
+}  // namespace
+}  // namespace relief
