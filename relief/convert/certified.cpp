@@ -165,7 +165,7 @@ double area_of(const ClosedSource& s, std::size_t f) noexcept {
 /// nothing when a rim cannot be closed.
 struct Loss {
   double area = 0;
-  std::size_t faces = 0;
+  std::size_t faces = 0, parts = 0;
 };
 std::optional<Loss> cut_and_close(ClosedSource& s, std::vector<std::uint8_t> gone, std::vector<std::uint8_t>& heat) {
   constexpr std::size_t kCrumb = 50;  // faces
@@ -259,6 +259,11 @@ std::optional<Loss> cut_and_close(ClosedSource& s, std::vector<std::uint8_t> gon
     loss.area += area_of(s, f);
     ++loss.faces;
   }
+  const Parts parts = find_parts(s.points.size(), s.faces);
+  std::vector<std::uint8_t> left(parts.count, 0);
+  for (std::size_t f = 0; f < faces; ++f)
+    if (gone[f] == 0) left[parts.of_face[f]] = 1;
+  loss.parts = static_cast<std::size_t>(std::count(left.begin(), left.end(), std::uint8_t{0}));
   rest.points = std::move(s.points);
   for (std::size_t v = rest.points.size(); v < places.size(); ++v) rest.points.push_back(snap(places[v]));
   s = std::move(rest);
@@ -268,10 +273,11 @@ std::optional<Loss> cut_and_close(ClosedSource& s, std::vector<std::uint8_t> gon
 }  // namespace
 
 CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {
-  constexpr double kWanted = 0.3;  // visibility; more of it lets the shell become coarser
+  constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
   constexpr double kLeast = 0.02;
   constexpr int kSmoothings = 3, kCuts = 12;
-  constexpr double kMostReplaced = 0.03;  // of the area
+  constexpr double kMostReplaced = 0.03;  // of the area, and of the faces where there are many
+  constexpr std::uint32_t kMostAround = 1000;
   CertifiedShell result;
   result.source = std::move(given);
   ClosedSource& s = result.source;
@@ -279,7 +285,22 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   std::vector<std::uint8_t> heat(s.points.size(), 0);
   result.parted_points = part_touching(s, settings.farthest);
   double area = 0, replaced = 0;
-  for (std::size_t f = 0; f < s.faces.size(); ++f) area += area_of(s, f);
+  std::size_t scanned_faces = 0;
+  for (std::size_t f = 0; f < s.faces.size(); ++f) {
+    if (s.patch[f] == 0) {
+      area += area_of(s, f);
+      ++scanned_faces;
+    }
+  }
+  std::vector<std::uint32_t> valences(s.points.size(), 0);
+  for (const Face& f : s.faces)
+    for (const std::uint32_t v : f) ++valences[v];
+  if (const auto most = std::max_element(valences.begin(), valences.end()); *most > kMostAround) {
+    result.place = s.points[static_cast<std::size_t>(most - valences.begin())];
+    result.obstacle =
+        "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround);
+    return result;
+  }
 
   for (int cut = 0; cut <= kCuts; ++cut) {
     progress("shell", double(cut) / kCuts);
@@ -339,11 +360,14 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
       result.obstacle = std::to_string(reducer.faults().size()) + " triangles of the source meet others";
       if (reducer.faults().size() > 200 + s.faces.size() / 200) break;
     }
-    if (replaced > kMostReplaced * area || cut == kCuts) break;
+    if (cut == kCuts) break;
     const auto loss = cut_and_close(s, std::move(bad), heat);
     if (!loss) break;
     replaced += loss->area;
     result.replaced_faces += loss->faces;
+    result.vanished_parts += loss->parts;
+    const double share = std::max(replaced / area, double(result.replaced_faces) / double(scanned_faces + 2000));
+    if (share > kMostReplaced) break;
     start.insert(start.end(), s.points.begin() + static_cast<std::ptrdiff_t>(start.size()), s.points.end());
   }
   return result;

@@ -39,6 +39,7 @@ struct CertifiedShell {
   double moved_most = 0;           ///< lattice steps
   std::size_t parted_points = 0;   ///< that lay on others and were moved off them; counted among the moved ones
   std::size_t replaced_faces = 0;  ///< that met others or could not be seen from any side; patches took their place
+  std::size_t vanished_parts = 0;  ///< that were cut out as a whole
   std::vector<std::uint32_t> bad_faces;  ///< of those given, where no thin shell stood at first
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;

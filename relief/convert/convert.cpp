@@ -263,6 +263,8 @@ ClosedMesh close_openings(const TriangleMesh& mesh, const std::vector<std::vecto
 /// A patch that is about as large as what it closes would lie close behind it: a terrain or a range map gets a box.
 std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims) {
   constexpr double kLarge = 0.55;  // of the part's area
+  constexpr std::size_t kMostBoxes = 64;
+  std::size_t boxes = 0;
   if (rims.empty()) return {};
   const Parts parts = find_parts(mesh.positions.size(), mesh.triangles);
   std::vector<std::uint32_t> part_of(mesh.positions.size(), 0);
@@ -284,7 +286,9 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector
       area += length(n);
     }
     const bool flat = length(sum) > 0.5 * area;
-    closings.push_back(flat && area > kLarge * areas[part_of[rim.front()]] ? Closing::Box : Closing::Membrane);
+    const bool large = flat && area > kLarge * areas[part_of[rim.front()]];
+    boxes += large;
+    closings.push_back(large && boxes <= kMostBoxes ? Closing::Box : Closing::Membrane);
   }
   return closings;
 }
@@ -361,6 +365,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.moved_most = made.moved_most * lattice.step / diagonal;
   report.parted_vertices = made.parted_points;
   report.replaced_triangles = made.replaced_faces;
+  report.vanished_parts = made.vanished_parts;
   report.closed_openings = rims.size();
   ground.tolerant = made.tolerant;
   ground.lattice = lattice;
@@ -562,7 +567,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
-  const SampleSource sampled = {*surface, lattice, ground.phantom_from, mode == Mode::Certified};
+  const SampleSource sampled = {*surface, lattice, ground.phantom_from};
   RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
 
@@ -671,6 +676,13 @@ std::string to_string(const ConvertReport& report) {
                   report.moved_vertices, report.moved_most);
     text += line.data();
   }
+  const auto count = [&](std::size_t number, const char* what) {
+    if (number > 0) text += std::to_string(number) + what;
+  };
+  count(report.closed_openings, " openings closed with phantom triangles; samples on them are void\n");
+  count(report.parted_vertices, " vertices lay on others and were moved apart\n");
+  count(report.replaced_triangles, " triangles that met others or were folded cut out, and closed with patches\n");
+  count(report.vanished_parts, " parts went with what was cut out\n");
   if (report.dropped_parts > 0)
     text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
   if (report.dropped_slabs > 0)

@@ -42,7 +42,7 @@ struct ConvertReport {
   std::size_t hits_single = 0;       ///< fibres that met the source exactly once
   std::size_t hits_none = 0;         ///< filled from their neighbours
   std::size_t hits_several = 0;      ///< the crossing that agrees with the neighbours was taken
-  std::size_t slabs_too_coarse = 0;  ///< that are not within the error at n = 128 or at the source's own fineness
+  std::size_t slabs_too_coarse = 0;  ///< that have the finest n they may, so that their error may be larger
   /// Root mean square and greatest distance, shares of the diagonal, over an even choice of points: from the displaced
   /// surface to the mended source, back from its triangles that are not phantom, and the same to and from the source as
   /// it was read.
@@ -53,6 +53,7 @@ struct ConvertReport {
   double moved_most = 0;               ///< how far at most, share of the diagonal
   std::size_t parted_vertices = 0;     ///< of these, such as lay on others
   std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
+  std::size_t vanished_parts = 0;      ///< that were cut out as a whole
   std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
   std::size_t phantom_triangles = 0;
   struct Remesh {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <utility>
 
 namespace relief::detail {
@@ -235,7 +236,7 @@ class Patch {
         if (taken(a, b) || joined(a, b)) continue;
         f = {u, b, a};
         g = {b, v, a};
-        flipped_.push_back(std::minmax(a, b));
+        flipped_.insert(std::minmax(a, b));
         any = true;
       }
       if (!any) return;
@@ -249,8 +250,7 @@ class Patch {
     const Edge edge = std::minmax(a, b);
     const auto found = std::lower_bound(half_edges_.begin(), half_edges_.end(), edge,
                                         [](const HalfEdge& h, const Edge& e) { return h.ends < e; });
-    return (found != half_edges_.end() && found->ends == edge) ||
-           std::find(flipped_.begin(), flipped_.end(), edge) != flipped_.end();
+    return (found != half_edges_.end() && found->ends == edge) || flipped_.contains(edge);
   }
   void find_edges() {
     half_edges_.clear();
@@ -304,7 +304,7 @@ class Patch {
   std::vector<double> new_scales_;
   const std::vector<Edge>& taken_;
   std::vector<HalfEdge> half_edges_;
-  std::vector<Edge> flipped_;
+  std::set<Edge> flipped_;
 };
 
 /// The unit normal of the plane that best holds a rim, out of the opening.

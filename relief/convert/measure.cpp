@@ -4,13 +4,22 @@
 #include <relief/core/query.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace relief::detail {
 namespace {
 
 constexpr std::size_t kPoints = 12000;
+
+/// The k-th of points that fill a triangle evenly, as weights of its second and third corner.
+std::pair<double, double> spread(std::size_t k) noexcept {
+  const double u = std::fmod(0.5 + double(k) * 0.7548776662466927, 1.0);
+  const double v = std::fmod(0.5 + double(k) * 0.5698402909980532, 1.0);
+  return u + v > 1 ? std::pair{1 - u, 1 - v} : std::pair{u, v};
+}
 
 template <typename DistanceOf>
 Distance over(const std::vector<Vec3d>& points, DistanceOf&& distance_of) {
@@ -29,19 +38,34 @@ Distance over(const std::vector<Vec3d>& points, DistanceOf&& distance_of) {
 
 Distance MeasuredSurface::to(const SourceSurface& other) const {
   const SlabMesh& mesh = model_.slab_mesh();
-  std::size_t total = 0;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    total += static_cast<std::size_t>(mesh.intervals(s)) * static_cast<std::size_t>(mesh.intervals(s));
-  const std::size_t stride = std::max<std::size_t>(1, total / kPoints);
+  // As many points in a slab as its middle has of the area, each inside a micro-triangle.
+  std::vector<double> areas;
+  double all = 0;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const SlabCorners c = mesh.corners(s);
+    const Vec3d a = c.point({1, 0, 0}, 0.5);
+    areas.push_back(length(cross(c.point({0, 1, 0}, 0.5) - a, c.point({0, 0, 1}, 0.5) - a)));
+    all += areas.back();
+  }
   std::vector<Vec3d> points;
+  double sum = 0;
   std::size_t counter = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& cell) {
-      if (counter++ % stride != 0 || model_.is_hole(s, cell)) return;
-      const std::array<Vec3d, 3> p = {sample_position(model_, s, cell[0]), sample_position(model_, s, cell[1]),
-                                      sample_position(model_, s, cell[2])};
-      points.push_back(points.size() % 2 == 0 ? p[0] : (p[0] + p[1] + p[2]) / 3.0);
-    });
+    const int n = mesh.intervals(s);
+    const double share = all / double(kPoints);
+    for (sum += areas[s]; sum >= share && share > 0; sum -= share) {
+      const auto [u, v] = spread(counter++);
+      const int i = std::min(static_cast<int>(u * n), n - 1), j = std::min(static_cast<int>(v * n), n - 1);
+      const double x = u * n - i, y = v * n - j;
+      const bool upright = x + y <= 1 || i + j + 1 >= n;
+      const std::array<GridPoint, 3> cell = upright
+                                                ? std::array<GridPoint, 3>{{{i, j}, {i + 1, j}, {i, j + 1}}}
+                                                : std::array<GridPoint, 3>{{{i + 1, j + 1}, {i, j + 1}, {i + 1, j}}};
+      if (i + j >= n || model_.is_hole(s, cell)) continue;
+      const double right = upright ? x : 1 - x, up = upright ? y : 1 - y;
+      points.push_back(sample_position(model_, s, cell[0]) * (1 - right - up) +
+                       sample_position(model_, s, cell[1]) * right + sample_position(model_, s, cell[2]) * up);
+    }
   }
   return over(points, [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; });
 }
@@ -52,16 +76,14 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
     return length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
   };
   for (const Face& f : faces) area += twice_area(f);
-  // One point per equal share of the area, at places in the triangle that a low-discrepancy sequence names.
+  // One point per equal share of the area.
   const double share = area / double(kPoints);
   std::vector<Vec3d> chosen;
   double sum = 0.5 * share;
   for (const Face& f : faces) {
     sum += twice_area(f);
     for (; sum >= share && share > 0; sum -= share) {
-      const double k = double(chosen.size());
-      double u = std::fmod(0.5 + k * 0.7548776662466927, 1.0), v = std::fmod(0.5 + k * 0.5698402909980532, 1.0);
-      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const auto [u, v] = spread(chosen.size());
       chosen.push_back(points[f[0]] + (points[f[1]] - points[f[0]]) * u + (points[f[2]] - points[f[0]]) * v);
     }
   }

@@ -17,7 +17,7 @@ class MeasuredSurface {
   /// Both must outlive it.
   MeasuredSurface(const Snapshot& model, const Lattice& lattice) : model_(model), lattice_(lattice) {}
 
-  /// From samples and centres of micro-triangles to the nearest points of the other surface.
+  /// From points inside micro-triangles to the nearest points of the other surface.
   [[nodiscard]] Distance to(const SourceSurface& other) const;
   /// From points spread over these triangles, by area, to this surface: to the micro-triangles about the place where
   /// the point lies in its slab, so never less than it is; points outside all slabs are compared with everything.

@@ -345,7 +345,8 @@ Result<Remeshed> remesh(const TriangleMesh& source, double voxel, const Progress
   const double across = diagonal(box), area = area_of(source);
   const double finest = std::max(across / 4096, std::sqrt(area / kMostVoxels));
   if (voxel == 0) {
-    voxel = std::clamp(median_edge(source), std::sqrt(area / kManyVoxels), std::max(across * kCoarsest, finest));
+    voxel =
+        std::max(std::min(median_edge(source), std::max(across * kCoarsest, finest)), std::sqrt(area / kManyVoxels));
   } else if (voxel < finest) {
     return fail(Errc::InvalidArgument, "the voxels to remesh with are too small; this source can take " +
                                            std::to_string(std::ceil(finest / across * 1e6) / 1e6) +

@@ -80,7 +80,7 @@ std::vector<int> choose_intervals(const SlabMesh& fine, const SampleNumbers& num
     const bool mixed = voids > 0 && voids < alpha.size();
     while (!mixed && n % 2 == 0 && n > 4 && fits(n / 2)) n /= 2;
     intervals[k] = n;
-    kept[k] = !mixed && n == kMaxIntervals;
+    kept[k] = n == most;
   });
   too_coarse = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), std::uint8_t{1}));
   return intervals;

@@ -14,7 +14,7 @@ namespace relief::detail {
 
 /// Per slab the smallest n, its own over a power of two and at least 4, at which the surface through those samples
 /// stays within `error` (lattice steps, square to the surface) of all samples; its own where a hole begins in it.
-/// `too_coarse` counts the slabs that would need more than 128.
+/// `too_coarse` counts the slabs that keep their n, so that finer samples might show more error.
 [[nodiscard]] std::vector<int> choose_intervals(const SlabMesh& fine, const SampleNumbers& numbers,
                                                 const AlphaField& field, double error, std::size_t& too_coarse);
 

@@ -101,12 +101,13 @@ bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 +
 /// The crossings of a fibre with the source, those beyond its ends included.
 void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
   source.surface.cross(line.origin, line.direction, from, to, found);
-  if (!source.certified) return;
-  // Between two crossings outwards of a proven fibre there would be one inwards: what is met twice is an edge.
+  // Two faces of one point, crossed one after the other in the same sense: the fibre runs through their edge or point,
+  // and is turned aside by rounding.
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
     const bool again = kept > 0 && inside(found.items[k]) && inside(found.items[kept - 1]) &&
-                       found.items[k].front == found.items[kept - 1].front;
+                       found.items[k].front == found.items[kept - 1].front &&
+                       source.surface.share_a_point(found.items[k].triangle, found.items[kept - 1].triangle);
     if (!again) found.items[kept++] = found.items[k];
   }
   found.count = kept;

@@ -46,7 +46,6 @@ struct SampleSource {
   const SourceSurface& surface;
   const Lattice& lattice;
   std::size_t phantom_from;  ///< the first of the triangles that close openings
-  bool certified;            ///< every fibre is known to cross it outwards once: what is met twice is an edge
 };
 
 struct HitCount {

@@ -861,7 +861,12 @@ void SlabReducer::tolerate(double share) {
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
-  few_ = 16 * target_count;
+  few_ = std::max<std::size_t>(16 * target_count, 3200);
+  // No part can have fewer than four slabs.
+  std::uint32_t parts = 0;
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
+    if (alive(f)) parts = std::max(parts, cage_.part[f] + 1);
+  const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{parts});
   const double start = double(alive_);
   for (int round = 0; alive_ > target_count && round < 40; ++round) {
     const std::size_t before = alive_;
@@ -885,7 +890,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
       if (!collapse(h)) tried_[h] = tried_[twins_[h]] = clock_;
     }
     const std::size_t removed = before - alive_;
-    if (alive_ <= target_count) break;
+    if (alive_ <= floor) break;
     if (alive_ >= 20000 && 10 * removed >= before) continue;
     const auto improve_all = [&] {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {
@@ -900,9 +905,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    // Far above the target, as with thousands of parts, more rounds would only polish.
-    const bool far = before > few_;
-    if (round >= (far ? 1 : 3) && removed < std::max<std::size_t>(2, before / (far ? 25 : 200))) break;
+    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / 200))) break;
   }
   return true;
 }

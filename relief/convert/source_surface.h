@@ -44,6 +44,13 @@ class SourceSurface {
   [[nodiscard]] Vec3d normal(std::uint32_t triangle) const noexcept { return normalized(twice_area(triangle)); }
   [[nodiscard]] double area(std::uint32_t triangle) const noexcept { return 0.5 * length(twice_area(triangle)); }
 
+  [[nodiscard]] bool share_a_point(std::uint32_t s, std::uint32_t t) const noexcept {
+    for (const std::uint32_t v : faces_[s])
+      for (const std::uint32_t w : faces_[t])
+        if (v == w) return true;
+    return false;
+  }
+
   /// The point of the surface nearest to p.
   struct Nearest {
     double distance = 0;  ///< in lattice steps; infinite where the surface has no triangle
