@@ -116,20 +116,19 @@ TEST(Certified, MendedSourceIsTheSourceWhereNothingHadToMove) {
   EXPECT_EQ(result->mended.positions, ball.positions);
 }
 
-TEST(Certified, OneSpikeIsMovedAndReported) {
+TEST(Certified, OneSpikeIsMendedAndReported) {
   TriangleMesh ball = testing::ball(24);
   // Pulled through its neighbours, the vertex has faces that no direction sees.
   const std::size_t spike = 500;
   const Vec3d aside = normalized(cross(ball.positions[spike], Vec3d{0, 0, 1}));
-  ball.positions[spike] = ball.positions[spike] * 0.999 + aside * 0.14;
+  ball.positions[spike] = ball.positions[spike] * 0.999 + aside * 0.17;
   const auto result = convert(ball, certified(60));
   if (!result) {
     EXPECT_NE(result.error().message.find("near ("), std::string::npos) << result.error().message;
     return;
   }
   expect_certified(result, 200);
-  EXPECT_GT(result->report.moved_vertices, 0U);
-  EXPECT_GT(result->report.moved_most, 0);
+  EXPECT_GT(result->report.moved_vertices + result->report.replaced_triangles, 0U);
   EXPECT_LT(result->report.moved_most, 0.01);
 }
 
@@ -182,9 +181,10 @@ TEST(Certified, PartsThatTouchAreMovedApart) {
 
 TEST(Certified, ASpikeThroughTheSurfaceIsCutOut) {
   // One vertex pushed through the far side: no smoothing within bounds can mend that.
-  TriangleMesh mesh = testing::ball(40);
-  mesh.positions[1500] = mesh.positions[1500] * -1.2;
+  TriangleMesh mesh = testing::ball(80);
+  mesh.positions[6000] = mesh.positions[6000] * -1.2;
   const auto result = convert(mesh, certified(100));
+  ASSERT_TRUE(result) << result.error().message;
   expect_certified(result, 100);
   EXPECT_GT(result->report.replaced_triangles, 5U);
   EXPECT_LT(result->report.replaced_triangles, 200U);
