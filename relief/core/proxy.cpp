@@ -168,28 +168,17 @@ class Sweep {
 
   /// Empty where the way does not go in.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
-    const SlabMesh& mesh = surface_.mesh();
-    const auto tree = mesh.tree();
-    std::array<std::uint32_t, 64> stack{};
-    std::size_t depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-      const std::uint32_t number = stack[--depth];
-      const SlabMesh::Node& node = tree[number];
-      double enter = 0, leave = 1;
-      if (!clip(node.box, enter, leave) || enter > best_) continue;
-      if (node.count == 0) {
-        stack[depth++] = node.first;
-        stack[depth++] = number + 1;
-        continue;
-      }
-      for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = mesh.tree_slabs()[node.first + k];
-        enter = 0;
-        leave = 1;
-        if (clip(mesh.box(s), enter, leave) && enter <= best_) search(s, enter, std::min(leave, 1.0));
-      }
-    }
+    double enter = 0, leave = 1;
+    surface_.mesh().visit_tree(
+        [&](const Box3d& box) {
+          enter = 0;
+          leave = 1;
+          return clip(box, enter, leave) && enter <= best_;
+        },
+        [&](SlabId s) {
+          search(s, enter, std::min(leave, 1.0));
+          return false;
+        });
     if (found_.triangle.slab == kNoSlab) return std::nullopt;
     return found_;
   }
