@@ -54,5 +54,6 @@ struct Test {
 
 void plant(Report&);         // S1
 void limit_cycles(Report&);  // S2
+void human_port(Report&);    // S3
 
 }  // namespace relief::acceptance

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array kTests = {
     Test{"S1", "plant self-test", plant},
-    Test{"S2", "no limit cycles at the default stiffness", limit_cycles},
+    Test{"S2", "no limit cycles", limit_cycles},
+    Test{"S3", "energy at the hand", human_port},
 };
 
 /// "1.5e-3 m", whole numbers as they are.
