@@ -117,7 +117,7 @@ TEST(Guard, TheLastingForceEndsAtTheContinuousOne) {
   settle(spring);
   EXPECT_NEAR(press(spring, 2e-3), 0.8, 1e-9) << "for ever";
   spring.at(-8e-3);
-  EXPECT_GE(spring.at(-8e-3), 3.2) << "cold";
+  EXPECT_GE(spring.at(-8e-3), 3.1) << "cold but for that";
   double force = 0;
   for (int k = 0; k < 120'000; ++k) force = spring.at(-8e-3);
   EXPECT_NEAR(force, 0.88, 0.01);
