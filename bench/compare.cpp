@@ -41,13 +41,16 @@ struct Workload {
   const char* name;
   bool coherent;  ///< from frame to frame the cursor moves as a hand does
   std::vector<Vec3d> cursors;
+  std::size_t section = 100;  ///< frames after which it is elsewhere
 };
 
 std::vector<Workload> workloads(const Snapshot& model, int frames) {
   const double scale = diagonal(surface_bounds(model));
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  const std::vector<Vec3d> slide = slide_path(model, 0.005, frames);
+  // A turn round the model in 40 s: about 1e-4 of the diagonal per frame.
+  std::vector<Vec3d> slide = slide_path(model, 0.005, 40'000);
+  slide.resize(std::min(slide.size(), static_cast<std::size_t>(frames)));
   const auto near = [&](std::size_t k) { return closest_point(model, slide[k * 7919 % slide.size()]); };
   Workload tap = {"tap", true, {}}, press = {"press", true, {}}, jump = {"jump", false, {}};
   for (std::size_t k = 0; tap.cursors.size() < slide.size(); ++k) {
@@ -63,13 +66,16 @@ std::vector<Workload> workloads(const Snapshot& model, int frames) {
       jump.cursors.push_back(there.position + there.normal * (0.005 * scale * unit(random)));
     }
   }
-  return {{"slide", true, slide}, std::move(tap), std::move(press), std::move(jump)};
+  const std::size_t whole = slide.size();
+  return {{"slide", true, std::move(slide), whole}, std::move(tap), std::move(press), std::move(jump)};
 }
 
 /// Asked once per frame; `coherent` as in Peer. A sum of answers keeps the optimiser honest.
 using Question = std::function<double(Vec3d cursor, bool coherent)>;
+/// Comes before each section, untimed, with its first cursor.
+using Approach = std::function<void(Vec3d cursor)>;
 
-ordered_json times(const Question& ask, const std::vector<Workload>& works) {
+ordered_json times(const Question& ask, const std::vector<Workload>& works, const Approach& approach = {}) {
   const CallTimer timer;
   static std::vector<char> other(16U << 20U);
   double sum = 0;
@@ -77,10 +83,13 @@ ordered_json times(const Question& ask, const std::vector<Workload>& works) {
   for (const Workload& work : works) {
     std::vector<double> least(work.cursors.size(), 1e9);
     for (int pass = 0; pass < 3; ++pass)
-      for (std::size_t k = 0; k < least.size(); ++k)
+      for (std::size_t k = 0; k < least.size(); ++k) {
+        if (approach && k % work.section == 0) approach(work.cursors[k]);
         least[k] = std::min(least[k], timer([&] { sum += ask(work.cursors[k], work.coherent); }));
+      }
     std::vector<double> cold;
     for (std::size_t k = 0; k < std::min<std::size_t>(500, work.cursors.size()); ++k) {
+      if (approach && k % work.section == 0) approach(work.cursors[k]);
       for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
       cold.push_back(timer([&] { sum += ask(work.cursors[k], work.coherent); }));
     }
@@ -140,21 +149,32 @@ ordered_json compare_on(const Snapshot& model, int frames) {
   json["relief closest point"] = {
       {"ns", times([&](Vec3d p, bool) { return length(closest_point(model, p).position - p); }, works)}};
 
-  // A tick of the servo takes the cursors as a hand's way: far jumps become fast moves of the device, within its
-  // limits.
-  DeviceInfo device;
+  // A tick of the servo takes the cursors as a hand's way: it comes to each section from outside, and jumps are fast
+  // moves within the device's limits.
   const double scale = diagonal(surface_bounds(model));
-  Servo servo({.workspace = {.metres_per_unit = 0.15 / scale}, .force = {.guard = false}}, device);
+  const Vec3d centre = surface_bounds(model).centre();
+  const ServoSettings settings = {.workspace = {.metres_per_unit = 0.15 / scale}};
+  std::optional<Servo> servo;
   double t = 0;
+  std::size_t ticks = 0, latched = 0;
   const auto tick = [&](Vec3d p, bool coherent) {
     t += coherent ? 1e-3 : 0.05;
-    return length(
-        servo.step(model, {.t = t, .position = servo.settings().workspace.to_device(p), .velocity = {}}).force);
+    const ServoSample felt = servo->step(model, {.t = t, .position = settings.workspace.to_device(p), .velocity = {}});
+    ++ticks;
+    latched += (felt.flags & bit(ServoFault::Latched)) != 0 ? 1 : 0;
+    return length(felt.force);
   };
-  json["relief servo tick"] = {{"ns", times(tick, works)}};
+  const auto approach = [&](Vec3d first) {
+    servo.emplace(settings, DeviceInfo{});
+    const Vec3d away = normalized(first - centre) * (0.3 * scale);
+    for (int k = 0; k < 200; ++k) static_cast<void>(tick(first + away * (1 - k / 200.0), true));
+  };
+  ordered_json ns = times(tick, works, approach);
+  json["relief servo tick"] = {{"latched_share", static_cast<double>(latched) / static_cast<double>(ticks)},
+                               {"ns", std::move(ns)}};
 
   const std::vector<Workload> few = {
-      {"slide", true, {works.front().cursors.begin(), works.front().cursors.begin() + 500}}};
+      {"slide", true, {works.front().cursors.begin(), works.front().cursors.begin() + 500}, 500}};
   json["the paper, slabs in sequence"] = {
       {"ns", times([&](Vec3d p, bool) { return paper::locate(model.slab_mesh(), p) ? 1.0 : 0.0; }, few)}};
 
