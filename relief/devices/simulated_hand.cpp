@@ -108,9 +108,9 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
   return true;
 }
 
-bool SimulatedHand::write(Vec3d force) noexcept {
+bool SimulatedHand::write(const Wrench& wrench) noexcept {
   const std::size_t extra = plant_.jitter.empty() ? 0 : plant_.jitter[tick_ % plant_.jitter.size()];
-  pipeline_[tick_ % pipeline_.size()] = {.force = is_finite(force) ? force : Vec3d{},
+  pipeline_[tick_ % pipeline_.size()] = {.force = is_finite(wrench.force) ? wrench.force : Vec3d{},
                                          .arrives = tick_ + static_cast<std::uint64_t>(plant_.delay_ticks) + extra};
   // The newest command that has arrived counts; one that was overtaken is forgotten.
   for (std::uint64_t given = tick_; given >= held_tick_ && tick_ - given < pipeline_.size(); --given) {

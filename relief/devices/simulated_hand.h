@@ -69,7 +69,8 @@ class SimulatedHand final : public HapticDevice {
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
-  [[nodiscard]] bool write(Vec3d force) noexcept override;
+  /// Three axes: no torque is felt.
+  [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
 
   /// The true state, for tests and reports.
   [[nodiscard]] Vec3d handle_position() const noexcept { return handle_.at; }

@@ -18,6 +18,7 @@ constexpr double kSteepest = 4;           // depth that one unit of travel may a
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.08;       // N per tick, at most, while it is
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
+constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 constexpr double kHair = 1 - 1e-12;       // keeps rounded forces below their limit
 
 bool denormal(Vec3d v) noexcept {
@@ -145,6 +146,16 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
       now.faults |= bit(ServoFault::BadPosition);
     else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
       now.faults |= bit(ServoFault::TooFast);
+  }
+  if (reading.has_orientation) {
+    const Quatd q = reading.orientation;
+    const double size = std::sqrt(dot(q, q));
+    if (size >= kLeastTurn && std::isfinite(size))
+      orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
+    else
+      now.faults |= bit(ServoFault::BadPosition);
+  } else {
+    orientation_ = {};
   }
   if (now.faults != 0)
     velocity_ = {};
@@ -275,6 +286,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const Admitted now = admit(reading);
   sample.flags = now.faults;
   sample.velocity = velocity_;
+  sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
