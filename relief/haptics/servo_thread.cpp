@@ -178,13 +178,13 @@ void ServoThread::run() noexcept {
     bool alive = device_.read(reading);
     if (alive) {
       sample = servo_.step(reader_.latest(), reading);
-      alive = device_.write(sample.force);
+      alive = device_.write({sample.force, sample.torque});
     }
     const std::uint64_t compute = thread_cpu_ns() - start;
     times_.compute.add(compute);
 
     if (!alive) {
-      sample.force = {};
+      sample.force = sample.torque = {};
       sample.flags |= bit(ServoFault::DeviceLost);
     }
     sample.flags |= carried;
