@@ -70,7 +70,7 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
       if (const double share = dot(before->tick.sample.force, s.device - before->tick.sample.device);
           std::isfinite(share))
         done += share;
-    work.add(x, done);
+    work.add(x, done * 1e3);
     if (s.compute_ns != 0) compute.add(s.compute_ns);
     late.add(s.late_ns);
     contact += s.contact ? 1U : 0U;
@@ -99,11 +99,11 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
   html += fmt::format("<p>Largest {:.3f} N.</p><h2>Depth</h2>", force_max);
   html += plots::trace(depth, "tick", "depth, model units");
   html += fmt::format("<p>Deepest {:.4g} model units.</p><h2>Work</h2>", depth_max);
-  html += plots::trace(work, "tick", "work done on the hand, J");
+  html += plots::trace(work, "tick", "work done on the hand, mJ");
   html += fmt::format(
-      "<p>Sum of force times way, each force held to the next tick: {:.3g} J at the end. Below zero the hand gave more "
+      "<p>Sum of force times way, each force held to the next tick: {:.3g} mJ at the end. Below zero the hand gave more "
       "than it got back; what stays above zero after the hand has left was made by the rendering.</p><h2>Time</h2>",
-      done);
+      done * 1e3);
   html += plots::histogram(compute, nullptr, "CPU time of one tick");
   html += "<table>";
   html += plots::kTimesHead;

@@ -116,7 +116,8 @@ Statement& Statement::bind(std::string_view value) {
   return *this;
 }
 Statement& Statement::bind(std::span<const std::byte> value) {
-  const int rc = sqlite3_bind_blob64(statement_.get(), ++parameter_, value.data(), value.size(), SQLITE_STATIC);
+  const void* bytes = value.empty() ? "" : static_cast<const void*>(value.data());  // a null pointer would mean NULL
+  const int rc = sqlite3_bind_blob64(statement_.get(), ++parameter_, bytes, value.size(), SQLITE_STATIC);
   if (rc != SQLITE_OK) bind_error_ = rc;
   return *this;
 }

@@ -25,6 +25,12 @@ constexpr std::size_t kLiveBatch = 250, kPathBatch = 2048;    // ticks
 constexpr std::size_t kLiveWaiting = std::size_t{64} << 20U;  // bytes that may wait for the disk: minutes
 constexpr std::size_t kPathWaiting = std::size_t{8} << 20U;
 
+#ifdef __clang__
+constexpr const char* kCompiler = __VERSION__;
+#else
+constexpr const char* kCompiler = "GCC " __VERSION__;
+#endif
+
 template <typename T>
 void add_stream(RecordingHead& head) {
   head.streams.emplace(detail::kStream<T>, detail::columns_of<T>());
@@ -178,7 +184,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
   std::error_code ignored;
   RecordingHead head;
   head.facts = {{"program", origin.program},
-                {"compiler", __VERSION__},
+                {"compiler", kCompiler},
                 {"kernel", kernel()},
                 {"started", utc_now()},
                 {"pace", pace == Pace::Live ? "live" : "path"},
@@ -229,7 +235,7 @@ Status Recorder::finish(const ServoTimes* times) {
   if (times != nullptr) {
     facts["scheduling"] = times->realtime ? "real-time (SCHED_FIFO)" : "normal (SCHED_OTHER)";
     facts["memory"] = times->memory_locked ? "locked" : "not locked";
-    facts["ticks"] = std::to_string(times->ticks);
+    facts["servo_ticks"] = std::to_string(times->ticks);
     facts["ticks_dropped"] = std::to_string(times->dropped);
     facts["periods_skipped"] = std::to_string(times->overruns);
   }

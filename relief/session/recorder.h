@@ -15,10 +15,10 @@ namespace relief {
 
 /// Where a recording comes from, as its head says it.
 struct RecordingOrigin {
-  std::string program;              ///< name, version and commit
-  std::filesystem::path model;      ///< the model's file
-  std::uint64_t model_strokes = 0;  ///< finished strokes in it
-  std::string model_unit;           ///< what one model unit is: "mm", "cm" or "m"
+  std::string program = {};          ///< name, version and commit
+  std::filesystem::path model = {};  ///< the model's file
+  std::uint64_t model_strokes = 0;   ///< finished strokes in it
+  std::string model_unit = {};       ///< what one model unit is: "mm", "cm" or "m"
 };
 
 /// Takes ticks and edits in the order in which they happened; a thread of its own packs and writes them. The ticks must
