@@ -909,6 +909,11 @@ class Demo(Case):
             self.assertNotIn('src="http', page)
             self.assertNotIn("href=", page)
             self.assertIn("<svg", page)
+            # What the hand did and felt, edits and all, from the model as it was before them.
+            recorded = self.ok("replay", out / "session.rlog", "--json").json()
+            self.assertGreater(recorded["ticks"], 500)
+            if not recorded["gaps"]:
+                self.ok("replay", out / "session.rlog", "--verify")
 
 
 if __name__ == "__main__":
