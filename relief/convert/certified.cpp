@@ -132,6 +132,7 @@ std::size_t part_touching(ClosedSource& s, double farthest) {
   std::vector<std::uint8_t> touches(s.points.size(), 0);
   for (std::size_t k = 1; k < order.size(); ++k)
     if (s.points[order[k]] == s.points[order[k - 1]]) touches[order[k]] = touches[order[k - 1]] = 1;
+  if (std::find(touches.begin(), touches.end(), std::uint8_t{1}) == touches.end()) return 0;
   std::vector<std::vector<Vec3d>> normals(s.points.size());
   std::vector<double> shortest(s.points.size(), Box3d::kFar);
   std::size_t count = 0;
@@ -159,14 +160,14 @@ double area_of(const ClosedSource& s, std::size_t f) noexcept {
   return 0.5 * length(cross(to_double(s.points[s.faces[f][1]]) - a, to_double(s.points[s.faces[f][2]]) - a));
 }
 
-/// Takes the bad faces out with the ring around them, and with one ring more each time that a place is cut again
-/// (`heat`, per point), then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A
-/// patch is phantom where what lay at its rim was. Gives the area and the number of the scanned faces that went;
-/// nothing when a rim cannot be closed.
+/// What went of the scan: the area and the number of its faces, and how many parts as a whole.
 struct Loss {
   double area = 0;
   std::size_t faces = 0, parts = 0;
 };
+/// Takes the bad faces out with the ring around them, and with one ring more each time that a place is cut again
+/// (`heat`, per point), then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A
+/// patch is phantom where what lay at its rim was. Empty when a rim cannot be closed.
 std::optional<Loss> cut_and_close(ClosedSource& s, std::vector<std::uint8_t> gone, std::vector<std::uint8_t>& heat) {
   constexpr std::size_t kCrumb = 50;  // faces
   const std::size_t faces = s.faces.size();
@@ -287,19 +288,20 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   double area = 0, replaced = 0;
   std::size_t scanned_faces = 0;
   for (std::size_t f = 0; f < s.faces.size(); ++f) {
-    if (s.patch[f] == 0) {
-      area += area_of(s, f);
-      ++scanned_faces;
-    }
+    if (s.patch[f] != 0) continue;
+    area += area_of(s, f);
+    ++scanned_faces;
   }
-  std::vector<std::uint32_t> valences(s.points.size(), 0);
-  for (const Face& f : s.faces)
-    for (const std::uint32_t v : f) ++valences[v];
-  if (const auto most = std::max_element(valences.begin(), valences.end()); *most > kMostAround) {
-    result.place = s.points[static_cast<std::size_t>(most - valences.begin())];
-    result.obstacle =
-        "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround);
-    return result;
+  {
+    std::vector<std::uint32_t> valences(s.points.size(), 0);
+    for (const Face& f : s.faces)
+      for (const std::uint32_t v : f) ++valences[v];
+    if (const auto most = std::max_element(valences.begin(), valences.end()); *most > kMostAround) {
+      result.place = s.points[static_cast<std::size_t>(most - valences.begin())];
+      result.obstacle =
+          "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround);
+      return result;
+    }
   }
 
   for (int cut = 0; cut <= kCuts; ++cut) {

@@ -42,6 +42,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 1000,
                 .max_damping = 5,
                 .max_force_rate = 5000,
+                .continuous_force = 1.4,
                 .workspace_radius = 0.12}},
       {.name = "falcon-like",
        .plant = {.mass = 0.1, .viscous = 0.5, .coulomb = 0.3, .encoder_step = 63e-6, .max_force = 8},
@@ -50,6 +51,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 3000,
                 .max_damping = 20,
                 .max_force_rate = 5000,
+                .continuous_force = 3,
                 .workspace_radius = 0.04}},
       {.name = "inverse3-like",
        .plant = {.mass = 0.1, .viscous = 0.3, .coulomb = 0.1, .encoder_step = 50e-6, .max_force = 10},
@@ -58,6 +60,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 1000,
                 .max_damping = 6,
                 .max_force_rate = 5000,
+                .continuous_force = 3,
                 .workspace_radius = 0.15}},
   };
   return presets;

@@ -16,6 +16,10 @@ struct DeviceInfo {
   double max_stiffness = 1250;      ///< N/m
   double max_damping = 4;           ///< N*s/m
   double max_force_rate = 2000;     ///< N/s, how fast the commanded force may grow or turn
+  double continuous_force = 0.88;   ///< N, root mean square over a minute
+  double max_work = 1;              ///< J, what the force may do on the hand within any second
+  double max_speed = 1.5;           ///< m/s of the hand, above which the force only brakes
+  int delay_ticks = 0;              ///< 0..3, from a command to its force, as far as it is known
   double workspace_radius = 0.075;  ///< m around the origin
   bool pull = true;                 ///< Relief's thread calls read and write; false: the device's SDK calls Relief
 };

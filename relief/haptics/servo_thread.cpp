@@ -20,7 +20,8 @@ namespace relief {
 namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
-constexpr int kPriority = 80;                 // below the kernel's own threads for USB
+constexpr std::uint64_t kStandstill = 50 * kPeriod;
+constexpr int kPriority = 80;  // below the kernel's own threads for USB
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
 
@@ -171,6 +172,7 @@ void ServoThread::run() noexcept {
   for (std::uint64_t number = 0; !stop_.load(std::memory_order_acquire); ++number) {
     const std::uint64_t late = schedule.wait();
     if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
+    if (late > kStandstill) servo_.stalled();
 
     const std::uint64_t start = thread_cpu_ns();
     for (ServoSettings changed; settings_.pop(changed); ++settings) servo_.set(changed);

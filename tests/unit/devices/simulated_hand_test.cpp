@@ -1,4 +1,6 @@
-// The plant's self-checks: a simulator that is wrong makes every test that uses it worthless.
+// The plant's parts one by one; what it does as a whole is acceptance test S1.
+#include "support/plants.h"
+
 #include <relief/devices/simulated_hand.h>
 
 #include <gtest/gtest.h>
@@ -12,32 +14,9 @@
 namespace relief {
 namespace {
 
-/// Only a mass and a viscous damper; perfect sensor and amplifier.
-PlantPreset bare(double mass, double viscous) {
-  return {.name = "bare",
-          .plant = {.mass = mass,
-                    .viscous = viscous,
-                    .coulomb = 0,
-                    .encoder_step = 0,
-                    .max_force = 1e9,
-                    .slew = 0,
-                    .dac_step = 0,
-                    .lag = 0},
-          .info = {}};
-}
-const Hand kNobody = {.stiffness = 0, .damping = 0, .max_force = 0, .tremor = 0};
-HandTarget at_origin(double /*t*/) { return {}; }
-
-TEST(Plant, FreeDecayFollowsTheClosedForm) {
-  SimulatedHand hand(bare(0.045, 0.1), kNobody, at_origin);
-  hand.set_state({}, {0.2, -0.1, 0.05});
-  for (int k = 1; k <= 1000; ++k) {
-    ASSERT_TRUE(hand.write({}));
-    const double left = std::exp(-0.1 / 0.045 * 1e-3 * k);
-    ASSERT_NEAR(hand.handle_velocity().x, 0.2 * left, 1e-9);
-    ASSERT_NEAR(hand.handle_position().y, -0.1 * 0.045 / 0.1 * (1 - left), 1e-9);
-  }
-}
+using testing::at_origin;
+using testing::bare;
+using testing::kNobody;
 
 TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
   PlantPreset preset = bare(0.045, 0);
@@ -53,56 +32,6 @@ TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
   EXPECT_EQ(hand.handle_position(), rest);
   for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({0, 0.27, 0}));
   EXPECT_GT(hand.handle_position().y, rest.y);
-}
-
-TEST(Plant, EnergyBalanceWithoutAWall) {
-  for (const double resonance : {0.0, 80.0}) {
-    PlantPreset preset = {.name = "all", .plant = {}, .info = {}};
-    preset.plant.resonance = resonance;
-    SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 2e-3}, [](double t) {
-      return HandTarget{{0.03 * std::sin(7 * t), 0.02 * std::cos(5 * t), 0.01 * t}, 0};
-    });
-    const double start = hand.energy();
-    for (int k = 0; k < 3000; ++k) ASSERT_TRUE(hand.write({}));
-    const WorkDone& work = hand.work();
-    EXPECT_LT(std::abs(work.motor + work.hand + work.viscous + work.coulomb + work.structure - (hand.energy() - start)),
-              3 * 1e-9);
-    EXPECT_GT(work.hand, 1e-3) << "the hand has to have moved something";
-    EXPECT_LT(work.viscous, 0);
-    EXPECT_LT(work.coulomb, 0);
-    EXPECT_EQ(work.structure < 0, resonance > 0);
-  }
-}
-
-/// Energy that a sampled spring of stiffness k leaves in the plant after 4 s, less what it began with; the lossless
-/// limit is where this changes sign.
-double gained(double k, int delay) {
-  PlantPreset preset = bare(1, 1);
-  preset.plant.delay_ticks = delay;
-  SimulatedHand hand(preset, kNobody, at_origin);
-  hand.set_state({0.01, 0, 0}, {});
-  DeviceState state;
-  // The largest total energy over the first and over the last second: phases do not matter.
-  double first = 0, last = 0;
-  for (int tick = 0; tick < 4000; ++tick) {
-    EXPECT_TRUE(hand.read(state));
-    const double energy = hand.energy() + 0.5 * k * dot(state.position, state.position);
-    if (tick < 1000) first = std::max(first, energy);
-    if (tick >= 3000) last = std::max(last, energy);
-    EXPECT_TRUE(hand.write(state.position * -k));
-  }
-  return last - first;
-}
-
-double lossless_limit(double low, double high, int delay) {
-  for (int step = 0; step < 24; ++step) (gained((low + high) / 2, delay) > 0 ? high : low) = (low + high) / 2;
-  return (low + high) / 2;
-}
-
-TEST(Plant, LosslessLimitOfASampledWall) {
-  // 2b/T = 2000 N/m for b = 1 N*s/m and T = 1 ms; one tick of delay divides it by three.
-  EXPECT_NEAR(lossless_limit(1000, 3000, 0), 2000, 0.005 * 2000);
-  EXPECT_NEAR(lossless_limit(300, 1500, 1), 2000.0 / 3, 0.005 * 2000 / 3);
 }
 
 TEST(Plant, EncoderRoundsTheReadingOnly) {
