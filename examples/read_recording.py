@@ -15,7 +15,7 @@ zstd.ZSTD_decompress.restype = ctypes.c_size_t
 def ticks(db):
     """Every tick as (number, {column: value})."""
     columns = db.execute("SELECT name, type FROM columns WHERE stream = 'tick' ORDER BY position").fetchall()
-    codes = {"f64": "d", "f32": "f", "u64": "Q", "u32": "I", "u8": "B"}
+    codes = {"f64": "d", "f32": "f", "u64": "Q", "u32": "I", "i32": "i", "u8": "B"}
     row = struct.Struct("<" + "".join(codes[kind] for _, kind in columns))
     for first, count, blob in db.execute("SELECT first, count, data FROM ticks ORDER BY first"):
         size = count * row.size

@@ -44,8 +44,6 @@ void add_bench(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
 void add_replay(CLI::App& app, Context& context);
 
-/// "relief VERSION (COMMIT)", as recordings name what made them.
-[[nodiscard]] std::string program();
 /// --stiffness, --damping, --friction, --exact-normals, --paper-contact.
 void add_force_options(CLI::App& command, ForceSettings& force);
 /// The names of the flags that are set.

@@ -1,6 +1,5 @@
 // The frame of the command line: parsing, progress, Ctrl-C, one line per failure, exit status.
 #include "commands.h"
-#include "commit.h"
 
 #include <relief/base/try.h>
 
@@ -175,11 +174,6 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
         return fail(Errc::InvalidArgument,
                     printable(out) + ": is the input itself; choose another name for the output");
   return {};
-}
-
-std::string program() {
-  const std::string_view commit = RELIEF_COMMIT;
-  return std::string("relief ") + RELIEF_VERSION + (commit.empty() ? "" : fmt::format(" ({})", commit));
 }
 
 std::string joined(const std::vector<std::string>& words) {

@@ -50,7 +50,7 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
   const Recording& recording = replay.recording();
   const double end =
       recording.runs().empty() ? 1 : static_cast<double>(recording.runs().back().first + recording.runs().back().count);
-  Envelope force(end), depth(end), work(end);
+  Envelope force(end), depth(end), work(end), leak(end);
   TimeHistogram compute, late;
   std::vector<Worst> worst;
   std::uint64_t contact = 0, flagged = 0;
@@ -71,6 +71,7 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
           std::isfinite(share))
         done += share;
     work.add(x, done * 1e3);
+    leak.add(x, s.leak * 1e3);
     if (s.compute_ns != 0) compute.add(s.compute_ns);
     late.add(s.late_ns);
     contact += s.contact ? 1U : 0U;
@@ -101,9 +102,13 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
   html += fmt::format("<p>Deepest {:.4g} model units.</p><h2>Work</h2>", depth_max);
   html += plots::trace(work, "tick", "work done on the hand, mJ");
   html += fmt::format(
-      "<p>Sum of force times way, each force held to the next tick: {:.3g} mJ at the end. Below zero the hand gave more "
-      "than it got back; what stays above zero after the hand has left was made by the rendering.</p><h2>Time</h2>",
+      "<p>Sum of force times way, each force held to the next tick: {:.3g} mJ at the end. Below zero the hand gave "
+      "more "
+      "than it got back; what stays above zero after the hand has left was made by the rendering.</p>",
       done * 1e3);
+  html += plots::trace(leak, "tick", "leak, mJ");
+  html +=
+      "<p>What the servo itself counted as energy that came from nowhere lately; it damps against it.</p><h2>Time</h2>";
   html += plots::histogram(compute, nullptr, "CPU time of one tick");
   html += "<table>";
   html += plots::kTimesHead;

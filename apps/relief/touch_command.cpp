@@ -1,5 +1,6 @@
 // touch: forces along a path, or live with a device.
 #include "commands.h"
+#include "program.h"
 
 #include <relief/base/atomic_file.h>
 #include <relief/base/cpu_time.h>
@@ -197,6 +198,8 @@ Status run_live(const TouchOptions& o, const Context& context) {
                    {"late_ns_p50", stats.servo.late.quantile(0.5)},
                    {"late_ns_max", stats.servo.late.max()}};
   say(context, json, summary);
+  if (!context.json && stats.servo.dropped > 0)
+    print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", stats.servo.dropped));
   return {};
 }
 

@@ -41,7 +41,8 @@ constexpr std::size_t kMaxColumns = 1024;
 constexpr std::int64_t kMaxTick = std::int64_t{1} << 53;
 
 std::optional<NumberType> type_from_name(std::string_view text) {
-  for (const NumberType type : {NumberType::F64, NumberType::F32, NumberType::U64, NumberType::U32, NumberType::U8})
+  for (const NumberType type :
+       {NumberType::F64, NumberType::F32, NumberType::U64, NumberType::U32, NumberType::I32, NumberType::U8})
     if (text == name(type)) return type;
   return std::nullopt;
 }
@@ -72,6 +73,8 @@ std::string_view name(NumberType type) noexcept {
       return "u64";
     case NumberType::U32:
       return "u32";
+    case NumberType::I32:
+      return "i32";
     case NumberType::U8:
       return "u8";
   }
@@ -94,6 +97,8 @@ std::string text_of(Bytes number, NumberType type) {
       return shortest<std::uint64_t>(number);
     case NumberType::U32:
       return shortest<std::uint32_t>(number);
+    case NumberType::I32:
+      return shortest<std::int32_t>(number);
     case NumberType::U8:
       return std::to_string(std::to_integer<int>(number[0]));
   }

@@ -20,7 +20,7 @@ namespace relief {
 inline constexpr int kRecordingFormat = 1;
 
 /// How one number of a row lies in its bytes, little-endian and without gaps.
-enum class NumberType : std::uint8_t { F64, F32, U64, U32, U8 };
+enum class NumberType : std::uint8_t { F64, F32, U64, U32, I32, U8 };
 [[nodiscard]] std::string_view name(NumberType type) noexcept;
 [[nodiscard]] constexpr std::size_t bytes_of(NumberType type) noexcept {
   return type == NumberType::F64 || type == NumberType::U64 ? 8 : type == NumberType::U8 ? 1 : 4;

@@ -36,8 +36,8 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
-static_assert(sizeof(DeviceState) == 64 && sizeof(ServoSample) == 216 && sizeof(ServoSettings) == 96 &&
-              sizeof(DeviceInfo) == 80 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
+static_assert(sizeof(DeviceState) == 64 && sizeof(ServoSample) == 224 && sizeof(ServoSettings) == 96 &&
+              sizeof(DeviceInfo) == 112 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -61,6 +61,7 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"contact_point", kUnits, Role::Output}, out.contact_point);
   visit(Field{"normal", "", Role::Output}, out.normal);
   visit(Field{"force", "N", Role::Output}, out.force);
+  visit(Field{"leak", "J", Role::Output}, out.leak);
   visit(Field{"flags", "", Role::Output}, out.flags);
   visit(Field{"clock", "ns", Role::Clock}, tick.clock_ns);
   visit(Field{"compute", "ns", Role::Clock}, out.compute_ns);
@@ -78,6 +79,7 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"max_force", "N"}, settings.force.max_force);
   visit(Field{"exact_normals", ""}, settings.force.exact_normals);
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);
+  visit(Field{"guard", ""}, settings.force.guard);
 }
 
 /// The name is a fact of the recording.
@@ -87,6 +89,10 @@ void for_each_field(T& device, Visit&& visit) {
   visit(Field{"max_stiffness", "N/m"}, device.max_stiffness);
   visit(Field{"max_damping", "N*s/m"}, device.max_damping);
   visit(Field{"max_force_rate", "N/s"}, device.max_force_rate);
+  visit(Field{"continuous_force", "N"}, device.continuous_force);
+  visit(Field{"max_work", "J"}, device.max_work);
+  visit(Field{"max_speed", "m/s"}, device.max_speed);
+  visit(Field{"delay_ticks", ""}, device.delay_ticks);
   visit(Field{"workspace_radius", "m"}, device.workspace_radius);
   visit(Field{"pull", ""}, device.pull);
 }
@@ -137,6 +143,7 @@ constexpr NumberType type_of() noexcept {
   if constexpr (std::same_as<T, float>) return NumberType::F32;
   if constexpr (std::same_as<T, std::uint64_t>) return NumberType::U64;
   if constexpr (std::same_as<T, std::uint32_t>) return NumberType::U32;
+  if constexpr (std::same_as<T, std::int32_t>) return NumberType::I32;
   if constexpr (sizeof(T) == 1) return NumberType::U8;  // bool, enumerations
 }
 

@@ -302,6 +302,8 @@ class RecordedServo {
       : settings_(std::move(settings)), servo_(settings_.front(), device) {}
   [[nodiscard]] ServoSample step(const Snapshot& model, const RecordedTick& tick) {
     while (used_ < tick.settings) servo_.set(settings_[++used_]);
+    // That its loop stood still the servo was told from outside; its answer says so.
+    if ((tick.sample.flags & bit(ServoFault::Stalled)) != 0) servo_.stalled();
     return servo_.step(model, tick.reading);
   }
 
@@ -337,29 +339,30 @@ Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Prog
   RecordedServo servo(replay.settings(), replay.device());
   std::vector<std::byte> was, is;
   RELIEF_TRY(std::string ended, play(replay, model, progress, "verify",
-                                  [&](std::uint64_t number, const RecordedTick& tick, const Snapshot& snapshot) {
-                                    if (number != result.checked) {
-                                      result.stopped = std::to_string(number - result.checked) + " ticks before tick " +
-                                                       std::to_string(number) + " were dropped";
-                                      return false;
-                                    }
-                                    RecordedTick now = tick;
-                                    now.sample = servo.step(snapshot, tick);
-                                    now.sample.flags |= tick.sample.flags & kThreadFlags;
-                                    if ((now.sample.flags & bit(ServoFault::DeviceLost)) != 0) now.sample.force = {};
-                                    was.clear();
-                                    is.clear();
-                                    detail::append_row(tick, was);
-                                    detail::append_row(now, is);
-                                    result.difference = difference(replay.state().ticks, columns, was, is);
-                                    if (result.difference) {
-                                      result.difference->tick = number;
-                                      result.difference->t = tick.reading.t;
-                                      return false;
-                                    }
-                                    ++result.checked;
-                                    return true;
-                                  }));
+                                     [&](std::uint64_t number, const RecordedTick& tick, const Snapshot& snapshot) {
+                                       if (number != result.checked) {
+                                         result.stopped = std::to_string(number - result.checked) +
+                                                          " ticks before tick " + std::to_string(number) +
+                                                          " were dropped";
+                                         return false;
+                                       }
+                                       RecordedTick now = tick;
+                                       now.sample = servo.step(snapshot, tick);
+                                       now.sample.flags |= tick.sample.flags & kThreadFlags;
+                                       if ((now.sample.flags & bit(ServoFault::DeviceLost)) != 0) now.sample.force = {};
+                                       was.clear();
+                                       is.clear();
+                                       detail::append_row(tick, was);
+                                       detail::append_row(now, is);
+                                       result.difference = difference(replay.state().ticks, columns, was, is);
+                                       if (result.difference) {
+                                         result.difference->tick = number;
+                                         result.difference->t = tick.reading.t;
+                                         return false;
+                                       }
+                                       ++result.checked;
+                                       return true;
+                                     }));
   if (result.stopped.empty()) result.stopped = std::move(ended);
   return result;
 }

@@ -702,7 +702,7 @@ class Replay(Case):
         page = self.folder / "r.html"
         self.ok("replay", self.rec, "--report", page)
         text = page.read_text()
-        self.assertEqual(text.count("<svg"), 4)
+        self.assertEqual(text.count("<svg"), 5)
         self.assertEqual(text.count("<svg"), text.count("</svg>"))
         self.assertNotRegex(text, r"(src|href)=|nan|inf\b")
         self.assertEqual(text.split("The worst ticks")[1].count("<tr>"), 20)

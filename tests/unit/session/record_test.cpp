@@ -77,6 +77,7 @@ class Record : public ::testing::Test {
       tick.number = k;
       tick.model = model.get();
       tick.reading = readings[k];
+      if (k == 1300) servo.stalled();
       if (k == 400) {
         ServoSettings stiffer = settings();
         stiffer.force.stiffness = 700;
@@ -169,6 +170,7 @@ TEST_F(Record, EveryFieldComesBack) {
   RecordedTick tick;
   for (std::size_t k = 0; k < readings.size(); ++k) {
     if (k == 400) servo.set(replay->settings()[1]);
+    if (k == 1300) servo.stalled();
     const auto more = replay->next(number, tick);
     ASSERT_TRUE(more && *more);
     ASSERT_EQ(number, k);
