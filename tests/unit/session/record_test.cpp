@@ -273,7 +273,7 @@ TEST_F(Record, OtherSettingsOnTheSameMotion) {
   for (int k = 0; k < 1000; ++k)
     readings.push_back(reading_at(k, {0.02, 2e-3 - 4e-3 * std::sin(std::numbers::pi * k / 1000), 0.02}));
   ServoSettings soft = settings();
-  soft.force = {.stiffness = 300, .damping = 0};
+  soft.force = {.stiffness = 300, .damping = 0, .guard = false};
   auto made = Recorder::create(file_, Recorder::Pace::Path, {}, plane, soft, DeviceInfo{});
   ASSERT_TRUE(made) << made.error().message;
   Servo servo(soft, DeviceInfo{});
