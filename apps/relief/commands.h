@@ -44,7 +44,7 @@ void add_bench(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
 void add_replay(CLI::App& app, Context& context);
 
-/// --stiffness, --damping, --friction, --exact-normals, --paper-contact.
+/// --stiffness, --damping, --friction, --exact-normals, --paper-contact, --guard and --no-guard.
 void add_force_options(CLI::App& command, ForceSettings& force);
 /// The names of the flags that are set.
 [[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);

@@ -29,7 +29,8 @@ ordered_json to_json(const ServoSettings& s) {
           {"damping", s.force.damping},
           {"friction", s.force.friction},
           {"exact_normals", s.force.exact_normals},
-          {"paper_contact", s.force.paper_contact}};
+          {"paper_contact", s.force.paper_contact},
+          {"guard", s.force.guard}};
 }
 
 /// What the recording itself says.
@@ -67,10 +68,10 @@ void say_summary(const ordered_json& json) {
                     lost == 0 ? "" : fmt::format(", {} lost in {} gaps", lost, json["gaps"].size()),
                     json["settings_changes"].get<std::uint64_t>()));
   const auto& s = json["settings"];
-  print(fmt::format("stiffness {} N/m, damping {} N*s/m, friction {}{}{}\n", s["stiffness"].get<double>(),
-                    s["damping"].get<double>(), s["friction"].get<double>(),
-                    s["exact_normals"].get<bool>() ? ", exact normals" : "",
-                    s["paper_contact"].get<bool>() ? ", the paper's contact" : ""));
+  print(fmt::format(
+      "stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}\n", s["stiffness"].get<double>(),
+      s["damping"].get<double>(), s["friction"].get<double>(), s["exact_normals"].get<bool>() ? ", exact normals" : "",
+      s["paper_contact"].get<bool>() ? ", the paper's contact" : "", s["guard"].get<bool>() ? ", guarded" : ""));
 }
 
 /// The sentence for a recording that could not be repeated; empty when it was.
@@ -188,14 +189,15 @@ void add_replay(CLI::App& app, Context& context) {
   c->parse_complete_callback([o, c] {
     const auto given = [c](const char* option) { return c->count(option) > 0; };
     const bool k = given("--stiffness"), b = given("--damping"), mu = given("--friction"),
-               exact = given("--exact-normals"), paper = given("--paper-contact");
-    if (!k && !b && !mu && !exact && !paper) return;
-    o->change = [o, k, b, mu, exact, paper](ServoSettings& settings) {
+               exact = given("--exact-normals"), paper = given("--paper-contact"), guard = given("--guard");
+    if (!k && !b && !mu && !exact && !paper && !guard) return;
+    o->change = [o, k, b, mu, exact, paper, guard](ServoSettings& settings) {
       if (k) settings.force.stiffness = o->force.stiffness;
       if (b) settings.force.damping = o->force.damping;
       if (mu) settings.force.friction = o->force.friction;
       if (exact) settings.force.exact_normals = true;
       if (paper) settings.force.paper_contact = true;
+      if (guard) settings.force.guard = o->force.guard;
     };
   });
 }

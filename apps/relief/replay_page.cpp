@@ -91,7 +91,7 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
     html += plots::row(escaped(printable(key, 60)), escaped(printable(value, 400)));
   const ServoSettings& s = replay.settings().front();
   html += plots::row("settings",
-                     fmt::format("stiffness {} N/m, damping {} N·s/m, friction {}{}{}; {} changes", s.force.stiffness,
+                     fmt::format("stiffness {} N/m, damping {} N·s/m, friction {}{}{}{}; {} changes", s.force.stiffness,
                                  s.force.damping, s.force.friction, s.force.exact_normals ? ", exact normals" : "",
                                  s.force.paper_contact ? ", the paper's contact" : "", replay.settings().size() - 1));
   html += plots::row("ticks", fmt::format("{}, {} in contact, {} flagged; {} gaps", recording.tick_count(), contact,

@@ -112,6 +112,19 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
 }
 
 bool SimulatedHand::write(Vec3d force) noexcept {
+  silent_ = 0;
+  commanded_ = force;
+  advance(force);
+  return true;
+}
+
+void SimulatedHand::idle() noexcept {
+  ++silent_;
+  const bool bites = plant_.watchdog > 0 && silent_ * kTick > plant_.watchdog;
+  advance(bites ? Vec3d{} : commanded_);
+}
+
+void SimulatedHand::advance(Vec3d force) noexcept {
   const std::size_t extra = plant_.jitter.empty() ? 0 : plant_.jitter[tick_ % plant_.jitter.size()];
   pipeline_[tick_ % pipeline_.size()] = {.force = is_finite(force) ? force : Vec3d{},
                                          .arrives = tick_ + static_cast<std::uint64_t>(plant_.delay_ticks) + extra};
@@ -136,7 +149,6 @@ bool SimulatedHand::write(Vec3d force) noexcept {
   target_ = next_target;
   buttons_ = next_buttons;
   ++tick_;
-  return true;
 }
 
 void SimulatedHand::amplify(Vec3d command) noexcept {

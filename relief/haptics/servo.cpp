@@ -12,6 +12,8 @@ constexpr double kFarModel = 1e100;       // model units; squares of it are stil
 constexpr double kFarTime = 1e12;         // s; beyond it a millisecond is lost in the rounding
 constexpr double kMaxGap = 0.05 + 1e-6;   // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = 10;          // m/s
+constexpr double kFrozenSpeed = 0.05;     // m/s
+constexpr double kFrozenTime = 20e-3;     // s
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
 constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
@@ -122,6 +124,9 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
       now.faults |= bit(ServoFault::BadPosition);
     else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
       now.faults |= bit(ServoFault::TooFast);
+    // A sensor that says it moves and stays where it is.
+    frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
+    if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
   }
   if (now.faults != 0)
     velocity_ = {};

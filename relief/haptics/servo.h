@@ -144,6 +144,7 @@ class Servo {
   ForceGuard guard_;
   double gift_ = 0;  ///< J, what new settings added to the spring since the last tick
   bool stalled_ = false;
+  double frozen_ = 0;  ///< s, for which the device's velocity says that it moves and its position stays
   bool has_anchor_ = false, sliding_ = false;
   Vec3d anchor_;  ///< m, where friction holds the tool
 };

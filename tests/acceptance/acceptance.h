@@ -52,8 +52,12 @@ struct Test {
   void (*run)(Report&);
 };
 
-void plant(Report&);         // S1
-void limit_cycles(Report&);  // S2
-void human_port(Report&);    // S3
+void plant(Report&);             // S1
+void limit_cycles(Report&);      // S2
+void human_port(Report&);        // S3
+void safe_state(Report&);        // S12
+void start_and_resume(Report&);  // S13
+void limits(Report&);            // S14
+void standstill(Report&);        // S15
 
 }  // namespace relief::acceptance

@@ -18,6 +18,10 @@ constexpr std::array kTests = {
     Test{"S1", "plant self-test", plant},
     Test{"S2", "no limit cycles", limit_cycles},
     Test{"S3", "energy at the hand", human_port},
+    Test{"S12", "the safe state", safe_state},
+    Test{"S13", "start and resume", start_and_resume},
+    Test{"S14", "limits on every command", limits},
+    Test{"S15", "what stands still", standstill},
 };
 
 /// "1.5e-3 m", whole numbers as they are.
