@@ -15,6 +15,14 @@ relief touch pumpkin.relief --path press.csv -o force.csv    # t,x,y,z in; conta
 relief touch pumpkin.relief --device sim:hand --seconds 1 -o explored.csv
 # end touch
 
+# region record
+relief touch pumpkin.relief --path press.csv -o force.csv --record press.rlog
+relief replay press.rlog --verify             # every tick again, bit for bit
+relief replay press.rlog --stiffness 300      # the same motion with a softer surface
+relief replay press.rlog --report press.html --csv press-ticks.csv --mcap press.mcap
+relief touch pumpkin.relief --device replay:press.rlog -o again.csv    # the recording as a device
+# end record
+
 # region sculpt
 relief sculpt pumpkin.relief --strokes face.json -o carved.relief
 relief undo carved.relief
@@ -26,6 +34,14 @@ relief render carved.relief -o carved.png --size 640x360
 relief export carved.relief carved.glb
 # end out
 
+# The recording reads without relief, too, and says what the forces say.
+python3 "$(dirname "${BASH_SOURCE[0]}")/read_recording.py" press.rlog > strongest.txt
+awk -F, 'NR > 1 { f = sqrt($17 * $17 + $18 * $18 + $19 * $19); if (f > most) most = f } END { printf "%.3f N\n", most }' force.csv > most.txt
+grep -q -F "$(cat most.txt)" strongest.txt
+
+# So does a model.
+python3 "$(dirname "${BASH_SOURCE[0]}")/read_model.py" carved.relief | grep -q "stroke 6 of 6"
+
 # The path pressed into the surface, and everything was written.
 awk -F, 'NR > 1 && $5 == 1 && $19 > 0 { felt = 1 } END { exit !felt }' force.csv
-for file in pumpkin.ply pumpkin.relief force.csv explored.csv carved.relief carved.png carved.glb; do [ -s "$file" ]; done
+for file in pumpkin.ply pumpkin.relief force.csv explored.csv carved.relief carved.png carved.glb press.html press.mcap press-ticks.csv again.csv; do [ -s "$file" ]; done

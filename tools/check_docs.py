@@ -6,7 +6,7 @@
 Prints one line per offence in README.md, the other *.md of the root, and docs/:
 
   - a link to a file, or to a heading, that is not there;
-  - a block of code marked cpp, sh or json that is not a region of a file in examples/, where ctest runs it. The line
+  - a block of code marked cpp, sh, json or python that is not a region of a file in examples/, where ctest runs it. The line
     before such a block names the region: <!-- examples/hello.cpp: touch -->. In the file the region stands between the
     lines "// region touch" and "// end touch" (in scripts "# region", "# end").
 
@@ -21,7 +21,7 @@ import textwrap
 MARK = re.compile(r"^<!-- (examples/[\w./-]+)(?:: ([\w-]+))? -->$")
 FENCE = re.compile(r"^(```+)\s*([\w-]*)\s*$")
 LINK = re.compile(r"!?\[[^\]\n]*\]\(([^)\s]+)\)")
-CHECKED = {"cpp", "sh", "json"}
+CHECKED = {"cpp", "sh", "json", "python"}
 
 
 def region(path, name):

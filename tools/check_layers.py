@@ -59,7 +59,7 @@ THIRD_PARTY = {
     "embree3/": ["convert"],
     "openvdb/": ["convert"],
     "meshoptimizer.h": ["convert"],
-    "zlib.h": ["mesh"],
+    "zlib.h": ["mesh", "file"],
     "nlohmann/": ["mesh"],
     "sqlite3.h": ["file"],
     "zstd": ["file"],

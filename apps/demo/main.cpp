@@ -67,9 +67,10 @@ class Demo {
       return f.caption == "before" ? 0 : f.caption == "after" ? 1 : f.caption == "slabs" ? 2 : 3;
     });
     RELIEF_CHECK(write_report(report_, o_.out / "report.html"));
-    say(fmt::format(
-        "written: {0}/report.html, before.png, after.png, slabs.png, heat.png, touch.png, model.relief, after.ply",
-        o_.out.string()));
+    say(
+        fmt::format("written: {0}/report.html, before.png, after.png, slabs.png, heat.png, touch.png, model.relief, "
+                    "after.ply, session.rlog",
+                    o_.out.string()));
     return {};
   }
 
@@ -141,7 +142,14 @@ class Demo {
     settings.keep_trace = true;
     settings.sculpt.dabs_per_second = 250;
     settings.sculpt.full_depth = 0.008 * diagonal(box_);
-    session_ = std::make_unique<Session>(hand, head, &*file_, settings);
+    RELIEF_TRY(Recorder recorder, Recorder::create(o_.out / "session.rlog", Recorder::Pace::Live,
+                                                   {.program = "relief-demo",
+                                                    .model = o_.out / "model.relief",
+                                                    .model_strokes = file_->stroke_count(),
+                                                    .model_unit = std::string(name(file_->model().info.unit))},
+                                                   head, settings.servo, hand.info()));
+    recorder_.emplace(std::move(recorder));
+    session_ = std::make_unique<Session>(hand, head, &*file_, settings, &*recorder_);
     session_->set_brushes(performance.brushes);
     std::thread null_thread([&] { report_.null_loop = null_loop(performance.seconds, &cancel_asked); });
 
@@ -213,6 +221,7 @@ class Demo {
   Options o_;
   std::optional<Renderer> renderer_;
   std::optional<ModelFile> file_;
+  std::optional<Recorder> recorder_;
   std::unique_ptr<Session> session_;
   Box3d box_;
   Camera camera_;

@@ -42,6 +42,16 @@ void add_export(CLI::App& app, Context& context);
 void add_sample(CLI::App& app, Context& context);
 void add_bench(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
+void add_replay(CLI::App& app, Context& context);
+
+/// --stiffness, --damping, --friction, --exact-normals, --paper-contact, --guard and --no-guard.
+void add_force_options(CLI::App& command, ForceSettings& force);
+/// The names of the flags that are set.
+[[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
+/// "a, b, c".
+[[nodiscard]] std::string joined(const std::vector<std::string>& words);
+/// What `relief devices` and --device call a recording, before the name of its file.
+inline constexpr std::string_view kReplayDevice = "replay:";
 
 /// A check for options that are real numbers: finite, and from low to high.
 [[nodiscard]] std::function<std::string(const std::string&)> in_range(double low, double high);

@@ -109,6 +109,7 @@ int main_inner(int argc, char** argv) {
   add_sample(app, context);
   add_bench(app, context);
   add_devices(app, context);
+  add_replay(app, context);
 
   if (argc > 1 && argv[1][0] != '-') {
     const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == argv[1]; });
@@ -173,6 +174,12 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
         return fail(Errc::InvalidArgument,
                     printable(out) + ": is the input itself; choose another name for the output");
   return {};
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
 }
 
 void print(std::string_view text) {

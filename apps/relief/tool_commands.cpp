@@ -24,7 +24,10 @@ namespace {
 Status run_devices(const Context& context) {
   nlohmann::ordered_json json;
   json["devices"] = nlohmann::ordered_json::array();
-  for (const DeviceListing& d : list_devices()) {
+  std::vector<DeviceListing> devices = list_devices();
+  devices.push_back(
+      {std::string(kReplayDevice) + "REC.rlog", "a recording, played as the device that it was made with"});
+  for (const DeviceListing& d : devices) {
     if (!context.json) print(fmt::format("{:24} {}\n", d.name, d.description));
     json["devices"].push_back({{"name", d.name}, {"description", d.description}});
   }

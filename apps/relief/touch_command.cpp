@@ -1,10 +1,14 @@
 // touch: forces along a path, or live with a device.
 #include "commands.h"
+#include "program.h"
 
 #include <relief/base/atomic_file.h>
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
 #include <relief/file/model_file.h>
+#include <relief/session/recorder.h>
+#include <relief/session/replay.h>
 #include <relief/session/session.h>
 
 #include <fmt/format.h>
@@ -21,18 +25,11 @@ namespace {
 using nlohmann::ordered_json;
 
 struct TouchOptions {
-  std::string model, path, out, device;
+  std::string model, path, out, device, record;
   double metres_per_unit = 0;
   double seconds = 0;
   ForceSettings force;
 };
-
-std::vector<std::string> flag_names(std::uint32_t flags) {
-  std::vector<std::string> names;
-  for (std::uint32_t b = 1; b != 0 && b <= flags; b <<= 1U)
-    if ((flags & b) != 0) names.emplace_back(name(static_cast<ServoFault>(b)));
-  return names;
-}
 
 /// What the user learns from a run, whichever way it went.
 struct Summary {
@@ -41,13 +38,42 @@ struct Summary {
   double force_max = 0, depth_max = 0;
 };
 
-/// A scripted hand over the whole model; what a device is opened with.
-Result<std::unique_ptr<HapticDevice>> open_named(const std::string& device, const Workspace& workspace,
-                                                 const Box3d& bounds) {
+/// A device, and how the model lies in its workspace.
+struct OpenedDevice {
+  std::unique_ptr<HapticDevice> device;
+  Workspace workspace;
+};
+
+/// By its name. A simulated hand goes over the whole model; a recording is played where it was made, unless the scale
+/// is given.
+Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
+  if (o.device.starts_with(kReplayDevice)) {
+    RELIEF_TRY(Replay replay, Replay::open(o.device.substr(kReplayDevice.size())));
+    RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
+    const Workspace recorded = replay.settings().front().workspace;
+    return OpenedDevice{std::make_unique<ReplayDevice>(replay.device(), std::move(readings)),
+                        o.metres_per_unit > 0 ? workspace_for(model, replay.device(), o.metres_per_unit) : recorded};
+  }
+  const Workspace workspace = workspace_for(model, plant_presets().front().info, o.metres_per_unit);
+  const Box3d bounds = model.head->slab_mesh().bounds();
   Box3d reach;
   reach.add(workspace.to_device(bounds.low));
   reach.add(workspace.to_device(bounds.high));
-  return open_device(device, exploring_hand(reach));
+  RELIEF_TRY(std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(reach)));
+  return OpenedDevice{std::move(device), workspace};
+}
+
+/// The recorder that --record asks for.
+Result<std::optional<Recorder>> recorder_for(const TouchOptions& o, Recorder::Pace pace, const ModelFile& file,
+                                             const ServoSettings& settings, const DeviceInfo& device) {
+  if (o.record.empty()) return std::nullopt;
+  RELIEF_TRY(Recorder recorder, Recorder::create(o.record, pace,
+                                                 {.program = program(),
+                                                  .model = o.model,
+                                                  .model_strokes = file.stroke_count(),
+                                                  .model_unit = std::string(name(file.model().info.unit))},
+                                                 file.model().head, settings, device));
+  return std::optional<Recorder>(std::move(recorder));
 }
 
 ordered_json to_json(const Summary& s) {
@@ -66,8 +92,7 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
     print_json(json);
     return;
   }
-  std::string flags;
-  for (const std::string& f : flag_names(s.flags)) flags += (flags.empty() ? "" : ", ") + f;
+  const std::string flags = joined(flag_names(s.flags));
   print(fmt::format("{} ticks, {} in contact, largest force {:.3f} N, deepest {:.4g}{}\n", s.ticks, s.contact,
                     s.force_max, s.depth_max,
                     flags.empty() ? "" : fmt::format("; {} ticks flagged: {}", s.flagged, flags)));
@@ -78,12 +103,12 @@ Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
   // The limits are those of the device named, or touch-like.
   DeviceInfo device = plant_presets().front().info;
-  const Box3d bounds = file.model().head->slab_mesh().bounds();
   if (!o.device.empty()) {
-    RELIEF_TRY(const auto named, open_named(o.device, workspace_for(file.model(), device, o.metres_per_unit), bounds));
-    device = named->info();
+    RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
+    device = named.device->info();
   }
   const ServoSettings settings{.workspace = workspace_for(file.model(), device, o.metres_per_unit), .force = o.force};
+  RELIEF_TRY(std::optional<Recorder> recorder, recorder_for(o, Recorder::Pace::Path, file, settings, device));
   Servo servo(settings, device);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(o.out));
   RELIEF_CHECK(out.write(force_header()));
@@ -93,10 +118,20 @@ Status run_path(const TouchOptions& o, const Context& context) {
       if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
       context.progress("touch", static_cast<double>(k) / static_cast<double>(rows.size()));
     }
-    DeviceState reading;
-    reading.t = rows[k].t;
-    reading.position = settings.workspace.to_device(rows[k].position);
-    ServoSample sample = servo.step(*file.model().head, reading);
+    ServoTick tick;
+    tick.number = k;
+    tick.model = file.model().head.get();
+    tick.reading.t = rows[k].t;
+    tick.reading.position = settings.workspace.to_device(rows[k].position);
+    ServoSample& sample = tick.sample;
+    if (recorder) {
+      const std::uint64_t start = thread_cpu_ns();
+      sample = servo.step(*tick.model, tick.reading);
+      sample.compute_ns = static_cast<std::uint32_t>(thread_cpu_ns() - start);
+      recorder->tick(tick);
+    } else {
+      sample = servo.step(*tick.model, tick.reading);
+    }
     // Without contact p is the cursor, as read and not through the device's units.
     if (!sample.contact) sample.contact_point = rows[k].position;
     ++summary.ticks;
@@ -107,6 +142,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
     summary.depth_max = std::max(summary.depth_max, sample.depth);
     RELIEF_CHECK(out.write(force_row(sample, rows[k].text)));
   }
+  if (recorder) RELIEF_CHECK(recorder->finish(nullptr));
   RELIEF_CHECK(out.commit());
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = settings.workspace.metres_per_unit;
@@ -116,22 +152,24 @@ Status run_path(const TouchOptions& o, const Context& context) {
 
 Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
-  const Workspace workspace = workspace_for(file.model(), plant_presets().front().info, o.metres_per_unit);
-  RELIEF_TRY(const std::unique_ptr<HapticDevice> device,
-             open_named(o.device, workspace, file.model().head->slab_mesh().bounds()));
+  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
+  HapticDevice& device = *opened.device;
   std::optional<AtomicFile> out;
   if (!o.out.empty()) {
     RELIEF_TRY(AtomicFile created, AtomicFile::create(o.out));
     out.emplace(std::move(created));
   }
   Session::Settings settings;
-  settings.servo = {.workspace = workspace, .force = o.force};
+  settings.servo = {.workspace = opened.workspace, .force = o.force};
   settings.keep_trace = out.has_value();
-  Session session(*device, file.model().head, nullptr, settings);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(o.seconds);
-  while (session.running() && std::chrono::steady_clock::now() < end && !context.progress.cancelled()) {
-    const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
-    context.progress("touch", 1 - left / o.seconds);
+  RELIEF_TRY(std::optional<Recorder> recorder,
+             recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
+  Session session(device, file.model().head, nullptr, settings, recorder ? &*recorder : nullptr);
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  // Without --seconds a recording is played to its end.
+  while (session.running() && (o.seconds == 0 || elapsed() < o.seconds) && !context.progress.cancelled()) {
+    if (o.seconds > 0) context.progress("touch", elapsed() / o.seconds);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   RELIEF_CHECK(session.stop());
@@ -150,7 +188,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
     RELIEF_CHECK(out->commit());
   }
   ordered_json json = to_json(summary);
-  json["metres_per_unit"] = workspace.metres_per_unit;
+  json["metres_per_unit"] = opened.workspace.metres_per_unit;
   json["servo"] = {{"ticks", stats.servo.ticks},
                    {"overruns", stats.servo.overruns},
                    {"dropped", stats.servo.dropped},
@@ -160,16 +198,27 @@ Status run_live(const TouchOptions& o, const Context& context) {
                    {"late_ns_p50", stats.servo.late.quantile(0.5)},
                    {"late_ns_max", stats.servo.late.max()}};
   say(context, json, summary);
+  if (!context.json && stats.servo.dropped > 0)
+    print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", stats.servo.dropped));
   return {};
 }
 
 Status run_touch(const TouchOptions& o, const Context& context) {
-  RELIEF_CHECK(check_outputs({o.out}, {o.model, o.path}));
+  const std::string played =
+      o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
+  RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, played}));
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }
 
 }  // namespace
+
+std::vector<std::string> flag_names(std::uint32_t flags) {
+  std::vector<std::string> names;
+  for (std::uint32_t b = 1; b != 0 && b <= flags; b <<= 1U)
+    if ((flags & b) != 0) names.emplace_back(name(static_cast<ServoFault>(b)));
+  return names;
+}
 
 Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit) {
   Workspace workspace = fit_workspace(device, model.head->slab_mesh().bounds());
@@ -178,6 +227,22 @@ Workspace workspace_for(const Model& model, const DeviceInfo& device, double met
   else if (model.info.source_diagonal > 0)
     workspace.metres_per_unit = 0.15 / model.info.source_diagonal;
   return workspace;
+}
+
+void add_force_options(CLI::App& command, ForceSettings& force) {
+  command.add_option("--stiffness", force.stiffness, "N/m at the hand (default 400; the device's limit holds)")
+      ->check(in_range(0, 1e6));
+  command.add_option("--damping", force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
+  command.add_option("--friction", force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")
+      ->check(in_range(0, 4));
+  command.add_flag("--exact-normals", force.exact_normals,
+                   "Push straight towards the surface contact point instead of along the interpolated normal");
+  command.add_flag("--paper-contact", force.paper_contact,
+                   "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
+  command.add_flag(
+      "--guard,!--no-guard", force.guard,
+      "Passivity controller, limits on lasting force, work and speed, gentle first contact (touch: live they "
+      "are on, along a path off)");
 }
 
 void add_touch(CLI::App& app, Context& context) {
@@ -196,32 +261,22 @@ void add_touch(CLI::App& app, Context& context) {
   c->add_option("MODEL", o->model, "The model")->required();
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");
-  CLI::Option* device = c->add_option(
-      "--device", o->device,
-      "sim:hand, or another name that `relief devices` lists: live with --seconds; with --path its limits hold");
+  CLI::Option* device = c->add_option("--device", o->device,
+                                      "sim:hand, or another name that `relief devices` lists: live with --seconds "
+                                      "(replay:REC.rlog also without, to its "
+                                      "end); with --path its limits hold");
   CLI::Option* seconds = c->add_option("--seconds", o->seconds, "Live: how long")->check(in_range(0.01, 3600));
   c->add_option("--metres-per-unit", o->metres_per_unit,
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
       ->check(in_range(1e-12, 1e12));
-  c->add_option("--stiffness", o->force.stiffness, "N/m at the hand (default 400; the device's limit holds)")
-      ->check(in_range(0, 1e6));
-  c->add_option("--damping", o->force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
-  c->add_option("--friction", o->force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")->check(in_range(0, 4));
-  c->add_flag("--exact-normals", o->force.exact_normals,
-              "Push straight towards the surface contact point instead of along the interpolated normal");
-  c->add_flag("--paper-contact", o->force.paper_contact,
-              "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
-  auto guard = std::make_shared<bool>(true);
-  CLI::Option* guarded = c->add_flag(
-      "--guard,!--no-guard", *guard,
-      "Passivity controller, limits on lasting force, work and speed, gentle first contact; live they are on, "
-      "along a path off");
+  add_force_options(*c, o->force);
+  c->add_option("--record", o->record, "REC.rlog: every tick's input and output, for relief replay");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
-  c->parse_complete_callback([o, guard, guarded] {
-    o->force.guard = guarded->count() > 0 ? *guard : o->path.empty();
-    if (o->path.empty() && (o->device.empty() || o->seconds == 0))
+  c->parse_complete_callback([o, c] {
+    if (c->count("--guard") == 0) o->force.guard = o->path.empty();
+    if (o->path.empty() && (o->device.empty() || (o->seconds == 0 && !o->device.starts_with(kReplayDevice))))
       throw CLI::ValidationError("touch needs --path P.csv -o F.csv, or --device NAME --seconds S");
   });
 }

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -31,9 +32,15 @@ std::string quoted(const fs::path& file) {
   return text;
 }
 
+std::string not_a(const FileKind& kind) { return "is not a " + std::string(kind.suffix) + " file"; }
+
+std::string foreign_tables(const FileKind& kind) {
+  return "its tables are not those of a " + std::string(kind.suffix) + " file";
+}
+
 /// The sentence for a result code of SQLite.
-Error failure_of(const fs::path& file, int code, int system_error) {
-  const auto error = [&](Errc errc, const std::string& what) { return Error{errc, quoted(file) + " " + what}; };
+Error failure_of(const OpenFile& file, int code, int system_error) {
+  const auto error = [&](Errc errc, const std::string& what) { return Error{errc, quoted(file.name) + " " + what}; };
   if (code == SQLITE_READONLY_ROLLBACK || code == SQLITE_READONLY_RECOVERY)
     return error(Errc::Io,
                  "holds an unfinished change that must be undone first: make its folder writable or copy the file "
@@ -41,7 +48,7 @@ Error failure_of(const fs::path& file, int code, int system_error) {
   if (code == SQLITE_READONLY_DBMOVED) return error(Errc::Io, "was replaced by another program: open it again");
   switch (code & 0xff) {
     case SQLITE_NOTADB:
-      return error(Errc::UnsupportedFormat, "is not a .relief file");
+      return error(Errc::UnsupportedFormat, not_a(*file.kind));
     case SQLITE_CORRUPT:
       return error(Errc::Corrupt, "is damaged: its tables cannot be read");
     case SQLITE_FULL:
@@ -109,7 +116,8 @@ Statement& Statement::bind(std::string_view value) {
   return *this;
 }
 Statement& Statement::bind(std::span<const std::byte> value) {
-  const int rc = sqlite3_bind_blob64(statement_.get(), ++parameter_, value.data(), value.size(), SQLITE_STATIC);
+  const void* bytes = value.empty() ? "" : static_cast<const void*>(value.data());  // a null pointer would mean NULL
+  const int rc = sqlite3_bind_blob64(statement_.get(), ++parameter_, bytes, value.size(), SQLITE_STATIC);
   if (rc != SQLITE_OK) bind_error_ = rc;
   return *this;
 }
@@ -166,13 +174,14 @@ std::span<const std::byte> Statement::blob(int column) const noexcept {
 
 void Database::Close::operator()(sqlite3* handle) const noexcept { sqlite3_close_v2(handle); }
 
-Result<Database> Database::open(const fs::path& place, Access access, const fs::path& named) {
+Result<Database> Database::open(const fs::path& place, Access access, const FileKind& kind, const fs::path& named) {
   const fs::path& file = named.empty() ? place : named;
   std::error_code code;
   const fs::file_status status = fs::status(place, code);
   if (status.type() == fs::file_type::not_found) return fail(Errc::NotFound, quoted(file) + " does not exist");
   if (status.type() == fs::file_type::none) return io(file, "cannot be opened", code.value());
-  if (status.type() == fs::file_type::directory) return fail(Errc::Io, quoted(file) + " is a folder, not a model file");
+  if (status.type() == fs::file_type::directory)
+    return fail(Errc::Io, quoted(file) + " is a folder, not a " + std::string(kind.suffix) + " file");
   if (status.type() != fs::file_type::regular) return fail(Errc::Io, quoted(file) + " is not a regular file");
   // An absolute path is never taken for a URI.
   const fs::path absolute = fs::absolute(place, code);
@@ -182,10 +191,10 @@ Result<Database> Database::open(const fs::path& place, Access access, const fs::
     sqlite3* handle = nullptr;
     const int rc = sqlite3_open_v2(absolute.c_str(), &handle, flags | SQLITE_OPEN_FULLMUTEX, nullptr);
     Database database;
-    database.file_ = std::make_unique<fs::path>(file);
+    database.file_ = std::make_unique<OpenFile>(OpenFile{file, &kind});
     database.handle_.reset(handle);
     if (rc != SQLITE_OK)
-      return std::unexpected(failure_of(file, rc, handle != nullptr ? sqlite3_system_errno(handle) : 0));
+      return std::unexpected(failure_of(*database.file_, rc, handle != nullptr ? sqlite3_system_errno(handle) : 0));
     harden(handle);
     RELIEF_CHECK(database.run("PRAGMA cell_size_check = ON"));
     return database;
@@ -193,7 +202,7 @@ Result<Database> Database::open(const fs::path& place, Access access, const fs::
   RELIEF_TRY(Database database, connect(access == Access::Read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE));
   if (access == Access::Write) {
     if (sqlite3_db_readonly(database.handle_.get(), "main") != 0)
-      return std::unexpected(failure_of(file, SQLITE_READONLY, 0));
+      return std::unexpected(failure_of(*database.file_, SQLITE_READONLY, 0));
     return database;
   }
   // A reader cannot undo what a killed writer left, so a writer does it once.
@@ -205,7 +214,8 @@ Result<Database> Database::open(const fs::path& place, Access access, const fs::
       rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
     }
   }
-  if (rc != SQLITE_OK) return std::unexpected(failure_of(file, rc, sqlite3_system_errno(database.handle_.get())));
+  if (rc != SQLITE_OK)
+    return std::unexpected(failure_of(*database.file_, rc, sqlite3_system_errno(database.handle_.get())));
   return database;
 }
 
@@ -214,7 +224,7 @@ Result<Statement> Database::prepare(std::string_view sql) const {
   const int rc = sqlite3_prepare_v2(handle_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
   if (rc != SQLITE_OK) {
     // The SQL is ours and right, so a table or column that does not exist is the file's fault.
-    if (rc == SQLITE_ERROR) return failure(Errc::Corrupt, "is damaged: its tables are not those of a model");
+    if (rc == SQLITE_ERROR) return damaged(foreign_tables(*file_->kind));
     return std::unexpected(failure_of(*file_, rc, sqlite3_system_errno(handle_.get())));
   }
   Statement made;
@@ -251,8 +261,50 @@ Status Database::copy_from(const Database& other) const {
   return std::unexpected(failure_of(reading ? *other.file_ : *file_, rc, sqlite3_system_errno(handle_.get())));
 }
 
+Status Database::write_tables() const {
+  for (const FileKind::Table& table : file_->kind->tables) RELIEF_CHECK(run(table.definition));
+  RELIEF_CHECK(run("PRAGMA application_id = " + std::to_string(file_->kind->application_id)));
+  return run("PRAGMA user_version = " + std::to_string(file_->kind->newest_format));
+}
+
+Status Database::check_format() const {
+  RELIEF_TRY(const std::int64_t application, integer("PRAGMA application_id"));
+  if (application != file_->kind->application_id) return failure(Errc::UnsupportedFormat, not_a(*file_->kind));
+  RELIEF_TRY(const std::int64_t format, integer("PRAGMA user_version"));
+  if (format > file_->kind->newest_format)
+    return failure(Errc::NewerVersion, "was written by a newer program (format " + std::to_string(format) +
+                                           ", this one reads up to " + std::to_string(file_->kind->newest_format) +
+                                           "): update Relief");
+  if (format < 1) return damaged("its format version is " + std::to_string(format));
+  return {};
+}
+
+Status Database::check_tables() const {
+  const auto& wanted = file_->kind->tables;
+  RELIEF_TRY(Statement tables,
+             prepare("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite~_%' ESCAPE '~'"));
+  std::size_t known = 0;
+  for (;; ++known) {
+    RELIEF_TRY(const bool row, tables.step());
+    if (!row) break;
+    const auto same = [&](const FileKind::Table& table) {
+      return table.name == tables.text(0) && table.definition == tables.text(1);
+    };
+    if (std::none_of(wanted.begin(), wanted.end(), same)) return damaged(foreign_tables(*file_->kind));
+  }
+  if (known != wanted.size()) return damaged("it lacks a table");
+  RELIEF_TRY(Statement check, prepare("PRAGMA integrity_check(1)"));
+  RELIEF_TRY(const bool row, check.step());
+  if (!row || check.text(0) != "ok") return damaged("its tables contradict themselves");
+  return {};
+}
+
 std::unexpected<Error> Database::failure(Errc code, std::string_view what) const {
-  return fail(code, quoted(*file_) + " " + std::string(what));
+  return fail(code, quoted(file_->name) + " " + std::string(what));
+}
+
+std::unexpected<Error> Database::damaged(std::string_view what) const {
+  return failure(Errc::Corrupt, "is damaged: " + std::string(what));
 }
 
 // ---- Replacement
@@ -313,16 +365,17 @@ fs::path beside(const fs::path& file, const char* suffix) { return fs::path(file
 
 }  // namespace
 
-Result<Replacement> Replacement::make(const fs::path& target) {
+Result<Replacement> Replacement::make(const fs::path& target, const FileKind& kind) {
   std::error_code code;
   Replacement made;
+  made.kind_ = &kind;
   made.target_ = fs::absolute(target, code);
   std::error_code missing;
   if (!code && fs::is_symlink(made.target_, missing)) made.target_ = fs::weakly_canonical(made.target_, code);
   if (code) return io(target, "cannot be written", code.value());
   const fs::file_status status = fs::status(made.target_, code);
   if (status.type() == fs::file_type::directory || made.target_.filename().empty())
-    return fail(Errc::Io, quoted(target) + " is a folder, not a model file");
+    return fail(Errc::Io, quoted(target) + " is a folder, not a " + std::string(kind.suffix) + " file");
   if (status.type() != fs::file_type::regular && status.type() != fs::file_type::not_found)
     return fail(Errc::Io, quoted(target) + " cannot be written: it is not a regular file");
   remove_leftovers(made.target_);
@@ -347,6 +400,7 @@ Result<Replacement> Replacement::make(const fs::path& target) {
 Replacement::Replacement(Replacement&& other) noexcept
     : target_(std::move(other.target_)),
       file_(std::move(other.file_)),
+      kind_(other.kind_),
       descriptor_(std::exchange(other.descriptor_, -1)) {
   other.file_.clear();
 }
@@ -364,7 +418,7 @@ Status Replacement::replace_target() {
   if (::fsync(descriptor_) != 0) return io(target_, "cannot be written", errno);
   const Folder folder(target_);
   std::error_code code;
-  Result<Database> old = Database::open(target_, Database::Access::Write);
+  Result<Database> old = Database::open(target_, Database::Access::Write, *kind_);
   bool orphaned = false;
   if (old) {
     Status locked = old->run("PRAGMA journal_mode = DELETE");

@@ -1,4 +1,4 @@
-// SQLite, as far as a model file needs it: results instead of codes, every error a sentence that names the file.
+// SQLite, as far as our files need it: results instead of codes, every error a sentence that names the file.
 #pragma once
 
 #include <relief/base/error.h>
@@ -14,6 +14,24 @@ struct sqlite3;
 struct sqlite3_stmt;
 
 namespace relief::detail {
+
+/// What tells one kind of our database files from all others.
+struct FileKind {
+  struct Table {
+    std::string_view name;
+    std::string_view definition;  ///< its exact text, which opening compares
+  };
+  std::string_view suffix;  ///< what messages call it, such as ".relief"
+  std::int64_t application_id;
+  std::int64_t newest_format;
+  std::span<const Table> tables;  ///< and nothing else may stand in the file
+};
+
+/// What errors speak of.
+struct OpenFile {
+  std::filesystem::path name;
+  const FileKind* kind;
+};
 
 /// One SQL statement. Parameters are bound in order; text and blobs must live until the statement is done or reset.
 class Statement {
@@ -44,7 +62,7 @@ class Statement {
     void operator()(sqlite3_stmt* statement) const noexcept;
   };
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
-  const std::filesystem::path* file_ = nullptr;
+  const OpenFile* file_ = nullptr;
   int parameter_ = 0;
   int bind_error_ = 0;
 };
@@ -54,9 +72,17 @@ class Database {
  public:
   enum class Access : std::uint8_t { Read, Write };
   /// Opens an existing regular file (an empty one is an empty database). What a killed writer left half done is undone
-  /// first, for readers too where the place can be written. Errors speak of `named`, where given. Errors: NotFound, Io.
-  [[nodiscard]] static Result<Database> open(const std::filesystem::path& place, Access access,
+  /// first, for readers too where the place can be written. `kind` must outlive it. Errors speak of `named`, where
+  /// given. Errors: NotFound, Io.
+  [[nodiscard]] static Result<Database> open(const std::filesystem::path& place, Access access, const FileKind& kind,
                                              const std::filesystem::path& named = {});
+
+  /// Makes the tables of its kind in an empty database, inside a transaction that the caller ends.
+  [[nodiscard]] Status write_tables() const;
+  /// That it is of its kind, in a format that we know.
+  [[nodiscard]] Status check_format() const;
+  /// That it has the tables of its kind, nothing else, and that SQLite finds them sound. Reads the whole file.
+  [[nodiscard]] Status check_tables() const;
 
   [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;
   /// Runs one statement and drops its rows.
@@ -71,20 +97,22 @@ class Database {
   [[nodiscard]] Status copy_from(const Database& other) const;
 
   [[nodiscard]] std::unexpected<Error> failure(Errc code, std::string_view what) const;
+  /// Corrupt, "is damaged: ...".
+  [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const;
 
  private:
   struct Close {
     void operator()(sqlite3* handle) const noexcept;
   };
-  std::unique_ptr<std::filesystem::path> file_;  // statements point to it
+  std::unique_ptr<OpenFile> file_;  // statements point to it
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-/// A new, empty file beside `target` that will take its place; removed again unless replace_target() is called. What
-/// killed runs left there is removed when it is older than a minute and no process holds it.
+/// A new, empty file of a kind beside `target` that will take its place; removed again unless replace_target() is
+/// called. What killed runs left there is removed when it is older than a minute and no process holds it.
 class Replacement {
  public:
-  [[nodiscard]] static Result<Replacement> make(const std::filesystem::path& target);
+  [[nodiscard]] static Result<Replacement> make(const std::filesystem::path& target, const FileKind& kind);
   Replacement(Replacement&& other) noexcept;
   Replacement& operator=(Replacement&&) = delete;
   ~Replacement();
@@ -98,6 +126,7 @@ class Replacement {
  private:
   Replacement() = default;
   std::filesystem::path target_, file_;
+  const FileKind* kind_ = nullptr;
   int descriptor_ = -1;  // holds the lock that says that somebody still writes the file
 };
 

@@ -3,6 +3,7 @@
 #include <relief/base/try.h>
 #include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
+#include <relief/file/checksum.h>
 #include <relief/file/database.h>
 #include <relief/file/model_file.h>
 #include <relief/file/tile_codec.h>
@@ -23,9 +24,13 @@ namespace relief {
 
 namespace {
 
+using detail::Bytes;
+using detail::bytes_of;
 using detail::Database;
+using detail::hash_of;
 using detail::Replacement;
 using detail::Statement;
+using detail::stored;
 
 constexpr std::int64_t kApplicationId = 0x524c4631;  // "RLF1"
 constexpr std::size_t kFibreBytes = 6 * sizeof(double);
@@ -34,8 +39,7 @@ constexpr std::int64_t kLayerGone = -1;   // layers.intervals: the stroke took t
 constexpr std::int64_t kWholeEvery = 64;  // after so many changes of a page it is written whole again
 constexpr std::size_t kMaxText = std::size_t{1} << 26;
 
-/// Table names and the exact text of their definitions, which opening compares: nothing else may stand in a model file.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kTables = {{
+constexpr std::array<detail::FileKind::Table, 5> kTables = {{
     {"meta", "CREATE TABLE meta(key TEXT PRIMARY KEY, value ANY NOT NULL) STRICT"},
     {"cage", "CREATE TABLE cage(part TEXT PRIMARY KEY, hash INTEGER NOT NULL, data BLOB NOT NULL) STRICT"},
     {"layers",
@@ -48,19 +52,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kTables =
      "CREATE TABLE strokes(number INTEGER PRIMARY KEY, label TEXT NOT NULL, details TEXT NOT NULL, "
      "tiles INTEGER NOT NULL, row_count INTEGER NOT NULL, hash INTEGER NOT NULL) STRICT"},
 }};
+constexpr detail::FileKind kKind = {
+    .suffix = ".relief", .application_id = kApplicationId, .newest_format = kFormatVersion, .tables = kTables};
 
-using Bytes = std::span<const std::byte>;
-
-Bytes bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
-std::int64_t stored(const Hash64& hash) { return std::bit_cast<std::int64_t>(hash.value()); }
-template <typename... Numbers>
-std::int64_t hash_of(std::string_view name, Bytes data, Numbers... numbers) {
-  Hash64 hash;
-  hash.add_bytes(bytes_of(name));
-  (hash.add(static_cast<std::uint64_t>(numbers)), ...);
-  hash.add_bytes(data);
-  return stored(hash);
-}
 std::int64_t hash_of(const StrokeRecord& s, std::int64_t row_count) {
   return hash_of(s.label, bytes_of(s.details), s.number, s.tiles, row_count);
 }
@@ -176,12 +170,6 @@ class Rows {
 
   // ---- Writing; all inside a transaction that the caller ends.
 
-  [[nodiscard]] Status write_tables() const {
-    for (const auto& [table, definition] : kTables) RELIEF_CHECK(database_.run(definition));
-    RELIEF_CHECK(database_.run("PRAGMA application_id = " + std::to_string(kApplicationId)));
-    return database_.run("PRAGMA user_version = " + std::to_string(kFormatVersion));
-  }
-
   [[nodiscard]] Status write_meta(const Meta& meta) const {
     RELIEF_TRY(Statement put, database_.prepare("INSERT OR REPLACE INTO meta VALUES(?, ?)"));
     const auto write = [&](std::string_view key, const auto& value) {
@@ -285,39 +273,6 @@ class Rows {
   }
 
   // ---- Reading
-
-  /// That this is a model file of a version that we know.
-  [[nodiscard]] Status check_version() const {
-    RELIEF_TRY(const std::int64_t application, database_.integer("PRAGMA application_id"));
-    if (application != kApplicationId) return database_.failure(Errc::UnsupportedFormat, "is not a .relief file");
-    RELIEF_TRY(const std::int64_t version, database_.integer("PRAGMA user_version"));
-    if (version > kFormatVersion)
-      return database_.failure(Errc::NewerVersion, "was written by a newer program (format " + std::to_string(version) +
-                                                       ", this one reads up to " + std::to_string(kFormatVersion) +
-                                                       "): update Relief");
-    if (version < 1) return damaged("its format version is " + std::to_string(version));
-    return {};
-  }
-
-  /// That it has our tables, nothing else, and that SQLite finds them sound. Reads the whole file.
-  [[nodiscard]] Status check_tables() const {
-    RELIEF_TRY(Statement tables,
-               database_.prepare("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite~_%' ESCAPE '~'"));
-    std::size_t known = 0;
-    for (;; ++known) {
-      RELIEF_TRY(const bool row, tables.step());
-      if (!row) break;
-      const auto same = [&](const auto& table) {
-        return table.first == tables.text(0) && table.second == tables.text(1);
-      };
-      if (std::none_of(kTables.begin(), kTables.end(), same)) return damaged("its tables are not those of a model");
-    }
-    if (known != kTables.size()) return damaged("it lacks a table");
-    RELIEF_TRY(Statement check, database_.prepare("PRAGMA integrity_check(1)"));
-    RELIEF_TRY(const bool row, check.step());
-    if (!row || check.text(0) != "ok") return damaged("its tables contradict themselves");
-    return {};
-  }
 
   [[nodiscard]] Result<Meta> read_meta() const {
     std::map<std::string, std::int64_t, std::less<>> integers;
@@ -556,9 +511,7 @@ class Rows {
     return {};
   }
 
-  [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const {
-    return database_.failure(Errc::Corrupt, "is damaged: " + std::string(what));
-  }
+  [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const { return database_.damaged(what); }
 
  private:
   [[nodiscard]] static Status write_place(const Meta& meta, Statement& put) {
@@ -634,7 +587,7 @@ Status write_model(const Database& database, const Model& model, const Meta& met
   RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
   RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
   RELIEF_CHECK(database.run("BEGIN"));
-  RELIEF_CHECK(rows.write_tables());
+  RELIEF_CHECK(database.write_tables());
   RELIEF_CHECK(rows.write_meta(meta));
   RELIEF_CHECK(rows.write_cage(mesh));
   std::int64_t row_count = 0;
@@ -722,14 +675,14 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
     if (model.head->has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(*model.head, layer)};
   }
   {
-    RELIEF_TRY(Replacement replacement, Replacement::make(file));
+    RELIEF_TRY(Replacement replacement, Replacement::make(file, kKind));
     {
-      RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, file));
+      RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, kKind, file));
       RELIEF_CHECK(write_model(database, model, meta, layers));
     }
     RELIEF_CHECK(replacement.replace_target());
   }
-  RELIEF_TRY(Database database, Database::open(file, Database::Access::Write));
+  RELIEF_TRY(Database database, Database::open(file, Database::Access::Write, kKind));
   auto state = std::make_unique<State>(
       State{.database = std::move(database), .meta = std::move(meta), .layers = layers, .model = model});
   RELIEF_CHECK(state->lock());
@@ -737,12 +690,13 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
 }
 
 Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only) {
-  RELIEF_TRY(Database database, Database::open(file, read_only ? Database::Access::Read : Database::Access::Write));
+  RELIEF_TRY(Database database,
+             Database::open(file, read_only ? Database::Access::Read : Database::Access::Write, kKind));
   auto state = std::make_unique<State>(State{.database = std::move(database), .read_only = read_only});
   const Rows rows(state->database);
-  RELIEF_CHECK(rows.check_version());  // before anything is changed in what may be somebody else's database
+  RELIEF_CHECK(state->database.check_format());  // before anything is changed in what may be somebody else's database
   RELIEF_CHECK(read_only ? state->database.run("BEGIN") : state->lock());
-  RELIEF_CHECK(rows.check_tables());
+  RELIEF_CHECK(state->database.check_tables());
   RELIEF_TRY(state->meta, rows.read_meta());
   RELIEF_CHECK(rows.check_journal(state->meta));
   RELIEF_TRY(const auto mesh, rows.read_cage(state->meta));
@@ -754,15 +708,14 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_o
 }
 
 Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem::path& to) {
-  RELIEF_TRY(const Database source, Database::open(from, Database::Access::Read));
-  const Rows rows(source);
-  RELIEF_CHECK(rows.check_version());
-  RELIEF_CHECK(rows.check_tables());
+  RELIEF_TRY(const Database source, Database::open(from, Database::Access::Read, kKind));
+  RELIEF_CHECK(source.check_format());
+  RELIEF_CHECK(source.check_tables());
   std::error_code code;
   if (std::filesystem::equivalent(from, to, code)) return {};
-  RELIEF_TRY(Replacement replacement, Replacement::make(to));
+  RELIEF_TRY(Replacement replacement, Replacement::make(to, kKind));
   {
-    RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, to));
+    RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, kKind, to));
     RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
     RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
     RELIEF_CHECK(database.copy_from(source));

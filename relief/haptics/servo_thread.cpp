@@ -83,6 +83,8 @@ class Schedule {
  public:
   explicit Schedule(ServoTimes& times) noexcept : times_(times), due_(monotonic_ns()), woken_(due_) {}
 
+  /// When the thread last woke, CLOCK_MONOTONIC in ns.
+  [[nodiscard]] std::uint64_t woken() const noexcept { return woken_; }
   /// Sleeps to the next due time. Returns how late the thread woke, in ns; whole periods of it are skipped.
   std::uint64_t wait() noexcept {
     due_ += kPeriod;
@@ -139,7 +141,7 @@ std::uint64_t TimeHistogram::quantile(double q) const noexcept {
 }
 
 ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
-                         SpscQueue<ServoSample>* telemetry)
+                         SpscQueue<ServoTick>* telemetry)
     : device_(device),
       servo_(settings, device.info()),
       reader_(channel.reader()),
@@ -166,18 +168,24 @@ void ServoThread::run() noexcept {
   prepare_thread(times_);
   Schedule schedule(times_);
   std::uint32_t carried = 0;  // flags that belong to the next sample
-  while (!stop_.load(std::memory_order_acquire)) {
+  std::uint32_t settings = 0;
+  for (std::uint64_t number = 0; !stop_.load(std::memory_order_acquire); ++number) {
     const std::uint64_t late = schedule.wait();
     if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
     if (late > kStandstill) servo_.stalled();
 
     const std::uint64_t start = thread_cpu_ns();
-    for (ServoSettings changed; settings_.pop(changed);) servo_.set(changed);
-    DeviceState reading;
-    ServoSample sample;
-    bool alive = device_.read(reading);
+    for (ServoSettings changed; settings_.pop(changed); ++settings) servo_.set(changed);
+    ServoTick tick;
+    tick.number = number;
+    tick.clock_ns = schedule.woken();
+    tick.settings = settings;
+    ServoSample& sample = tick.sample;
+    bool alive = device_.read(tick.reading);
     if (alive) {
-      sample = servo_.step(reader_.latest(), reading);
+      const Snapshot& model = reader_.latest();
+      tick.model = &model;
+      sample = servo_.step(model, tick.reading);
       alive = device_.write({sample.force, sample.torque});
     }
     const std::uint64_t compute = thread_cpu_ns() - start;
@@ -191,7 +199,7 @@ void ServoThread::run() noexcept {
     sample.compute_ns = as_u32(compute);
     sample.late_ns = as_u32(late);
     carried = 0;
-    if (telemetry_ != nullptr && !telemetry_->push(sample)) {
+    if (telemetry_ != nullptr && !telemetry_->push(tick)) {
       ++times_.dropped;
       carried = bit(ServoFault::SampleDropped);
     }

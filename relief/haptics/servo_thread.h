@@ -14,6 +14,17 @@
 
 namespace relief {
 
+/// One tick as the telemetry carries it: all that Servo::step() was given, and what it made of that. Trivially
+/// copyable.
+struct ServoTick {
+  std::uint64_t number = 0;         ///< 0 for the first; a number that never comes was dropped
+  std::uint64_t clock_ns = 0;       ///< CLOCK_MONOTONIC at the wake-up
+  std::uint32_t settings = 0;       ///< how many of set() had been taken over
+  const Snapshot* model = nullptr;  ///< compared only, never followed; null when the device gave no reading
+  DeviceState reading;
+  ServoSample sample;
+};
+
 /// Logarithmic histogram of nanoseconds: 32 bins per power of two (2 % wide) from 64 ns to about 17 s.
 class TimeHistogram {
  public:
@@ -53,7 +64,7 @@ class ServoThread {
  public:
   /// `device` and `channel` must outlive the thread; `telemetry` may be null.
   ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
-              SpscQueue<ServoSample>* telemetry);
+              SpscQueue<ServoTick>* telemetry);
   ServoThread(const ServoThread&) = delete;
   ServoThread& operator=(const ServoThread&) = delete;
   ~ServoThread();
@@ -70,7 +81,7 @@ class ServoThread {
   HapticDevice& device_;
   Servo servo_;
   SnapshotChannel::Reader reader_;
-  SpscQueue<ServoSample>* telemetry_;
+  SpscQueue<ServoTick>* telemetry_;
   SpscQueue<ServoSettings> settings_;
   std::atomic<bool> stop_{false}, running_{true};
   ServoTimes times_;

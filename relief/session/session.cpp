@@ -21,9 +21,11 @@ constexpr std::size_t kTelemetryCapacity = 1024;
 }  // namespace
 
 struct Session::State {
-  State(HapticDevice& haptic_device, SnapshotPtr first, ModelFile* model_file, const Settings& session_settings)
+  State(HapticDevice& haptic_device, SnapshotPtr first, ModelFile* model_file, const Settings& session_settings,
+        Recorder* session_recorder)
       : settings(session_settings),
         file(model_file),
+        recorder(session_recorder),
         editor(first),
         channel(std::move(first)),
         telemetry(kTelemetryCapacity),
@@ -31,14 +33,15 @@ struct Session::State {
         edit_thread([this] { edit_loop(); }) {}
 
   void edit_loop() {
-    ServoSample sample;
+    ServoTick tick;
     while (true) {
       // Read before the queue is found empty: what the servo pushed before it ended is then still taken.
       const bool last_round = stopping.load(std::memory_order_acquire);
       bool idle = true;
-      while (telemetry.pop(sample)) {
+      while (telemetry.pop(tick)) {
         idle = false;
-        take(sample);
+        if (recorder != nullptr) recorder->tick(tick);
+        take(tick.sample);
       }
       if (last_round) break;
       if (idle) std::this_thread::sleep_for(std::chrono::microseconds(500));
@@ -69,6 +72,7 @@ struct Session::State {
       const std::scoped_lock lock(brush_mutex);
       brush = brushes[std::min<std::size_t>(sample.buttons >> 8U, brushes.size() - 1)];
       editor.begin_stroke(brush, std::string(name(brush.tool)));
+      if (recorder != nullptr) recorder->begin_stroke(brush);
       last_dab_t = sample.t - 1 / settings.sculpt.dabs_per_second;
       axis = sample.normal;
     }
@@ -90,21 +94,25 @@ struct Session::State {
     const double follow = s.turn_time > 0 ? 1 - std::exp(-elapsed / s.turn_time) : 1.0;
     axis = normalized(axis + (sample.normal - axis) * follow);
     const std::uint64_t start = thread_cpu_ns();
-    const DabResult result = editor.dab({.slab = sample.at.slab,
-                                         .contact = sample.contact_point,
-                                         .cursor = sample.cursor,
-                                         .normal = axis,
-                                         .pressure = pressure,
-                                         .seconds = std::clamp(elapsed, 0.0, 0.1)});
+    const Dab dab = {.slab = sample.at.slab,
+                     .contact = sample.contact_point,
+                     .cursor = sample.cursor,
+                     .normal = axis,
+                     .pressure = pressure,
+                     .seconds = std::clamp(elapsed, 0.0, 0.1)};
+    const DabResult result = editor.dab(dab);
     channel.publish(editor.head());
     stats.dab_time.add(thread_cpu_ns() - start);
     ++stats.dabs;
     stats.samples_edited += result.samples;
+    if (recorder != nullptr) recorder->dab(dab, editor.head());
   }
 
   void finish_stroke() {
     if (!editor.in_stroke()) return;
-    if (!editor.end_stroke()) return;
+    const bool changed = editor.end_stroke();
+    if (recorder != nullptr) recorder->end_stroke();
+    if (!changed) return;
     ++stats.strokes;
     save();
   }
@@ -120,15 +128,16 @@ struct Session::State {
 
   Settings settings;
   ModelFile* file;
+  Recorder* recorder;
   Editor editor;
   SnapshotChannel channel;
-  SpscQueue<ServoSample> telemetry;
+  SpscQueue<ServoTick> telemetry;
   std::mutex brush_mutex;
   std::vector<Brush> brushes{1};
   Brush brush;
   double last_dab_t = 0;
   Vec3d axis;  ///< of the tool, while a stroke is open
-  Status file_status;
+  Status file_status, recorder_status;
   SessionStats stats;
   std::atomic<bool> stopping{false};
   bool stopped = false;
@@ -136,8 +145,8 @@ struct Session::State {
   std::thread edit_thread;
 };
 
-Session::Session(HapticDevice& device, SnapshotPtr head, ModelFile* file, const Settings& settings)
-    : state_(std::make_unique<State>(device, std::move(head), file, settings)) {}
+Session::Session(HapticDevice& device, SnapshotPtr head, ModelFile* file, const Settings& settings, Recorder* recorder)
+    : state_(std::make_unique<State>(device, std::move(head), file, settings, recorder)) {}
 
 Session::~Session() { static_cast<void>(stop()); }
 
@@ -148,6 +157,12 @@ void Session::set_brushes(std::vector<Brush> brushes) {
   for (const Brush& brush : brushes) RELIEF_ASSERT(std::isfinite(brush.radius) && brush.radius > 0);
   const std::scoped_lock lock(state_->brush_mutex);
   state_->brushes = std::move(brushes);
+}
+
+bool Session::set_servo(const ServoSettings& settings) {
+  if (!state_->servo.set(settings)) return false;
+  if (state_->recorder != nullptr) state_->recorder->set(settings);
+  return true;
 }
 
 SnapshotChannel::Reader Session::reader() { return state_->channel.reader(); }
@@ -161,8 +176,9 @@ Status Session::stop() {
     state_->edit_thread.join();
     state_->stats.servo = state_->servo.times();
     if (!state_->file_status) state_->save();
+    if (state_->recorder != nullptr) state_->recorder_status = state_->recorder->finish(&state_->stats.servo);
   }
-  return state_->file_status;
+  return state_->file_status ? state_->recorder_status : state_->file_status;
 }
 
 const SnapshotPtr& Session::head() const noexcept { return state_->editor.head(); }

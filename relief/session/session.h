@@ -5,6 +5,7 @@
 #include <relief/edit/editor.h>
 #include <relief/file/model_file.h>
 #include <relief/haptics/servo_thread.h>
+#include <relief/session/recorder.h>
 
 #include <cstdint>
 #include <memory>
@@ -47,8 +48,10 @@ class Session {
     SculptSettings sculpt;
     bool keep_trace = false;
   };
-  /// `device` and `file` (may be null) must outlive the session.
-  Session(HapticDevice& device, SnapshotPtr head, ModelFile* file, const Settings& settings);
+  /// `device`, and `file` and `recorder` (may be null), must outlive the session. The recorder must have been made with
+  /// the same head and settings; stop() finishes it.
+  Session(HapticDevice& device, SnapshotPtr head, ModelFile* file, const Settings& settings,
+          Recorder* recorder = nullptr);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
@@ -58,11 +61,13 @@ class Session {
   /// Brush chosen by the buttons word of the reading at which a stroke begins: bits 8 and up are its number in this
   /// list.
   void set_brushes(std::vector<Brush> brushes);
+  /// Takes effect within a tick or two. One thread. False when too many changes are waiting.
+  bool set_servo(const ServoSettings& settings);
   /// For drawing meanwhile, on one other thread each. Readers must be gone before the session is.
   [[nodiscard]] SnapshotChannel::Reader reader();
   [[nodiscard]] bool running() const noexcept;
   /// Stops the servo, finishes an open stroke, joins both threads. What could not be saved
-  /// meanwhile is tried once more; the error of the file, if it still fails.
+  /// meanwhile is tried once more; the error of the file, if it still fails, else that of the recording.
   [[nodiscard]] Status stop();
   [[nodiscard]] const SnapshotPtr& head() const noexcept;    ///< after stop()
   [[nodiscard]] const SessionStats& stats() const noexcept;  ///< after stop()

@@ -78,7 +78,7 @@ class Contract(Case):
             self.assertEqual((run.status, run.err), (0, ""))
             self.assertGreater(len(run.out), 100)
         for command in ("convert", "verify", "info", "touch", "sculpt", "undo", "redo", "render", "export", "sample",
-                        "bench", "devices"):
+                        "bench", "devices", "replay"):
             self.assertIn(command, Run("--help").out)
 
     def test_wrong_usage_is_2(self):
@@ -601,6 +601,170 @@ class Touch(Case):
         self.assertEqual(len(rows) - 1, report["ticks"])
 
 
+class Replay(Case):
+    """What touch --record writes, and what relief replay makes of it."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.path, cls.forces, cls.rec = cls.folder / "P.csv", cls.folder / "F.csv", cls.folder / "a.rlog"
+        # In, along, out, with two readings that no device gives.
+        rows = [[k * 1e-3, 2.5 + 0.002 * k, 40.25, 70 - 18 * math.sin(math.pi * k / 1200)] for k in range(1200)]
+        rows[30][1] = "nan"
+        rows[1190][0] = 0.5
+        cls.path.write_text("t,x,y,z\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+        cls.ok("touch", cls.model, "--path", cls.path, "-o", cls.forces, "--friction", 0.3, "--record", cls.rec)
+
+    def test_the_recording_says_what_was_done(self):
+        report = self.ok("replay", self.rec, "--json").json()
+        self.assertEqual((report["ticks"], report["gaps"], report["settings"]["friction"]), (1200, [], 0.3))
+        facts = report["facts"]
+        self.assertEqual(facts["model"], str(self.model))
+        self.assertEqual(facts["model_hash"], Run("info", self.model, "--json").json()["content_hash"])
+        self.assertRegex(facts["program"], r"^relief \d+\.\d+\.\d+")
+        self.assertIn("1200 ticks", self.ok("replay", self.rec).out)
+
+    def test_it_is_repeated_bit_for_bit(self):
+        self.assertIn("1200 ticks, all the same", self.ok("replay", self.rec, "--verify").out)
+        report = self.ok("replay", self.rec, "--verify", "--json").json()["verification"]
+        self.assertEqual((report["holds"], report["checked"]), (True, 1200))
+
+    def test_another_model_or_none_is_said(self):
+        other = self.folder / "other.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes_file(), "-o", other)
+        # The strokes are taken back: a carved copy still is the model that was recorded.
+        self.ok("replay", self.rec, "--verify", "--model", other)
+        fresh = self.folder / "fresh.relief"
+        self.ok("convert", self.scan, "-o", fresh, "--slabs", 120, "--samples", 8, "--mode", "preview")
+        self.assert_failed(Run("replay", self.rec, "--verify", "--model", fresh), 1, "fresh.relief", "--model")
+        moved = self.folder / "elsewhere"
+        moved.mkdir()
+        alone = moved / "a.rlog"
+        shutil.copy(self.rec, alone)
+        model = self.folder / "hidden.relief"
+        self.model.rename(model)
+        try:
+            self.assert_failed(Run("replay", alone, "--verify"), 1, "a.rlog", "--model")
+            self.ok("replay", alone, "--verify", "--model", model)
+            shutil.copy(model, moved / self.model.name)
+            self.ok("replay", alone, "--verify")
+        finally:
+            model.rename(self.model)
+
+    def strokes_file(self):
+        file = self.folder / "dent.json"
+        file.write_text(json.dumps([{"tool": "carve", "radius": 6, "points": [[0, 2.5, 40, 60, 1]]}]))
+        return file
+
+    def test_other_settings_are_compared(self):
+        same = self.ok("replay", self.rec, "--friction", 0.3, "--json").json()["comparison"]
+        self.assertEqual((same["error_max"], same["contact_differs"], same["ticks"]), (0, 0, 1200))
+        self.assertGreater(same["force_rms"], 0.1)
+        free = self.ok("replay", self.rec, "--friction", 0, "--json").json()
+        self.assertEqual(free["other_settings"]["friction"], 0)
+        self.assertGreater(free["comparison"]["error_max"], 0.01)
+        self.assertGreater(free["comparison"]["direction_max_degrees"], 1)
+        soft = self.ok("replay", self.rec, "--stiffness", 100, "--json").json()["comparison"]
+        self.assertGreater(soft["error_rms"], 0.5 * soft["force_rms"])
+        self.assertIn("differs by rms", self.ok("replay", self.rec, "--exact-normals").out)
+        self.assert_failed(Run("replay", self.rec, "--stiffness", "nan"), 2, "--stiffness")
+
+    def test_csv_and_mcap_say_the_same(self):
+        import mcap_reader
+        table, mcap = self.folder / "r.csv", self.folder / "r.mcap"
+        self.ok("replay", self.rec, "--csv", table, "--mcap", mcap)
+        rows = list(csv.reader(table.read_text().splitlines()))
+        self.assertEqual(len(rows), 1201)
+        self.assertIn("force.x [N]", rows[0])
+        found = mcap_reader.Mcap(mcap.read_bytes())
+        self.assertEqual(found.metadata["recording"][2]["device"], "sim:hand:touch-like")
+        (schema, topic, encoding, _), = found.channels.values()
+        self.assertEqual((topic, encoding, found.schemas[schema][1]), ("/relief/tick", "json", "jsonschema"))
+        self.assertEqual([m[1] for m in found.messages], list(range(1200)))
+        properties = found.schemas[schema][2]["properties"]
+        for row, (_, _, _, message) in zip(rows[1:], found.messages):
+            for title, text in zip(rows[0], row):
+                value, described = message, {"properties": properties}
+                for part in title.split(" ")[0].split("."):
+                    value, described = value[part], described["properties"][part]
+                wanted = float(text)
+                self.assertEqual(value, wanted if math.isfinite(wanted) else None, title)
+                self.assertIn(described["type"], ("integer", ["number", "null"]))
+                self.assertTrue(described["type"] != "integer" or isinstance(value, int), title)
+        # The same as what touch wrote.
+        forces = list(csv.DictReader(self.forces.read_text().splitlines()))
+        names = {title.split(" ")[0]: k for k, title in enumerate(rows[0])}
+        for row, given in zip(rows[1:], forces):
+            for ours, theirs in (("force.x", "fx"), ("normal.z", "nz"), ("flags", "flags")):
+                self.assertEqual(float(row[names[ours]]), float(given[theirs]))
+
+    def test_the_page_needs_nothing_else(self):
+        page = self.folder / "r.html"
+        self.ok("replay", self.rec, "--report", page)
+        text = page.read_text()
+        self.assertEqual(text.count("<svg"), 5)
+        self.assertEqual(text.count("<svg"), text.count("</svg>"))
+        self.assertNotRegex(text, r"(src|href)=|nan|inf\b")
+        self.assertEqual(text.split("The worst ticks")[1].count("<tr>"), 20)
+
+    def test_live_and_played_again(self):
+        live, again = self.folder / "live.rlog", self.folder / "again.rlog"
+        self.ok("touch", self.model, "--device", "sim:hand", "--seconds", 1.2, "--record", live)
+        report = self.ok("replay", live, "--json").json()
+        self.assertIn("SCHED", report["facts"]["scheduling"])
+        if report["facts"]["ticks_dropped"] == "0":
+            self.ok("replay", live, "--verify")
+        self.assertIn("replay:", self.ok("devices").out)
+        self.ok("touch", self.model, "--device", f"replay:{live}", "--record", again)
+        second = self.ok("replay", again, "--json").json()
+        self.assertEqual(second["facts"]["end"], "device lost")
+        if second["gaps"] == report["gaps"] == []:
+            self.assertEqual(second["ticks"], report["ticks"])
+            a, b = self.folder / "a.csv", self.folder / "b.csv"
+            self.ok("replay", live, "--csv", a)
+            self.ok("replay", again, "--csv", b)
+            clocks = 3  # the last columns are measured
+            def cut(f): return [line.split(",")[:-clocks] for line in f.read_text().splitlines()]
+            first, other = cut(a), cut(b)
+            flags = first[0].index("flags")
+            overrun = 512
+            for row, same in zip(first[1:], other[1:]):
+                self.assertEqual(int(row[flags]) & ~overrun, int(same[flags]) & ~overrun)
+                self.assertEqual(row[:flags], same[:flags])
+
+    def test_a_killed_recording_keeps_what_it_had(self):
+        rec = self.folder / "killed.rlog"
+        process = subprocess.Popen([str(BIN / "relief"), "touch", str(self.model), "--device", "sim:hand", "--seconds",
+                                    "60", "--record", str(rec)], stdin=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and (not rec.exists() or rec.stat().st_size < 60_000):
+            time.sleep(0.05)
+        process.kill()
+        process.wait()
+        report = self.ok("replay", rec, "--json").json()
+        self.assertGreater(report["ticks"], 200)
+        self.assertNotIn("end", report["facts"])
+        if not report["gaps"]:
+            self.ok("replay", rec, "--verify")
+
+    def test_recordings_that_are_refused(self):
+        bad, out = self.folder / "bad.rlog", self.folder / "bad.csv"
+        sound = self.rec.read_bytes()
+        for content in (b"", b"not a database", sound[:5000], self.model.read_bytes()):
+            bad.write_bytes(content)
+            for option in (["--verify"], ["--csv", out], []):
+                self.assert_failed(Run("replay", bad, *option), 1, "bad.rlog")
+            self.assert_failed(Run("touch", self.model, "--device", f"replay:{bad}"), 1, "bad.rlog")
+        self.assertFalse(out.exists())
+        self.assert_failed(Run("replay", self.folder / "gone.rlog"), 1, "gone.rlog")
+        self.assert_failed(Run("replay", self.rec, "--csv", self.rec), 1, "a.rlog")
+        self.assert_failed(Run("touch", self.model, "--path", self.path, "-o", self.folder / "x.csv", "--record", self.model),
+                           1, self.model.name)
+        self.assert_failed(Run("touch", self.model, "--path", self.path, "-o", self.folder / "x.csv", "--record",
+                               self.folder / "no" / "where.rlog"), 1, "where.rlog")
+        self.ok("info", self.model)
+
+
 class Sculpt(Case):
     STROKES = [
         {"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0.1 * k, -12 + 3 * k, 45, 60, 1] for k in range(9)]},
@@ -745,6 +909,11 @@ class Demo(Case):
             self.assertNotIn('src="http', page)
             self.assertNotIn("href=", page)
             self.assertIn("<svg", page)
+            # What the hand did and felt, edits and all, from the model as it was before them.
+            recorded = self.ok("replay", out / "session.rlog", "--json").json()
+            self.assertGreater(recorded["ticks"], 500)
+            if not recorded["gaps"]:
+                self.ok("replay", out / "session.rlog", "--verify")
 
 
 if __name__ == "__main__":

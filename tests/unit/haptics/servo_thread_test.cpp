@@ -60,7 +60,7 @@ void wait_for(const PressingDevice& device, std::uint64_t ticks) {
 TEST(ServoThread, TouchesAndEndsWithZero) {
   SnapshotChannel channel(sphere());
   PressingDevice device;
-  SpscQueue<ServoSample> telemetry(1 << 14);
+  SpscQueue<ServoTick> telemetry(1 << 14);
   ServoThread servo(device, channel, kSettings, &telemetry);
   wait_for(device, 150);
   servo.stop();
@@ -75,10 +75,12 @@ TEST(ServoThread, TouchesAndEndsWithZero) {
   EXPECT_EQ(times.realtime && times.memory_locked, times.note.empty());
   std::uint64_t popped = 0;
   double last_t = -1;
-  for (ServoSample sample; telemetry.pop(sample); ++popped) {
-    EXPECT_GT(sample.t, last_t);
-    last_t = sample.t;
-    EXPECT_GT(sample.compute_ns, 0U);
+  for (ServoTick tick; telemetry.pop(tick); ++popped) {
+    EXPECT_EQ(tick.number, popped);
+    EXPECT_GT(tick.sample.t, last_t);
+    EXPECT_EQ(tick.sample.t, tick.reading.t);
+    last_t = tick.sample.t;
+    EXPECT_GT(tick.sample.compute_ns, 0U);
   }
   EXPECT_EQ(popped, times.ticks);
   EXPECT_EQ(times.dropped, 0U);
@@ -87,31 +89,36 @@ TEST(ServoThread, TouchesAndEndsWithZero) {
 TEST(ServoThread, FullTelemetryIsCountedAndFlagged) {
   SnapshotChannel channel(sphere());
   PressingDevice device;
-  SpscQueue<ServoSample> telemetry(4);
+  SpscQueue<ServoTick> telemetry(4);
   ServoThread servo(device, channel, kSettings, &telemetry);
   wait_for(device, 10);
-  ServoSample sample;
-  for (int k = 0; k < 4; ++k) ASSERT_TRUE(telemetry.pop(sample));
+  ServoTick tick;
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    ASSERT_TRUE(telemetry.pop(tick));
+    EXPECT_EQ(tick.number, k);
+  }
   wait_for(device, device.ticks() + 3);
   servo.stop();
   EXPECT_GT(servo.times().dropped, 0U);
-  ASSERT_TRUE(telemetry.pop(sample));
-  EXPECT_NE(sample.flags & bit(ServoFault::SampleDropped), 0U) << "the first one after the gap says so";
+  ASSERT_TRUE(telemetry.pop(tick));
+  EXPECT_NE(tick.sample.flags & bit(ServoFault::SampleDropped), 0U) << "the first one after the gap says so";
+  EXPECT_GT(tick.number, 4U) << "and so does its number";
 }
 
 TEST(ServoThread, ALostDeviceEndsTheLoop) {
   SnapshotChannel channel(sphere());
   PressingDevice device(25);
-  SpscQueue<ServoSample> telemetry(64);
+  SpscQueue<ServoTick> telemetry(64);
   ServoThread servo(device, channel, kSettings, &telemetry);
   while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(device.last, Vec3d{});
-  ServoSample sample, last;
+  ServoTick tick;
   int count = 0;
-  while (telemetry.pop(sample)) {
-    last = sample;
+  while (telemetry.pop(tick)) {
+    EXPECT_EQ(tick.model == nullptr, count == 25) << "no reading, no step";
     ++count;
   }
+  const ServoSample& last = tick.sample;
   EXPECT_EQ(count, 26);
   EXPECT_NE(last.flags & bit(ServoFault::DeviceLost), 0U);
   EXPECT_EQ(last.force, Vec3d{});
@@ -134,7 +141,7 @@ TEST(ServoThread, FeelsWhileAWriterPublishesAtFullSpeed) {
   SnapshotChannel channel(sphere());
   const SnapshotPtr first = sphere(1), second = sphere(1.002);
   PressingDevice device;
-  SpscQueue<ServoSample> telemetry(1 << 14);
+  SpscQueue<ServoTick> telemetry(1 << 14);
   ServoThread servo(device, channel, kSettings, &telemetry);
   std::uint64_t published = 0;
   while (device.ticks() < 200)
@@ -143,7 +150,8 @@ TEST(ServoThread, FeelsWhileAWriterPublishesAtFullSpeed) {
   EXPECT_GT(published, 100U);
   EXPECT_EQ(device.last, Vec3d{});
   int touched = 0;
-  for (ServoSample sample; telemetry.pop(sample);) {
+  for (ServoTick tick; telemetry.pop(tick);) {
+    const ServoSample& sample = tick.sample;
     ASSERT_TRUE(is_finite(sample.force));
     if (!sample.contact) continue;
     ++touched;

@@ -1,0 +1,205 @@
+// replay: what a recording holds, whether it can be repeated bit for bit, and what other settings would have done.
+#include "commands.h"
+#include "replay_page.h"
+
+#include <relief/base/try.h>
+#include <relief/session/replay.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace relief::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ReplayOptions {
+  std::string recording, model, csv, mcap, report;
+  bool verify = false;
+  ForceSettings force;
+  std::function<void(ServoSettings&)> change;  ///< empty when no setting was given
+};
+
+ordered_json to_json(const ServoSettings& s) {
+  return {{"metres_per_unit", s.workspace.metres_per_unit},
+          {"stiffness", s.force.stiffness},
+          {"damping", s.force.damping},
+          {"friction", s.force.friction},
+          {"exact_normals", s.force.exact_normals},
+          {"paper_contact", s.force.paper_contact},
+          {"guard", s.force.guard}};
+}
+
+/// What the recording itself says.
+ordered_json summary_of(const Replay& replay) {
+  const Recording& recording = replay.recording();
+  ordered_json json;
+  json["recording"] = printable(recording.file().string());
+  json["facts"] = ordered_json::object();
+  for (const auto& [key, value] : recording.head().facts) json["facts"][printable(key, 60)] = printable(value, 400);
+  json["ticks"] = recording.tick_count();
+  json["gaps"] = ordered_json::array();
+  std::uint64_t next = 0;
+  for (const TickRun& run : recording.runs()) {
+    if (run.first != next) json["gaps"].push_back({{"first", next}, {"ticks", run.first - next}});
+    next = run.first + run.count;
+  }
+  json["events"] = recording.events().size();
+  json["device"] = {{"name", printable(replay.device().name)},
+                    {"max_force", replay.device().max_force},
+                    {"max_stiffness", replay.device().max_stiffness},
+                    {"max_damping", replay.device().max_damping},
+                    {"max_force_rate", replay.device().max_force_rate}};
+  json["settings"] = to_json(replay.settings().front());
+  json["settings_changes"] = replay.settings().size() - 1;
+  if (!replay.unknown().empty()) json["unknown"] = replay.unknown();
+  return json;
+}
+
+void say_summary(const ordered_json& json) {
+  for (const auto& [key, value] : json["facts"].items())
+    print(fmt::format("{:14} {}\n", key, value.get<std::string>()));
+  std::uint64_t lost = 0;
+  for (const auto& gap : json["gaps"]) lost += gap["ticks"].get<std::uint64_t>();
+  print(fmt::format("{} ticks{}, {} changes of the settings\n", json["ticks"].get<std::uint64_t>(),
+                    lost == 0 ? "" : fmt::format(", {} lost in {} gaps", lost, json["gaps"].size()),
+                    json["settings_changes"].get<std::uint64_t>()));
+  const auto& s = json["settings"];
+  print(fmt::format(
+      "stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}\n", s["stiffness"].get<double>(),
+      s["damping"].get<double>(), s["friction"].get<double>(), s["exact_normals"].get<bool>() ? ", exact normals" : "",
+      s["paper_contact"].get<bool>() ? ", the paper's contact" : "", s["guard"].get<bool>() ? ", guarded" : ""));
+}
+
+/// The sentence for a recording that could not be repeated; empty when it was.
+std::string complaint(const Verification& v) {
+  if (v.difference)
+    return fmt::format("tick {} (t = {} s) differs: {} is now {}, recorded {}", v.difference->tick, v.difference->t,
+                       v.difference->field, v.difference->now, v.difference->recorded);
+  if (!v.stopped.empty())
+    return fmt::format("cannot be checked from tick {} on: {}", v.checked, printable(v.stopped, 200));
+  return {};
+}
+
+ordered_json to_json(const Verification& v) {
+  ordered_json json;
+  json["holds"] = v.holds();
+  json["ticks"] = v.ticks;
+  json["checked"] = v.checked;
+  if (v.difference)
+    json["difference"] = {{"tick", v.difference->tick},
+                          {"t", v.difference->t},
+                          {"field", v.difference->field},
+                          {"recorded", v.difference->recorded},
+                          {"now", v.difference->now}};
+  if (!v.stopped.empty()) json["stopped"] = printable(v.stopped, 400);
+  if (!v.missing.empty()) json["missing"] = v.missing;
+  return json;
+}
+
+ordered_json to_json(const Comparison& c) {
+  return {{"ticks", c.ticks},
+          {"force_rms", c.force_rms},
+          {"error_rms", c.error_rms},
+          {"error_max", c.error_max},
+          {"error_at", c.error_at},
+          {"direction_rms_degrees", c.direction_rms},
+          {"direction_max_degrees", c.direction_max},
+          {"contact", c.contact},
+          {"contact_differs", c.contact_differs},
+          {"step_ns_p50", {{"recorded", c.cost.quantile(0.5)}, {"other", c.other_cost.quantile(0.5)}}},
+          {"step_ns_p999", {{"recorded", c.cost.quantile(0.999)}, {"other", c.other_cost.quantile(0.999)}}}};
+}
+
+void say(const Comparison& c) {
+  print(
+      fmt::format("force rms {:.4g} N with the recorded settings; with the others it differs by rms {:.4g} N, at most "
+                  "{:.4g} N (tick {})\n",
+                  c.force_rms, c.error_rms, c.error_max, c.error_at));
+  print(
+      fmt::format("direction differs by rms {:.3g}, at most {:.3g} degrees; contact differs in {} of {} ticks, {} of "
+                  "them in contact as recorded\n",
+                  c.direction_rms, c.direction_max, c.contact_differs, c.ticks, c.contact));
+  print(fmt::format("CPU per tick, median: {:.2f} us as recorded, {:.2f} us with the other settings\n",
+                    static_cast<double>(c.cost.quantile(0.5)) * 1e-3,
+                    static_cast<double>(c.other_cost.quantile(0.5)) * 1e-3));
+}
+
+Status run_replay(const ReplayOptions& o, const Context& context) {
+  RELIEF_CHECK(check_outputs({o.csv, o.mcap, o.report}, {o.recording, o.model}));
+  RELIEF_TRY(Replay replay, Replay::open(o.recording));
+  SnapshotPtr model;
+  if (o.verify || o.change || !o.model.empty()) {
+    RELIEF_TRY(SnapshotPtr found, find_model(replay, o.model));
+    model = std::move(found);
+  }
+  ordered_json json = summary_of(replay);
+  if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv));
+  if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap));
+  replay.rewind();
+  if (!o.report.empty()) RELIEF_CHECK(write_replay_page(replay, o.report));
+  const bool only_shown = !o.verify && !o.change && o.csv.empty() && o.mcap.empty() && o.report.empty();
+  if (only_shown && !context.json) say_summary(json);
+
+  std::string failed;
+  if (o.verify) {
+    RELIEF_TRY(const Verification result, verify(replay, model, context.progress));
+    json["verification"] = to_json(result);
+    failed = complaint(result);
+    if (!context.json && failed.empty())
+      print(fmt::format("{} ticks, all the same bit for bit{}\n", result.ticks,
+                        result.missing.empty() ? ""
+                                               : fmt::format("; not compared, because it was not recorded: {}",
+                                                             printable(joined(result.missing), 400))));
+  }
+  if (o.change) {
+    RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
+    ServoSettings changed = replay.settings().front();
+    o.change(changed);
+    json["other_settings"] = to_json(changed);
+    json["comparison"] = to_json(result);
+    if (!context.json) say(result);
+  }
+  if (context.json) print_json(json);
+  if (!failed.empty()) return fail(Errc::Corrupt, printable(o.recording) + ": " + failed);
+  return {};
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Context& context) {
+  auto o = std::make_shared<ReplayOptions>();
+  CLI::App* c = app.add_subcommand(
+      "replay",
+      "Look into a recording made with touch --record; check it, export it, or play its motion with other settings.\n"
+      "Without options: what it holds. With a setting (--stiffness and so on): the same motion under that setting, "
+      "compared\nwith the recorded ones; the hand does not answer to the other force.");
+  c->add_option("REC", o->recording, "The recording (.rlog)")->required();
+  c->add_option("--model", o->model, "The model, where it is not where it was recorded, nor beside the recording");
+  c->add_flag("--verify", o->verify,
+              "Repeat every tick and compare bit for bit; exit status 1 when one differs or cannot be checked");
+  c->add_option("--csv", o->csv, "Write every tick as a line; units stand in the header");
+  c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)");
+  c->add_option("--report", o->report, "Write one page (HTML) with force, depth, work, times and the worst ticks");
+  add_force_options(*c, o->force);
+  finish_command(*c, context, [o, &context] { return run_replay(*o, context); });
+  c->parse_complete_callback([o, c] {
+    const auto given = [c](const char* option) { return c->count(option) > 0; };
+    const bool k = given("--stiffness"), b = given("--damping"), mu = given("--friction"),
+               exact = given("--exact-normals"), paper = given("--paper-contact"), guard = given("--guard");
+    if (!k && !b && !mu && !exact && !paper && !guard) return;
+    o->change = [o, k, b, mu, exact, paper, guard](ServoSettings& settings) {
+      if (k) settings.force.stiffness = o->force.stiffness;
+      if (b) settings.force.damping = o->force.damping;
+      if (mu) settings.force.friction = o->force.friction;
+      if (exact) settings.force.exact_normals = true;
+      if (paper) settings.force.paper_contact = true;
+      if (guard) settings.force.guard = o->force.guard;
+    };
+  });
+}
+
+}  // namespace relief::cli

@@ -1,0 +1,130 @@
+// The .rlog file: an SQLite database of numbered rows, appended in batches, that says itself what its rows are made of.
+// It knows bytes and columns; what they mean is its writer's matter.
+#pragma once
+
+#include <relief/base/error.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace relief {
+
+inline constexpr int kRecordingFormat = 1;
+
+/// How one number of a row lies in its bytes, little-endian and without gaps.
+enum class NumberType : std::uint8_t { F64, F32, U64, U32, I32, U8 };
+[[nodiscard]] std::string_view name(NumberType type) noexcept;
+[[nodiscard]] constexpr std::size_t bytes_of(NumberType type) noexcept {
+  return type == NumberType::F64 || type == NumberType::U64 ? 8 : type == NumberType::U8 ? 1 : 4;
+}
+
+struct RecordingColumn {
+  std::string name;  ///< such as "force.x"
+  NumberType type = NumberType::F64;
+  std::string unit;  ///< empty for a plain number
+  std::string role;  ///< such as "input"
+  friend bool operator==(const RecordingColumn&, const RecordingColumn&) = default;
+};
+using RecordingColumns = std::vector<RecordingColumn>;
+[[nodiscard]] std::size_t row_bytes(const RecordingColumns& columns) noexcept;
+/// The number in column k of a row as text: the shortest that gives the same bits back.
+[[nodiscard]] std::string text_of(std::span<const std::byte> number, NumberType type);
+
+/// The stream whose rows are the ticks; rows of all other streams are events.
+inline constexpr std::string_view kTickStream = "tick";
+
+/// What stands at the head of a recording.
+struct RecordingHead {
+  std::map<std::string, std::string, std::less<>> facts;
+  std::map<std::string, RecordingColumns, std::less<>> streams;
+  /// The fact, or empty.
+  [[nodiscard]] std::string_view fact(std::string_view key) const noexcept;
+};
+
+/// A row that does not come with every tick. Events keep their order; `at` is what its stream makes of it.
+struct RecordingEvent {
+  std::string stream;
+  std::uint64_t at = 0;
+  std::vector<std::byte> row;
+};
+
+/// Consecutive ticks; numbers that no run has were lost.
+struct TickRun {
+  std::uint64_t first = 0, count = 0;
+};
+
+/// Makes and grows a recording. One thread at a time.
+class RecordingWriter {
+ public:
+  /// AtOnce: the file has its name from the start, grows with every commit(), and keeps what was committed whatever
+  /// happens to the process. AtTheEnd: it gets its name in finish().
+  enum class Appear : std::uint8_t { AtOnce, AtTheEnd };
+  /// An existing file is replaced, at once and as a whole. Errors: Io, InvalidArgument (no stream of ticks).
+  [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, RecordingHead head,
+                                                      Appear appear);
+  RecordingWriter(RecordingWriter&&) noexcept;
+  RecordingWriter& operator=(RecordingWriter&&) noexcept;
+  ~RecordingWriter();
+
+  /// Ticks first, first + 1, ... as whole rows, at most kMaxBatch of them; later than all before. Error: Io.
+  [[nodiscard]] Status add_ticks(std::uint64_t first, std::span<const std::byte> rows);
+  [[nodiscard]] Status add_event(const RecordingEvent& event);
+  /// What was added since the last time is in the file; after a kill -9 it still is. Error: Io.
+  [[nodiscard]] Status commit();
+  /// Adds facts that were not known before, commits and closes. Error: Io.
+  [[nodiscard]] Status finish(const std::map<std::string, std::string, std::less<>>& facts);
+
+  static constexpr std::size_t kMaxBatch = 4096;
+
+ private:
+  struct State;
+  explicit RecordingWriter(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+/// An open recording. One thread at a time.
+class Recording {
+ public:
+  /// Opens and checks everything it reads: format, tables, checksums, sizes before memory is taken. A recording whose
+  /// writer was killed opens with what was committed. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat
+  /// (not a .rlog file).
+  [[nodiscard]] static Result<Recording> open(const std::filesystem::path& file);
+  Recording(Recording&&) noexcept;
+  Recording& operator=(Recording&&) noexcept;
+  ~Recording();
+
+  [[nodiscard]] const std::filesystem::path& file() const noexcept;
+  [[nodiscard]] const RecordingHead& head() const noexcept;
+  [[nodiscard]] const RecordingColumns& columns() const noexcept;  ///< of the ticks
+  [[nodiscard]] const std::vector<RecordingEvent>& events() const noexcept;
+  [[nodiscard]] const std::vector<TickRun>& runs() const noexcept;
+  [[nodiscard]] std::uint64_t tick_count() const noexcept;
+
+  /// The next batch of ticks; false at the end, and then from the start again. `rows` is valid until the next call.
+  /// Error: Corrupt.
+  [[nodiscard]] Result<bool> next(std::uint64_t& first, std::span<const std::byte>& rows);
+  void rewind() noexcept;
+  /// Corrupt: "'FILE' is damaged: ..."; for who reads the rows.
+  [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const;
+
+ private:
+  struct State;
+  explicit Recording(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+/// Every tick as a line: its number, then its columns, named with their units in the header line ("t [s]"). Error: Io.
+[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file);
+/// MCAP 0 without compression: one channel "/relief/tick" of JSON messages with a JSON schema, one per tick, and the
+/// facts as metadata. Names with dots become nested objects; what is no finite number becomes null. Error: Io.
+[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file);
+
+}  // namespace relief

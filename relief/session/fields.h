@@ -1,0 +1,267 @@
+// What ticks, settings and edits are made of, number by number: the one place that says what a recording holds.
+// A new field is one line here. Recordings without it read as its default; see docs/recordings.md.
+#pragma once
+
+#include <relief/edit/editor.h>
+#include <relief/file/recording.h>
+#include <relief/haptics/servo.h>
+#include <relief/session/replay.h>
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace relief::detail {
+
+/// Inputs are what Servo::step() is given, outputs what it must give again; clocks are measured.
+enum class Role : std::uint8_t { Input, Output, Clock };
+[[nodiscard]] constexpr std::string_view name(Role role) noexcept {
+  return role == Role::Input ? "input" : role == Role::Output ? "output" : "clock";
+}
+
+struct Field {
+  std::string_view name, unit;
+  Role role = Role::Input;
+};
+
+template <typename T, typename U>
+concept Is = std::same_as<std::remove_const_t<T>, U>;
+
+inline constexpr std::string_view kUnits = "model units";
+
+// The sizes are a reminder: whoever adds a field to one of these adds a line below.
+static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 120 &&
+              sizeof(DeviceInfo) == 112 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
+
+template <Is<RecordedTick> T, typename Visit>
+void for_each_field(T& tick, Visit&& visit) {
+  auto& in = tick.reading;
+  auto& out = tick.sample;
+  visit(Field{"t", "s"}, in.t);
+  visit(Field{"device", "m"}, in.position);
+  visit(Field{"device_velocity", "m/s"}, in.velocity);
+  visit(Field{"has_velocity", ""}, in.has_velocity);
+  visit(Field{"device_orientation", ""}, in.orientation);
+  visit(Field{"has_orientation", ""}, in.has_orientation);
+  visit(Field{"buttons", ""}, in.buttons);
+  visit(Field{"settings", ""}, tick.settings);
+  visit(Field{"model", ""}, tick.model);
+  visit(Field{"cursor", kUnits, Role::Output}, out.cursor);
+  visit(Field{"velocity", "m/s", Role::Output}, out.velocity);
+  visit(Field{"contact", "", Role::Output}, out.contact);
+  visit(Field{"slab", "", Role::Output}, out.at.slab);
+  visit(Field{"u", "", Role::Output}, out.at.u);
+  visit(Field{"v", "", Role::Output}, out.at.v);
+  visit(Field{"alpha", "", Role::Output}, out.at.alpha);
+  visit(Field{"depth", kUnits, Role::Output}, out.depth);
+  visit(Field{"contact_point", kUnits, Role::Output}, out.contact_point);
+  visit(Field{"normal", "", Role::Output}, out.normal);
+  visit(Field{"force", "N", Role::Output}, out.force);
+  visit(Field{"torque", "N*m", Role::Output}, out.torque);
+  visit(Field{"orientation", "", Role::Output}, out.orientation);
+  visit(Field{"leak", "J", Role::Output}, out.leak);
+  visit(Field{"flags", "", Role::Output}, out.flags);
+  visit(Field{"clock", "ns", Role::Clock}, tick.clock_ns);
+  visit(Field{"compute", "ns", Role::Clock}, out.compute_ns);
+  visit(Field{"late", "ns", Role::Clock}, out.late_ns);
+}
+
+template <Is<ServoSettings> T, typename Visit>
+void for_each_field(T& settings, Visit&& visit) {
+  visit(Field{"metres_per_unit", "m"}, settings.workspace.metres_per_unit);
+  visit(Field{"device_origin", "m"}, settings.workspace.device_origin);
+  visit(Field{"model_origin", kUnits}, settings.workspace.model_origin);
+  visit(Field{"stiffness", "N/m"}, settings.force.stiffness);
+  visit(Field{"damping", "N*s/m"}, settings.force.damping);
+  visit(Field{"friction", ""}, settings.force.friction);
+  visit(Field{"max_force", "N"}, settings.force.max_force);
+  visit(Field{"exact_normals", ""}, settings.force.exact_normals);
+  visit(Field{"paper_contact", ""}, settings.force.paper_contact);
+  visit(Field{"guard", ""}, settings.force.guard);
+  visit(Field{"tool_radius", kUnits}, settings.tool.radius);
+}
+
+/// The name is a fact of the recording.
+template <Is<DeviceInfo> T, typename Visit>
+void for_each_field(T& device, Visit&& visit) {
+  visit(Field{"max_force", "N"}, device.max_force);
+  visit(Field{"max_stiffness", "N/m"}, device.max_stiffness);
+  visit(Field{"max_damping", "N*s/m"}, device.max_damping);
+  visit(Field{"max_force_rate", "N/s"}, device.max_force_rate);
+  visit(Field{"continuous_force", "N"}, device.continuous_force);
+  visit(Field{"max_work", "J"}, device.max_work);
+  visit(Field{"max_speed", "m/s"}, device.max_speed);
+  visit(Field{"delay_ticks", ""}, device.delay_ticks);
+  visit(Field{"workspace_radius", "m"}, device.workspace_radius);
+  visit(Field{"pull", ""}, device.pull);
+}
+
+template <Is<Brush> T, typename Visit>
+void for_each_field(T& brush, Visit&& visit) {
+  visit(Field{"tool", ""}, brush.tool);
+  visit(Field{"radius", kUnits}, brush.radius);
+  visit(Field{"strength", ""}, brush.strength);
+  visit(Field{"colour", ""}, brush.colour);
+  visit(Field{"resilience", kUnits}, brush.resilience);
+}
+
+template <Is<Dab> T, typename Visit>
+void for_each_field(T& dab, Visit&& visit) {
+  visit(Field{"slab", ""}, dab.slab);
+  visit(Field{"contact", kUnits}, dab.contact);
+  visit(Field{"cursor", kUnits}, dab.cursor);
+  visit(Field{"normal", ""}, dab.normal);
+  visit(Field{"pressure", ""}, dab.pressure);
+  visit(Field{"seconds", "s"}, dab.seconds);
+}
+
+/// What a row without numbers is made of: the end of a stroke.
+struct Nothing {};
+template <Is<Nothing> T, typename Visit>
+void for_each_field(T& /*nothing*/, Visit&& /*visit*/) {}
+
+/// The streams of a recording besides the ticks.
+template <typename T>
+inline constexpr std::string_view kStream = kTickStream;
+template <>
+inline constexpr std::string_view kStream<ServoSettings> = "settings";
+template <>
+inline constexpr std::string_view kStream<DeviceInfo> = "device";
+template <>
+inline constexpr std::string_view kStream<Brush> = "stroke";
+template <>
+inline constexpr std::string_view kStream<Dab> = "dab";
+template <>
+inline constexpr std::string_view kStream<Nothing> = "stroke-end";
+
+// ---- From fields to numbers
+
+template <typename T>
+constexpr NumberType type_of() noexcept {
+  if constexpr (std::same_as<T, double>) return NumberType::F64;
+  if constexpr (std::same_as<T, float>) return NumberType::F32;
+  if constexpr (std::same_as<T, std::uint64_t>) return NumberType::U64;
+  if constexpr (std::same_as<T, std::uint32_t>) return NumberType::U32;
+  if constexpr (std::same_as<T, std::int32_t>) return NumberType::I32;
+  if constexpr (sizeof(T) == 1) return NumberType::U8;  // bool, enumerations
+}
+
+/// Calls visit(suffix of the name, number) for the parts of a field.
+template <typename T, typename Visit>
+void for_each_part(T& value, Visit&& visit) {
+  visit("", value);
+}
+template <typename T, typename Visit>
+void for_each_vector_part(T& value, Visit&& visit) {
+  visit(".x", value.x);
+  visit(".y", value.y);
+  visit(".z", value.z);
+}
+template <typename Visit>
+void for_each_part(Vec3d& value, Visit&& visit) {
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(const Vec3d& value, Visit&& visit) {
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(Vec3f& value, Visit&& visit) {
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(const Vec3f& value, Visit&& visit) {
+  for_each_vector_part(value, visit);
+}
+
+template <typename T, typename Visit>
+void for_each_quaternion_part(T& value, Visit&& visit) {
+  visit(".w", value.w);
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(Quatd& value, Visit&& visit) {
+  for_each_quaternion_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(const Quatd& value, Visit&& visit) {
+  for_each_quaternion_part(value, visit);
+}
+
+template <typename T>
+[[nodiscard]] RecordingColumns columns_of() {
+  RecordingColumns columns;
+  const T value{};
+  for_each_field(value, [&](const Field& field, const auto& whole) {
+    for_each_part(whole, [&]<typename N>(std::string_view suffix, const N& /*number*/) {
+      columns.push_back({std::string(field.name).append(suffix), type_of<N>(), std::string(field.unit),
+                         std::string(name(field.role))});
+    });
+  });
+  return columns;
+}
+
+template <typename T>
+void append_row(const T& value, std::vector<std::byte>& row) {
+  for_each_field(value, [&](const Field& /*field*/, const auto& whole) {
+    for_each_part(whole, [&](std::string_view /*suffix*/, const auto& number) {
+      const auto bytes = std::as_bytes(std::span(&number, 1));
+      row.insert(row.end(), bytes.begin(), bytes.end());
+    });
+  });
+}
+
+/// Reads rows whose columns may be those of another version.
+template <typename T>
+class RowReader {
+ public:
+  RowReader() = default;
+  explicit RowReader(const RecordingColumns& columns) {
+    const RecordingColumns known = columns_of<T>();
+    places_.assign(known.size(), kNowhere);
+    std::size_t at = 0;
+    for (const RecordingColumn& column : columns) {
+      std::size_t k = 0;
+      while (k < known.size() && (known[k].name != column.name || known[k].type != column.type)) ++k;
+      if (k < known.size())
+        places_[k] = at;
+      else
+        unknown_.push_back(column);
+      at += bytes_of(column.type);
+    }
+    for (std::size_t k = 0; k < known.size(); ++k)
+      if (places_[k] == kNowhere) missing_.push_back(known[k]);
+  }
+
+  /// Numbers that the recording has not keep their value.
+  void read(std::span<const std::byte> row, T& to) const {
+    std::size_t k = 0;
+    for_each_field(to, [&](const Field& /*field*/, auto& whole) {
+      for_each_part(whole, [&]<typename N>(std::string_view /*suffix*/, N& number) {
+        const std::size_t at = places_[k++];
+        if (at == kNowhere) return;
+        if constexpr (std::same_as<N, bool>)
+          number = row[at] != std::byte{0};
+        else
+          std::memcpy(&number, row.data() + at, sizeof number);
+      });
+    });
+  }
+  [[nodiscard]] const RecordingColumns& unknown() const noexcept { return unknown_; }
+  [[nodiscard]] const RecordingColumns& missing() const noexcept { return missing_; }
+  /// Whether the recording has number k of columns_of<T>().
+  [[nodiscard]] bool has(std::size_t k) const noexcept { return places_[k] != kNowhere; }
+
+ private:
+  static constexpr std::size_t kNowhere = ~std::size_t{0};
+  std::vector<std::size_t> places_;  ///< in the row, by number of the field's part
+  RecordingColumns unknown_, missing_;
+};
+
+}  // namespace relief::detail

@@ -1,0 +1,59 @@
+// Writes what a servo did into a recording, off the servo's thread.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/core/snapshot.h>
+#include <relief/edit/editor.h>
+#include <relief/haptics/servo_thread.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace relief {
+
+/// Where a recording comes from, as its head says it.
+struct RecordingOrigin {
+  std::string program = {};          ///< name, version and commit
+  std::filesystem::path model = {};  ///< the model's file
+  std::uint64_t model_strokes = 0;   ///< finished strokes in it
+  std::string model_unit = {};       ///< what one model unit is: "mm", "cm" or "m"
+};
+
+/// Takes ticks and edits in the order in which they happened; a thread of its own packs and writes them. The ticks must
+/// begin with a servo's first.
+class Recorder {
+ public:
+  /// Live: no call waits for the disk; the file has its name at once and grows four times a second, and what is in it
+  /// survives the death of the process; ticks for which the disk is too slow for minutes are left out, which shows.
+  /// Path: calls wait for the disk, and the file appears in finish().
+  enum class Pace : std::uint8_t { Live, Path };
+  /// `model` and `settings` are those that the servo starts with. An existing file is replaced. Error: Io.
+  [[nodiscard]] static Result<Recorder> create(const std::filesystem::path& file, Pace pace,
+                                               const RecordingOrigin& origin, const SnapshotPtr& model,
+                                               const ServoSettings& settings, const DeviceInfo& device);
+  Recorder(Recorder&&) noexcept;
+  Recorder& operator=(Recorder&&) noexcept;
+  ~Recorder();
+
+  /// One thread calls these. A tick's model must be the first one, or a head that came with a dab.
+  void tick(const ServoTick& tick);
+  void begin_stroke(const Brush& brush);
+  /// `head` is what the editor has after the dab.
+  void dab(const Dab& dab, const SnapshotPtr& head);
+  void end_stroke();
+  /// The next settings that ServoThread::set() took. Any thread.
+  void set(const ServoSettings& settings);
+
+  /// Writes what is left and closes the file; `times` are those of the servo's thread, if it had one. Error: what went
+  /// wrong first, Io.
+  [[nodiscard]] Status finish(const ServoTimes* times);
+
+ private:
+  struct State;
+  explicit Recorder(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relief

@@ -1,0 +1,107 @@
+// What can be done with a recording: check it bit for bit, compare other settings on the same motion, play it again.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/core/snapshot.h>
+#include <relief/file/recording.h>
+#include <relief/haptics/servo_thread.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace relief {
+
+/// A tick as it was recorded.
+struct RecordedTick {
+  std::uint64_t clock_ns = 0;  ///< CLOCK_MONOTONIC at the wake-up; 0 along a path
+  std::uint32_t settings = 0;  ///< how many changes of the settings had been taken over
+  std::uint64_t model = 0;     ///< 0: the snapshot at the start; one more with each that followed
+  DeviceState reading;
+  ServoSample sample;
+};
+
+/// An open recording whose head has been understood. One thread at a time.
+class Replay {
+ public:
+  /// Errors: those of Recording::open(); Corrupt.
+  [[nodiscard]] static Result<Replay> open(const std::filesystem::path& file);
+  Replay(Replay&&) noexcept;
+  Replay& operator=(Replay&&) noexcept;
+  ~Replay();
+
+  [[nodiscard]] Recording& recording() noexcept;
+  [[nodiscard]] const Recording& recording() const noexcept;
+  [[nodiscard]] const DeviceInfo& device() const noexcept;
+  /// Those at the start, then each change.
+  [[nodiscard]] const std::vector<ServoSettings>& settings() const noexcept;
+  /// What the recording has that this program does not know, and would have to know to repeat it; empty if nothing.
+  [[nodiscard]] const std::string& unknown() const noexcept;
+
+  /// The next tick; false at the end, and then from the start again. Error: Corrupt.
+  [[nodiscard]] Result<bool> next(std::uint64_t& number, RecordedTick& tick);
+  void rewind() noexcept;
+  /// What the device gave, for a ReplayDevice. Error: Corrupt.
+  [[nodiscard]] Result<std::vector<DeviceState>> readings();
+
+  struct State;
+  [[nodiscard]] const State& state() const noexcept { return *state_; }
+
+ private:
+  explicit Replay(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+/// The model that was recorded: `instead` where given, else where the recording says, else the file of that name beside
+/// the recording; as it was after the strokes that it had then. Errors: NotFound, InvalidArgument (another model),
+/// those of ModelFile::open().
+[[nodiscard]] Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead = {});
+
+/// What verify() found.
+struct Verification {
+  std::uint64_t ticks = 0;    ///< recorded
+  std::uint64_t checked = 0;  ///< from the first on, all of them the same bit for bit
+  /// The first number that differs: empty when all that could be checked is the same.
+  struct Difference {
+    std::uint64_t tick = 0;
+    double t = 0;
+    std::string field;
+    std::string recorded, now;
+  };
+  std::optional<Difference> difference;
+  /// Why the ticks from `checked` on could not be checked; empty when all were.
+  std::string stopped;
+  /// Numbers that the recording lacks: outputs were not compared, inputs and settings are their defaults.
+  std::vector<std::string> missing;
+  [[nodiscard]] bool holds() const noexcept { return !difference && stopped.empty(); }
+};
+
+/// Runs a new servo over the recorded readings, with the recorded settings and edits, and compares all that it gives.
+/// Errors: InvalidArgument (the recording needs what this program does not know), Corrupt, Cancelled.
+[[nodiscard]] Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Progress& progress = {});
+
+/// The same motion with the recorded settings and with others. The hand does not answer: what it would have done under
+/// the other force is not known.
+struct Comparison {
+  std::uint64_t ticks = 0;
+  double force_rms = 0;        ///< N, of the recorded settings' force, over the ticks where either force is not zero
+  double error_rms = 0;        ///< N, of the difference of the forces, over the same ticks
+  double error_max = 0;        ///< N
+  std::uint64_t error_at = 0;  ///< the tick of error_max
+  double direction_rms = 0;    ///< degrees between the forces, over the ticks where both are above 0.05 N
+  double direction_max = 0;    ///< degrees
+  std::uint64_t contact = 0;   ///< ticks in contact with the recorded settings
+  std::uint64_t contact_differs = 0;
+  TimeHistogram cost, other_cost;  ///< thread CPU time of step()
+};
+/// `change` is applied to all recorded settings. Where ticks were dropped it goes on. Errors as verify().
+[[nodiscard]] Result<Comparison> compare(Replay& replay, const SnapshotPtr& model,
+                                         const std::function<void(ServoSettings&)>& change,
+                                         const Progress& progress = {});
+
+}  // namespace relief
