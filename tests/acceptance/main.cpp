@@ -17,6 +17,7 @@ namespace {
 constexpr std::array kTests = {
     Test{"S1", "plant self-test", plant},
     Test{"S2", "no limit cycles at the default stiffness", limit_cycles},
+    Test{"S4", "no energy from closed ways", closed_ways},
 };
 
 /// "1.5e-3 m", whole numbers as they are.

@@ -1,5 +1,5 @@
 // What a hand feels on surfaces whose answer is known in closed form.
-#include "support/shells.h"
+#include "support/driver.h"
 
 #include <relief/haptics/servo.h>
 
@@ -14,45 +14,13 @@ namespace relief {
 namespace {
 
 using testing::displaced;
+using testing::Driver;
+using testing::fine_sphere;
+using testing::flat_plane;
 using testing::plane_shell;
+using testing::settings_with;
 using testing::sphere_shell;
-
-/// A device so strong that no limit is in the way of the law.
-DeviceInfo strong_device() {
-  return {.name = "strong", .max_force = 1e3, .max_stiffness = 1e5, .max_damping = 100, .max_force_rate = 1e9};
-}
-
-ServoSettings settings_with(double stiffness, double damping = 0, double friction = 0, double metres_per_unit = 0.1) {
-  return {.workspace = {.metres_per_unit = metres_per_unit},
-          .force = {.stiffness = stiffness, .damping = damping, .friction = friction}};
-}
-
-/// The sphere of radius 1, sampled finely.
-SnapshotPtr fine_sphere() {
-  return displaced(sphere_shell(2, 64), [](Vec3d p) { return (1 / length(p) - 0.8) / 0.4; });
-}
-
-SnapshotPtr flat_plane(int cells = 4, int n = 8) {
-  return displaced(plane_shell(cells, n), [](Vec3d) { return 0.5; });
-}
-
-/// Drives a servo along cursor positions in model units, 1 ms apart.
-class Driver {
- public:
-  Driver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
-  ServoSample at(const Snapshot& model, Vec3d cursor, double dt = 1e-3) {
-    t_ += dt;
-    DeviceState state;
-    state.t = t_;
-    state.position = servo_.settings().workspace.to_device(cursor);
-    return servo_.step(model, state);
-  }
-  Servo& servo() { return servo_; }
-
- private:
-  Servo servo_;
-  double t_ = 0;
-};
+using testing::strong_device;
 
 TEST(Force, IsProportionalToDepthOnASphere) {
   const SnapshotPtr model = fine_sphere();
