@@ -14,9 +14,11 @@ namespace relief::detail {
 
 /// Unit normal in a cell, interpolated from its three samples.
 [[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept;
-/// The same, to the bit, from what was found before in the same cell of the same cage, as long as the samples around
-/// it are the same.
-[[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept;
+/// The normals at a cell's samples, as sample_normal(); from what was found before in the same cell of the same cage,
+/// as long as the samples around it are the same.
+[[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
+                                                         const std::array<GridPoint, 3>& cell,
+                                                         CellNormals& known) noexcept;
 
 /// Where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {

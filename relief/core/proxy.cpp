@@ -21,6 +21,7 @@ constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at
 constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
 constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
 constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
+constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
 constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
@@ -418,14 +419,6 @@ class Sweep {
   SurfacePlace found_;
 };
 
-SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
-  const SlabCoord at = surface.coordinates(place);
-  return {
-      at.slab,        at.u,
-      at.v,           at.alpha,
-      place.position, detail::cell_normal(surface.model(), at.slab, {place.triangle.corners, place.weights}, known)};
-}
-
 /// n turned towards `wanted` by at most so many radians.
 Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
   // A chord is shorter than its arc.
@@ -435,6 +428,40 @@ Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
   const Vec3d aside = wanted - n * dot(n, wanted);
   if (!(dot(aside, aside) > 1e-24)) return n;
   return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
+}
+
+Vec3d interpolated(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
+  return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
+}
+
+SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
+  const SlabCoord at = surface.coordinates(place);
+  const auto& normals = detail::corner_normals(surface.model(), at.slab, place.triangle.corners, known);
+  return {at.slab, at.u, at.v, at.alpha, place.position, interpolated(normals, place.weights)};
+}
+
+/// The interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest place
+/// stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from the
+/// normal at the place than the way out does.
+Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& normals, Vec3d normal,
+                     Vec3d goal) noexcept {
+  const auto& [a, b, c] = place.triangle.positions;
+  const Vec3d area = place.triangle.area(), out = place.position - goal;
+  const double area2 = dot(area, area), height = dot(out, area), depth2 = dot(out, out);
+  if (!(height > 0)) return normal;
+  // The weights of b and c grow along these.
+  const Vec3d to_b = cross(c - a, area) / area2, to_c = cross(area, b - a) / area2;
+  const Vec3d by_b = normals[1] - normals[0], by_c = normals[2] - normals[0], start = goal - a;
+  Vec3d n = normal;
+  for (int step = 0; step < 2; ++step) {
+    const double along = dot(n, area);
+    if (!(along * along > kSteep * area2 * dot(n, n))) return normal;
+    const Vec3d p = start + n * (height / along);  // in the plane of the triangle
+    n = normals[0] + by_b * dot(p, to_b) + by_c * dot(p, to_c);
+  }
+  n = normalized(n);
+  const double turn2 = distance2(n, normal), most2 = distance2(out / std::sqrt(depth2), normal);
+  return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
 }
 
 }  // namespace
@@ -630,7 +657,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
     has_left_ = false;
   }
   corners_ = surface.mesh().corners(place_.triangle.slab);
-  describe(surface, goal, cursor, travel);
+  describe(surface, goal, cursor, length(move));
   return true;
 }
 
@@ -638,8 +665,8 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   surface_ = point_of(surface, place_, normals_);
   const Vec3d out = place_.position - goal;
   depth_ = length(out);
-  normal_ = fresh_ || !(depth_ > 0) ? surface_.normal
-                                    : turned_by(normal_, surface_.normal, kFollow * travel / depth_ + kTurn);
+  const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
+  normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
   alpha_ = surface_.alpha;
   SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};

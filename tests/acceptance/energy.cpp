@@ -20,8 +20,9 @@ struct Scene {
   std::string name;
   SnapshotPtr model;
   double depth;
-  /// The surface is less curved than the ways are deep, so there is one nearest place. Elsewhere the contact point keeps
-  /// to the side of a crease or bump that it came from, and gives way later: work is lost there, but none is gained.
+  /// The surface is less curved than the ways are deep, so there is one nearest place. Elsewhere the contact point
+  /// keeps to the side of a crease or bump that it came from, and gives way later: work is lost there, but none is
+  /// gained.
   bool one_nearest = true;
 };
 
@@ -99,7 +100,7 @@ class Work {
     tolerance_ = 1e-9 * (400 * depth * kSize) * (0.2 * kSize);
   }
   /// As a share of the largest force times the way's length.
-  [[nodiscard]] double share_left(const Loop& loop, int steps) {
+  [[nodiscard]] double share_left(const Loop& loop, int steps, int halvings) {
     Driver hand(settings_, testing::strong_device());
     static_cast<void>(hand.at(model_, loop.start()));
     Place here = settled(hand, loop.at(0));
@@ -109,7 +110,7 @@ class Work {
       const Driver before = hand;
       const Place there = settled(hand, loop.at(double(k) / steps));
       hand = before;
-      here = go(hand, here, there, 12);
+      here = go(hand, here, there, halvings);
     }
     return most_ > 0 ? work_ / (most_ * way_) : std::nan("");
   }
@@ -163,7 +164,7 @@ void closed_ways(Report& report) {
       double most = 0, gained = 0;  // no number once one is
       for (int k = 0; k < loops; ++k) {
         const Loop loop(*scene.model, scene.depth, k % 2 == 1, random);
-        const double left = Work(*scene.model, scene.depth, exact).share_left(loop, steps);
+        const double left = Work(*scene.model, scene.depth, exact).share_left(loop, steps, scene.one_nearest ? 12 : 6);
         if (std::isnan(left) || std::abs(left) > most) most = std::abs(left);
         if (std::isnan(left) || left > gained) gained = left;
       }

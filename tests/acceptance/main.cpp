@@ -18,6 +18,9 @@ constexpr std::array kTests = {
     Test{"S1", "plant self-test", plant},
     Test{"S2", "no limit cycles at the default stiffness", limit_cycles},
     Test{"S4", "no energy from closed ways", closed_ways},
+    Test{"S5", "continuous force over smooth surfaces", force_continuity},
+    Test{"S6", "borders and edits", borders_and_edits},
+    Test{"S7", "sculpting under the tip", sculpting},
 };
 
 /// "1.5e-3 m", whole numbers as they are.
