@@ -21,9 +21,11 @@ constexpr std::array kTests = {
     Test{"S5", "continuous force over smooth surfaces", force_continuity},
     Test{"S6", "borders and edits", borders_and_edits},
     Test{"S7", "sculpting under the tip", sculpting},
+    Test{"S8", "no pops", pops},
     Test{"S9", "friction", friction},
     Test{"S10", "stiffness and damping recovered", identification},
     Test{"S11", "texture", texture},
+    Test{"S19", "determinism", determinism},
     Test{"S20", "recorded human motion", recorded_motion},
     Test{"S21", "ground truth", ground_truth},
 };

@@ -80,13 +80,7 @@ double scaled_difference(double scale, Vec3d centre) {
     return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y);
   });
   const SlabMesh& shell = here->slab_mesh();
-  std::vector<Fibre> fibres;
-  for (const Fibre& f : shell.fibres()) fibres.push_back({f.inner * scale + centre, f.outer * scale + centre});
-  std::vector<SlabMesh::Face> faces;
-  for (const Slab& s : shell.slabs()) faces.push_back({s.fibres, s.intervals});
-  auto mesh = SlabMesh::make(std::move(fibres), faces);
-  if (!mesh) return std::nan("");
-  SnapshotDraft draft(Snapshot::make(std::make_shared<const SlabMesh>(*std::move(mesh))));
+  SnapshotDraft draft(Snapshot::make(testing::mapped_shell(shell, [&](Vec3d p) { return p * scale + centre; })));
   for (SlabId s = 0; s < shell.slab_count(); ++s)
     draft.put(Layer::Displacement, s, std::make_shared<const Tile>(here->tile(Layer::Displacement, s)));
   const SnapshotPtr there = draft.finish();
@@ -229,7 +223,7 @@ void recorded_motion(Report& report) {
   // tool, smoothed, as a ribbon that faces the measured force. The hand goes as deep under it as that force asks of the
   // spring, at each tick as the tracker's 30 Hz are interpolated.
   std::vector<double> off_path, angle, naive_path, naive_angle;
-  int trials = 0, usable = 0;
+  int trials = 0, usable = 0, lost = 0;
   for (const char letter : {'a', 'b', 'c', 'd', 'e', 'f'})
     for (const char number : {'1', '2'}) {
       const Recorded trial = read_trial(folder / ("demo_" + std::string(1, letter) + "_" + number + ".dat"));
@@ -268,6 +262,12 @@ void recorded_motion(Report& report) {
             const Vec3d place = between(path[k], path[k + 1]);
             const Vec3d n = normalized(between(normals[k], normals[k + 1]));
             const ServoSample sample = hand.at(*model, place - n * (length(force) / 4000));
+            if (!sample.contact) {
+              // Off the ribbon's edge where the path turns sharply: down to it again.
+              if (!naive) ++lost;
+              hand = Driver(settings, testing::strong_device());
+              static_cast<void>(hand.at(*model, place + n * 0.001));
+            }
             if (k < 4) continue;
             const double a = sample.contact
                                  ? std::atan2(length(cross(sample.force, force)), dot(sample.force, force)) / kDegree
@@ -280,6 +280,7 @@ void recorded_motion(Report& report) {
   report.at_least("trials", trials, 12);
   report.shown("of them with the force across the path, so that they can be used", usable);
   report.shown("ticks", double(angle.size()));
+  report.shown("contact lost over an edge of the ribbon and taken up again", lost);
   for (const double q : {0.5, 0.95}) {
     const std::string which = q < 0.9 ? "p50" : "p95";
     report.shown("contact point off the tool's path, " + which, quantile(off_path, q), "mm");

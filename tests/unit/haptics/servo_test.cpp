@@ -279,31 +279,6 @@ TEST(Friction, LayersGiveBreakAwayAndSlidingTheirOwnCoefficients) {
   EXPECT_NEAR(last, 0.25 * 0.8, 1e-6);
 }
 
-TEST(Servo, SameReadingsGiveTheSameBits) {
-  const SnapshotPtr model = fine_sphere();
-  const auto run = [&] {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> noise(-1e-3, 1e-3);
-    Driver hand(settings_with(400, 1, 0.4), DeviceInfo{});
-    std::vector<ServoSample> samples;
-    for (int k = 0; k < 3000; ++k) {
-      const double turn = 2e-3 * k;
-      const Vec3d way = {std::sin(turn), 0.3 * std::cos(3 * turn), std::cos(turn)};
-      samples.push_back(hand.at(*model, normalized(way) * (1 + 0.05 * std::cos(7 * turn) + noise(random))));
-    }
-    return samples;
-  };
-  const auto a = run(), b = run();
-  int touched = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    EXPECT_EQ(std::memcmp(&a[k].force, &b[k].force, sizeof(Vec3d)), 0) << k;
-    EXPECT_EQ(std::memcmp(&a[k].contact_point, &b[k].contact_point, sizeof(Vec3d)), 0) << k;
-    EXPECT_EQ(a[k].flags, b[k].flags);
-    touched += a[k].contact ? 1 : 0;
-  }
-  EXPECT_GT(touched, 500);
-}
-
 TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {
   const SnapshotPtr large = displaced(sphere_shell(3, 4), [](Vec3d) { return 0.5; });
   const SnapshotPtr small = displaced(sphere_shell(0, 4), [](Vec3d) { return 0.5; });
