@@ -62,7 +62,12 @@ class MicroTriangles {
   [[nodiscard]] int intervals() const noexcept { return n_; }
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
-  [[nodiscard]] Vec3d position(GridPoint p) const noexcept { return sample_position(corners_, n_, p, displacement(p)); }
+  [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
+    ++placed_;
+    return sample_position(corners_, n_, p, displacement(p));
+  }
+  /// How many samples' positions were worked out, by all calls: a measure of the work.
+  [[nodiscard]] int placed() const noexcept { return placed_; }
   /// By how many cells stitching may draw a triangle out of its cell.
   [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
   /// Stitches a cell; false where no triangle remains of it or it is a hole.
@@ -191,6 +196,7 @@ class MicroTriangles {
   int n_ = 0;
   std::array<int, 3> edges_{};
   const float* displacement_ = nullptr;
+  mutable int placed_ = 0;
 };
 
 }  // namespace relief::detail

@@ -504,6 +504,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
     look_below(model, cursor);
   }
   last_ = cursor;
+  samples_placed_ = surface.placed();
   return held_;
 }
 

@@ -70,6 +70,8 @@ class Proxy {
   bool step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// Samples whose positions the last tick worked out: its cost, whatever the machine.
+  [[nodiscard]] int samples_placed() const noexcept { return samples_placed_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
@@ -128,6 +130,7 @@ class Proxy {
   Vec3d normal_, way_out_;
   Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   double depth_ = 0, rise_ = 0, alpha_ = 0;
+  int samples_placed_ = 0;
 };
 
 }  // namespace relief

@@ -14,9 +14,9 @@ namespace {
 using testing::Driver;
 
 constexpr double kStatic = 0.6, kKinetic = 0.4, kStiffness = 1000;
-constexpr double kDepth = 1e-3;                       // m
-constexpr double kNormal = kStiffness * kDepth;       // N
-constexpr double kTick = 1e-3;                        // s
+constexpr double kDepth = 1e-3;                  // m
+constexpr double kNormal = kStiffness * kDepth;  // N
+constexpr double kTick = 1e-3;                   // s
 constexpr double kPi = 3.14159265358979323846;
 
 /// A plane of 1 m in which static and dynamic friction differ.
@@ -30,7 +30,8 @@ SnapshotPtr rough_plane() {
 /// A tool at a place along x, pressed to a constant depth.
 class Sled {
  public:
-  explicit Sled(const Snapshot& model) : model_(model), hand_(testing::settings_with(kStiffness, 0, 0.1, 1), testing::strong_device()) {
+  explicit Sled(const Snapshot& model)
+      : model_(model), hand_(testing::settings_with(kStiffness, 0, 0.1, 1), testing::strong_device()) {
     static_cast<void>(hand_.at(model_, {kStart, kDepth, 0.5}));
   }
   /// Force along x, N.
@@ -71,7 +72,8 @@ Coefficients measured(const Snapshot& model, double speed) {
   return found;
 }
 
-/// A mass on the plane, damped so much that it rests on the friction before the next slip, pulled along x by a spring whose other end moves, or by a force.
+/// A mass on the plane, damped so much that it rests on the friction before the next slip, pulled along x by a spring
+/// whose other end moves, or by a force.
 struct Slider {
   double mass = 1, damping = 2;  // kg, N*s/m
   double x = 0, v = 0;
@@ -100,7 +102,8 @@ double ideal_period(const Slider& s, double spring, double speed) {
     return std::exp(-rate * t) * (z0 * std::cos(w * t) + (z1 + rate * z0) / w * std::sin(w * t));
   };
   const auto dz = [&](double t) {
-    return std::exp(-rate * t) * (z1 * std::cos(w * t) - (z0 * (w * w + rate * rate) + z1 * rate) / w * std::sin(w * t));
+    return std::exp(-rate * t) *
+           (z1 * std::cos(w * t) - (z0 * (w * w + rate * rate) + z1 * rate) / w * std::sin(w * t));
   };
   // At rest again where z' = speed, past half a swing.
   double low = kPi / w, high = 2 * kPi / w;
@@ -169,9 +172,12 @@ void friction(Report& report) {
   for (int k = 0; k < 2'000 + minutes * 60'000; ++k) {
     const double t = k * kTick, shake = std::sin(2 * kPi * 9 * t);
     const double friction_force = sled.at(held.x, kDepth * (1 + 0.02 * shake));
-    held.move(friction_force, [&](double now, double) {
-      return 0.9 * kStatic * kNormal * std::min(1.0, now) + 0.01 * kNormal * std::sin(2 * kPi * 11 * now);
-    }, t);
+    held.move(
+        friction_force,
+        [&](double now, double) {
+          return 0.9 * kStatic * kNormal * std::min(1.0, now) + 0.01 * kNormal * std::sin(2 * kPi * 11 * now);
+        },
+        t);
     if (k == 2'000) settled = held.x;
   }
   // The same phase of both tremors: whole seconds apart.
@@ -181,8 +187,9 @@ void friction(Report& report) {
   const PlantPreset& preset = plant_presets().front();
   const SnapshotPtr& plane = model;
   const Workspace space = {.metres_per_unit = 0.1, .device_origin = {}, .model_origin = {0.5, 0, 0.5}};
-  SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 0},
-                     [](double t) { return HandTarget{{0.02 * std::min(t, 1.0), 0.004 - 0.008 * std::min(t, 1.0), 0}, 0}; });
+  SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 0}, [](double t) {
+    return HandTarget{{0.02 * std::min(t, 1.0), 0.004 - 0.008 * std::min(t, 1.0), 0}, 0};
+  });
   hand.set_state({0, 0.004, 0}, {});
   Servo servo({.workspace = space, .force = {.stiffness = 400, .friction = 0.4}}, hand.info());
   int crossings = 0, resting = 0;

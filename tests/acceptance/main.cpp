@@ -25,9 +25,13 @@ constexpr std::array kTests = {
     Test{"S9", "friction", friction},
     Test{"S10", "stiffness and damping recovered", identification},
     Test{"S11", "texture", texture},
+    Test{"S16", "work per tick", work_per_tick},
+    Test{"S17", "deadlines", deadlines},
+    Test{"S18", "nothing forbidden in a tick", forbidden_calls},
     Test{"S19", "determinism", determinism},
     Test{"S20", "recorded human motion", recorded_motion},
     Test{"S21", "ground truth", ground_truth},
+    Test{"S22", "hand-over of snapshots", hand_over},
 };
 
 /// "1.5e-3 m", whole numbers as they are.

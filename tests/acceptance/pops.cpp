@@ -31,8 +31,9 @@ SnapshotPtr disc() {
 }
 /// Eight sharp points, hollow between them.
 double cusps(Vec3d way) {
-  const double peak = std::max({std::abs(way.x + way.y + way.z), std::abs(way.x + way.y - way.z), std::abs(way.x - way.y + way.z),
-                                std::abs(way.x - way.y - way.z)}) / std::sqrt(3.0);
+  const double peak = std::max({std::abs(way.x + way.y + way.z), std::abs(way.x + way.y - way.z),
+                                std::abs(way.x - way.y + way.z), std::abs(way.x - way.y - way.z)}) /
+                      std::sqrt(3.0);
   return 0.3 + 0.8 * std::pow(peak, 24);
 }
 
@@ -79,10 +80,11 @@ void pops(Report& report) {
   const double wanted = report.long_form() ? 1e8 : 4e5;
   double frames = 0;
   for (const Scene& scene : list) {
-    const testing::ContactRuns done =
-        testing::judged_runs(*scene.model, testing::is_closed(scene.model->slab_mesh()), long(wanted / double(list.size())));
+    const testing::ContactRuns done = testing::judged_runs(*scene.model, testing::is_closed(scene.model->slab_mesh()),
+                                                           long(wanted / double(list.size())));
     frames += double(done.pressed);
-    report.at_most(scene.name + ": illegal ticks" + (done.first.empty() ? "" : " (" + done.first + ")"), double(done.bad()), 0);
+    report.at_most(scene.name + ": illegal ticks" + (done.first.empty() ? "" : " (" + done.first + ")"),
+                   double(done.bad()), 0);
   }
   report.at_least("pressed frames that were judged", frames, wanted);
 }

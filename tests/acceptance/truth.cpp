@@ -51,7 +51,8 @@ struct Errors {
 };
 
 /// Presses at places of a surface along its own normal, and compares with the ideal one.
-Errors against(const Snapshot& model, Nearest nearest, double least, double most, int presses, double margin, bool exact) {
+Errors against(const Snapshot& model, Nearest nearest, double least, double most, int presses, double margin,
+               bool exact) {
   const SlabMesh& mesh = model.slab_mesh();
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -59,7 +60,8 @@ Errors against(const Snapshot& model, Nearest nearest, double least, double most
   settings.force.exact_normals = exact;
   Errors worst;
   for (int k = 0; k < presses; ++k) {
-    const SurfacePoint place = surface_point(model, static_cast<SlabId>(unit(random) * mesh.slab_count()), unit(random) / 2, unit(random) / 2);
+    const SurfacePoint place =
+        surface_point(model, static_cast<SlabId>(unit(random) * mesh.slab_count()), unit(random) / 2, unit(random) / 2);
     const Vec3d p = place.position;
     if (margin > 0 && std::max(std::abs(p.x - 0.5), std::abs(p.z - 0.5)) > 0.5 - margin) continue;
     const Vec3d cursor = p - place.normal * (least + (most - least) * unit(random));
@@ -76,9 +78,8 @@ Errors against(const Snapshot& model, Nearest nearest, double least, double most
 
 /// Largest difference of the forces of one motion over one shape, in another unit and at another place; N.
 double scaled_difference(double scale, Vec3d centre) {
-  const SnapshotPtr here = testing::displaced(testing::sphere_shell(2, 32), [](Vec3d p) {
-    return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y);
-  });
+  const SnapshotPtr here = testing::displaced(
+      testing::sphere_shell(2, 32), [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y); });
   const SlabMesh& shell = here->slab_mesh();
   SnapshotDraft draft(Snapshot::make(testing::mapped_shell(shell, [&](Vec3d p) { return p * scale + centre; })));
   for (SlabId s = 0; s < shell.slab_count(); ++s)
@@ -91,7 +92,8 @@ double scaled_difference(double scale, Vec3d centre) {
   double worst = 0, most = 0;
   for (int k = 0; k < 6000; ++k) {
     const double turn = 1e-3 * k;
-    const Vec3d cursor = normalized(Vec3d{std::sin(turn), 0.4 * std::sin(2.3 * turn), std::cos(turn)}) * (0.99 + 0.06 * std::cos(9 * turn));
+    const Vec3d cursor = normalized(Vec3d{std::sin(turn), 0.4 * std::sin(2.3 * turn), std::cos(turn)}) *
+                         (0.99 + 0.06 * std::cos(9 * turn));
     const Vec3d f = a.at(*here, cursor).force, g = b.at(*there, cursor * scale + centre).force;
     worst = std::max(worst, length(f - g));
     most = std::max(most, length(f));

@@ -1,5 +1,5 @@
-// unoptimised_forces TICKS: the forces of the script of S19 on standard output, as raw doubles. Built without optimisation,
-// the parts of the product with it.
+// unoptimised_forces TICKS: the forces of the script of S19 on standard output, as raw doubles. Built without
+// optimisation, the parts of the product with it.
 #include "support/forces_of_a_script.h"
 
 #include <cstdio>

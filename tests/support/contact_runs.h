@@ -14,7 +14,8 @@
 namespace relief::testing {
 
 enum class Motion { Slide, Tap, Press, DeepPress, Jump, Rush };
-inline constexpr std::array<const char*, 6> kMotions = {"slide", "tap", "press to 4 %", "press to 10 %", "jump", "rush"};
+inline constexpr std::array<const char*, 6> kMotions = {"slide",         "tap",  "press to 4 %",
+                                                        "press to 10 %", "jump", "rush"};
 
 /// A hand over one place of the surface. Depths and widths are shares of the diagonal; with a diagonal of 0.15 m it
 /// rushes at 2 m/s and jumps by up to 50 mm.
@@ -74,9 +75,9 @@ class ScriptedHand {
 /// What was judged.
 struct ContactRuns {
   long pressed = 0, ticks = 0;
-  long thin = 0;                ///< places where the part is thinner than 3 % of the diagonal
+  long thin = 0;                 ///< places where the part is thinner than 3 % of the diagonal
   std::array<long, 7> faults{};  ///< by Fault
-  std::string first;            ///< the first fault and where it was
+  std::string first;             ///< the first fault and where it was
   [[nodiscard]] long bad() const {
     long sum = 0;
     for (std::size_t k = 1; k < faults.size(); ++k) sum += faults[k];
@@ -126,8 +127,8 @@ inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, 
       if (fault == Fault::None) continue;
       ++done.faults[static_cast<std::size_t>(fault)];
       if (done.first.empty())
-        done.first = std::string(kMotions[motion]) + ", run " + std::to_string(run) + ", tick " + std::to_string(k) + ": " +
-                     std::string(name(fault));
+        done.first = std::string(kMotions[motion]) + ", run " + std::to_string(run) + ", tick " + std::to_string(k) +
+                     ": " + std::string(name(fault));
     }
   }
   return done;

@@ -35,8 +35,8 @@ long wanted_ticks() { return std::getenv("RELIEF_SOAK") != nullptr ? 15'000'000 
 
 void judge(const std::string& title, const Snapshot& model, bool closed, long wanted) {
   const testing::ContactRuns done = testing::judged_runs(model, closed, wanted);
-  std::printf("%s: %ld pressed of %ld ticks, %ld thin places: %ld bad\n", title.c_str(), done.pressed, done.ticks, done.thin,
-              done.bad());
+  std::printf("%s: %ld pressed of %ld ticks, %ld thin places: %ld bad\n", title.c_str(), done.pressed, done.ticks,
+              done.thin, done.bad());
   EXPECT_EQ(done.bad(), 0) << title << ", " << done.first;
 }
 
