@@ -476,7 +476,8 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
 }
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
-  rise_ = 0;
+  rise_ = grown_ = 0;
+  eased_ = {};
   lost_ = fresh_ = has_left_ = false;
   if (!known_) {
     known_ = true;
@@ -491,7 +492,9 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   } else if (follow_surface(surface)) {
     if (lag_ != Vec3d{}) {
       const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
+      const Vec3d before = lag_;
       lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
+      eased_ = lag_ - before;
       travel += cut;
     }
   } else {
@@ -669,6 +672,7 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
   normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
+  grown_ = dot(eased_, way_out_);
   alpha_ = surface_.alpha;
   SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
   if (surface.mesh().box(at.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, at) &&

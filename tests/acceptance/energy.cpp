@@ -96,7 +96,7 @@ class Work {
  public:
   Work(const Snapshot& model, double depth, bool exact) : model_(model), size_(diagonal(model.slab_mesh().bounds())) {
     settings_.workspace = {.metres_per_unit = kSize / size_, .model_origin = model.slab_mesh().bounds().centre()};
-    settings_.force = {.stiffness = 400, .damping = 0, .exact_normals = exact};
+    settings_.force = {.stiffness = 400, .damping = 0, .exact_normals = exact, .guard = false};
     tolerance_ = 1e-9 * (400 * depth * kSize) * (0.2 * kSize);
   }
   /// As a share of the largest force times the way's length.

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array kTests = {
     Test{"S1", "plant self-test", plant},
-    Test{"S2", "no limit cycles at the default stiffness", limit_cycles},
+    Test{"S2", "no limit cycles", limit_cycles},
+    Test{"S3", "energy at the hand", human_port},
     Test{"S4", "no energy from closed ways", closed_ways},
     Test{"S5", "continuous force over smooth surfaces", force_continuity},
     Test{"S6", "borders and edits", borders_and_edits},
@@ -25,6 +26,10 @@ constexpr std::array kTests = {
     Test{"S9", "friction", friction},
     Test{"S10", "stiffness and damping recovered", identification},
     Test{"S11", "texture", texture},
+    Test{"S12", "the safe state", safe_state},
+    Test{"S13", "start and resume", start_and_resume},
+    Test{"S14", "limits on every command", limits},
+    Test{"S15", "what stands still", standstill},
     Test{"S16", "work per tick", work_per_tick},
     Test{"S17", "deadlines", deadlines},
     Test{"S18", "nothing forbidden in a tick", forbidden_calls},
