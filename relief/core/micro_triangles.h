@@ -14,9 +14,11 @@ namespace relief::detail {
 
 /// Unit normal in a cell, interpolated from its three samples.
 [[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept;
-/// The same, to the bit, from what was found before in the same cell of the same cage, as long as the samples around
-/// it are the same.
-[[nodiscard]] Vec3d cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept;
+/// The normals at a cell's samples, as sample_normal(); from what was found before in the same cell of the same cage,
+/// as long as the samples around it are the same.
+[[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
+                                                         const std::array<GridPoint, 3>& cell,
+                                                         CellNormals& known) noexcept;
 
 /// Where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
@@ -60,7 +62,12 @@ class MicroTriangles {
   [[nodiscard]] int intervals() const noexcept { return n_; }
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
-  [[nodiscard]] Vec3d position(GridPoint p) const noexcept { return sample_position(corners_, n_, p, displacement(p)); }
+  [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
+    ++placed_;
+    return sample_position(corners_, n_, p, displacement(p));
+  }
+  /// How many samples' positions were worked out, by all calls: a measure of the work.
+  [[nodiscard]] int placed() const noexcept { return placed_; }
   /// By how many cells stitching may draw a triangle out of its cell.
   [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
   /// Stitches a cell; false where no triangle remains of it or it is a hole.
@@ -189,6 +196,7 @@ class MicroTriangles {
   int n_ = 0;
   std::array<int, 3> edges_{};
   const float* displacement_ = nullptr;
+  mutable int placed_ = 0;
 };
 
 }  // namespace relief::detail

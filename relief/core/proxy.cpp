@@ -21,9 +21,11 @@ constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at
 constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
 constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
 constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
+constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
 constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
+constexpr double kClose = 0.7;       // weight of a corner from which on all triangles around it count as next
 constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
@@ -107,6 +109,49 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     });
   }
   return gone;
+}
+
+/// Where the surface bends away from the goal the nearest place of the next triangle may be nearer although the edge
+/// between lies farther off. Moves the place to such a one, if its way out is on the side given.
+bool hop(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, Vec3d side) noexcept {
+  double best = distance2(place.position, goal) * kGain;
+  SurfacePlace next;
+  const auto look = [&](const MicroTriangle& t) noexcept {
+    const Vec3d area = t.area();
+    const double off = dot(area, t.positions[0] - goal);
+    if (!(off > 0 && off * off < best * dot(area, area))) return;  // its plane is no nearer
+    const SurfacePlace there = nearest(t, goal);
+    const double d = distance2(there.position, goal);
+    if (!(d < best && same_side(there.position - goal, side))) return;
+    best = d;
+    next = there;
+  };
+  const auto look_across = [&](const MicroTriangle& t, std::size_t k) noexcept {
+    const MicroTriangle other = surface.across(t, k);
+    if (other.slab != kNoSlab) look(other);
+  };
+  // walk() has been in the triangles that share the place itself.
+  const Feature feature(place.weights);
+  if (feature.zeros == 2) {
+    std::array<MicroTriangle, 16> ring;
+    std::size_t count = 0;
+    neighbours(surface, place, [&](const MicroTriangle& t) noexcept {
+      if (count < ring.size()) ring[count++] = t;
+    });
+    for (std::size_t k = 0; k < count; ++k) look_across(ring[k], 0);
+  } else if (const auto close = std::ranges::max_element(place.weights); *close > kClose) {
+    surface.around(place.triangle.slab, place.triangle.corners[std::size_t(close - place.weights.begin())], look);
+  } else {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (feature.zeros == 0 || k != feature.zero) look_across(place.triangle, k);
+    if (feature.zeros == 1) {
+      const MicroTriangle other = surface.across(place.triangle, feature.zero);
+      for (std::size_t k = 0; other.slab != kNoSlab && k < 3; ++k) look_across(other, k);
+    }
+  }
+  if (next.triangle.slab == kNoSlab) return false;
+  place = next;
+  return true;
 }
 
 /// Where a straight way goes in through a triangle: the weights of the place; empty where it does not. `from` is the
@@ -374,14 +419,6 @@ class Sweep {
   SurfacePlace found_;
 };
 
-SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
-  const SlabCoord at = surface.coordinates(place);
-  return {
-      at.slab,        at.u,
-      at.v,           at.alpha,
-      place.position, detail::cell_normal(surface.model(), at.slab, {place.triangle.corners, place.weights}, known)};
-}
-
 /// n turned towards `wanted` by at most so many radians.
 Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
   // A chord is shorter than its arc.
@@ -391,6 +428,40 @@ Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
   const Vec3d aside = wanted - n * dot(n, wanted);
   if (!(dot(aside, aside) > 1e-24)) return n;
   return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
+}
+
+Vec3d interpolated(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
+  return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
+}
+
+SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
+  const SlabCoord at = surface.coordinates(place);
+  const auto& normals = detail::corner_normals(surface.model(), at.slab, place.triangle.corners, known);
+  return {at.slab, at.u, at.v, at.alpha, place.position, interpolated(normals, place.weights)};
+}
+
+/// The interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest place
+/// stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from the
+/// normal at the place than the way out does.
+Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& normals, Vec3d normal,
+                     Vec3d goal) noexcept {
+  const auto& [a, b, c] = place.triangle.positions;
+  const Vec3d area = place.triangle.area(), out = place.position - goal;
+  const double area2 = dot(area, area), height = dot(out, area), depth2 = dot(out, out);
+  if (!(height > 0)) return normal;
+  // The weights of b and c grow along these.
+  const Vec3d to_b = cross(c - a, area) / area2, to_c = cross(area, b - a) / area2;
+  const Vec3d by_b = normals[1] - normals[0], by_c = normals[2] - normals[0], start = goal - a;
+  Vec3d n = normal;
+  for (int step = 0; step < 2; ++step) {
+    const double along = dot(n, area);
+    if (!(along * along > kSteep * area2 * dot(n, n))) return normal;
+    const Vec3d p = start + n * (height / along);  // in the plane of the triangle
+    n = normals[0] + by_b * dot(p, to_b) + by_c * dot(p, to_c);
+  }
+  n = normalized(n);
+  const double turn2 = distance2(n, normal), most2 = distance2(out / std::sqrt(depth2), normal);
+  return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
 }
 
 }  // namespace
@@ -436,6 +507,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
     look_below(model, cursor);
   }
   last_ = cursor;
+  samples_placed_ = surface.placed();
   return held_;
 }
 
@@ -506,9 +578,17 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   return true;
 }
 
-bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept {
+bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way,
+                       std::optional<SurfacePlace>& over) noexcept {
   int tries = kTries;
   way = walk(surface, rest, goal, kAnywhere, tries);
+  for (SurfacePlace from = rest; tries > 0 && hop(surface, rest, goal, side_); from = rest) {
+    tries -= 3;
+    const double leap = length(rest.position - from.position);
+    // From between the two places it goes on to the second.
+    if (!over && way <= leap) over = rest;
+    way += leap + walk(surface, rest, goal, kAnywhere, tries);
+  }
   if (tries > 0) {
     ahead_.reset();
     return true;
@@ -534,7 +614,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
   // Where would the point come to rest?
   SurfacePlace rest = place_;
   double way = 0;
-  const bool settled = look_ahead(surface, rest, goal, way);
+  std::optional<SurfacePlace> over;
+  const bool settled = look_ahead(surface, rest, goal, way, over);
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
@@ -546,7 +627,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
     if (settled && same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
       if (way > reach) {
-        walk(surface, place_, goal, reach, tries);
+        walk(surface, place_, over ? over->position : goal, reach, tries);
         off = leaves(surface, place_, goal);
       } else {
         place_ = rest;
@@ -580,7 +661,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
     has_left_ = false;
   }
   corners_ = surface.mesh().corners(place_.triangle.slab);
-  describe(surface, goal, cursor, travel);
+  describe(surface, goal, cursor, length(move));
   return true;
 }
 
@@ -588,8 +669,8 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   surface_ = point_of(surface, place_, normals_);
   const Vec3d out = place_.position - goal;
   depth_ = length(out);
-  normal_ = fresh_ || !(depth_ > 0) ? surface_.normal
-                                    : turned_by(normal_, surface_.normal, kFollow * travel / depth_ + kTurn);
+  const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
+  normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
   grown_ = dot(eased_, way_out_);
   alpha_ = surface_.alpha;

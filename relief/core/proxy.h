@@ -70,6 +70,8 @@ class Proxy {
   bool step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// Samples whose positions the last tick worked out: its cost, whatever the machine.
+  [[nodiscard]] int samples_placed() const noexcept { return samples_placed_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
@@ -103,8 +105,9 @@ class Proxy {
   /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
-  /// there.
-  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept;
+  /// there. `over`: the place beyond the edge that it goes to next, if it is about to cross one that is farther off.
+  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way,
+                                std::optional<SurfacePlace>& over) noexcept;
   /// Towards the cursor; false when the way to it is free.
   bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
@@ -130,6 +133,7 @@ class Proxy {
   Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   double depth_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   Vec3d eased_;  ///< by which the felt surface came nearer to the surface in this tick
+  int samples_placed_ = 0;
 };
 
 }  // namespace relief

@@ -351,24 +351,25 @@ Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& ce
   return normalized(sum);
 }
 
-Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell, CellNormals& known) noexcept {
+const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId slab,
+                                                   const std::array<GridPoint, 3>& cell, CellNormals& known) noexcept {
   const int n = model.slab_mesh().intervals(slab);
   const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
-  const auto& [a, b, c] = cell.corners;
-  if (!inside(a) || !inside(b) || !inside(c) || model.has(Layer::Void)) return cell_normal(model, slab, cell);
+  const auto& [a, b, c] = cell;
+  if (!inside(a) || !inside(b) || !inside(c) || model.has(Layer::Void)) {
+    known = {.slab = kNoSlab, .corners = cell, .heights = {}, .normals = {}};
+    for (std::size_t k = 0; k < 3; ++k) known.normals[k] = shading_normal(model, slab, cell[k]);
+    return known.normals;
+  }
   const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
   const bool stands = base == a || base == b || base == c;
   const auto& around = kAroundCell[stands ? 0 : 1];
   const float* d = model.displacement(slab);
   std::array<float, 12> heights;
   for (std::size_t k = 0; k < 12; ++k) heights[k] = d[sample_index(n, base + around[k])];
-  if (slab != known.slab || cell.corners != known.corners || heights != known.heights)
-    known = {slab, cell.corners, heights,
-             inner_normals(model.slab_mesh().corners(slab), n, cell.corners, base, around, heights)};
-  Vec3d sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (cell.weights[k] != 0) sum += known.normals[k] * cell.weights[k];
-  return normalized(sum);
+  if (slab != known.slab || cell != known.corners || heights != known.heights)
+    known = {slab, cell, heights, inner_normals(model.slab_mesh().corners(slab), n, cell, base, around, heights)};
+  return known.normals;
 }
 
 std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {

@@ -19,7 +19,7 @@ constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
 constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
-constexpr double kEaseForce = 0.08;       // N per tick, at most, while it is
+constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
 constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 

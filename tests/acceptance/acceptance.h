@@ -52,12 +52,27 @@ struct Test {
   void (*run)(Report&);
 };
 
-void plant(Report&);             // S1
-void limit_cycles(Report&);      // S2
-void human_port(Report&);        // S3
-void safe_state(Report&);        // S12
-void start_and_resume(Report&);  // S13
-void limits(Report&);            // S14
-void standstill(Report&);        // S15
+void plant(Report&);              // S1
+void limit_cycles(Report&);       // S2
+void human_port(Report&);         // S3
+void closed_ways(Report&);        // S4
+void force_continuity(Report&);   // S5
+void borders_and_edits(Report&);  // S6
+void sculpting(Report&);          // S7
+void pops(Report&);               // S8
+void friction(Report&);           // S9
+void identification(Report&);     // S10
+void texture(Report&);            // S11
+void safe_state(Report&);         // S12
+void start_and_resume(Report&);   // S13
+void limits(Report&);             // S14
+void standstill(Report&);         // S15
+void work_per_tick(Report&);      // S16
+void deadlines(Report&);          // S17
+void forbidden_calls(Report&);    // S18
+void determinism(Report&);        // S19
+void recorded_motion(Report&);    // S20
+void ground_truth(Report&);       // S21
+void hand_over(Report&);          // S22
 
 }  // namespace relief::acceptance

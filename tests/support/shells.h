@@ -88,6 +88,17 @@ inline std::shared_ptr<const SlabMesh> torus_shell(int around, int across, int n
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
 }
 
+/// The same slabs with every corner moved to map(p).
+template <typename Map>
+std::shared_ptr<const SlabMesh> mapped_shell(const SlabMesh& like, Map&& map) {
+  std::vector<Fibre> fibres;
+  for (const Fibre& f : like.fibres()) fibres.push_back({map(f.inner), map(f.outer)});
+  std::vector<SlabMesh::Face> slabs;
+  for (const Slab& slab : like.slabs()) slabs.push_back({slab.fibres, slab.intervals});
+  auto mesh = SlabMesh::make(std::move(fibres), slabs);
+  return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
 /// The same cage with another n in each slab: odd * 2^k with k from 0 to `most`, in no order, so that neighbours differ
 /// by up to 2^most.
 inline std::shared_ptr<const SlabMesh> mixed_shell(const SlabMesh& like, int odd, int most) {

@@ -1,6 +1,6 @@
 // Contact judged tick by tick from the model's triangles: no tunnelling, no change of side without a way, no letting go
 // inside; over slides, taps, deep presses and jumps, at rims, ears, fingers and through thin walls.
-#include "support/contact_judge.h"
+#include "support/contact_runs.h"
 #include "support/data.h"
 #include "support/shells.h"
 
@@ -21,6 +21,7 @@ namespace relief {
 namespace {
 
 using testing::ContactJudge;
+using testing::is_closed;
 using testing::TriangleSoup;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -28,112 +29,15 @@ constexpr long kPressed = 5'000;
 #else
 constexpr long kPressed = 160'000;
 #endif
-constexpr int kTicks = 2000;  // per run
 
 /// How many pressed ticks a model is judged by; in the long form 10^8 over all of them.
 long wanted_ticks() { return std::getenv("RELIEF_SOAK") != nullptr ? 15'000'000 : kPressed; }
 
-enum class Motion { Slide, Tap, Press, DeepPress, Jump };
-constexpr std::array<const char*, 5> kNames = {"slide", "tap", "press to 4 %", "press to 10 %", "jump"};
-
-/// A hand over one place of the surface. Depths and widths are shares of the diagonal.
-class Hand {
- public:
-  Hand(Motion motion, const SurfacePoint& place, const Box3d& bounds, std::mt19937& random)
-      : motion_(motion), place_(place), bounds_(bounds), random_(random), size_(diagonal(bounds)) {
-    side_ = normalized(cross(place.normal, std::abs(place.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
-    other_ = cross(place.normal, side_);
-    phase_ = 6.28 * unit();
-    const bool pressing = motion == Motion::Press || motion == Motion::DeepPress;
-    wander_ = (pressing ? 0.005 : 0.05) * unit();
-    leap_ = 0.3 * std::pow(10, -2 * unit());
-    at_ = place.position + place.normal * (0.01 * size_);
-  }
-
-  Vec3d next() {
-    const int k = tick_++;
-    if (motion_ == Motion::Jump) {
-      if (k % 300 == 299) at_ = bounds_.centre() + anywhere() * (0.7 * size_);
-      at_ += anywhere() * ((k % 7 == 6 ? leap_ : 0.002) * size_);
-      return at_;
-    }
-    const double t = k * 1e-3, in = k < 100 ? -0.01 + 1.2e-4 * k : 0.002;
-    double depth = in;
-    if (motion_ == Motion::Tap) depth = 0.002 - 0.01 * std::sin(12 * t + 1) - (k < 50 ? 0.02 : 0);
-    if (motion_ == Motion::Slide && k >= 100) depth = 0.005;
-    if (motion_ == Motion::Press && k >= 100) depth = 0.021 - 0.019 * std::cos(4.1 * (t - 0.1));
-    if (motion_ == Motion::DeepPress && k >= 100) depth = 0.051 - 0.049 * std::cos(4.1 * (t - 0.1));
-    const double fade = std::min(1.0, k / 300.0);
-    const Vec3d aside = side_ * (std::sin(3 * t + phase_) - std::sin(phase_)) +
-                        other_ * (std::cos(2 * t + 2 * phase_) - std::cos(2 * phase_));
-    return place_.position - place_.normal * (depth * size_) + aside * (wander_ * fade * size_);
-  }
-
- private:
-  double unit() { return std::uniform_real_distribution<double>(0, 1)(random_); }
-  Vec3d anywhere() { return {2 * unit() - 1, 2 * unit() - 1, 2 * unit() - 1}; }
-
-  Motion motion_;
-  SurfacePoint place_;
-  Box3d bounds_;
-  std::mt19937& random_;
-  double size_, phase_ = 0, wander_ = 0, leap_ = 0;
-  Vec3d side_, other_, at_;
-  int tick_ = 0;
-};
-
-/// Judges runs of all motions until so many ticks were pressed; every other run is over a thin part where there are
-/// any.
 void judge(const std::string& title, const Snapshot& model, bool closed, long wanted) {
-  const TriangleSoup soup(model);
-  const SlabMesh& mesh = model.slab_mesh();
-  std::mt19937 random(8);
-  std::uniform_real_distribution<double> unit(0, 1);
-  std::array<long, 7> faults{};
-  long pressed = 0, ticks = 0, thin = 0;
-  for (int run = 0; pressed < wanted; ++run) {
-    SurfacePoint place;
-    for (int attempt = 0; attempt < 40; ++attempt) {
-      double u = unit(random), v = unit(random);
-      if (u + v > 1) {
-        u = 1 - u;
-        v = 1 - v;
-      }
-      place = surface_point(model, static_cast<SlabId>(unit(random) * mesh.slab_count()), u, v);
-      const Vec3d out = place.normal * soup.size();
-      if (!soup.crossings(place.position + out * 1e-4, place.position + out * 0.02).empty()) continue;
-      const bool is_thin = !soup.crossings(place.position - out * 1e-4, place.position - out * 0.03).empty();
-      thin += is_thin ? 1 : 0;
-      if (run / 5 % 2 == 0 || is_thin) break;
-    }
-    const auto motion = static_cast<Motion>(run % 5);
-    Hand hand(motion, place, soup.bounds(), random);
-    Proxy proxy;
-    ContactJudge ruling(soup, closed);
-    for (int k = 0; k < kTicks; ++k) {
-      const Vec3d cursor = hand.next();
-      static_cast<void>(proxy.step(model, cursor, {}));
-      const testing::Fault fault = ruling.judge(proxy, cursor);
-      ++ticks;
-      pressed += proxy.held() ? 1 : 0;
-      if (fault == testing::Fault::None) continue;
-      if (++faults[static_cast<std::size_t>(fault)] == 1)
-        ADD_FAILURE() << title << ", " << kNames[static_cast<std::size_t>(motion)] << ", run " << run << ", tick " << k
-                      << ": " << testing::name(fault);
-    }
-  }
-  long bad = 0;
-  for (std::size_t k = 1; k < faults.size(); ++k) {
-    bad += faults[k];
-    if (faults[k] > 0) std::printf("  %s: %ld\n", std::string(name(static_cast<testing::Fault>(k))).c_str(), faults[k]);
-  }
-  std::printf("%s: %ld pressed of %ld ticks, %ld thin places: %ld bad\n", title.c_str(), pressed, ticks, thin, bad);
-  EXPECT_EQ(bad, 0);
-}
-
-bool is_closed(const SlabMesh& mesh) {
-  return std::ranges::none_of(mesh.slabs(),
-                              [](const Slab& s) { return std::ranges::count(s.neighbours, kNoSlab) > 0; });
+  const testing::ContactRuns done = testing::judged_runs(model, closed, wanted);
+  std::printf("%s: %ld pressed of %ld ticks, %ld thin places: %ld bad\n", title.c_str(), done.pressed, done.ticks,
+              done.thin, done.bad());
+  EXPECT_EQ(done.bad(), 0) << title << ", " << done.first;
 }
 
 class LegalContact : public ::testing::TestWithParam<const char*> {};

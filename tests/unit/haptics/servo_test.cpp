@@ -1,5 +1,5 @@
 // What a hand feels on surfaces whose answer is known in closed form.
-#include "support/shells.h"
+#include "support/driver.h"
 
 #include <relief/haptics/servo.h>
 
@@ -14,45 +14,13 @@ namespace relief {
 namespace {
 
 using testing::displaced;
+using testing::Driver;
+using testing::fine_sphere;
+using testing::flat_plane;
 using testing::plane_shell;
+using testing::settings_with;
 using testing::sphere_shell;
-
-/// A device so strong that no limit is in the way of the bare law.
-DeviceInfo strong_device() {
-  return {.name = "strong", .max_force = 1e3, .max_stiffness = 1e5, .max_damping = 100, .max_force_rate = 1e9};
-}
-
-ServoSettings settings_with(double stiffness, double damping = 0, double friction = 0, double metres_per_unit = 0.1) {
-  return {.workspace = {.metres_per_unit = metres_per_unit},
-          .force = {.stiffness = stiffness, .damping = damping, .friction = friction, .guard = false}};
-}
-
-/// The sphere of radius 1, sampled finely.
-SnapshotPtr fine_sphere() {
-  return displaced(sphere_shell(2, 64), [](Vec3d p) { return (1 / length(p) - 0.8) / 0.4; });
-}
-
-SnapshotPtr flat_plane(int cells = 4, int n = 8) {
-  return displaced(plane_shell(cells, n), [](Vec3d) { return 0.5; });
-}
-
-/// Drives a servo along cursor positions in model units, 1 ms apart.
-class Driver {
- public:
-  Driver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
-  ServoSample at(const Snapshot& model, Vec3d cursor, double dt = 1e-3) {
-    t_ += dt;
-    DeviceState state;
-    state.t = t_;
-    state.position = servo_.settings().workspace.to_device(cursor);
-    return servo_.step(model, state);
-  }
-  Servo& servo() { return servo_; }
-
- private:
-  Servo servo_;
-  double t_ = 0;
-};
+using testing::strong_device;
 
 TEST(Force, IsProportionalToDepthOnASphere) {
   const SnapshotPtr model = fine_sphere();
@@ -309,31 +277,6 @@ TEST(Friction, LayersGiveBreakAwayAndSlidingTheirOwnCoefficients) {
   }
   EXPECT_NEAR(most, 0.75 * 0.8, 0.005);
   EXPECT_NEAR(last, 0.25 * 0.8, 1e-6);
-}
-
-TEST(Servo, SameReadingsGiveTheSameBits) {
-  const SnapshotPtr model = fine_sphere();
-  const auto run = [&] {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> noise(-1e-3, 1e-3);
-    Driver hand(settings_with(400, 1, 0.4), DeviceInfo{});
-    std::vector<ServoSample> samples;
-    for (int k = 0; k < 3000; ++k) {
-      const double turn = 2e-3 * k;
-      const Vec3d way = {std::sin(turn), 0.3 * std::cos(3 * turn), std::cos(turn)};
-      samples.push_back(hand.at(*model, normalized(way) * (1 + 0.05 * std::cos(7 * turn) + noise(random))));
-    }
-    return samples;
-  };
-  const auto a = run(), b = run();
-  int touched = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    EXPECT_EQ(std::memcmp(&a[k].force, &b[k].force, sizeof(Vec3d)), 0) << k;
-    EXPECT_EQ(std::memcmp(&a[k].contact_point, &b[k].contact_point, sizeof(Vec3d)), 0) << k;
-    EXPECT_EQ(a[k].flags, b[k].flags);
-    touched += a[k].contact ? 1 : 0;
-  }
-  EXPECT_GT(touched, 500);
 }
 
 TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {

@@ -1,0 +1,212 @@
+// S9: friction, as a sled and a slider would measure it.
+#include "acceptance/acceptance.h"
+#include "support/driver.h"
+
+#include <relief/devices/simulated_hand.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace relief::acceptance {
+namespace {
+
+using testing::Driver;
+
+constexpr double kStatic = 0.6, kKinetic = 0.4, kStiffness = 1000;
+constexpr double kDepth = 1e-3;                  // m
+constexpr double kNormal = kStiffness * kDepth;  // N
+constexpr double kTick = 1e-3;                   // s
+constexpr double kPi = 3.14159265358979323846;
+
+/// A plane of 1 m in which static and dynamic friction differ.
+SnapshotPtr rough_plane() {
+  SnapshotDraft draft(testing::flat_plane());
+  draft.add_layer(Layer::StaticFriction, 2, static_cast<float>(kStatic));
+  draft.add_layer(Layer::DynamicFriction, 2, static_cast<float>(kKinetic));
+  return draft.finish();
+}
+
+/// A tool at a place along x, pressed to a constant depth.
+class Sled {
+ public:
+  explicit Sled(const Snapshot& model)
+      : model_(model), hand_(testing::settings_with(kStiffness, 0, 0.1, 1), testing::strong_device()) {
+    static_cast<void>(hand_.at(model_, {kStart, kDepth, 0.5}));
+  }
+  /// Force along x, N.
+  double at(double x, double depth = kDepth) {
+    felt_ = hand_.at(model_, {kStart + x, -depth, 0.5});
+    return felt_.force.x;
+  }
+  [[nodiscard]] double normal() const { return felt_.force.y; }
+
+ private:
+  static constexpr double kStart = 0.2;
+  const Snapshot& model_;
+  Driver hand_;
+  ServoSample felt_;
+};
+
+struct Coefficients {
+  double still = 0, kinetic = 0;
+};
+/// From rest to a constant speed: the peak, and the mean over the second half.
+Coefficients measured(const Snapshot& model, double speed) {
+  Sled sled(model);
+  static_cast<void>(sled.at(0));
+  Coefficients found;
+  // Three times what the friction gives way by before it breaks.
+  const double way = std::clamp(1000 * speed * kTick, 3e-3, 0.4);
+  const int ticks = static_cast<int>(way / (speed * kTick));
+  double sum = 0;
+  int count = 0;
+  for (int k = 1; k <= ticks; ++k) {
+    const double ratio = -sled.at(k * speed * kTick) / sled.normal();
+    found.still = std::max(found.still, ratio);
+    if (k <= ticks / 2) continue;
+    sum += ratio;
+    ++count;
+  }
+  found.kinetic = sum / count;
+  return found;
+}
+
+/// A mass on the plane, damped so much that it rests on the friction before the next slip, pulled along x by a spring
+/// whose other end moves, or by a force.
+struct Slider {
+  double mass = 1, damping = 2;  // kg, N*s/m
+  double x = 0, v = 0;
+  /// One tick with the friction held, as a device holds it.
+  template <typename Pull>
+  void move(double friction, Pull&& pull, double t) {
+    constexpr int kSub = 20;
+    const double h = kTick / kSub;
+    for (int k = 0; k < kSub; ++k) {
+      v += h * (friction + pull(t + k * h, x) - damping * v) / mass;
+      x += h * v;
+    }
+  }
+};
+
+/// The period of stick and slip of a slider pulled at a speed by a spring, in closed form: damped swinging about the
+/// place where the spring is as strong as kinetic friction, then loading of the spring and of the friction's own.
+double ideal_period(const Slider& s, double spring, double speed) {
+  const double gap = (kStatic - kKinetic) * kNormal;
+  // z: stretch of the spring beyond that place, which damping shifts by damping * speed / spring.
+  const double rate = s.damping / (2 * s.mass), w = std::sqrt(spring / s.mass - rate * rate);
+  const double shift = s.damping * speed / spring;
+  // The slider lets go at rest, with all of the gap in the spring: z' = speed there.
+  const double z0 = gap / spring - shift, z1 = speed;
+  const auto z = [&](double t) {
+    return std::exp(-rate * t) * (z0 * std::cos(w * t) + (z1 + rate * z0) / w * std::sin(w * t));
+  };
+  const auto dz = [&](double t) {
+    return std::exp(-rate * t) *
+           (z1 * std::cos(w * t) - (z0 * (w * w + rate * rate) + z1 * rate) / w * std::sin(w * t));
+  };
+  // At rest again where z' = speed, past half a swing.
+  double low = kPi / w, high = 2 * kPi / w;
+  for (int k = 0; k < 60; ++k) (dz((low + high) / 2) < speed ? low : high) = (low + high) / 2;
+  const double end = z(low) + shift;
+  return low + (gap / spring - end) / speed * (1 + spring / kStiffness);
+}
+
+/// The same, measured over several periods.
+double measured_period(const Snapshot& model, Slider slider, double spring, double speed, int periods) {
+  Sled sled(model);
+  static_cast<void>(sled.at(0));
+  double first = 0, last = 0;
+  int slips = -2;  // not the first ones
+  bool stuck = true;
+  for (int k = 0; slips < periods && k < 200'000; ++k) {
+    const double t = k * kTick;
+    slider.move(sled.at(slider.x), [&](double now, double x) { return spring * (speed * now - x); }, t);
+    const bool slipping = slider.v > 0.01;  // m/s; it swings on the friction's spring with less
+    if (slipping && stuck) {
+      ++slips;
+      if (slips == 0) first = t;
+      last = t;
+    }
+    if (slipping) stuck = false;
+    if (slider.v < 0) stuck = true;
+  }
+  return slips > 0 ? (last - first) / slips : std::nan("");
+}
+
+}  // namespace
+
+void friction(Report& report) {
+  const SnapshotPtr model = rough_plane();
+  double still = 0, kinetic = 0;
+  for (const double speed : {0.001, 0.005, 0.02, 0.05, 0.1, 0.2}) {
+    const Coefficients found = measured(*model, speed);
+    kinetic = std::max(kinetic, std::abs(found.kinetic / kKinetic - 1));
+    // In a tick the pull grows by stiffness * speed * tick; break-away lies somewhere in it.
+    const double tick = kStiffness * speed * kTick / kNormal / kStatic;
+    if (tick < 0.02)
+      still = std::max(still, std::abs(found.still / kStatic - 1));
+    else
+      report.shown("static friction recovered at " + std::to_string(int(speed * 1000)) + " mm/s, off by",
+                   std::abs(found.still / kStatic - 1));
+  }
+  report.at_most("kinetic friction recovered at 1 to 200 mm/s, off by", kinetic, 0.02);
+  report.at_most("static friction recovered at 1 and 5 mm/s, off by", still, 0.02);
+
+  const Slider slider;
+  for (const auto& [spring, speed] : {std::pair{50.0, 0.001}, {50.0, 0.002}, {100.0, 0.001}}) {
+    const double ideal = ideal_period(slider, spring, speed);
+    const double found = measured_period(*model, slider, spring, speed, report.long_form() ? 50 : 5);
+    report.at_most("stick-slip period at " + std::to_string(int(spring)) + " N/m and " +
+                       std::to_string(int(speed * 1000)) + " mm/s, off by",
+                   std::abs(found / ideal - 1), 0.05);
+  }
+
+  // Held at nine tenths of what it can hold, with a tremor of the pressure and of the pull.
+  Sled sled(*model);
+  Slider held;
+  held.damping = 20;
+  static_cast<void>(sled.at(0));
+  const int minutes = report.long_form() ? 10 : 1;
+  double settled = 0;
+  for (int k = 0; k < 2'000 + minutes * 60'000; ++k) {
+    const double t = k * kTick, shake = std::sin(2 * kPi * 9 * t);
+    const double friction_force = sled.at(held.x, kDepth * (1 + 0.02 * shake));
+    held.move(
+        friction_force,
+        [&](double now, double) {
+          return 0.9 * kStatic * kNormal * std::min(1.0, now) + 0.01 * kNormal * std::sin(2 * kPi * 11 * now);
+        },
+        t);
+    if (k == 2'000) settled = held.x;
+  }
+  // The same phase of both tremors: whole seconds apart.
+  report.at_most("creep at 0.9 of static friction", std::abs(held.x - settled) / minutes * 1e6, 1, "um/min");
+
+  // A device held by a hand stops: friction holds it, and its force does not change sign any more.
+  const PlantPreset& preset = plant_presets().front();
+  const SnapshotPtr& plane = model;
+  const Workspace space = {.metres_per_unit = 0.1, .device_origin = {}, .model_origin = {0.5, 0, 0.5}};
+  SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 0}, [](double t) {
+    return HandTarget{{0.02 * std::min(t, 1.0), 0.004 - 0.008 * std::min(t, 1.0), 0}, 0};
+  });
+  hand.set_state({0, 0.004, 0}, {});
+  Servo servo({.workspace = space, .force = {.stiffness = 400, .friction = 0.4}}, hand.info());
+  int crossings = 0, resting = 0;
+  double last = 0;
+  const int ticks = report.long_form() ? 60'000 : 6'000;
+  for (int k = 0; k < ticks; ++k) {
+    DeviceState state;
+    static_cast<void>(hand.read(state));
+    const ServoSample felt = servo.step(*plane, state);
+    static_cast<void>(hand.write(felt.force));
+    if (k < 2'000) continue;
+    if (felt.force.x * last < 0) ++crossings;
+    if (felt.force.x != 0) last = felt.force.x;
+    resting += felt.contact && length(hand.handle_velocity()) < 1e-3 ? 1 : 0;
+  }
+  report.at_least("ticks at rest under a hand, of all", double(resting) / (ticks - 2'000), 0.999);
+  report.at_most("zero crossings of the friction force there", crossings, 0);
+}
+
+}  // namespace relief::acceptance

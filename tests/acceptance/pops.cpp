@@ -1,0 +1,92 @@
+// S8: the contact point changes sides by legal ways only.
+#include "acceptance/acceptance.h"
+#include "support/contact_runs.h"
+#include "support/driver.h"
+
+#include <relief/convert/convert.h>
+#include <relief/mesh/samples.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace relief::acceptance {
+namespace {
+
+struct Scene {
+  std::string name;
+  SnapshotPtr model;
+};
+
+SnapshotPtr formed(std::shared_ptr<const SlabMesh> shell, double (*radius)(Vec3d)) {
+  return testing::shaped(std::move(shell), [=](Vec3d p) { return length(p) - radius(p * (1 / length(p))); });
+}
+
+/// A disc, 0.2 mm thick where its diagonal is 0.15 m, and thinner towards its sharp rim.
+SnapshotPtr disc() {
+  constexpr double kHalf = 0.5 * 0.2e-3 / 0.15 * 2.83;
+  return testing::displaced(
+      testing::mapped_shell(*testing::sphere_shell(2, 32), [](Vec3d p) { return Vec3d{p.x, kHalf * p.y, p.z}; }),
+      [](Vec3d) { return 0.5; });
+}
+/// Eight sharp points, hollow between them.
+double cusps(Vec3d way) {
+  const double peak = std::max({std::abs(way.x + way.y + way.z), std::abs(way.x + way.y - way.z),
+                                std::abs(way.x - way.y + way.z), std::abs(way.x - way.y - way.z)}) /
+                      std::sqrt(3.0);
+  return 0.3 + 0.8 * std::pow(peak, 24);
+}
+
+/// Two spheres that touch in one point.
+SnapshotPtr touching() {
+  std::vector<Fibre> fibres;
+  std::vector<SlabMesh::Face> faces;
+  for (const double side : {-1.0, 1.0}) {
+    const auto one = testing::sphere_shell(2, 32, 0.8, 1.0, {side, 0, 0});
+    const auto first = static_cast<FibreId>(fibres.size());
+    fibres.insert(fibres.end(), one->fibres().begin(), one->fibres().end());
+    for (const Slab& s : one->slabs())
+      faces.push_back({{s.fibres[0] + first, s.fibres[1] + first, s.fibres[2] + first}, s.intervals});
+  }
+  auto mesh = SlabMesh::make(std::move(fibres), faces);
+  if (!mesh) return nullptr;
+  return Snapshot::make(std::make_shared<const SlabMesh>(*std::move(mesh)), 1);
+}
+
+/// Needles: every sample at its own height, so that micro-triangles are slivers, up to thirty times as long as wide.
+SnapshotPtr needles() {
+  return testing::displaced(testing::sphere_shell(2, 32), [](Vec3d p) {
+    const double a = std::sin(1e4 * p.x + 2e4 * p.y + 3e4 * p.z) * 4096;
+    return 0.1 + 0.8 * (a - std::floor(a));
+  });
+}
+
+std::vector<Scene> scenes() {
+  std::vector<Scene> all = {{"disc of 0.2 mm", disc()},
+                            {"cusps", formed(testing::sphere_shell(2, 32, 0.2, 1.2), cusps)},
+                            {"spheres that touch", touching()},
+                            {"needles", needles()}};
+  for (const std::string name : {"bowl", "head"})
+    if (const auto mesh = make_sample(name, 30'000))
+      if (const auto made = convert(*mesh, {.slabs = 200, .intervals = 32}))
+        all.push_back({"sample " + name, made->model.head});
+  return all;
+}
+
+}  // namespace
+
+void pops(Report& report) {
+  const std::vector<Scene> list = scenes();
+  const double wanted = report.long_form() ? 1e8 : 4e5;
+  double frames = 0;
+  for (const Scene& scene : list) {
+    const testing::ContactRuns done = testing::judged_runs(*scene.model, testing::is_closed(scene.model->slab_mesh()),
+                                                           long(wanted / double(list.size())));
+    frames += double(done.pressed);
+    report.at_most(scene.name + ": illegal ticks" + (done.first.empty() ? "" : " (" + done.first + ")"),
+                   double(done.bad()), 0);
+  }
+  report.at_least("pressed frames that were judged", frames, wanted);
+}
+
+}  // namespace relief::acceptance

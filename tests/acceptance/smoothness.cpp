@@ -1,0 +1,308 @@
+// S5 to S7: how the force changes from tick to tick: over smooth surfaces, across borders, and when the surface changes
+// under the tip.
+#include "acceptance/acceptance.h"
+#include "support/driver.h"
+
+#include <relief/edit/editor.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace relief::acceptance {
+namespace {
+
+using testing::Driver;
+
+constexpr double kTick = 1e-3;  // s
+constexpr double kSize = 0.15;  // m, of the diagonal at the hand
+constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kStiffness = 400;  // N/m
+
+ServoSettings usual(const Snapshot& model, double damping, double friction) {
+  const Box3d& bounds = model.slab_mesh().bounds();
+  ServoSettings settings = testing::settings_with(kStiffness, damping, friction, kSize / diagonal(bounds));
+  settings.workspace.model_origin = bounds.centre();
+  return settings;
+}
+
+/// What happened to the force over one run.
+struct Steps {
+  std::vector<double> sizes;  ///< |dF| per tick, N
+  double turn = 0;            ///< the largest per tick, rad, where |F| is above 0.5 N
+  Vec3d last;
+  bool any = false;
+
+  void add(Vec3d force) {
+    if (any) {
+      sizes.push_back(length(force - last));
+      if (length(force) > 0.5 && length(last) > 0.5)
+        turn = std::max(turn, std::atan2(length(cross(force, last)), dot(force, last)));
+    }
+    last = force;
+    any = true;
+  }
+  [[nodiscard]] double quantile(double q) {
+    if (sizes.empty()) return std::nan("");
+    const auto at = static_cast<std::ptrdiff_t>(q * double(sizes.size() - 1));
+    std::ranges::nth_element(sizes, sizes.begin() + at);
+    return sizes[static_cast<std::size_t>(at)];
+  }
+};
+
+/// Round a sphere of radius 1 on a tilted circle, at the given height above the surface, model units.
+Vec3d round_sphere(double turn, double height) {
+  return Vec3d{std::sin(turn), 0.31 * std::cos(turn), 0.95 * std::cos(turn)} *
+         ((1 + height) / std::hypot(std::sin(turn), std::hypot(0.31, 0.95) * std::cos(turn)));
+}
+/// Along the tube of torus_shell(), winding round it slowly.
+Vec3d round_torus(double turn, double height) {
+  const double p = turn / 2.8, q = 0.2 * turn, tube = 0.8 + height;
+  return {(2 + tube * std::cos(q)) * std::cos(p), tube * std::sin(q), (2 + tube * std::cos(q)) * std::sin(p)};
+}
+
+/// Slides over a smooth surface at a speed in m/s, at a depth in shares of the diagonal.
+template <typename Way>
+void slide(const Snapshot& model, Way&& way, const ServoSettings& settings, double speed, double depth, int ticks,
+           Steps& steps) {
+  const double size = diagonal(model.slab_mesh().bounds()), step = speed * kTick / settings.workspace.metres_per_unit;
+  steps.any = false;
+  Driver hand(settings, testing::strong_device());
+  static_cast<void>(hand.at(model, way(-300 * step, 0.01 * size)));
+  for (int k = -299; k < ticks; ++k) {
+    // In by little steps, and some time to settle.
+    const double in = k < -200 ? 0.01 - (depth + 0.01) * (k + 300) / 100 : -depth;
+    const ServoSample felt = hand.at(model, way(k * step, in * size));
+    if (k >= 0) steps.add(felt.force);
+  }
+}
+
+}  // namespace
+
+void force_continuity(Report& report) {
+  const int ticks = report.long_form() ? 3'000'000 : 60'000;
+  const SnapshotPtr sphere = testing::shaped(testing::sphere_shell(2, 32), testing::sphere_field());
+  const SnapshotPtr mixed =
+      testing::shaped(testing::mixed_shell(*testing::sphere_shell(2, 1), 16, 2), testing::sphere_field());
+  const SnapshotPtr torus = testing::shaped(testing::torus_shell(16, 10, 32), testing::torus_field);
+  constexpr double kSpeed = 0.1, kMu = 0.3;  // m/s
+  for (const double friction : {0.0, kMu}) {
+    const auto measure = [&](const std::string& name, const SnapshotPtr& model, auto&& way) {
+      Steps steps;
+      double deepest = 0;
+      for (const double depth : {0.005, 0.02, 0.04}) {
+        slide(*model, way, usual(*model, 1, friction), kSpeed, depth, ticks / 3, steps);
+        deepest = std::max(deepest, depth);
+      }
+      const std::string what = name + (friction > 0 ? " with friction" : "");
+      // Friction turns with the way.
+      const double friction_step = friction * kStiffness * kSpeed * kTick;
+      report.at_most(what + ": force step at 0.1 m/s", steps.quantile(1),
+                     1.5 * kStiffness * kSpeed * kTick + friction_step + 0.02, "N");
+      report.shown("    of that p99.999", steps.quantile(0.99999), "N");
+      report.at_most(what + ": turn per tick", steps.turn / kDegree, 5, "degrees");
+    };
+    measure("sphere", sphere, round_sphere);
+    measure("sphere, n from 16 to 64", mixed, round_sphere);
+    measure("torus", torus, round_torus);
+  }
+
+  // In the air there is nothing; where the hand goes in, the spring grows with the way and the damper acts at once.
+  Driver hand(usual(*sphere, 1, 0), testing::strong_device());
+  const double step = kSpeed * kTick / (kSize / diagonal(sphere->slab_mesh().bounds()));
+  double in_air = 0, entry = 0;
+  Vec3d last;
+  for (int k = 0; k < 400; ++k) {
+    const double height = 200 * step - k * step;
+    const ServoSample felt = hand.at(*sphere, round_sphere(1, height));
+    if (height > 0) in_air = std::max(in_air, length(felt.force));
+    if (height <= 0) entry = std::max(entry, length(felt.force - last));
+    last = felt.force;
+  }
+  report.at_most("force in the air", in_air, 0, "N");
+  report.at_most("force step where the hand goes in at 0.1 m/s", entry,
+                 1.5 * kStiffness * kSpeed * kTick + 1 * kSpeed + 0.02, "N");
+
+  // Against the force of the ideal sphere, whose step is its size times the angle that the hand goes round it.
+  for (const int n : {16, 32, 64})
+    for (const double depth : {0.01, 0.03, 0.06}) {
+      const SnapshotPtr model = testing::shaped(testing::sphere_shell(2, n), testing::sphere_field());
+      const double size = diagonal(model->slab_mesh().bounds());
+      Steps steps;
+      slide(*model, round_sphere, usual(*model, 0, 0), 0.5 * kSize, depth, ticks / 3, steps);
+      const double force = kStiffness * depth * kSize;
+      // round_sphere() turns by its argument: model units of way at radius 1.
+      const double ideal = 2 * force * std::sin(0.5 * 0.5 * kTick * size);
+      const double off = std::max(std::abs(steps.quantile(1) - ideal), std::abs(steps.quantile(0) - ideal));
+      const std::string what = "sphere, n = " + std::to_string(n) + ", " + std::to_string(int(depth * 100)) +
+                               " % deep: step off the ideal, of the force";
+      if (n >= 32)
+        report.at_most(what, off / force, 0.002);
+      else
+        report.shown(what, off / force);
+    }
+}
+
+namespace {
+
+/// Presses on a sphere while an editor works under the tip.
+class Workbench {
+ public:
+  explicit Workbench(Vec3d tip)
+      : editor_(testing::shaped(testing::sphere_shell(2, 32), testing::sphere_field())),
+        size_(diagonal(editor_.head()->slab_mesh().bounds())),
+        hand_(usual(*editor_.head(), 1, 0.3), testing::strong_device()),
+        tip_(tip) {
+    for (int k = 0; k < 400; ++k) tick();
+  }
+  [[nodiscard]] Editor& editor() { return editor_; }
+  [[nodiscard]] double size() const { return size_; }
+  [[nodiscard]] const ServoSample& felt() const { return felt_; }
+  /// The hand comes down to a depth of 1 % of the diagonal, and stays.
+  void tick() {
+    height_ = std::max(-0.01, height_ - 1e-4);
+    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (1 + height_ * size_));
+  }
+  /// It moves on, and follows the surface up and down as a hand does that pushes with the same force.
+  void tick(Vec3d moved) {
+    tip_ = tip_ + moved;
+    height_ += std::clamp(0.02 * (felt_.depth / size_ - 0.01), -1e-4, 1e-4);
+    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (1 + height_ * size_));
+  }
+  void dab(Tool tool, double radius, double by) {
+    editor_.begin_stroke({.tool = tool, .radius = radius * size_, .strength = 1});
+    const Dab dab = {.slab = felt_.at.slab,
+                     .contact = felt_.contact_point,
+                     .cursor = felt_.contact_point - felt_.normal * (by * size_),
+                     .normal = felt_.normal,
+                     .seconds = by / radius};
+    static_cast<void>(editor_.dab(dab));
+    static_cast<void>(editor_.end_stroke());
+  }
+
+ private:
+  Editor editor_;
+  double size_;
+  Driver hand_;
+  Vec3d tip_;
+  ServoSample felt_;
+  double height_ = 0.01;  ///< above the sphere as it was at first, of the diagonal
+};
+
+/// What a change of the surface under the resting tip does to the force.
+struct Change {
+  double step = 0;   ///< N, the largest in one tick
+  double whole = 0;  ///< N, in the end
+  int settled = 0;   ///< ticks until 95 % of it are there
+};
+
+Change change_by(Workbench& bench) {
+  const Vec3d before = bench.felt().force;
+  std::vector<Vec3d> forces = {before};
+  Change change;
+  for (int k = 0; k < 400; ++k) {
+    bench.tick();
+    change.step = std::max(change.step, length(bench.felt().force - forces.back()));
+    forces.push_back(bench.felt().force);
+  }
+  change.whole = length(forces.back() - before);
+  while (change.settled < 400 && length(forces[std::size_t(change.settled)] - forces.back()) > 0.05 * change.whole)
+    ++change.settled;
+  return change;
+}
+
+}  // namespace
+
+void borders_and_edits(Report& report) {
+  // Sliding across slab and tile borders of a plane: its force does not change at all.
+  for (const bool mixed : {false, true}) {
+    const auto shell = testing::plane_shell(4, 16);
+    const SnapshotPtr sheet = testing::displaced(mixed ? testing::mixed_shell(*shell, 8, 2) : shell,
+                                                 [](Vec3d p) { return 0.5 + 0.3 * (p.x - 0.5); });
+    Driver hand(usual(*sheet, 1, 0.3), testing::strong_device());
+    Steps steps;
+    int crossed = 0;
+    SlabId last = kNoSlab;
+    for (int k = 0; k < 4000; ++k) {
+      const double x = 0.1 + 2e-4 * k, height = std::max(-0.02, 0.02 - 4e-4 * k);
+      const ServoSample felt = hand.at(*sheet, {x, 0.06 * (x - 0.5) + height, 0.13 + 1.7e-4 * k});
+      if (k < 500) continue;
+      steps.add(felt.force);
+      crossed += felt.at.slab != last ? 1 : 0;
+      last = felt.at.slab;
+    }
+    const std::string what = mixed ? "slab borders of different n" : "slab borders";
+    report.at_least(what + " crossed", crossed, 6);
+    report.at_most(what + ": extra jump", steps.quantile(1), 0.05, "N");
+  }
+
+  // Dabs of a size, and their undoing, under a resting tip.
+  const int places = report.long_form() ? 200 : 6;
+  double step = 0, whole = 0;
+  int soonest = 1000, changes = 0;
+  for (int place = 0; place < places; ++place) {
+    const double turn = 2.4 * place, up = -0.9 + 1.8 * (place + 0.5) / places;
+    const Vec3d tip = normalized(Vec3d{std::cos(turn), up, std::sin(turn)});
+    for (const auto& [tool, by] :
+         {std::pair{Tool::Carve, 0.003}, {Tool::Carve, 0.008}, {Tool::Deposit, 0.003}, {Tool::Deposit, 0.008}}) {
+      Workbench bench(tip);
+      const auto look = [&] {
+        const Change change = change_by(bench);
+        if (change.whole < 0.02) return;
+        ++changes;
+        whole = std::max(whole, change.whole);
+        step = std::max(step, change.step);
+        soonest = std::min(soonest, change.settled);
+      };
+      bench.dab(tool, 0.05, by);
+      look();
+      static_cast<void>(bench.editor().undo());
+      look();
+      static_cast<void>(bench.editor().redo());
+      look();
+    }
+  }
+  report.at_least("edits, undone and redone, that were felt", changes, 10 * places);
+  report.shown("largest change of the force by one of them", whole, "N");
+  report.at_most("its largest jump in a tick", step, 0.05, "N");
+  report.at_least("ticks over which a change is blended", soonest, 20, "ms");
+}
+
+void sculpting(Report& report) {
+  const int ticks = report.long_form() ? 60'000 : 4'000;
+  for (const int rate : {10, 60, 1000})
+    for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
+      Workbench bench(normalized(Vec3d{0.3, 0.7, 0.6}));
+      double step = 0, off_surface = 0;
+      long inside = 0, edits = 0;
+      Vec3d last = bench.felt().force;
+      Vec3d last_device = bench.felt().device;
+      for (int k = 0; k < ticks; ++k) {
+        if (k * rate / 1000 != (k + 1) * rate / 1000 && bench.felt().contact) {
+          bench.dab(tool, 0.04, tool == Tool::Carve ? 0.004 : 0.02 / rate);
+          ++edits;
+        }
+        bench.tick(Vec3d{2e-4 * std::cos(2e-3 * k), 0, 2e-4 * std::sin(2e-3 * k)});
+        const ServoSample& felt = bench.felt();
+        const double moved = length(felt.device - last_device);
+        // What the hand's own motion may do to the force by the bound of S5 is not the edit's doing.
+        step = std::max(step, length(felt.force - last) - 1.5 * kStiffness * moved);
+        last = felt.force;
+        last_device = felt.device;
+        if (!felt.contact) continue;
+        const SurfacePoint near = closest_point(*bench.editor().head(), felt.contact_point);
+        off_surface = std::max(off_surface, length(near.position - felt.contact_point) / bench.size());
+        LocateHint hint;
+        const auto there = probe(*bench.editor().head(), felt.contact_point, hint);
+        inside += there && there->depth > 1e-3 * bench.size() ? 1 : 0;
+      }
+      const std::string what = std::string(name(tool)) + " at " + std::to_string(rate) + " Hz";
+      report.shown(what + ": edits", double(edits));
+      report.at_most(what + ": force step", step, 0.1, "N");
+      report.at_most(what + ": contact point off the surface, of the diagonal", off_surface, 1e-9);
+      report.at_most(what + ": ticks with the contact point in the material", double(inside), 0);
+    }
+}
+
+}  // namespace relief::acceptance

@@ -1,0 +1,308 @@
+// S16 to S18: what a tick costs, what lateness does, and what a tick may never call.
+#include "acceptance/acceptance.h"
+#include "support/driver.h"
+#include "support/no_alloc.h"
+
+#include <relief/base/cpu_time.h>
+#include <relief/devices/simulated_hand.h>
+#include <relief/session/session.h>
+
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <ucontext.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstddef>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace relief::acceptance {
+namespace {
+
+double quantile(std::vector<int> counts, double q) {
+  if (counts.empty()) return std::nan("");
+  const auto at = counts.begin() + static_cast<std::ptrdiff_t>(q * double(counts.size() - 1));
+  std::ranges::nth_element(counts, at);
+  return *at;
+}
+
+/// A rolling sheet of 2 * cells * cells slabs of n = 32, each with the same detail.
+SnapshotPtr sheet(int cells) {
+  return testing::displaced(testing::plane_shell(cells, 32, 0.4 / cells), [=](Vec3d p) {
+    return 0.5 + 0.2 * std::sin(4.1 * (p.x - 0.5) * cells) * std::cos(3.7 * (p.z - 0.5) * cells);
+  });
+}
+
+struct Work {
+  std::vector<int> placed;  ///< samples per tick
+  TimeHistogram compute;    ///< ns
+};
+/// Slides, presses and taps in the middle of a sheet, the same in lengths of its slabs whatever their number.
+Work work_over(int cells, int ticks) {
+  const SnapshotPtr model = sheet(cells);
+  Proxy proxy;
+  Work work;
+  for (int k = 0; k < ticks; ++k) {
+    const double t = k * 1e-3;
+    const double tap = k % 4000 < 3000 ? 0.15 : 0.3;
+    const Vec3d cursor = {0.5 + (0.9 * std::sin(0.8 * t)) / cells, (0.05 - tap * (1 - std::cos(6 * t)) / 2) / cells,
+                          0.5 + (0.8 * std::cos(0.7 * t)) / cells};
+    const std::uint64_t start = thread_cpu_ns();
+    static_cast<void>(proxy.step(*model, cursor, {}));
+    work.compute.add(thread_cpu_ns() - start);
+    work.placed.push_back(proxy.samples_placed());
+  }
+  return work;
+}
+
+/// A simulated hand carves a sphere of a million triangles while another thread reads what changed, as drawing does.
+SessionStats live_session(double seconds) {
+  const SnapshotPtr model = testing::shaped(testing::sphere_shell(3, 45), testing::sphere_field());
+  const Workspace space = {.metres_per_unit = 0.045};
+  SimulatedHand hand(plant_presets().front(), {.max_force = 1}, [](double t) {
+    return HandTarget{{0.04 * std::sin(t), 0.016, 0.04 * std::cos(t)}, t > 0.3 ? 1U : 0U};
+  });
+  hand.set_state({0, 0.017, 0.047}, {});
+  Session session(hand, model, nullptr, {.servo = {.workspace = space}, .sculpt = {.full_depth = 0.05}});
+  session.set_brush({.tool = Tool::Carve, .radius = 0.05, .strength = 0.2});
+  std::atomic<bool> done{false};
+  std::thread drawing([&done, reader = session.reader(), model]() mutable {
+    std::vector<float> uploaded;
+    SnapshotPtr drawn = model;
+    while (!done.load()) {
+      const Snapshot& now = reader.latest();
+      for_each_change(*drawn, now, [&](Layer layer, SlabId s) {
+        const Tile& tile = now.tile(layer, s);
+        uploaded.assign(tile.plane(), tile.plane() + tile.size());
+      });
+      drawn = std::make_shared<const Snapshot>(now);
+      std::this_thread::sleep_for(std::chrono::milliseconds(16));
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+  done.store(true);
+  drawing.join();
+  static_cast<void>(session.stop());
+  return session.stats();
+}
+
+double us(std::uint64_t ns) { return double(ns) * 1e-3; }
+
+void show_times(Report& report, const std::string& what, const TimeHistogram& times) {
+  report.shown(what + ", p50", us(times.quantile(0.5)), "us");
+  report.shown("    p99.99", us(times.quantile(0.9999)), "us");
+  report.shown("    largest", us(times.max()), "us");
+}
+
+}  // namespace
+
+void work_per_tick(Report& report) {
+  const int ticks = report.long_form() ? 1'000'000 : 40'000;
+  const Work small = work_over(4, ticks), large = work_over(24, ticks);
+  report.shown("triangles of the small sheet", 2.0 * 4 * 4 * 32 * 32);
+  report.at_least("triangles of the large sheet", 2.0 * 24 * 24 * 32 * 32, 1e6);
+  for (const double q : {0.5, 0.999}) {
+    const double few = quantile(small.placed, q), many = quantile(large.placed, q);
+    const std::string which = q < 0.9 ? "p50" : "p99.9";
+    report.shown("samples looked at per tick on the large sheet, " + which, many);
+    report.at_most("    against the small one, " + which, std::max(many / few, few / many), 1.2);
+  }
+  report.at_most("samples looked at in any tick", quantile(large.placed, 1), 1000);
+  show_times(report, "CPU time of a contact point's tick, small sheet", small.compute);
+  show_times(report, "the same, large sheet", large.compute);
+  const SessionStats live = live_session(report.long_form() ? 60 : 2);
+  report.at_least("dabs while carving a million triangles live", double(live.dabs), 20);
+  show_times(report, "CPU time of a whole tick meanwhile", live.servo.compute);
+  show_times(report, "the null loop's, in the same run", null_loop(1).compute);
+}
+
+void deadlines(Report& report) {
+  // On a virtual clock: ticks come late by a trace, whole periods are skipped, and the device holds the last force.
+  const SnapshotPtr model = testing::fine_sphere();
+  PlantPreset preset = plant_presets().front();
+  SimulatedHand hand(preset, {.max_force = 1},
+                     [](double t) { return HandTarget{{0.03 * std::sin(2 * t), 0.02, 0.03 * std::cos(2 * t)}, 0}; });
+  hand.set_state({0, 0.025, 0.052}, {});
+  Servo servo({.workspace = {.metres_per_unit = 0.05}, .force = {.friction = 0.3}}, hand.info());
+  const int periods = report.long_form() ? 3'000'000 : 60'000;
+  int ticks = 0, skipped = 0, over_limit = 0, too_quick = 0, flagged = 0, lost = 0, unsafe = 0, stalls = 0;
+  Vec3d last;
+  double last_t = 0;
+  std::uint32_t random = 1;
+  bool after_stall = false;
+  for (int k = 0; k < periods; ++ticks) {
+    DeviceState state;
+    static_cast<void>(hand.read(state));
+    const ServoSample felt = servo.step(*model, state);
+    const double dt = state.t - last_t;
+    const double size = length(felt.force);
+    over_limit += size > hand.info().max_force ? 1 : 0;
+    too_quick += size > length(last) + hand.info().max_force_rate * dt * (1 + 1e-9) && ticks > 0 ? 1 : 0;
+    if (after_stall) {
+      // Longer than any tick may be late: the safe state, in the same tick.
+      ++stalls;
+      unsafe += size > 0 || (felt.flags & bit(ServoFault::BadTime)) == 0 ? 1 : 0;
+    } else if (stalls == 0) {
+      flagged += (felt.flags & ~bit(ServoFault::RateClamped)) != 0 ? 1 : 0;
+      lost += state.t > 0.5 && !felt.contact ? 1 : 0;
+    }
+    last = felt.force;
+    last_t = state.t;
+    // Mostly in time; one in a hundred late by 1 to 10 ms, one in a thousand by 40 ms; a stall of 80 ms in the last
+    // tenth.
+    random = random * 1664525U + 1013904223U;
+    const unsigned dice = random >> 16U;
+    int late = dice % 1000 == 0 ? 40 : dice % 100 == 1 ? 1 + int(dice % 10) : 0;
+    after_stall = k > periods / 10 * 9 && dice % 500 == 2;
+    if (after_stall) late = 80;
+    skipped += late;
+    k += 1 + late;
+    for (int period = 0; period <= late; ++period) static_cast<void>(hand.write(felt.force));
+  }
+  report.shown("ticks on a virtual clock", ticks);
+  report.at_least("periods skipped, of all", double(skipped) / periods, 0.05);
+  report.at_most("forces above the device's", over_limit, 0);
+  report.at_most("forces that grew faster than it allows", too_quick, 0);
+  report.at_most("ticks up to 40 ms late that were taken for faults", flagged, 0);
+  report.at_most("of them without contact", lost, 0);
+  report.at_least("stalls of 80 ms", stalls, 3);
+  report.at_most("of them without zero force in the same tick", unsafe, 0);
+
+  const double seconds = report.long_form() ? 120 : 1.5;
+  const SessionStats live = live_session(seconds);
+  const ServoTimes idle = null_loop(seconds);
+  for (const auto& [what, times] : {std::pair{"live session", &live.servo}, {"null loop", &idle}}) {
+    report.shown(std::string(what) + ": ticks", double(times->ticks));
+    report.shown("    periods missed", double(times->overruns));
+    report.shown("    late, p50", us(times->late.quantile(0.5)), "us");
+    report.shown("    late, p99.9", us(times->late.quantile(0.999)), "us");
+    report.shown("    late, largest", us(times->late.max()), "us");
+  }
+}
+
+namespace {
+
+thread_local bool in_tick = false;
+thread_local int system_calls = 0;
+
+void on_system_call(int /*signal*/, siginfo_t* /*info*/, void* context) {
+  if (in_tick) ++system_calls;
+  // The call is refused: what needs it must not be in this thread.
+#if defined(__x86_64__)
+  static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RAX] = -ENOSYS;
+#else
+  static_cast<void>(context);
+#endif
+}
+
+/// From here on each system call of this thread, but for those that end it, comes to on_system_call(). False where the
+/// system does not offer that.
+bool watch_system_calls() {
+#if defined(__x86_64__)
+  struct sigaction action = {};
+  action.sa_sigaction = on_system_call;
+  action.sa_flags = SA_SIGINFO;
+  if (sigaction(SIGSYS, &action, nullptr) != 0) return false;
+  std::vector<sock_filter> program = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
+  for (const int allowed : {SYS_exit, SYS_exit_group, SYS_rt_sigreturn, SYS_rt_sigprocmask, SYS_munmap, SYS_madvise,
+                            SYS_futex, SYS_getrusage, SYS_write}) {
+    program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<unsigned>(allowed), 0, 1));
+    program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+  }
+  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRAP));
+  const sock_fprog filter = {static_cast<unsigned short>(program.size()), program.data()};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+void forbidden_calls(Report& report) {
+  SnapshotChannel channel(testing::fine_sphere());
+  SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3},
+                     [](double t) { return HandTarget{{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)}, 0}; });
+  Servo servo({.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}}, hand.info());
+  const int warm = 2'000, ticks = report.long_form() ? 3'000'000 : 30'000;
+  testing::ForbiddenCalls calls;
+  int touched = 0, of_system = 0;
+  long minor_faults = 0, major_faults = 0;
+  bool watched = false, checked = false;
+  std::atomic<bool> done{false};
+  // The editor publishes meanwhile.
+  std::thread editor([&] {
+    std::vector<SnapshotPtr> models;
+    for (const double radius : {1.0, 0.995}) {
+      models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
+    }
+    for (std::size_t k = 0; !done.load(); ++k) {
+      channel.publish(models[k % models.size()]);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  std::thread([&, reader = channel.reader()]() mutable {
+#if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+    watched = watch_system_calls();
+    if (watched) {
+      // The watch must see one where there is one.
+      in_tick = true;
+      static_cast<void>(syscall(SYS_getppid));
+      in_tick = false;
+      checked = system_calls == 1;
+      system_calls = 0;
+    }
+#endif
+    rusage before{};
+    for (int k = 0; k < warm + ticks; ++k) {
+      if (k == warm) getrusage(RUSAGE_THREAD, &before);
+      in_tick = true;
+      {
+        const testing::NoAllocScope scope;
+        DeviceState state;
+        static_cast<void>(hand.read(state));
+        const ServoSample felt = servo.step(reader.latest(), state);
+        static_cast<void>(hand.write(felt.force));
+        touched += felt.contact ? 1 : 0;
+        if (k >= warm) {
+          calls.news += scope.calls().news;
+          calls.deletes += scope.calls().deletes;
+          calls.locks += scope.calls().locks;
+        }
+      }
+      in_tick = false;
+    }
+    rusage after{};
+    getrusage(RUSAGE_THREAD, &after);
+    minor_faults = after.ru_minflt - before.ru_minflt;
+    major_faults = after.ru_majflt - before.ru_majflt;
+    of_system = system_calls;
+  }).join();
+  done.store(true);
+  editor.join();
+  report.at_least("ticks in contact, of all", double(touched) / (warm + ticks), 0.1);
+  report.at_most("allocations and frees", calls.news + calls.deletes, 0);
+  if (testing::kCountsLocks)
+    report.at_most("locks", calls.locks, 0);
+  else
+    report.skipped("locks cannot be counted under a sanitizer");
+  if (watched) {
+    report.at_least("the watch on system calls sees one that is made", checked ? 1 : 0, 1);
+    report.at_most("system calls", of_system, 0);
+  } else {
+    report.skipped("system calls cannot be watched here");
+  }
+  report.shown("minor page faults after warm-up", double(minor_faults));
+  report.at_most("major page faults after warm-up", double(major_faults), 0);
+}
+
+}  // namespace relief::acceptance

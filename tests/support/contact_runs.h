@@ -1,0 +1,137 @@
+// Runs of scripted hands over a model, each tick of which is judged.
+#pragma once
+
+#include "support/contact_judge.h"
+
+#include <relief/core/query.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <string>
+
+namespace relief::testing {
+
+enum class Motion { Slide, Tap, Press, DeepPress, Jump, Rush };
+inline constexpr std::array<const char*, 6> kMotions = {"slide",         "tap",  "press to 4 %",
+                                                        "press to 10 %", "jump", "rush"};
+
+/// A hand over one place of the surface. Depths and widths are shares of the diagonal; with a diagonal of 0.15 m it
+/// rushes at 2 m/s and jumps by up to 50 mm.
+class ScriptedHand {
+ public:
+  ScriptedHand(Motion motion, const SurfacePoint& place, const Box3d& bounds, std::mt19937& random)
+      : motion_(motion), place_(place), bounds_(bounds), random_(random), size_(diagonal(bounds)) {
+    side_ = normalized(cross(place.normal, std::abs(place.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    other_ = cross(place.normal, side_);
+    phase_ = 6.28 * unit();
+    const bool pressing = motion == Motion::Press || motion == Motion::DeepPress;
+    at_ = place.position + place.normal * (0.01 * size_);
+    wander_ = (pressing ? 0.005 : 0.05) * unit();
+    leap_ = 0.33 * std::pow(10, -2 * unit());
+    way_ = normalized(place.position - at_);
+  }
+
+  Vec3d next() {
+    const int k = tick_++;
+    if (motion_ == Motion::Jump) {
+      if (k % 300 == 299) at_ = bounds_.centre() + anywhere() * (0.7 * size_);
+      at_ += anywhere() * ((k % 7 == 6 ? leap_ : 0.002) * size_);
+      return at_;
+    }
+    if (motion_ == Motion::Rush) {
+      // Straight through, and back towards the middle from outside.
+      if (k % 97 == 96 || length(at_ - bounds_.centre()) > 0.6 * size_)
+        way_ = normalized(bounds_.centre() + anywhere() * (0.3 * size_) - at_);
+      at_ += way_ * (0.0133 * size_);
+      return at_;
+    }
+    const double t = k * 1e-3, in = k < 100 ? -0.01 + 1.2e-4 * k : 0.002;
+    double depth = in;
+    if (motion_ == Motion::Tap) depth = 0.002 - 0.01 * std::sin(12 * t + 1) - (k < 50 ? 0.02 : 0);
+    if (motion_ == Motion::Slide && k >= 100) depth = 0.005;
+    if (motion_ == Motion::Press && k >= 100) depth = 0.021 - 0.019 * std::cos(4.1 * (t - 0.1));
+    if (motion_ == Motion::DeepPress && k >= 100) depth = 0.051 - 0.049 * std::cos(4.1 * (t - 0.1));
+    const double fade = std::min(1.0, k / 300.0);
+    const Vec3d aside = side_ * (std::sin(3 * t + phase_) - std::sin(phase_)) +
+                        other_ * (std::cos(2 * t + 2 * phase_) - std::cos(2 * phase_));
+    return place_.position - place_.normal * (depth * size_) + aside * (wander_ * fade * size_);
+  }
+
+ private:
+  double unit() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+  Vec3d anywhere() { return {2 * unit() - 1, 2 * unit() - 1, 2 * unit() - 1}; }
+
+  Motion motion_;
+  SurfacePoint place_;
+  Box3d bounds_;
+  std::mt19937& random_;
+  double size_, phase_ = 0, wander_ = 0, leap_ = 0;
+  Vec3d side_, other_, at_, way_;
+  int tick_ = 0;
+};
+
+/// What was judged.
+struct ContactRuns {
+  long pressed = 0, ticks = 0;
+  long thin = 0;                 ///< places where the part is thinner than 3 % of the diagonal
+  std::array<long, 7> faults{};  ///< by Fault
+  std::string first;             ///< the first fault and where it was
+  [[nodiscard]] long bad() const {
+    long sum = 0;
+    for (std::size_t k = 1; k < faults.size(); ++k) sum += faults[k];
+    return sum;
+  }
+};
+
+inline bool is_closed(const SlabMesh& mesh) {
+  return std::ranges::none_of(mesh.slabs(),
+                              [](const Slab& s) { return std::ranges::count(s.neighbours, kNoSlab) > 0; });
+}
+
+/// Judges runs of all motions until so many ticks were pressed; every other round is over a thin part where there are
+/// any.
+inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
+  constexpr int kTicks = 2000;  // per run
+  const TriangleSoup soup(model);
+  const SlabMesh& mesh = model.slab_mesh();
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  ContactRuns done;
+  for (int run = 0; done.pressed < wanted; ++run) {
+    SurfacePoint place;
+    for (int attempt = 0; attempt < 40; ++attempt) {
+      double u = unit(random), v = unit(random);
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+      }
+      place = surface_point(model, static_cast<SlabId>(unit(random) * mesh.slab_count()), u, v);
+      const Vec3d out = place.normal * soup.size();
+      if (!soup.crossings(place.position + out * 1e-4, place.position + out * 0.02).empty()) continue;
+      const bool is_thin = !soup.crossings(place.position - out * 1e-4, place.position - out * 0.03).empty();
+      done.thin += is_thin ? 1 : 0;
+      if (run / int(kMotions.size()) % 2 == 0 || is_thin) break;
+    }
+    const auto motion = static_cast<std::size_t>(run) % kMotions.size();
+    ScriptedHand hand(static_cast<Motion>(motion), place, soup.bounds(), random);
+    Proxy proxy;
+    ContactJudge ruling(soup, closed);
+    for (int k = 0; k < kTicks; ++k) {
+      const Vec3d cursor = hand.next();
+      static_cast<void>(proxy.step(model, cursor, {}));
+      const Fault fault = ruling.judge(proxy, cursor);
+      ++done.ticks;
+      done.pressed += proxy.held() ? 1 : 0;
+      if (fault == Fault::None) continue;
+      ++done.faults[static_cast<std::size_t>(fault)];
+      if (done.first.empty())
+        done.first = std::string(kMotions[motion]) + ", run " + std::to_string(run) + ", tick " + std::to_string(k) +
+                     ": " + std::string(name(fault));
+    }
+  }
+  return done;
+}
+
+}  // namespace relief::testing
