@@ -4,6 +4,7 @@
 #include <relief/base/progress.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/lattice.h>
+#include <relief/convert/mend.h>
 #include <relief/convert/shell.h>
 
 #include <cstddef>
@@ -21,14 +22,6 @@ struct CertifiedSettings {
   /// Shares of a slab's area in which fibres may meet the source several times, one after the other, as long as the
   /// target is not reached; all other conditions stay (shell.md 14).
   std::span<const double> tolerances = {};
-};
-
-/// A closed oriented manifold on the lattice.
-struct ClosedSource {
-  std::vector<LatticePoint> points;
-  std::vector<Face> faces;
-  std::vector<std::uint8_t> patch;    ///< per face: not scanned, but made to close a rim
-  std::vector<std::uint8_t> phantom;  ///< per face: closes an opening of what was scanned
 };
 
 struct CertifiedShell {
