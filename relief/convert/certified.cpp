@@ -115,22 +115,21 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
 
 }  // namespace
 
-CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {
+std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> faces) {
   constexpr std::uint32_t kMostAround = 1000;
+  std::vector<std::uint32_t> valences(point_count, 0);
+  for (const Face& f : faces)
+    for (const std::uint32_t v : f) ++valences[v];
+  const auto most = std::max_element(valences.begin(), valences.end());
+  if (most == valences.end() || *most <= kMostAround) return std::nullopt;
+  return Crowd{static_cast<std::size_t>(most - valences.begin()), "a vertex has " + std::to_string(*most) +
+                                                                      " triangles around it, more than " +
+                                                                      std::to_string(kMostAround)};
+}
+
+CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {
   CertifiedShell result;
   result.source = std::move(given);
-  const ClosedSource& s = result.source;
-  std::vector<std::uint32_t> valences(s.points.size(), 0);
-  for (const Face& f : s.faces)
-    for (const std::uint32_t v : f) ++valences[v];
-  if (const auto most = std::max_element(valences.begin(), valences.end()); *most > kMostAround) {
-    result.place = s.points[static_cast<std::size_t>(most - valences.begin())];
-    result.obstacle =
-        "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround);
-    return result;
-  }
-  valences = {};
-
   std::optional<Start> start = mend(result, settings, progress);
   if (!start) {
     if (progress.cancelled()) result.obstacle.clear();

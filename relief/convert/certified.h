@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +38,13 @@ struct CertifiedShell {
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;
 };
+
+/// A vertex with more triangles around it than can be worked on, if there is one, and the obstacle that it is.
+struct Crowd {
+  std::size_t point;
+  std::string obstacle;
+};
+[[nodiscard]] std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> faces);
 
 /// Mends the source: points that lie on others are moved off them, vertices that no direction sees and those around
 /// faces that meet others are smoothed within bounds, and what still fails is cut out and closed with patches, as long

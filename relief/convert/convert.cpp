@@ -303,6 +303,10 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   // Shares of a slab's area in which a tolerant shell may fold.
   constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
   const TriangleMesh& open = ground.mesh;
+  if (const auto crowd = find_crowd(open.positions.size(), open.triangles)) {
+    report.not_certified = crowd->obstacle + ", at " + place(open.positions[crowd->point]);
+    return nullptr;
+  }
   const auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, rims);
   CertifiedShell made;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -142,7 +143,9 @@ class SlabReducer {
   void star_of(std::uint32_t v);
   bool star_of_edge(std::uint32_t h);
   void gather();
+  /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
+  Direction find_aim();
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
@@ -191,6 +194,7 @@ class SlabReducer {
   LatticePoint origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false;
+  std::optional<Direction> aim_;  // of the star that is gathered
   std::vector<std::uint32_t> mark_, in_star_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last
