@@ -370,12 +370,15 @@ std::size_t Collapser::meetings(const Change* change, std::uint32_t u, std::uint
     Box3d other;
     for (const Vec3d p : {a, b, c}) other.add(p);
     if (!other.meets(box)) return true;
-    const LatticeTriangle t = {snap(a), snap(b), snap(c)};
+    std::optional<LatticeTriangle> t;
     for (const Placed& mine : placed_) {
       if (count >= stop_at) break;
+      if (!mine.box.meets(other)) continue;
       bool adjacent = false;
       for (const std::uint32_t w : faces_[mine.face]) adjacent = adjacent || (w != u && w != v && has(g, w));
-      if (!adjacent && mine.box.meets(other) && triangles_meet(mine.triangle, t)) ++count;
+      if (adjacent) continue;
+      if (!t) t = {snap(a), snap(b), snap(c)};
+      if (triangles_meet(mine.triangle, *t)) ++count;
     }
     return count < stop_at;
   });
