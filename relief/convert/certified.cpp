@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 namespace relief::detail {
@@ -46,6 +47,23 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   return {std::move(source), std::move(ends), std::move(tree)};
 }
 
+/// Which parts the bad faces belong to.
+std::vector<PartObstacle> parts_of(Mender& mender, std::span<const std::uint32_t> bad, std::string_view reason) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // part and face
+  for (const std::uint32_t f : bad) found.emplace_back(mender.part_of(f), f);
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::vector<PartObstacle> parts;
+  for (std::size_t k = 0; k < found.size() && parts.size() < kMostBadParts;) {
+    const auto [part, face] = found[k];
+    std::size_t count = 0;
+    for (; k < found.size() && found[k].first == part; ++k) ++count;
+    const OrderedSource& source = mender.source();
+    parts.push_back({part, source.points[source.faces[face][0]], std::to_string(count) + std::string(reason)});
+  }
+  return parts;
+}
+
 /// Smooths and cuts until a thin shell stands on the source; nothing when cancelled or with an obstacle.
 std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& settings, const Progress& progress) {
   constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
@@ -80,6 +98,7 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
         result.obstacle = std::to_string(singular->size()) +
                           (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
                           " that no direction sees, as at a folded or doubled sheet";
+        result.bad_parts = parts_of(mender, bad, " triangles lie around vertices whose faces no direction sees");
         break;
       }
       const Mender::Changes changes = mender.take_changes();
@@ -89,6 +108,7 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
         result.moved_points = moves.points;
         result.moved_most = moves.most;
         result.obstacle.clear();
+        result.bad_parts.clear();
         return finish(std::move(mender), std::move(thin), s);
       }
       bad = thin.faults();
@@ -99,6 +119,7 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
       }
       result.place = source.points[trouble.front()];
       result.obstacle = std::to_string(bad.size()) + " triangles of the source meet others";
+      result.bad_parts = parts_of(mender, bad, " triangles meet others");
       if (bad.size() > 200 + s.faces.size() / 200) break;
     }
     if (cut == kCuts) break;

@@ -25,6 +25,13 @@ struct CertifiedSettings {
   std::span<const double> tolerances = {};
 };
 
+/// A connected part of the source, by its first face, that has no thin shell, and why: a clause.
+struct PartObstacle {
+  std::uint32_t part = 0;
+  LatticePoint place;
+  std::string reason;
+};
+
 struct CertifiedShell {
   Shell shell;            ///< empty when there is none
   bool tolerant = false;  ///< C6 does not hold throughout: the tolerance was made use of
@@ -37,7 +44,9 @@ struct CertifiedShell {
   std::vector<std::uint32_t> bad_faces;  ///< of those given, where no thin shell stood at first
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;
+  std::vector<PartObstacle> bad_parts;  ///< the first of them, at most kMostBadParts
 };
+inline constexpr std::size_t kMostBadParts = 20;
 
 /// A vertex with more triangles around it than can be worked on, if there is one, and the obstacle that it is.
 struct Crowd {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -189,6 +190,23 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
   return singular;
 }
 
+void Mender::find_parts_once() {
+  if (parts_.count > 0) return;
+  parts_ = find_parts(source_.points.size(), source_.faces);
+  // The order of the faces given numbers them.
+  std::vector<std::uint32_t> first(parts_.count, kNone), order(parts_.count), number(parts_.count);
+  for (std::size_t f = 0; f < source_.faces.size(); ++f)
+    first[parts_.of_face[f]] = std::min(first[parts_.of_face[f]], source_.face_of[f]);
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return first[a] < first[b]; });
+  for (std::uint32_t k = 0; k < order.size(); ++k) number[order[k]] = k;
+  part_sizes_.assign(parts_.count, 0);
+  for (std::uint32_t& part : parts_.of_face) {
+    part = number[part];
+    ++part_sizes_[part];
+  }
+}
+
 void Mender::cut(std::uint32_t f, std::uint8_t level) {
   if (level_[f] == 0) cut_.push_back(f);
   level_[f] = std::max(level_[f], level);
@@ -266,12 +284,8 @@ bool Mender::cut_crumbs() {
 }
 
 std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad) {
-  if (!was_cut_) {
-    parts_ = find_parts(source_.points.size(), source_.faces);
-    part_sizes_.assign(parts_.count, 0);
-    for (const std::uint32_t part : parts_.of_face) ++part_sizes_[part];
-    was_cut_ = true;
-  }
+  find_parts_once();
+  was_cut_ = true;
   cut_.clear();
   mark_rings(bad);
   while (cut_pinched() || cut_crumbs()) {

@@ -37,6 +37,12 @@ class Mender {
   /// New faces and points come last; those that went have corners kNone.
   [[nodiscard]] const OrderedSource& source() const noexcept { return source_; }
   [[nodiscard]] const Rings& rings() const noexcept { return rings_; }
+  /// The connected part that a face belongs to, numbered by its first face among those given. The first call looks at
+  /// all faces.
+  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) {
+    find_parts_once();
+    return parts_.of_face[f];
+  }
   [[nodiscard]] OrderedSource take_source() && { return std::move(source_); }
 
   /// Moves vertices whose visibility is below `wanted`, and those given, towards their neighbours. The vertices whose
@@ -75,6 +81,7 @@ class Mender {
   [[nodiscard]] bool was_cut() const noexcept { return was_cut_; }
 
  private:
+  void find_parts_once();
   void look_at(std::uint32_t v, double wanted, double least);
   void mark_rings(std::span<const std::uint32_t> bad);
   bool cut_pinched();
@@ -101,7 +108,7 @@ class Mender {
   std::vector<std::uint8_t> heat_;             // per point: how often its place was cut
   std::vector<std::uint8_t> level_;            // per face: 0 stays; else one more than the rings to cut around it
   std::vector<std::uint32_t> cut_;             // faces with a level
-  Parts parts_;                                // of faces, once something was cut
+  Parts parts_;                                // of faces, once it was asked for
   std::vector<std::size_t> part_sizes_;
   std::size_t alive_;
 };

@@ -192,7 +192,7 @@ bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double lo
   std::atomic<std::size_t> ready = 0;
   const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
     Members mine(source, whole, std::move(members[c]));
-    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c));
+    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c), quiet);
     const std::size_t fixed = reducer.slab_count() - reducer.free_count();
     if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
     changed[c] = put_back(whole, mine, reducer);
@@ -227,7 +227,7 @@ bool Reducer::reduce(const Progress& progress) {
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_.emplace(source_, *tree_, longest_, std::move(last.cage), everywhere);
+  last_.emplace(source_, *tree_, longest_, std::move(last.cage), everywhere, progress);
   tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }

@@ -57,7 +57,7 @@ bool SlabReducer::Seen::has(std::uint32_t code) const {
 }
 
 SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage,
-                         const Box3d& room)
+                         const Box3d& room, const Progress& progress)
     : source_(source), longest_(longest), room_(room), cage_(std::move(cage)) {
   const std::size_t points = cage_.ends.size(), faces = cage_.faces.size();
   twins_ = find_twins(cage_.faces, points);
@@ -83,7 +83,7 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   mark_.assign(points, 0);
   in_star_.assign(faces, 0);
   alive_ = faces;
-  find_lists(tree);
+  find_lists(tree, progress);
   build_grid();
 }
 
@@ -93,8 +93,9 @@ bool SlabReducer::is_within(const Box3d& box) const noexcept {
   return true;
 }
 
-void SlabReducer::find_lists(const BoxTree& tree) {
+void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if ((f & 255U) == 0 && progress.cancelled()) return;
     if (cage_.from[f] == kNone) {
       listed_ += cage_.lists[f].count;
       continue;
@@ -827,6 +828,7 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   const double start = double(alive_);
   const std::size_t fixed = alive_ - free_;
   for (std::uint32_t round = 1; alive_ > stop; ++round) {
+    if (progress.cancelled()) return false;
     costs.clear();
     std::size_t counter = 0;
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
@@ -872,6 +874,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{parts});
   const double start = double(alive_);
   for (int round = 0; alive_ > target_count && round < 40; ++round) {
+    if (progress.cancelled()) return false;
     const std::size_t before = alive_;
     fill_queue();
     std::size_t counter = 0;

@@ -20,8 +20,9 @@ namespace relief::detail {
 class SlabReducer {
  public:
   /// `longest`: of a fibre, lattice steps. Slabs without a list that may change are given one through `tree`, which
-  /// holds boxes around the source's triangles.
-  SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage, const Box3d& room);
+  /// holds boxes around the source's triangles. Cancelled: every later step is, too.
+  SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage, const Box3d& room,
+              const Progress& progress);
 
   [[nodiscard]] std::size_t slab_count() const noexcept { return alive_; }
   /// Slabs that could change at the start.
@@ -132,7 +133,7 @@ class SlabReducer {
   }
 
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
-  void find_lists(const BoxTree& tree);
+  void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
