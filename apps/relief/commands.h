@@ -28,8 +28,8 @@ struct Context {
   std::function<Status()> run;
 };
 
-/// While it lives, the command has written nothing: where the work does not answer a Ctrl-C within a second, the program
-/// ends. One at a time.
+/// While it lives, the command has written nothing: where the work does not answer a Ctrl-C within a second, the
+/// program ends. One at a time.
 class NothingWritten {
  public:
   NothingWritten();

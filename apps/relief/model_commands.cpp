@@ -11,10 +11,10 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <chrono>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -542,7 +542,7 @@ void add_convert(CLI::App& app, Context& context) {
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));
   c->add_option("--mended", o->mended, "Also write the repaired source, MENDED.ply (double coordinates)")
-      ->check(has_extension({"ply"}));
+      ->check(has_extension({".ply"}));
   c->add_flag("--force", o->force, "Replace a model that has strokes");
   finish_command(*c, context, [o, &context] { return run_convert(*o, context); });
 }

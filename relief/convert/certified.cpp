@@ -143,9 +143,9 @@ std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> f
     for (const std::uint32_t v : f) ++valences[v];
   const auto most = std::max_element(valences.begin(), valences.end());
   if (most == valences.end() || *most <= kMostAround) return std::nullopt;
-  return Crowd{static_cast<std::size_t>(most - valences.begin()), "a vertex has " + std::to_string(*most) +
-                                                                      " triangles around it, more than " +
-                                                                      std::to_string(kMostAround)};
+  return Crowd{
+      static_cast<std::size_t>(most - valences.begin()),
+      "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround)};
 }
 
 CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {

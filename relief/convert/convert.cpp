@@ -458,13 +458,14 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
   if (settings.intervals == 0) intervals = finest_intervals(cage, source);
   RELIEF_TRY(const CagePtr fine, with_intervals(cage, intervals));
   const SampleNumbers numbers(*fine, kOwnIntervals);
-  const AlphaField field = sample_alpha(*fine, numbers, source, progress);
+  AlphaField field = sample_alpha(*fine, numbers, source, progress);
   if (progress.cancelled()) return cancelled();
   CagePtr mesh = fine;
   if (settings.intervals == 0) {
     const double error = settings.error * diagonal / source.lattice.step;
     RELIEF_TRY(mesh, with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
   }
+  field.steepness = {};  // the tiles take its place
   SnapshotDraft draft(Snapshot::make(mesh));
   if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
@@ -599,7 +600,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   };
   const MeasuredSurface made(*result.model.head, lattice);
   report.to_mended = relative(made.to(*surface, progress));
-  report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
+  report.from_mended =
+      relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
   if (progress.cancelled()) return cancelled();
   surface.reset();
   points = {};

@@ -74,7 +74,8 @@ Distance MeasuredSurface::to(const SourceSurface& other, const Progress& progres
   return over(each(points, progress, [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; }));
 }
 
-Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces, const Progress& progress) const {
+Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces,
+                               const Progress& progress) const {
   double area = 0;
   const auto twice_area = [&](const Face& f) {
     return length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));

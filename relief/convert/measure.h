@@ -22,7 +22,8 @@ class MeasuredSurface {
   /// From points spread over these triangles, by area, to this surface: to the micro-triangles about the place where
   /// the point lies in its slab, so never less than it is; points outside all slabs are compared with everything,
   /// where there are very many a choice of them.
-  [[nodiscard]] Distance from(std::span<const Vec3d> points, std::span<const Face> faces, const Progress& progress) const;
+  [[nodiscard]] Distance from(std::span<const Vec3d> points, std::span<const Face> faces,
+                              const Progress& progress) const;
 
  private:
   /// To the micro-triangles about the place where the point lies in its slab; below zero outside all slabs.

@@ -258,7 +258,7 @@ bool Mender::cut_pinched() {
 
 /// Cuts small pieces that have come loose; whether there were any.
 bool Mender::cut_crumbs() {
-  constexpr std::size_t kCrumb = 50;  // faces
+  constexpr std::size_t kCrumb = 50;        // faces
   std::vector<std::uint32_t> large, piece;  // large: faces at the rim of pieces that stay, ascending
   bool any = false;
   for (const std::uint32_t seed : rim()) {

@@ -98,10 +98,10 @@ class Mender {
   double farthest_;
   std::vector<LatticePoint> start_;
   enum class Sight : std::uint8_t { Well, Poor, Singular };
-  std::vector<std::uint8_t> free_;  // per point
-  std::vector<Sight> sight_;        // per point: how well some direction sees its faces
-  std::vector<std::uint32_t> poor_;             // points that are not seen well, ascending
-  std::vector<std::uint32_t> pending_;          // points to look at in the next smoothing
+  std::vector<std::uint8_t> free_;      // per point
+  std::vector<Sight> sight_;            // per point: how well some direction sees its faces
+  std::vector<std::uint32_t> poor_;     // points that are not seen well, ascending
+  std::vector<std::uint32_t> pending_;  // points to look at in the next smoothing
   bool looked_ = false, was_cut_ = false;
   Changes changes_;
   std::vector<std::uint8_t> patch_, phantom_;  // per face

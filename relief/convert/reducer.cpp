@@ -216,8 +216,7 @@ bool Reducer::reduce(const Progress& progress) {
   const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
   for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
     const std::size_t before = whole.faces.size();
-    if (!reduce_in_cells(source_, *tree_, longest_, std::max(stop, before / 12), level, whole, progress))
-      return false;
+    if (!reduce_in_cells(source_, *tree_, longest_, std::max(stop, before / 12), level, whole, progress)) return false;
     if (10 * whole.faces.size() > 8 * before) break;
   }
   std::vector<std::uint32_t> all(whole.faces.size());
