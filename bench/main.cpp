@@ -1,7 +1,9 @@
 // relief-bench: measures this build on this machine. Every figure is thread CPU time unless its name says otherwise.
+#include "compare.h"
 #include "paper/paper_algorithm.h"
 #include "support/data.h"
 #include "support/shells.h"
+#include "timing.h"
 
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
@@ -19,55 +21,13 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <random>
 
 namespace relief::bench {
 
 namespace {
 
 using nlohmann::ordered_json;
-
-/// Percentiles of many single measurements, in the unit given.
-ordered_json percentiles(std::vector<double> values, double scale) {
-  std::ranges::sort(values);
-  const auto at = [&](double q) {
-    return values.empty()
-               ? 0.0
-               : values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))] *
-                     scale;
-  };
-  return {{"count", values.size()},
-          {"p50", at(0.5)},
-          {"p99", at(0.99)},
-          {"p999", at(0.999)},
-          {"max", values.empty() ? 0.0 : values.back() * scale}};
-}
-
-/// Single calls are timed on the steady clock, whose empty cost is taken off; preemption shows in the tail.
-class CallTimer {
- public:
-  CallTimer() {
-    double least = 1;
-    for (int k = 0; k < 1000; ++k) {
-      const auto a = std::chrono::steady_clock::now();
-      const auto b = std::chrono::steady_clock::now();
-      least = std::min(least, std::chrono::duration<double>(b - a).count());
-    }
-    empty_ = least;
-  }
-  template <typename Call>
-  double operator()(Call&& call) const {
-    const auto a = std::chrono::steady_clock::now();
-    call();
-    const auto b = std::chrono::steady_clock::now();
-    return std::max(0.0, std::chrono::duration<double>(b - a).count() - empty_);
-  }
-
- private:
-  double empty_ = 0;
-};
 
 struct Subject {
   std::string name;
@@ -83,24 +43,6 @@ std::vector<Subject> paper_subjects(std::size_t triangles) {
   if (auto bunny = import_mesh(testing::data_folder() / "a_models/bunny.ply"))
     subjects.push_back({"bunny", *std::move(bunny), 150});
   return subjects;
-}
-
-/// A path that slides over the surface `depth` below it: the nearest surface points of a great turn around the model.
-std::vector<Vec3d> slide_path(const Snapshot& model, double depth, int count) {
-  const Box3d box = surface_bounds(model);
-  const double scale = diagonal(box);
-  std::vector<Vec3d> path;
-  const int anchors = std::max(2, count / 50);
-  std::vector<Vec3d> held;
-  for (int k = 0; k <= anchors; ++k) {
-    const double turn = 6.283185307179586 * k / anchors;
-    const Vec3d from = box.centre() + Vec3d{std::sin(turn), 0.25 * std::sin(3 * turn), std::cos(turn)} * scale;
-    const auto hit = raycast(model, {from, box.centre() - from});
-    if (hit) held.push_back(hit->point.position - hit->point.normal * (depth * scale));
-  }
-  for (std::size_t k = 0; k + 1 < held.size(); ++k)
-    for (int i = 0; i < 50; ++i) path.push_back(held[k] + (held[k + 1] - held[k]) * (i / 50.0));
-  return path;
 }
 
 class Bench {
@@ -179,6 +121,7 @@ class Bench {
                      {"locate_from_nothing_ns", percentiles(cold, 1e9)},
                      {"paper_in_sequence_ns", percentiles(theirs, 1e9)},
                      {"check", sum}};
+    RELIEF_TRY(out_["query"]["same_surface"], compare());
     return {};
   }
 
@@ -187,6 +130,17 @@ class Bench {
     RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
     out_["touch"] = {{"model", "pumpkin, 200 slabs, n = 64"}, {"step_ns", step_times(model)}};
     return {};
+  }
+
+  /// Relief and its peers on the same surfaces, from a quarter of a million triangles to sixteen.
+  Result<ordered_json> compare() {
+    RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", 300'000));
+    ordered_json sizes;
+    for (const int n : thorough_ ? std::vector{16, 32, 64, 128} : std::vector{16, 32}) {
+      RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = 1000, .intervals = n, .mode = Mode::Preview}));
+      sizes[fmt::format("n = {}", n)] = compare_on(*made.model.head, thorough_ ? 20'000 : 10'000);
+    }
+    return sizes;
   }
 
   ordered_json step_times(const Snapshot& model) {

@@ -4,6 +4,7 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/core/plain_cage.h>
 #include <relief/file/model_file.h>
 #include <relief/mesh/export.h>
 #include <relief/mesh/import.h>
@@ -45,20 +46,7 @@ using Place = std::array<double, 3>;
 
 Place place(Vec3d p) { return {p.x, p.y, p.z}; }
 
-/// A cage as the verifier reads it.
-struct PlainShell {
-  std::vector<Place> inner, outer;
-  std::vector<Corners> triangles;
-
-  explicit PlainShell(const SlabMesh& mesh) {
-    for (const Fibre& f : mesh.fibres()) {
-      inner.push_back(place(f.inner));
-      outer.push_back(place(f.outer));
-    }
-    for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  }
-  [[nodiscard]] verify::Shell view() const { return {inner, outer, triangles}; }
-};
+verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage.triangles}; }
 
 /// A source as the verifier reads it. Vertices at the same place are one, for formats that repeat them.
 struct PlainSource {
@@ -88,10 +76,10 @@ struct PlainSource {
 
 /// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
 verify::Certificate certificate_of(const Conversion& made, const Progress& progress) {
-  const PlainShell shell(made.model.head->slab_mesh());
-  if (made.model.info.mode == Mode::Preview) return verify::check(shell.view());
+  const PlainCage shell(made.model.head->slab_mesh());
+  if (made.model.info.mode == Mode::Preview) return verify::check(view(shell));
   const PlainSource source(made.mended);
-  return verify::check(shell.view(), source.view(), progress);
+  return verify::check(view(shell), source.view(), progress);
 }
 
 /// What the model's mode claims: preview C0, C1 and the triangles of C3; tolerant C0 to C4 and, with the source, C5;
@@ -301,7 +289,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
 }
 
 /// What the verifier says of the tiles that lie on each slab's own grid.
-Status check_tiles(const std::string& file, const PlainShell& shell, const Snapshot& head) {
+Status check_tiles(const std::string& file, const PlainCage& shell, const Snapshot& head) {
   for (const auto& [layer, between] :
        {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
         std::pair{Layer::Folded, verify::Between::Nearer}}) {
@@ -311,7 +299,7 @@ Status check_tiles(const std::string& file, const PlainShell& shell, const Snaps
       const Tile& tile = head.tile(layer, s);
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
     }
-    const verify::TileCheck found = verify::check_tiles(shell.view(), tiles, between);
+    const verify::TileCheck found = verify::check_tiles(view(shell), tiles, between);
     if (found.failure_count > 0)
       return fail(Errc::Corrupt, fmt::format("{}: the tiles of {} do not hold: {}", printable(file), name(layer),
                                              found.failures.front().what));
@@ -341,7 +329,7 @@ Result<SnapshotPtr> untouched(const std::string& file, const ModelFile& model) {
 constexpr double kSampleTolerance = 1e-6;
 
 /// Compares the samples of all slabs that no stroke has changed.
-Result<verify::SampleCheck> compare_samples(const std::string& file, const ModelFile& model, const PlainShell& shell,
+Result<verify::SampleCheck> compare_samples(const std::string& file, const ModelFile& model, const PlainCage& shell,
                                             const PlainSource& source) {
   RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
   const Snapshot& head = *model.model().head;
@@ -353,7 +341,7 @@ Result<verify::SampleCheck> compare_samples(const std::string& file, const Model
     else
       tiles.push_back({tile.intervals(), {}});
   }
-  return verify::check_samples(shell.view(), source.view(), tiles,
+  return verify::check_samples(view(shell), source.view(), tiles,
                                kSampleTolerance * diagonal(head.slab_mesh().bounds()));
 }
 
@@ -366,15 +354,15 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   // Opening checks the tiles, too; the verifier does it in its own way.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Mode mode = model.model().info.mode;
-  const PlainShell shell(model.model().head->slab_mesh());
+  const PlainCage shell(model.model().head->slab_mesh());
   verify::Certificate certificate;
   verify::SampleCheck samples;
   if (source_file.empty()) {
-    certificate = verify::check(shell.view());
+    certificate = verify::check(view(shell));
   } else {
     RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
     const PlainSource source(mesh);
-    certificate = verify::check(shell.view(), source.view(), context.progress);
+    certificate = verify::check(view(shell), source.view(), context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
     if (certificate.holds[0]) {
       RELIEF_TRY(samples, compare_samples(file, model, shell, source));

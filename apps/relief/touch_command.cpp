@@ -191,7 +191,8 @@ void add_touch(CLI::App& app, Context& context) {
                          "unit normal n outwards there, force f on the hand (N), and\n"
                          "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
                          "rate clamped, 64 setting clamped,\n"
-                         "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped.");
+                         "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped,\n"
+                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled.");
   c->add_option("MODEL", o->model, "The model")->required();
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");
@@ -210,10 +211,16 @@ void add_touch(CLI::App& app, Context& context) {
               "Push straight towards the surface contact point instead of along the interpolated normal");
   c->add_flag("--paper-contact", o->force.paper_contact,
               "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
+  auto guard = std::make_shared<bool>(true);
+  CLI::Option* guarded = c->add_flag(
+      "--guard,!--no-guard", *guard,
+      "Passivity controller, limits on lasting force, work and speed, gentle first contact; live they are on, "
+      "along a path off");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
-  c->parse_complete_callback([o] {
+  c->parse_complete_callback([o, guard, guarded] {
+    o->force.guard = guarded->count() > 0 ? *guard : o->path.empty();
     if (o->path.empty() && (o->device.empty() || o->seconds == 0))
       throw CLI::ValidationError("touch needs --path P.csv -o F.csv, or --device NAME --seconds S");
   });

@@ -11,6 +11,7 @@
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
 #include <relief/convert/source_surface.h>
+#include <relief/core/plain_cage.h>
 #include <relief/core/tessellate.h>
 #include <relief/verify/verify.h>
 
@@ -370,12 +371,8 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     return nullptr;
   }
   // The proof is the verifier's, not the builder's.
-  std::vector<std::array<double, 3>> inner, outer;
-  for (const Fibre& f : (*mesh)->fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  const verify::Certificate certificate = verify::check({inner, outer, made.shell.faces});
+  const PlainCage cage(**mesh);
+  const verify::Certificate certificate = verify::check({cage.inner, cage.outer, cage.triangles});
   if (!certificate.all()) {
     report.not_certified =
         certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;

@@ -18,10 +18,9 @@ std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& sour
     for (int j = 0; j < kGrid; ++j)
       for (int i = 0; i + j < kGrid; ++i) {
         const double u = (i + 1.0 / 3) / kGrid, v = (j + 1.0 / 3) / kGrid;
-        const std::array<double, 3> w = {1 - u - v, u, v};
-        const Vec3d in = source.lattice.to_lattice(corners.weighted(corners.inner, w));
+        const Line line = fibre_at(corners, source.lattice, {1 - u - v, u, v});
         Crossings crossings;
-        source.surface.cross(in, source.lattice.to_lattice(corners.weighted(corners.outer, w)) - in, 0, 1, crossings);
+        source.surface.cross(line.origin, line.direction, 0, 1, crossings);
         for (const Crossing& c : crossings.all()) {
           density += 1 / std::max(source.surface.area(c.triangle), 1.0);
           ++met;

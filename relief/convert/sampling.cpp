@@ -15,16 +15,11 @@ constexpr double kBeyond = 0.5;
 /// A crossing this little outside the fibre is rounding of the fibre's ends.
 constexpr double kRounding = 1e-6;
 
-/// The fibre of a sample in lattice coordinates.
-struct Line {
-  Vec3d origin, direction;
-};
+/// The fibre of a sample.
 Line fibre_at(const SlabMesh& mesh, const Lattice& lattice, SampleCopy at, int n) noexcept {
   const auto w = weights(n, at.at);
   const std::array<double, 3> b = {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n};
-  const SlabCorners corners = mesh.corners(at.slab);
-  const Vec3d in = lattice.to_lattice(corners.weighted(corners.inner, b));
-  return {in, lattice.to_lattice(corners.weighted(corners.outer, b)) - in};
+  return fibre_at(mesh.corners(at.slab), lattice, b);
 }
 
 /// The numbers of the samples next to one, by all the slabs that have it, in a fixed order; duplicates remain.
@@ -248,10 +243,8 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
       for (int i = 0; i + j < n; ++i) {
         const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
         const std::array<double, 3> w = {1 - u - v, u, v};
-        const Vec3d in = source.lattice.to_lattice(corners.weighted(corners.inner, w));
         Crossings crossings;
-        cross(source, {in, source.lattice.to_lattice(corners.weighted(corners.outer, w)) - in}, -kRounding,
-              1 + kRounding, crossings);
+        cross(source, fibre_at(corners, source.lattice, w), -kRounding, 1 + kRounding, crossings);
         HitCount& count = of_slab[k];
         ++(crossings.count == 0 ? count.none : crossings.count == 1 ? count.single : count.several);
       }

@@ -41,6 +41,17 @@ class SampleNumbers {
   std::vector<SampleCopy> places_;
 };
 
+/// A fibre in lattice coordinates.
+struct Line {
+  Vec3d origin, direction;
+};
+/// The one of a slab at the barycentric weights w.
+[[nodiscard]] inline Line fibre_at(const SlabCorners& corners, const Lattice& lattice,
+                                   const std::array<double, 3>& w) noexcept {
+  const Vec3d in = lattice.to_lattice(corners.weighted(corners.inner, w));
+  return {in, lattice.to_lattice(corners.weighted(corners.outer, w)) - in};
+}
+
 /// What fibres are cut with.
 struct SampleSource {
   const SourceSurface& surface;

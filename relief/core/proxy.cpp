@@ -168,28 +168,17 @@ class Sweep {
 
   /// Empty where the way does not go in.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
-    const SlabMesh& mesh = surface_.mesh();
-    const auto tree = mesh.tree();
-    std::array<std::uint32_t, 64> stack{};
-    std::size_t depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-      const std::uint32_t number = stack[--depth];
-      const SlabMesh::Node& node = tree[number];
-      double enter = 0, leave = 1;
-      if (!clip(node.box, enter, leave) || enter > best_) continue;
-      if (node.count == 0) {
-        stack[depth++] = node.first;
-        stack[depth++] = number + 1;
-        continue;
-      }
-      for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = mesh.tree_slabs()[node.first + k];
-        enter = 0;
-        leave = 1;
-        if (clip(mesh.box(s), enter, leave) && enter <= best_) search(s, enter, std::min(leave, 1.0));
-      }
-    }
+    double enter = 0, leave = 1;
+    surface_.mesh().visit_tree(
+        [&](const Box3d& box) {
+          enter = 0;
+          leave = 1;
+          return clip(box, enter, leave) && enter <= best_;
+        },
+        [&](SlabId s) {
+          search(s, enter, std::min(leave, 1.0));
+          return false;
+        });
     if (found_.triangle.slab == kNoSlab) return std::nullopt;
     return found_;
   }
@@ -416,7 +405,8 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
 }
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
-  rise_ = 0;
+  rise_ = grown_ = 0;
+  eased_ = {};
   lost_ = fresh_ = has_left_ = false;
   if (!known_) {
     known_ = true;
@@ -431,7 +421,9 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   } else if (follow_surface(surface)) {
     if (lag_ != Vec3d{}) {
       const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
+      const Vec3d before = lag_;
       lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
+      eased_ = lag_ - before;
       travel += cut;
     }
   } else {
@@ -599,6 +591,7 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   normal_ = fresh_ || !(depth_ > 0) ? surface_.normal
                                     : turned_by(normal_, surface_.normal, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
+  grown_ = dot(eased_, way_out_);
   alpha_ = surface_.alpha;
   SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
   if (surface.mesh().box(at.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, at) &&

@@ -85,6 +85,8 @@ class Proxy {
   [[nodiscard]] double alpha() const noexcept { return alpha_; }
   /// How far the surface rose under the point in this tick, model units; negative when it fell.
   [[nodiscard]] double rise() const noexcept { return rise_; }
+  /// How much of depth() came in this tick from taking over the surface's changes, not from the cursor.
+  [[nodiscard]] double grown() const noexcept { return grown_; }
   /// The slabs under the point were exchanged in this tick, or a hole opened there; the point was let go wherever the
   /// cursor is.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
@@ -126,7 +128,8 @@ class Proxy {
   SurfacePoint surface_;
   Vec3d normal_, way_out_;
   Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
-  double depth_ = 0, rise_ = 0, alpha_ = 0;
+  double depth_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
+  Vec3d eased_;  ///< by which the felt surface came nearer to the surface in this tick
 };
 
 }  // namespace relief

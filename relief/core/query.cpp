@@ -177,31 +177,6 @@ std::optional<SlabCoord> settle(const SlabMesh& mesh, const SlabCoord& near, Vec
   return fallback;
 }
 
-/// Visits the slabs whose boxes hold the point until visit returns true.
-template <typename Visit>
-bool visit_boxes(const SlabMesh& mesh, Vec3d point, Visit&& visit) noexcept {
-  const auto tree = mesh.tree();
-  const auto slabs = mesh.tree_slabs();
-  std::array<std::uint32_t, 64> stack{};
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t number = stack[--depth];
-    const SlabMesh::Node& node = tree[number];
-    if (!node.box.contains(point)) continue;
-    if (node.count == 0) {
-      stack[depth++] = node.first;
-      stack[depth++] = number + 1;
-      continue;
-    }
-    for (std::uint32_t k = 0; k < node.count; ++k) {
-      const SlabId s = slabs[node.first + k];
-      if (mesh.box(s).contains(point) && visit(s)) return true;
-    }
-  }
-  return false;
-}
-
 /// Value of a one-channel plane in a cell.
 double blend(const float* plane, int n, const GridCell& cell) noexcept {
   double sum = 0;
@@ -455,11 +430,12 @@ std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& h
     }
   }
   std::optional<SlabCoord> answer;
-  visit_boxes(mesh, point, [&](SlabId s) {
-    const auto found = coordinates_in(mesh, s, point, kWallBand);
-    if (found && inside_alpha(found->alpha)) answer = accept(*found);
-    return answer.has_value();
-  });
+  mesh.visit_tree([&](const Box3d& box) { return box.contains(point); },
+                  [&](SlabId s) {
+                    const auto found = coordinates_in(mesh, s, point, kWallBand);
+                    if (found && inside_alpha(found->alpha)) answer = accept(*found);
+                    return answer.has_value();
+                  });
   return answer;
 }
 

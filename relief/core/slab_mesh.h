@@ -173,6 +173,29 @@ class SlabMesh {
     std::uint32_t count = 0;  ///< leaf: number of slabs; 0 for an inner node
   };
   [[nodiscard]] std::span<const Node> tree() const noexcept { return tree_; }
+  /// Calls visit(SlabId) for the slabs whose boxes, and those of all nodes above, accept(box) lets through, depth first
+  /// and left before right, until visit returns true; whether it did. For a slab, accept is asked last just before it.
+  template <typename Accept, typename Visit>
+  bool visit_tree(Accept&& accept, Visit&& visit) const {
+    std::array<std::uint32_t, 64> stack{};
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const std::uint32_t number = stack[--depth];
+      const Node& node = tree_[number];
+      if (!accept(node.box)) continue;
+      if (node.count == 0) {
+        stack[depth++] = node.first;
+        stack[depth++] = number + 1;
+        continue;
+      }
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const SlabId s = tree_slabs_[node.first + k];
+        if (accept(boxes_[s]) && visit(s)) return true;
+      }
+    }
+    return false;
+  }
   [[nodiscard]] std::span<const SlabId> tree_slabs() const noexcept { return tree_slabs_; }
 
  private:

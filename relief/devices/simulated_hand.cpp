@@ -42,6 +42,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 1000,
                 .max_damping = 5,
                 .max_force_rate = 5000,
+                .continuous_force = 1.4,
                 .workspace_radius = 0.12}},
       {.name = "falcon-like",
        .plant = {.mass = 0.1, .viscous = 0.5, .coulomb = 0.3, .encoder_step = 63e-6, .max_force = 8},
@@ -50,6 +51,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 3000,
                 .max_damping = 20,
                 .max_force_rate = 5000,
+                .continuous_force = 3,
                 .workspace_radius = 0.04}},
       {.name = "inverse3-like",
        .plant = {.mass = 0.1, .viscous = 0.3, .coulomb = 0.1, .encoder_step = 50e-6, .max_force = 10},
@@ -58,6 +60,7 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_stiffness = 1000,
                 .max_damping = 6,
                 .max_force_rate = 5000,
+                .continuous_force = 3,
                 .workspace_radius = 0.15}},
   };
   return presets;
@@ -108,7 +111,20 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
   return true;
 }
 
-bool SimulatedHand::write(Vec3d force) noexcept {
+bool SimulatedHand::write(const Wrench& wrench) noexcept {
+  silent_ = 0;
+  commanded_ = wrench.force;
+  advance(wrench.force);
+  return true;
+}
+
+void SimulatedHand::idle() noexcept {
+  ++silent_;
+  const bool bites = plant_.watchdog > 0 && silent_ * kTick > plant_.watchdog;
+  advance(bites ? Vec3d{} : commanded_);
+}
+
+void SimulatedHand::advance(Vec3d force) noexcept {
   const std::size_t extra = plant_.jitter.empty() ? 0 : plant_.jitter[tick_ % plant_.jitter.size()];
   pipeline_[tick_ % pipeline_.size()] = {.force = is_finite(force) ? force : Vec3d{},
                                          .arrives = tick_ + static_cast<std::uint64_t>(plant_.delay_ticks) + extra};
@@ -133,7 +149,6 @@ bool SimulatedHand::write(Vec3d force) noexcept {
   target_ = next_target;
   buttons_ = next_buttons;
   ++tick_;
-  return true;
 }
 
 void SimulatedHand::amplify(Vec3d command) noexcept {

@@ -28,7 +28,8 @@ struct Plant {
   int delay_ticks = 0;              ///< 0..3, from command to force
   /// 0..3 extra ticks of delay, one per command, repeated; the amplifier holds the newest command that has arrived.
   std::vector<std::uint8_t> jitter = {};
-  int substeps = 20;  ///< integration steps per tick, at least 20
+  double watchdog = 5e-3;  ///< s without a command, after which the firmware commands zero; 0 none
+  int substeps = 20;       ///< integration steps per tick, at least 20
 };
 
 /// The person: pulls the handle towards a target with a spring, and damps its motion, with tremor.
@@ -69,7 +70,11 @@ class SimulatedHand final : public HapticDevice {
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
-  [[nodiscard]] bool write(Vec3d force) noexcept override;
+  /// Three axes: no torque is felt.
+  [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
+
+  /// A tick of 1 ms in which no command comes: the last one is held until the watchdog bites.
+  void idle() noexcept;
 
   /// The true state, for tests and reports.
   [[nodiscard]] Vec3d handle_position() const noexcept { return handle_.at; }
@@ -90,6 +95,8 @@ class SimulatedHand final : public HapticDevice {
     Vec3d force;
     std::uint64_t arrives = 0;  ///< tick
   };
+  /// One tick with this command.
+  void advance(Vec3d force) noexcept;
   void amplify(Vec3d command) noexcept;
   void move(Vec3d target) noexcept;
   [[nodiscard]] Vec3d target_at(double t, std::uint32_t& buttons) const noexcept;
@@ -107,6 +114,8 @@ class SimulatedHand final : public HapticDevice {
   std::array<Command, 8> pipeline_{};  ///< ring of the last commands, by tick
   Vec3d held_;                         ///< N, the newest command that has arrived
   std::uint64_t held_tick_ = 0;        ///< when it was given
+  Vec3d commanded_;                    ///< N, by the last write()
+  int silent_ = 0;                     ///< ticks without a command, in a row
   Vec3d target_;
   std::uint32_t buttons_ = 0;
   WorkDone work_;

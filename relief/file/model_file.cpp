@@ -1,6 +1,7 @@
 #include <relief/base/assert.h>
 #include <relief/base/hash.h>
 #include <relief/base/try.h>
+#include <relief/core/plain_cage.h>
 #include <relief/core/query.h>
 #include <relief/file/database.h>
 #include <relief/file/model_file.h>
@@ -85,14 +86,8 @@ struct Meta {
 };
 
 std::string certificate_text(const SlabMesh& mesh) {
-  std::vector<std::array<double, 3>> inner, outer;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const Fibre& f : mesh.fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  const verify::Certificate found = verify::check({.inner = inner, .outer = outer, .triangles = triangles});
+  const PlainCage cage(mesh);
+  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles});
   std::string text;
   for (std::size_t k = 0; k < found.holds.size(); ++k) {
     if (!found.holds[k]) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -11,6 +12,8 @@ constexpr double kFarModel = 1e100;       // model units; squares of it are stil
 constexpr double kFarTime = 1e12;         // s; beyond it a millisecond is lost in the rounding
 constexpr double kMaxGap = 0.05 + 1e-6;   // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = 10;          // m/s
+constexpr double kFrozenSpeed = 0.05;     // m/s
+constexpr double kFrozenTime = 20e-3;     // s
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
 constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
@@ -18,7 +21,7 @@ constexpr double kSteepest = 4;           // depth that one unit of travel may a
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.08;       // N per tick, at most, while it is
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
-constexpr double kHair = 1 - 1e-12;       // keeps rounded forces below their limit
+constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 
 bool denormal(Vec3d v) noexcept {
   return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
@@ -33,38 +36,6 @@ bool near(Vec3d v, double limit) noexcept {
 double at_most(double value, double limit) noexcept { return value > 0 ? std::min(value, limit) : 0.0; }
 
 }  // namespace
-
-std::string_view name(ServoFault fault) noexcept {
-  switch (fault) {
-    case ServoFault::None:
-      return "none";
-    case ServoFault::BadPosition:
-      return "bad position";
-    case ServoFault::BadTime:
-      return "bad time";
-    case ServoFault::TooFast:
-      return "too fast";
-    case ServoFault::Latched:
-      return "latched";
-    case ServoFault::ForceClamped:
-      return "force clamped";
-    case ServoFault::RateClamped:
-      return "rate clamped";
-    case ServoFault::StiffnessClamped:
-      return "stiffness clamped";
-    case ServoFault::StartInside:
-      return "start inside";
-    case ServoFault::DeviceLost:
-      return "device lost";
-    case ServoFault::Overrun:
-      return "overrun";
-    case ServoFault::SampleDropped:
-      return "sample dropped";
-    case ServoFault::SurfaceJumped:
-      return "surface jumped";
-  }
-  return "unknown";
-}
 
 Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
   const double size = diagonal(model);
@@ -83,7 +54,9 @@ void Servo::set(const ServoSettings& settings) noexcept {
                      was.model_origin != now.model_origin;
   const bool other_law = settings_.force.paper_contact != settings.force.paper_contact;
   settings_ = settings;
+  const double before = limits_.stiffness;
   limit_settings();
+  gift_ += in_spring(limits_.stiffness, last_depth_) - in_spring(before, last_depth_);
   if (!moved && !other_law) return;
   let_go();
   first_ = true;
@@ -98,12 +71,18 @@ void Servo::limit_settings() noexcept {
   limits_.damping = at_most(wanted.damping, dampest);
   limits_.friction = at_most(wanted.friction, 4);
   limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
-  limits_.max_force_rate = at_most(device_.max_force_rate, kAny);
+  guard_.set({.max_force = limits_.max_force,
+              .max_force_rate = at_most(device_.max_force_rate, kAny),
+              .max_damping = dampest - limits_.damping,
+              .continuous_force = at_most(device_.continuous_force, kAny),
+              .max_work = at_most(device_.max_work, kAny),
+              .max_speed = at_most(device_.max_speed, kAny),
+              .delay_ticks = device_.delay_ticks},
+             wanted.guard);
   limits_.clamped = wanted.stiffness > stiffest || wanted.damping > dampest;
 }
 
 void Servo::let_go() noexcept {
-  last_force_ = {};
   has_anchor_ = false;
   sliding_ = false;
 }
@@ -111,6 +90,7 @@ void Servo::let_go() noexcept {
 Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
   Admitted now;
   bool timed = false;  // the step from the last reading's time to this one's is good
+  if (std::exchange(stalled_, false)) now.faults |= bit(ServoFault::Stalled);
   if (!(std::abs(reading.t) <= kFarTime) || std::fpclassify(reading.t) == FP_SUBNORMAL) {
     now.faults |= bit(ServoFault::BadTime);
     has_time_ = false;
@@ -145,6 +125,19 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
       now.faults |= bit(ServoFault::BadPosition);
     else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
       now.faults |= bit(ServoFault::TooFast);
+    // A sensor that says it moves and stays where it is.
+    frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
+    if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
+  }
+  if (reading.has_orientation) {
+    const Quatd q = reading.orientation;
+    const double size = std::sqrt(dot(q, q));
+    if (size >= kLeastTurn && std::isfinite(size))
+      orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
+    else
+      now.faults |= bit(ServoFault::BadPosition);
+  } else {
+    orientation_ = {};
   }
   if (now.faults != 0)
     velocity_ = {};
@@ -207,6 +200,7 @@ Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& a
   if (!now.touching) return now;
   now.surface = proxy_.surface();
   now.depth = proxy_.depth();
+  now.grown = proxy_.grown();
   now.contact_point = now.surface.position;
   now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
   // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
@@ -248,22 +242,11 @@ Vec3d Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position,
   return held * -stiffness;
 }
 
-Vec3d Servo::limited(Vec3d wanted, Vec3d normal, double dt, std::uint32_t& flags) const noexcept {
-  if (const double size = length(wanted); size > limits_.max_force) {
-    wanted *= limits_.max_force / size * kHair;
-    flags |= bit(ServoFault::ForceClamped);
-  }
-  // What may stay of the last force: no pull inwards, and never more than is wanted now.
-  Vec3d start = last_force_;
-  if (const double pull = dot(start, normal); pull < 0) start -= normal * pull;
-  if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
-  const Vec3d change = wanted - start;
-  const double most = limits_.max_force_rate * dt * kHair;
-  if (const double size = length(change); size > most) {
-    flags |= bit(ServoFault::RateClamped);
-    return start + change * (most / size);
-  }
-  return wanted;
+// The spring's force ends at the greatest one.
+double Servo::in_spring(double stiffness, double depth) const noexcept {
+  const double longest = stiffness > 0 ? limits_.max_force / stiffness : 0;
+  const double bent = std::min(depth, longest);
+  return stiffness * bent * (depth - 0.5 * bent);
 }
 
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
@@ -275,7 +258,13 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const Admitted now = admit(reading);
   sample.flags = now.faults;
   sample.velocity = velocity_;
+  sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
+  const double gift = std::exchange(gift_, 0.0);
+  if (now.faults != 0)
+    guard_.restart();
+  else
+    guard_.observe({reading.position, velocity_, now.dt});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
@@ -319,6 +308,11 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!felt.touching || held_back || latched_ || start_inside_) {
     let_go();
+    if (latched_ || start_inside_)
+      guard_.restart();
+    else
+      guard_.rest();
+    sample.leak = guard_.leak();
     return sample;
   }
 
@@ -330,15 +324,23 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const double normal_force = std::max(0.0, outwards);
   const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
-  sample.force = limited(felt.normal * normal_force + sideways, felt.normal, now.dt, sample.flags);
+  const double metres = settings_.workspace.metres_per_unit;
+  const double stored = in_spring(stiffness, felt.depth * metres);
+  const double before = in_spring(stiffness, (felt.depth - felt.grown) * metres);
+  sample.force = guard_.force({.force = felt.normal * normal_force + sideways,
+                               .normal = felt.normal,
+                               .stored = stored + 0.5 * dot(sideways, sideways) / std::max(stiffness, 1e-300),
+                               .gift = gift + stored - before},
+                              sample.flags);
+  sample.leak = guard_.leak();
   if (!is_finite(sample.force)) {  // the model's own numbers are broken here
     latched_ = true;
     sample.flags |= bit(ServoFault::Latched);
     sample.force = {};
     let_go();
+    guard_.restart();
     return sample;
   }
-  last_force_ = sample.force;
   return sample;
 }
 

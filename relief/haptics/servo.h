@@ -3,32 +3,14 @@
 
 #include <relief/core/proxy.h>
 #include <relief/haptics/device.h>
+#include <relief/haptics/fault.h>
+#include <relief/haptics/guard.h>
 
+#include <cstddef>
 #include <cstdint>
-#include <string_view>
+#include <span>
 
 namespace relief {
-
-/// Why a tick's force is not what the law alone would give. Bits of ServoSample::flags and of the flags column of
-/// F.csv.
-enum class ServoFault : std::uint32_t {
-  None = 0,
-  BadPosition = 1U << 0U,       ///< not finite, denormal, or more than 10 m from the workspace's origin
-  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by more than 50 ms
-  TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
-  Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
-  ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum
-  RateClamped = 1U << 5U,       ///< the change of F was limited
-  StiffnessClamped = 1U << 6U,  ///< a setting was above what the device allows
-  StartInside = 1U << 7U,       ///< the first reading was inside the solid: no force until the tool has left it
-  DeviceLost = 1U << 8U,
-  Overrun = 1U << 9U,         ///< a tick came more than one period late
-  SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
-  /// The model rose by over 3 mm (at the hand) under the tool, or another model took its place with the tool inside.
-  SurfaceJumped = 1U << 11U,
-};
-[[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
-[[nodiscard]] std::string_view name(ServoFault fault) noexcept;
 
 /// model = (device - device_origin) / metres_per_unit + model_origin. Axes are the same: no rotation.
 struct Workspace {
@@ -57,19 +39,34 @@ struct ForceSettings {
   /// Contact as the paper has it (Sec. 3.3 and 3.4): a function of the cursor's place alone, with the contact point off
   /// the surface; it is lost below the slabs.
   bool paper_contact = false;
+  /// A person's hand is on the device: the passivity controller, the limits on lasting force, work and speed, and the
+  /// one on the first contact hold (ForceGuard). Off, for the bare law on a given motion, only those on force and rate.
+  bool guard = true;
 };
+
+/// The rigid tool that the hand holds, in model units.
+struct TouchTool {
+  double radius = 0;  ///< of a ball around the device's position; 0: a point
+  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
+  /// At most kMaxToolPoints. The points belong to the caller and are copied where a servo is made; they are the servo's
+  /// for good.
+  std::span<const Vec3d> points = {};
+};
+inline constexpr std::size_t kMaxToolPoints = 1000;
 
 struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
+  TouchTool tool = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
 struct ServoSample {
-  double t = 0;    ///< s, as the device gave it
-  Vec3d device;    ///< m, as read
-  Vec3d cursor;    ///< model units; the last good one when this reading's position is bad
-  Vec3d velocity;  ///< m/s, as used
+  double t = 0;       ///< s, as the device gave it
+  Vec3d device;       ///< m, as read
+  Vec3d cursor;       ///< model units; the last good one when this reading's position is bad
+  Quatd orientation;  ///< as used, unit; the last good one when this reading's is bad
+  Vec3d velocity;     ///< m/s, as used
   bool contact = false;
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
@@ -80,7 +77,9 @@ struct ServoSample {
   /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
   /// without contact.
   Vec3d normal;
-  Vec3d force;  ///< N, on the hand, after all limits
+  Vec3d force;      ///< N, on the hand, after all limits
+  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
+  double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
@@ -95,6 +94,8 @@ class Servo {
   /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
   /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
+  /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
+  void stalled() noexcept { stalled_ = true; }
   /// From the thread that calls step(). Another workspace or kind of contact starts anew: no force until the tool is
   /// outside the solid.
   void set(const ServoSettings& settings) noexcept;
@@ -103,7 +104,7 @@ class Servo {
  private:
   /// What the settings and the device allow together; every number finite and not negative.
   struct Limits {
-    double stiffness = 0, damping = 0, friction = 0, max_force = 0, max_force_rate = 0;
+    double stiffness = 0, damping = 0, friction = 0, max_force = 0;
     bool clamped = false;
   };
   /// What step() needs of a reading once it has been compared with the one before.
@@ -123,6 +124,7 @@ class Servo {
     Vec3d contact_point;
     Vec3d normal;         ///< along which the tool is pushed out
     double depth = 0;     ///< model units
+    double grown = 0;     ///< model units of the depth that the surface added in this tick, not the hand
     bool jumped = false;  ///< material came to the tool rather than the tool to the material
   };
   [[nodiscard]] Touch touch(const Snapshot& model, Vec3d cursor, const Admitted& now) noexcept;
@@ -134,8 +136,8 @@ class Servo {
   [[nodiscard]] bool inside(const Snapshot& model, Vec3d cursor) const noexcept;
   [[nodiscard]] Vec3d friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
                                double normal_force) noexcept;
-  /// The force that may follow last_force_ on the way to `wanted`; sets the flags of what it cut.
-  [[nodiscard]] Vec3d limited(Vec3d wanted, Vec3d normal, double dt, std::uint32_t& flags) const noexcept;
+  /// J in the spring at a depth in m.
+  [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
   void let_go() noexcept;
 
   ServoSettings settings_;
@@ -150,11 +152,15 @@ class Servo {
   double last_t_ = 0;
   Vec3d last_position_;                   ///< m
   Vec3d last_cursor_;                     ///< model units
+  Quatd orientation_;                     ///< the last good one
   double last_depth_ = 0;                 ///< m
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
   Vec3d velocity_;                        ///< m/s
-  Vec3d last_force_;                      ///< N
+  ForceGuard guard_;
+  double gift_ = 0;  ///< J, what new settings added to the spring since the last tick
+  bool stalled_ = false;
+  double frozen_ = 0;  ///< s, for which the device's velocity says that it moves and its position stays
   bool has_anchor_ = false, sliding_ = false;
   Vec3d anchor_;  ///< m, where friction holds the tool
 };

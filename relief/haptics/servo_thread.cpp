@@ -20,7 +20,8 @@ namespace relief {
 namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
-constexpr int kPriority = 80;                 // below the kernel's own threads for USB
+constexpr std::uint64_t kStandstill = 50 * kPeriod;
+constexpr int kPriority = 80;  // below the kernel's own threads for USB
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
 
@@ -168,6 +169,7 @@ void ServoThread::run() noexcept {
   while (!stop_.load(std::memory_order_acquire)) {
     const std::uint64_t late = schedule.wait();
     if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
+    if (late > kStandstill) servo_.stalled();
 
     const std::uint64_t start = thread_cpu_ns();
     for (ServoSettings changed; settings_.pop(changed);) servo_.set(changed);
@@ -176,13 +178,13 @@ void ServoThread::run() noexcept {
     bool alive = device_.read(reading);
     if (alive) {
       sample = servo_.step(reader_.latest(), reading);
-      alive = device_.write(sample.force);
+      alive = device_.write({sample.force, sample.torque});
     }
     const std::uint64_t compute = thread_cpu_ns() - start;
     times_.compute.add(compute);
 
     if (!alive) {
-      sample.force = {};
+      sample.force = sample.torque = {};
       sample.flags |= bit(ServoFault::DeviceLost);
     }
     sample.flags |= carried;

@@ -1,7 +1,7 @@
 // Triangle meshes made in the test.
 #pragma once
 
-#include <relief/core/slab_mesh.h>
+#include <relief/core/plain_cage.h>
 #include <relief/mesh/triangle_mesh.h>
 #include <relief/verify/verify.h>
 
@@ -117,14 +117,8 @@ inline TriangleMesh moebius(int cells) {
 
 /// What the verifier proves of a cage alone.
 inline verify::Certificate certificate(const SlabMesh& mesh) {
-  std::vector<std::array<double, 3>> inner, outer;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (const Fibre& f : mesh.fibres()) {
-    inner.push_back({f.inner.x, f.inner.y, f.inner.z});
-    outer.push_back({f.outer.x, f.outer.y, f.outer.z});
-  }
-  for (const Slab& s : mesh.slabs()) triangles.push_back(s.fibres);
-  return verify::check({inner, outer, triangles});
+  const PlainCage cage(mesh);
+  return verify::check({cage.inner, cage.outer, cage.triangles});
 }
 
 }  // namespace relief::testing

@@ -1,4 +1,6 @@
-// The plant's self-checks: a simulator that is wrong makes every test that uses it worthless.
+// The plant's parts one by one; what it does as a whole is acceptance test S1.
+#include "support/plants.h"
+
 #include <relief/devices/simulated_hand.h>
 
 #include <gtest/gtest.h>
@@ -12,32 +14,9 @@
 namespace relief {
 namespace {
 
-/// Only a mass and a viscous damper; perfect sensor and amplifier.
-PlantPreset bare(double mass, double viscous) {
-  return {.name = "bare",
-          .plant = {.mass = mass,
-                    .viscous = viscous,
-                    .coulomb = 0,
-                    .encoder_step = 0,
-                    .max_force = 1e9,
-                    .slew = 0,
-                    .dac_step = 0,
-                    .lag = 0},
-          .info = {}};
-}
-const Hand kNobody = {.stiffness = 0, .damping = 0, .max_force = 0, .tremor = 0};
-HandTarget at_origin(double /*t*/) { return {}; }
-
-TEST(Plant, FreeDecayFollowsTheClosedForm) {
-  SimulatedHand hand(bare(0.045, 0.1), kNobody, at_origin);
-  hand.set_state({}, {0.2, -0.1, 0.05});
-  for (int k = 1; k <= 1000; ++k) {
-    ASSERT_TRUE(hand.write({}));
-    const double left = std::exp(-0.1 / 0.045 * 1e-3 * k);
-    ASSERT_NEAR(hand.handle_velocity().x, 0.2 * left, 1e-9);
-    ASSERT_NEAR(hand.handle_position().y, -0.1 * 0.045 / 0.1 * (1 - left), 1e-9);
-  }
-}
+using testing::at_origin;
+using testing::bare;
+using testing::kNobody;
 
 TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
   PlantPreset preset = bare(0.045, 0);
@@ -49,60 +28,10 @@ TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
   EXPECT_NEAR(hand.handle_position().x, 0.045 * 0.3 * 0.3 / (2 * 0.26), 1e-6);
   // And below the break-away force nothing moves.
   const Vec3d rest = hand.handle_position();
-  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(hand.write({0, 0.259, 0}));
+  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(hand.write({.force = {0, 0.259, 0}, .torque = {}}));
   EXPECT_EQ(hand.handle_position(), rest);
-  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({0, 0.27, 0}));
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({.force = {0, 0.27, 0}, .torque = {}}));
   EXPECT_GT(hand.handle_position().y, rest.y);
-}
-
-TEST(Plant, EnergyBalanceWithoutAWall) {
-  for (const double resonance : {0.0, 80.0}) {
-    PlantPreset preset = {.name = "all", .plant = {}, .info = {}};
-    preset.plant.resonance = resonance;
-    SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .tremor = 2e-3}, [](double t) {
-      return HandTarget{{0.03 * std::sin(7 * t), 0.02 * std::cos(5 * t), 0.01 * t}, 0};
-    });
-    const double start = hand.energy();
-    for (int k = 0; k < 3000; ++k) ASSERT_TRUE(hand.write({}));
-    const WorkDone& work = hand.work();
-    EXPECT_LT(std::abs(work.motor + work.hand + work.viscous + work.coulomb + work.structure - (hand.energy() - start)),
-              3 * 1e-9);
-    EXPECT_GT(work.hand, 1e-3) << "the hand has to have moved something";
-    EXPECT_LT(work.viscous, 0);
-    EXPECT_LT(work.coulomb, 0);
-    EXPECT_EQ(work.structure < 0, resonance > 0);
-  }
-}
-
-/// Energy that a sampled spring of stiffness k leaves in the plant after 4 s, less what it began with; the lossless
-/// limit is where this changes sign.
-double gained(double k, int delay) {
-  PlantPreset preset = bare(1, 1);
-  preset.plant.delay_ticks = delay;
-  SimulatedHand hand(preset, kNobody, at_origin);
-  hand.set_state({0.01, 0, 0}, {});
-  DeviceState state;
-  // The largest total energy over the first and over the last second: phases do not matter.
-  double first = 0, last = 0;
-  for (int tick = 0; tick < 4000; ++tick) {
-    EXPECT_TRUE(hand.read(state));
-    const double energy = hand.energy() + 0.5 * k * dot(state.position, state.position);
-    if (tick < 1000) first = std::max(first, energy);
-    if (tick >= 3000) last = std::max(last, energy);
-    EXPECT_TRUE(hand.write(state.position * -k));
-  }
-  return last - first;
-}
-
-double lossless_limit(double low, double high, int delay) {
-  for (int step = 0; step < 24; ++step) (gained((low + high) / 2, delay) > 0 ? high : low) = (low + high) / 2;
-  return (low + high) / 2;
-}
-
-TEST(Plant, LosslessLimitOfASampledWall) {
-  // 2b/T = 2000 N/m for b = 1 N*s/m and T = 1 ms; one tick of delay divides it by three.
-  EXPECT_NEAR(lossless_limit(1000, 3000, 0), 2000, 0.005 * 2000);
-  EXPECT_NEAR(lossless_limit(300, 1500, 1), 2000.0 / 3, 0.005 * 2000 / 3);
 }
 
 TEST(Plant, EncoderRoundsTheReadingOnly) {
@@ -122,27 +51,27 @@ TEST(Plant, AmplifierSaturatesRoundsAndLags) {
   PlantPreset preset = bare(1e6, 0);  // so heavy that only the amplifier moves
   preset.plant.max_force = 3.3;
   SimulatedHand saturated(preset, kNobody, at_origin);
-  ASSERT_TRUE(saturated.write({6, 8, 0}));
+  ASSERT_TRUE(saturated.write({.force = {6, 8, 0}, .torque = {}}));
   EXPECT_NEAR(saturated.motor_force().x, 3.3 * 0.6, 1e-12);
   EXPECT_NEAR(saturated.motor_force().y, 3.3 * 0.8, 1e-12);
 
   preset.plant.dac_step = 0.25;
   SimulatedHand coarse(preset, kNobody, at_origin);
-  ASSERT_TRUE(coarse.write({1.1, -0.1, 0.13}));
+  ASSERT_TRUE(coarse.write({.force = {1.1, -0.1, 0.13}, .torque = {}}));
   EXPECT_EQ(coarse.motor_force(), (Vec3d{1.0, 0, 0.25}));
 
   preset.plant.dac_step = 0;
   preset.plant.slew = 1000;
   SimulatedHand slow(preset, kNobody, at_origin);
-  ASSERT_TRUE(slow.write({3, 0, 0}));
+  ASSERT_TRUE(slow.write({.force = {3, 0, 0}, .torque = {}}));
   EXPECT_NEAR(slow.motor_force().x, 1, 1e-12);
 
   preset.plant.slew = 0;
   preset.plant.lag = 0.5e-3;
   SimulatedHand lagging(preset, kNobody, at_origin);
-  ASSERT_TRUE(lagging.write({1, 0, 0}));
+  ASSERT_TRUE(lagging.write({.force = {1, 0, 0}, .torque = {}}));
   EXPECT_NEAR(lagging.motor_force().x, 1 - std::exp(-2.0), 1e-12);
-  ASSERT_TRUE(lagging.write({std::numeric_limits<double>::infinity(), 0, 0}));
+  ASSERT_TRUE(lagging.write({.force = {std::numeric_limits<double>::infinity(), 0, 0}, .torque = {}}));
   EXPECT_TRUE(is_finite(lagging.motor_force()));
 }
 
@@ -152,7 +81,7 @@ TEST(Plant, DelayAndJitterHoldTheNewestCommandThatArrived) {
     preset.plant.delay_ticks = delay;
     SimulatedHand hand(preset, kNobody, at_origin);
     for (int k = 1; k <= 10; ++k) {
-      ASSERT_TRUE(hand.write({double(k), 0, 0}));
+      ASSERT_TRUE(hand.write({.force = {double(k), 0, 0}, .torque = {}}));
       EXPECT_EQ(hand.motor_force().x, std::max(0, k - delay));
     }
   }
@@ -162,7 +91,7 @@ TEST(Plant, DelayAndJitterHoldTheNewestCommandThatArrived) {
   // Command k is given at tick k - 1 and arrives at k + jitter[k - 1]: the second is overtaken by the third.
   const double expected[] = {0, 1, 1, 3, 4, 5, 5, 7};
   for (int k = 1; k <= 8; ++k) {
-    ASSERT_TRUE(hand.write({double(k), 0, 0}));
+    ASSERT_TRUE(hand.write({.force = {double(k), 0, 0}, .torque = {}}));
     EXPECT_EQ(hand.motor_force().x, expected[k - 1]) << k;
   }
 }
@@ -172,7 +101,7 @@ TEST(Plant, ResonanceRingsAtItsFrequency) {
   preset.plant.resonance = 80;
   preset.plant.resonance_damping = 0.02;
   SimulatedHand hand(preset, kNobody, at_origin);
-  ASSERT_TRUE(hand.write({5, 0, 0}));  // a knock on the motor
+  ASSERT_TRUE(hand.write({.force = {5, 0, 0}, .torque = {}}));  // a knock on the motor
   // The sum moves on evenly; the difference between handle and motor rings. The reading is the motor.
   int crossings = 0;
   double last = 0, first_at = 0, last_at = 0;
@@ -232,7 +161,7 @@ TEST(Hand, IsDeterministic) {
     std::vector<DeviceState> path(500);
     for (DeviceState& state : path) {
       EXPECT_TRUE(hand.read(state));
-      EXPECT_TRUE(hand.write({0, 2 * std::sin(500 * state.t), 0}));
+      EXPECT_TRUE(hand.write({.force = {0, 2 * std::sin(500 * state.t), 0}, .torque = {}}));
     }
     return path;
   };

@@ -17,14 +17,14 @@ using testing::displaced;
 using testing::plane_shell;
 using testing::sphere_shell;
 
-/// A device so strong that no limit is in the way of the law.
+/// A device so strong that no limit is in the way of the bare law.
 DeviceInfo strong_device() {
   return {.name = "strong", .max_force = 1e3, .max_stiffness = 1e5, .max_damping = 100, .max_force_rate = 1e9};
 }
 
 ServoSettings settings_with(double stiffness, double damping = 0, double friction = 0, double metres_per_unit = 0.1) {
   return {.workspace = {.metres_per_unit = metres_per_unit},
-          .force = {.stiffness = stiffness, .damping = damping, .friction = friction}};
+          .force = {.stiffness = stiffness, .damping = damping, .friction = friction, .guard = false}};
 }
 
 /// The sphere of radius 1, sampled finely.

@@ -1,0 +1,20 @@
+// Relief against its peers: the same surface, the same ways of the cursor, in one run.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <nlohmann/json.hpp>
+
+#include <vector>
+
+namespace relief::bench {
+
+/// A path that slides over the surface `depth` below it: the nearest surface points of a great turn around the model.
+[[nodiscard]] std::vector<Vec3d> slide_path(const Snapshot& model, double depth, int count);
+
+/// Times in ns per frame and workload, warm and cold; memory, build times and accuracy beside them. Warm: of each frame
+/// the least of three passes, so that preemption goes and hard frames stay. Cold: 16 MB of other memory are read and
+/// changed before each frame.
+[[nodiscard]] nlohmann::ordered_json compare_on(const Snapshot& model, int frames);
+
+}  // namespace relief::bench

@@ -1,0 +1,45 @@
+#include <relief/haptics/fault.h>
+
+namespace relief {
+
+std::string_view name(ServoFault fault) noexcept {
+  switch (fault) {
+    case ServoFault::None:
+      return "none";
+    case ServoFault::BadPosition:
+      return "bad position";
+    case ServoFault::BadTime:
+      return "bad time";
+    case ServoFault::TooFast:
+      return "too fast";
+    case ServoFault::Latched:
+      return "latched";
+    case ServoFault::ForceClamped:
+      return "force clamped";
+    case ServoFault::RateClamped:
+      return "rate clamped";
+    case ServoFault::StiffnessClamped:
+      return "stiffness clamped";
+    case ServoFault::StartInside:
+      return "start inside";
+    case ServoFault::DeviceLost:
+      return "device lost";
+    case ServoFault::Overrun:
+      return "overrun";
+    case ServoFault::SampleDropped:
+      return "sample dropped";
+    case ServoFault::SurfaceJumped:
+      return "surface jumped";
+    case ServoFault::Passivity:
+      return "passivity";
+    case ServoFault::LoadLimited:
+      return "load limited";
+    case ServoFault::SpeedLimited:
+      return "speed limited";
+    case ServoFault::Stalled:
+      return "stalled";
+  }
+  return "unknown";
+}
+
+}  // namespace relief

@@ -1,0 +1,35 @@
+// What a tick of the servo can report.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace relief {
+
+/// Why a tick's force is not what the law alone would give. Bits of ServoSample::flags and of the flags column of
+/// F.csv.
+enum class ServoFault : std::uint32_t {
+  None = 0,
+  /// Not finite, denormal, over 10 m from the workspace's origin, or frozen; or an orientation that is no rotation.
+  BadPosition = 1U << 0U,
+  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by more than 50 ms
+  TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
+  Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
+  ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum
+  RateClamped = 1U << 5U,       ///< the change of F was limited
+  StiffnessClamped = 1U << 6U,  ///< a setting was above what the device allows
+  StartInside = 1U << 7U,       ///< the first reading was inside the solid: no force until the tool has left it
+  DeviceLost = 1U << 8U,
+  Overrun = 1U << 9U,         ///< a tick came more than one period late
+  SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
+  /// The model rose by over 3 mm (at the hand) under the tool, or another model took its place with the tool inside.
+  SurfaceJumped = 1U << 11U,
+  Passivity = 1U << 12U,     ///< damped, because the hand had got more energy out of this contact than it had put in
+  LoadLimited = 1U << 13U,   ///< limited by what the motors bear for long, or by the work that the force may do
+  SpeedLimited = 1U << 14U,  ///< braked, because the hand was faster than the device's max_speed
+  Stalled = 1U << 15U,       ///< the servo itself stood still for over 50 ms
+};
+[[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
+[[nodiscard]] std::string_view name(ServoFault fault) noexcept;
+
+}  // namespace relief

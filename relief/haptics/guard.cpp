@@ -1,0 +1,121 @@
+#include <relief/haptics/fault.h>
+#include <relief/haptics/guard.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+namespace {
+
+constexpr double kHair = 1 - 1e-12;      // keeps rounded forces below their limit
+constexpr double kFastest = 10;          // m/s; faster readings are refused before
+constexpr double kTick = 1e-3;           // s
+constexpr double kLeak = 2e-5;           // J lately that call for all the damping there is
+constexpr double kSmallLeak = 1e-7;      // J that call for none
+constexpr double kDamping = 5;           // N*s/m; more only kicks, through the lag of the velocity
+constexpr double kLately = 0.5;          // s
+constexpr double kFirstContact = 20e-3;  // s
+constexpr double kFirstShare = 0.5;      // of the greatest force, in the first contact after a start
+
+}  // namespace
+
+void ForceGuard::set(const GuardLimits& limits, bool guarding) noexcept {
+  limits_ = limits;
+  limits_.delay_ticks = std::clamp(limits.delay_ticks, 0, static_cast<int>(given_.size()) - 1);
+  guarding_ = guarding;
+}
+
+void ForceGuard::restart() noexcept {
+  moving_ = false;
+  given_ = {};
+  done_ = stored_ = leak_ = 0;
+  first_contact_ = true;
+  in_contact_ = 0;
+}
+
+void ForceGuard::observe(const Motion& now) noexcept {
+  if (moving_) {
+    const Vec3d acting = given_[static_cast<std::size_t>(limits_.delay_ticks)];
+    done_ = dot(acting, now.position - motion_.position);
+    // A bucket that holds half of what is allowed in a second and leaks the other half.
+    work_ = std::max(0.0, work_ - 0.5 * limits_.max_work * now.dt) + std::max(0.0, done_);
+    warmth_ += -std::expm1(-now.dt / kWarmUp) * (dot(given_[0], given_[0]) - warmth_);
+  }
+  motion_ = now;
+  moving_ = true;
+}
+
+void ForceGuard::command(Vec3d force) noexcept {
+  std::shift_right(given_.begin(), given_.end(), 1);
+  given_[0] = force;
+}
+
+void ForceGuard::book(double stored, double gift) noexcept {
+  const double made = done_ + stored - gift - stored_;
+  leak_ = std::min(leak_ * std::exp(-motion_.dt / kLately) + std::max(0.0, made), kLeak);
+  stored_ = stored;
+}
+
+void ForceGuard::rest() noexcept {
+  book(0, 0);
+  command({});
+  if (in_contact_ > 0) first_contact_ = false;
+}
+
+double ForceGuard::most_now() const noexcept {
+  double most = limits_.max_force;
+  if (!guarding_) return most;
+  // Falls from the greatest to the continuous force as the motors warm up, so that the mean square never passes it.
+  const double lasting = limits_.continuous_force * limits_.continuous_force;
+  const double steep = std::max(0.0, most * most / std::max(lasting, 1e-300) - 1);
+  most = std::min(most, std::sqrt(std::max(0.0, lasting + (lasting - warmth_) * steep)));
+  // Whatever the hand does in the next millisecond, the bucket does not run over.
+  most = std::min(most, std::max(0.0, 0.5 * limits_.max_work - work_) / (kFastest * kTick));
+  return most;
+}
+
+Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) noexcept {
+  Vec3d wanted = wish.force;
+  const Vec3d normal = wish.normal;
+  book(wish.stored, wish.gift);
+  in_contact_ += motion_.dt;
+  if (guarding_) {
+    const double speed = length(motion_.velocity);
+    // Neither brake ever pulls inwards: each takes from the push only.
+    const double push = std::max(0.0, dot(wanted, normal));
+    if (leak_ > kSmallLeak) {
+      const double damping = leak_ / kLeak * std::min(limits_.max_damping, kDamping);
+      wanted -= normal * std::min(push, damping * dot(motion_.velocity, normal));
+      flags |= bit(ServoFault::Passivity);
+    }
+    if (const double too_fast = speed - limits_.max_speed; too_fast > 0) {
+      const Vec3d way = motion_.velocity / speed;
+      wanted -= way * (std::max(0.0, dot(wanted, way)) * std::min(1.0, too_fast / limits_.max_speed) +
+                       limits_.max_damping * too_fast);
+      if (const double pull = dot(wanted, normal); pull < 0) wanted -= normal * pull;
+      flags |= bit(ServoFault::SpeedLimited);
+    }
+  }
+  double most = most_now();
+  if (most < limits_.max_force && length(wanted) > most) flags |= bit(ServoFault::LoadLimited);
+  if (guarding_ && first_contact_ && in_contact_ <= kFirstContact)
+    most = std::min(most, kFirstShare * limits_.max_force);
+  if (const double size = length(wanted); size > most) {
+    wanted *= most / size * kHair;
+    flags |= bit(ServoFault::ForceClamped);
+  }
+  // What may stay of the last force: no pull inwards, and never more than is wanted now.
+  Vec3d start = given_[0];
+  if (const double pull = dot(start, normal); pull < 0) start -= normal * pull;
+  if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
+  const Vec3d change = wanted - start;
+  const double far = limits_.max_force_rate * motion_.dt * kHair;
+  if (const double size = length(change); size > far) {
+    flags |= bit(ServoFault::RateClamped);
+    wanted = start + change * (far / size);
+  }
+  command(wanted);
+  return wanted;
+}
+
+}  // namespace relief

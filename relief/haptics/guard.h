@@ -1,0 +1,80 @@
+// What stands between the force law and the motor: limits on force, its rate, its work and its lasting, and a
+// passivity observer and controller (Hannaford and Ryu 2002). A small state, no clock, no allocation.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace relief {
+
+/// What a device and a person's hand bear; SI units, each finite and not negative.
+struct GuardLimits {
+  double max_force = 0;         ///< N
+  double max_force_rate = 0;    ///< N/s, how fast the force may grow or turn
+  double max_damping = 0;       ///< N*s/m, what the passivity controller and the speed brake may use
+  double continuous_force = 0;  ///< N, what the motors bear for ever
+  double max_work = 0;          ///< J, what the force may do on the hand within any second
+  double max_speed = 0;         ///< m/s, above which the force brakes
+  int delay_ticks = 0;          ///< from a command to its force
+};
+
+/// Judges one force per tick. The limits on force and rate always hold; the rest only while `guarding`.
+class ForceGuard {
+ public:
+  /// Along F^2, the time constant with which motors warm up, s.
+  static constexpr double kWarmUp = 60;
+
+  void set(const GuardLimits& limits, bool guarding) noexcept;
+
+  struct Motion {
+    Vec3d position;  ///< m
+    Vec3d velocity;  ///< m/s
+    double dt = 0;   ///< s, since the last tick
+  };
+  /// To be called once in each tick, before force(): what the last forces did on the way here.
+  void observe(const Motion& now) noexcept;
+  /// A new start: no force has acted, nothing is known of the motion before. What the motors have borne stays.
+  void restart() noexcept;
+  /// What the law asks for.
+  struct Wish {
+    Vec3d force;        ///< N
+    Vec3d normal;       ///< unit, outwards
+    double stored = 0;  ///< J, in the law's springs, as they are
+    double gift = 0;    ///< J of that which came in this tick without the hand's doing: a surface that rose under it
+  };
+  /// The force that the hand gets. Sets ServoFault bits of what was cut.
+  [[nodiscard]] Vec3d force(const Wish& wish, std::uint32_t& flags) noexcept;
+  /// In place of force() in a tick without contact.
+  void rest() noexcept;
+
+  /// Energy that came from nowhere in the last half second, J: what the force did on the hand beyond what the springs
+  /// gave up, of sampling, of delay, of a normal that is no gradient. What was lost (to damping, say) is not set off
+  /// against it, so that it hides nothing. The more, the more damping; at most 2e-5.
+  [[nodiscard]] double leak() const noexcept { return leak_; }
+  /// What the force has done on the hand lately, J; at most the half of max_work.
+  [[nodiscard]] double work() const noexcept { return work_; }
+  /// Mean square of the force over kWarmUp, N^2; at most the square of continuous_force.
+  [[nodiscard]] double warmth() const noexcept { return warmth_; }
+
+ private:
+  [[nodiscard]] double most_now() const noexcept;
+  void command(Vec3d force) noexcept;
+  /// Books what the springs hold now.
+  void book(double stored, double gift) noexcept;
+
+  GuardLimits limits_;
+  bool guarding_ = true;
+  bool moving_ = false;  ///< motion_ holds the last tick's
+  Motion motion_;
+  std::array<Vec3d, 4> given_{};  ///< N, the last commands, newest first
+  double done_ = 0;               ///< J, by the force on the hand since the last tick
+  double stored_ = 0;             ///< J, in the springs at the last tick
+  double leak_ = 0, work_ = 0, warmth_ = 0;
+  bool first_contact_ = true;
+  double in_contact_ = 0;  ///< s, of the first contact since the start
+};
+
+}  // namespace relief

@@ -1,0 +1,327 @@
+// S12: the safe state. S13: start and resume. S14: limits on every command. S15: what stands still.
+#include "acceptance/acceptance.h"
+#include "support/bad_readings.h"
+#include "support/shells.h"
+
+#include <relief/base/spsc_queue.h>
+#include <relief/core/query.h>
+#include <relief/core/snapshot_channel.h>
+#include <relief/devices/simulated_hand.h>
+#include <relief/haptics/servo.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <random>
+#include <string>
+
+namespace relief::acceptance {
+namespace {
+
+const Workspace kSpace = {.metres_per_unit = 0.1};
+
+SnapshotPtr ball(double radius = 1) {
+  return testing::displaced(testing::sphere_shell(2, 16), [&](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
+}
+
+DeviceState reading(double t, Vec3d cursor) {
+  DeviceState state;
+  state.t = t;
+  state.position = kSpace.to_device(cursor);
+  return state;
+}
+
+/// A servo that presses 3 mm into the top of the ball at t = 1.010 s.
+struct Pressed {
+  SnapshotPtr model = ball();
+  Servo servo{{.workspace = kSpace}, DeviceInfo{}};
+  double start = 1;
+  int ticks = 0;
+  ServoSample felt;
+
+  [[nodiscard]] double t() const { return start + 1e-3 * ticks; }
+  Pressed() {
+    at(1.02);
+    for (int k = 1; k <= 10; ++k) at(1.02 - 5e-3 * k);
+  }
+  void at(double z) {
+    felt = servo.step(*model, reading(t(), {0, 0, z}));
+    ++ticks;
+  }
+  /// Of the next ones, without lift-off.
+  int ticks_with_force(int next) {
+    int count = 0;
+    for (int k = 0; k < next; ++k) {
+      at(0.97);
+      count += felt.force != Vec3d{} ? 1 : 0;
+    }
+    return count;
+  }
+  /// Goes out and in again.
+  bool feels_after_lift_off() {
+    for (int k = 0; k <= 30; ++k) at(0.97 + 5e-3 * k);
+    for (int k = 0; k <= 30; ++k) at(1.12 - 5e-3 * k);
+    return felt.force.z > 0.3 && (felt.flags & bit(ServoFault::Latched)) == 0;
+  }
+};
+
+/// Figures of one event: force in its tick, ticks with force before lift-off, whether it was told and felt again.
+struct Answer {
+  double force = 0;
+  int later = 0;
+  bool told = false, feels_again = false;
+};
+
+void judge(Report& report, const std::string& what, const Answer& answer) {
+  report.at_most(what + ": force in the same tick", answer.force, 0, "N");
+  report.at_most(what + ": later ticks with force before lift-off", answer.later, 0);
+  report.at_least(what + ": told in the flags, and felt again after lift-off",
+                  (answer.told ? 1 : 0) + (answer.feels_again ? 1 : 0), 2);
+}
+
+Answer answer_to(Pressed& hand, ServoFault expected) {
+  Answer answer = {.force = length(hand.felt.force), .told = (hand.felt.flags & bit(expected)) != 0};
+  answer.told = answer.told && (hand.felt.flags & bit(ServoFault::Latched)) != 0;
+  answer.later = hand.ticks_with_force(100);
+  answer.feels_again = hand.feels_after_lift_off();
+  return answer;
+}
+
+}  // namespace
+
+void safe_state(Report& report) {
+  for (const testing::BadReading& bad : testing::bad_readings()) {
+    Pressed hand;
+    DeviceState state = reading(1.011, {0, 0, 0.97});
+    bad.spoil(state);
+    hand.felt = hand.servo.step(*hand.model, state);
+    // Times go on from wherever the bad one went.
+    hand.start = std::isfinite(state.t) && std::abs(state.t) < 1e6 ? state.t : 1.02;
+    hand.ticks = 1;
+    judge(report, bad.name, answer_to(hand, bad.expected));
+  }
+  {
+    Pressed hand;
+    int ticks = 0;
+    for (; ticks < 100 && (hand.felt.flags & bit(ServoFault::Latched)) == 0; ++ticks) {
+      DeviceState state = reading(hand.t(), {0, 0, 0.97});
+      state.has_velocity = true;
+      state.velocity = {0.2, 0, 0};
+      hand.felt = hand.servo.step(*hand.model, state);
+      ++hand.ticks;
+    }
+    report.at_most("frozen position under a moving velocity: ticks until the safe state", ticks, 22);
+    judge(report, "frozen position", answer_to(hand, ServoFault::BadPosition));
+  }
+  {
+    Pressed hand;
+    hand.servo.stalled();
+    hand.at(0.97);
+    judge(report, "the servo stood still for over 50 ms", answer_to(hand, ServoFault::Stalled));
+  }
+  {
+    Pressed hand;
+    hand.model = ball(1.06);
+    hand.at(0.97);
+    judge(report, "another model under the tip, 6 mm higher", answer_to(hand, ServoFault::SurfaceJumped));
+  }
+  {
+    Pressed hand;
+    hand.servo = Servo({.workspace = kSpace}, DeviceInfo{});
+    hand.at(0.97);
+    Answer answer = {.force = length(hand.felt.force), .told = (hand.felt.flags & bit(ServoFault::StartInside)) != 0};
+    answer.later = hand.ticks_with_force(100);
+    answer.feels_again = hand.feels_after_lift_off();
+    judge(report, "start inside the solid", answer);
+  }
+}
+
+void start_and_resume(Report& report) {
+  // Runs into the ball at 0.6 m/s, to 9 mm: more than the greatest force, at once.
+  const auto first_contact = [](Servo& servo, const Snapshot& model, double& t) {
+    double most = 0;
+    int contact = 0;
+    for (int k = 0; contact < 20; ++k) {
+      const ServoSample felt = servo.step(model, reading(t += 1e-3, {0, 0, std::max(0.91, 1.02 - 6e-3 * k)}));
+      contact += felt.contact ? 1 : 0;
+      most = std::max(most, length(felt.force));
+    }
+    return most;
+  };
+  const SnapshotPtr model = ball();
+  const double limit = 0.5 * DeviceInfo{}.max_force;
+  Servo servo({.workspace = kSpace}, DeviceInfo{});
+  double t = 1;
+  report.at_most("first contact after the start: greatest force in 20 ms", first_contact(servo, *model, t), limit, "N");
+  double later = 0;
+  for (int k = 0; k < 10; ++k)
+    later = std::max(later, length(servo.step(*model, reading(t += 1e-3, {0, 0, 0.91})).force));
+  report.at_least("and after that", later, 3.2, "N");
+  // A fault while pressed, lift-off, and in again.
+  static_cast<void>(servo.step(*model, reading(t, {0, 0, 0.91})));
+  double inside = 0;
+  for (int k = 0; k < 22; ++k)
+    inside = std::max(inside, length(servo.step(*model, reading(t += 1e-3, {0, 0, 0.91 + 5e-3 * k})).force));
+  report.at_most("resume: greatest force before the tool has left", inside, 0, "N");
+  report.at_most("first contact after the safe state: greatest force in 20 ms", first_contact(servo, *model, t), limit,
+                 "N");
+  // From inside, at every depth, without and with a wait there.
+  double most = 0;
+  for (const double depth : {0.01, 0.1, 0.3, 0.7, 1.0}) {
+    Servo fresh({.workspace = kSpace}, DeviceInfo{});
+    for (int k = 0; k < 500; ++k)
+      most = std::max(most, length(fresh.step(*model, reading(1 + 1e-3 * k, {0, 0, 1 - depth})).force));
+    for (double z = 1 - depth; z < 1; z += 1e-3)
+      most = std::max(most, length(fresh.step(*model, reading(t += 1e-3, {0, 0, z})).force));
+  }
+  report.at_most("start inside: greatest force before the tool has left", most, 0, "N");
+}
+
+namespace {
+
+/// Checks one command after the other against the limits, from what a recording holds alone.
+class LimitJudge {
+ public:
+  LimitJudge(const DeviceInfo& device, double user_force)
+      : device_(device), most_(std::min(device.max_force, user_force)) {}
+
+  void see(const ServoSample& s, double dt) {
+    ++commands;
+    const double size = length(s.force);
+    if (!is_finite(s.force) || size > most_) ++too_strong;
+    if (size - length(last_.force) > device_.max_force_rate * dt + 1e-9) ++too_quick;
+    if (commands > 1) {
+      const double done = std::max(0.0, dot(last_.force, s.device - last_.device));
+      works_.emplace_back(s.t, done);
+      in_window_ += done;
+      while (s.t - works_.front().first > 1) {
+        in_window_ -= works_.front().second;
+        works_.pop_front();
+      }
+      most_work = std::max(most_work, in_window_);
+      warmth_ += (1 - std::exp(-dt / ForceGuard::kWarmUp)) * (dot(last_.force, last_.force) - warmth_);
+      lasting = std::max(lasting, std::sqrt(warmth_));
+    }
+    if (length(s.velocity) > 2 * device_.max_speed && dot(s.force, s.velocity) > 1e-9) ++pushing_on;
+    last_ = s;
+  }
+
+  long commands = 0, too_strong = 0, too_quick = 0, pushing_on = 0;
+  double most_work = 0, lasting = 0;  ///< J in a second; N
+
+ private:
+  DeviceInfo device_;
+  double most_;
+  ServoSample last_;
+  std::deque<std::pair<double, double>> works_;
+  double in_window_ = 0, warmth_ = 0;
+};
+
+}  // namespace
+
+void limits(Report& report) {
+  const int ticks = report.long_form() ? 10'000'000 : 300'000;
+  const SnapshotPtr models[] = {ball(), ball(1.01), ball(0.99)};
+  for (const PlantPreset& preset : plant_presets()) {
+    const double user = 0.8 * preset.info.max_force;
+    Servo servo({.workspace = kSpace, .force = {.stiffness = 1e9, .damping = 2, .friction = 0.5, .max_force = user}},
+                preset.info);
+    LimitJudge judge(preset.info, user);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    Vec3d at = {0, 0, 1.05}, speed;
+    long cut = 0;
+    std::uint32_t seen = 0;
+    const Snapshot* model = models[0].get();
+    for (int k = 0; k < ticks; ++k) {
+      // Flings, flings under changes of the model, long strong presses, and pumping at 8 Hz, by turns.
+      const double t = 1e-3 * k;
+      const int act = (k / 4000 + 2) % 4;
+      if (act == 0) {
+        at += (Vec3d{0, 0, 0.93} - at) * 0.02;
+      } else if (act == 1) {
+        at += (Vec3d{0, 0, 0.97 + 0.04 * std::sin(50 * t)} - at) * 0.2;
+      } else {
+        speed = speed * 0.98 + Vec3d{unit(random), unit(random), unit(random)} * 6e-3;
+        at += speed;
+        if (length(at) > 1.1 || length(at) < 0.85) speed = normalized(at) * (length(at) > 1 ? -0.02 : 0.03);
+        if (act == 3 && k % 97 == 0) model = models[static_cast<std::size_t>(k / 97) % 3].get();
+      }
+      const ServoSample felt = servo.step(*model, reading(t, at));
+      judge.see(felt, 1e-3);
+      seen |= felt.flags;
+      cut += (felt.flags & bit(ServoFault::LoadLimited)) != 0 ? 1 : 0;
+    }
+    const std::string name(preset.name);
+    report.shown(name + ": commands checked", static_cast<double>(judge.commands));
+    report.at_most(name + ": commands over the device's or the user's force", static_cast<double>(judge.too_strong), 0);
+    report.at_most(name + ": commands that grew too quickly", static_cast<double>(judge.too_quick), 0);
+    report.at_most(name + ": root mean square of the force over a minute", judge.lasting, preset.info.continuous_force,
+                   "N");
+    report.at_most(name + ": most work on the hand in a second", judge.most_work, preset.info.max_work, "J");
+    report.at_most(name + ": commands that push on above twice the speed limit", static_cast<double>(judge.pushing_on),
+                   0);
+    // Else the limits were not put to the test.
+    report.at_least(name + ": commands limited by load", static_cast<double>(cut), 100);
+    const std::uint32_t all = bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) |
+                              bit(ServoFault::SpeedLimited) | bit(ServoFault::Passivity);
+    report.at_least(name + ": kinds of limits met, of 4", std::popcount(seen & all), 4);
+  }
+}
+
+void standstill(Report& report) {
+  // The plant, pressed, when nobody commands any more.
+  for (const PlantPreset& preset : plant_presets()) {
+    const SnapshotPtr model = ball();
+    SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .max_force = 2, .tremor = 0},
+                       [](double) { return HandTarget{kSpace.to_device({0, 0, 0.95}), 0}; });
+    hand.set_state(kSpace.to_device({0, 0, 1.02}), {});
+    Servo servo({.workspace = kSpace}, preset.info);
+    DeviceState state;
+    const auto live = [&](int ticks) {
+      ServoSample felt;
+      for (int k = 0; k < ticks; ++k) {
+        static_cast<void>(hand.read(state));
+        felt = servo.step(*model, state);
+        static_cast<void>(hand.write({felt.force, felt.torque}));
+      }
+      return felt;
+    };
+    live(1000);
+    const std::string name(preset.name);
+    report.at_least(name + ": force of the motor before", length(hand.motor_force()), 0.5, "N");
+    for (int k = 0; k < 10; ++k) hand.idle();
+    report.at_most(name + ": force of the motor 10 ms after the last command", length(hand.motor_force()), 0.01, "N");
+    for (int k = 0; k < 4990; ++k) hand.idle();
+    report.at_most(name + ": and 5 s after", length(hand.motor_force()), 0, "N");
+    // Time went on meanwhile: the device's clock shows it.
+    const ServoSample felt = live(1);
+    report.at_most(name + ": force in the first tick after that", length(felt.force), 0, "N");
+    report.at_least(name + ": told", (felt.flags & bit(ServoFault::Latched)) != 0 ? 1 : 0, 1);
+  }
+  // A drawing thread that holds its snapshot for 5 s, and a telemetry reader that waits for its disk, while an editor
+  // publishes: the touch goes on, tick by tick, and feels the newest model.
+  SnapshotChannel channel(ball());
+  SnapshotChannel::Reader servo_reader = channel.reader(), drawing = channel.reader();
+  SpscQueue<ServoSample> telemetry(64);
+  const Snapshot& held = drawing.latest();
+  Servo servo({.workspace = kSpace}, DeviceInfo{});
+  int late = 0, dropped = 0;
+  double expected = 0;
+  for (int k = 0; k < 5000; ++k) {
+    const double radius = 1 + 1e-5 * (k / 10);
+    if (k % 10 == 0) channel.publish(ball(radius));
+    const ServoSample felt = servo.step(servo_reader.latest(), reading(1e-3 * k, {0, 0, k < 20 ? 1.02 : 0.98}));
+    expected = radius - 0.98;
+    if (k > 500 && std::abs(felt.depth - expected) > 0.1 * expected) ++late;
+    dropped += telemetry.push(felt) ? 0 : 1;
+  }
+  report.at_most("drawing and disk stalled for 5 s: ticks that did not feel the newest model", late, 0);
+  report.at_least("and telemetry dropped rather than waited for", dropped, 4900);
+  report.at_most("and the drawing's snapshot is as it was",
+                 std::abs(displacement_at(held, 0, 0.2, 0.2) - displacement_at(*ball(), 0, 0.2, 0.2)), 0);
+}
+
+}  // namespace relief::acceptance

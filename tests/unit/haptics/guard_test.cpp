@@ -1,0 +1,152 @@
+// The guard between law and motor, on springs whose energy is known.
+#include <relief/haptics/fault.h>
+#include <relief/haptics/guard.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+namespace {
+
+constexpr double kDt = 1e-3;
+constexpr double kStiffness = 400;
+constexpr GuardLimits kLimits = {.max_force = 3.3,
+                                 .max_force_rate = 1e6,
+                                 .max_damping = 4,
+                                 .continuous_force = 0.88,
+                                 .max_work = 1,
+                                 .max_speed = 1.5};
+
+/// A spring along y whose surface is at `height`, felt by a hand at y.
+class Spring {
+ public:
+  explicit Spring(const GuardLimits& limits = kLimits, bool guarding = true) { guard.set(limits, guarding); }
+  /// One tick; the force along y.
+  double at(double y, double height = 0) {
+    const double depth = std::max(0.0, height - y), before = std::max(0.0, last_height_ - y);
+    guard.observe({{0, y, 0}, {0, (y - last_) / kDt, 0}, kDt});
+    last_ = y;
+    last_height_ = height;
+    flags = 0;
+    if (depth == 0) {
+      guard.rest();
+      return 0;
+    }
+    const double stored = 0.5 * kStiffness * depth * depth;
+    return guard
+        .force({.force = {0, kStiffness * depth, 0},
+                .normal = {0, 1, 0},
+                .stored = stored,
+                .gift = stored - 0.5 * kStiffness * before * before},
+               flags)
+        .y;
+  }
+  ForceGuard guard;
+  std::uint32_t flags = 0;
+
+ private:
+  double last_ = 1e-3, last_height_ = 0;
+};
+
+/// Past the gentle first contact.
+void settle(Spring& spring) {
+  for (int k = 0; k < 30; ++k) spring.at(-1e-6);
+  spring.at(1e-6);
+}
+
+/// Slowly, and rests there until what that made is forgotten; gives the force.
+double press(Spring& spring, double depth) {
+  for (int k = 0; k < 1000; ++k) spring.at(-depth * k / 1000);
+  for (int k = 0; k < 6000; ++k) spring.at(-depth);
+  return spring.at(-depth);
+}
+
+TEST(Guard, BooksWhatSamplingMakes) {
+  Spring spring(kLimits, false);
+  settle(spring);
+  const double start = spring.guard.leak();
+  // Out by 0.1 mm in one tick: the held force does K d^2 where the spring gives up half of it.
+  spring.at(-1e-4);
+  const double before = spring.guard.leak();
+  spring.at(0);
+  EXPECT_NEAR(spring.guard.leak() - before, 0.5 * kStiffness * 1e-8, 0.02 * kStiffness * 1e-8);
+  EXPECT_GE(before, start * 0.9);
+}
+
+TEST(Guard, ASurfaceThatRisesUnderTheTipIsNoLeak) {
+  Spring risen, pulled;
+  settle(risen);
+  settle(pulled);
+  press(risen, 1e-3);
+  for (int k = 1; k <= 100; ++k) risen.at(-1e-3, 3e-5 * k);
+  EXPECT_LT(risen.guard.leak(), 1e-9) << "3 mm of depth, all the program's own work";
+  EXPECT_EQ(risen.flags & bit(ServoFault::Passivity), 0U);
+  // As far by the hand, out and in at 0.3 m/s without damping, makes energy at each sample.
+  for (int k = 0; k < 100; ++k) pulled.at(-3e-3 + 3e-4 * std::min(k % 20, 20 - k % 20));
+  EXPECT_GT(pulled.guard.leak(), 1e-6);
+}
+
+TEST(Guard, DampsWhatMakesEnergyAndNothingElse) {
+  Spring bare(kLimits, false), guarded;
+  settle(bare);
+  settle(guarded);
+  double net_bare = 0, net_guarded = 0, last = 0, force_bare = 0, force_guarded = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double y = -1e-3 + 5e-4 * std::sin(0.3 * k);
+    net_bare += force_bare * (y - last);
+    net_guarded += force_guarded * (y - last);
+    last = y;
+    force_bare = bare.at(y);
+    force_guarded = guarded.at(y);
+  }
+  EXPECT_GT(net_bare, 1e-3) << "a sampled spring without damping makes energy";
+  EXPECT_LT(net_guarded, 0);
+  // Slowly, nothing is damped.
+  Spring slow;
+  settle(slow);
+  for (int k = 0; k < 2000; ++k) {
+    const double depth = 1e-6 * k;
+    EXPECT_NEAR(slow.at(-depth), kStiffness * depth, 1e-9);
+  }
+}
+
+TEST(Guard, TheLastingForceEndsAtTheContinuousOne) {
+  Spring spring;
+  settle(spring);
+  EXPECT_NEAR(press(spring, 2e-3), 0.8, 1e-9) << "for ever";
+  spring.at(-8e-3);
+  EXPECT_GE(spring.at(-8e-3), 3.1) << "cold but for that";
+  double force = 0;
+  for (int k = 0; k < 120'000; ++k) force = spring.at(-8e-3);
+  EXPECT_NEAR(force, 0.88, 0.01);
+  EXPECT_LE(spring.guard.warmth(), 0.88 * 0.88);
+  for (int k = 0; k < 300'000; ++k) spring.at(1e-3);
+  spring.at(-8e-3);
+  EXPECT_GE(spring.at(-8e-3), 3.2) << "cold again";
+}
+
+TEST(Guard, TheFirstContactIsGentle) {
+  Spring spring;
+  EXPECT_LE(spring.at(-8e-3), 0.5 * 3.3);
+  for (int k = 0; k < 25; ++k) spring.at(-8e-3);
+  EXPECT_GT(spring.at(-8e-3), 3);
+  spring.at(1e-3);
+  EXPECT_GT(spring.at(-8e-3), 3) << "the second is not limited";
+  spring.guard.restart();
+  EXPECT_LE(spring.at(-8e-3), 0.5 * 3.3);
+}
+
+TEST(Guard, NeitherBrakeEverPullsIn) {
+  Spring spring;
+  settle(spring);
+  for (int k = 0; k < 200; ++k) {
+    // Out at 3 m/s again and again.
+    const double y = -8e-3 + 3e-3 * (k % 4);
+    EXPECT_GE(spring.at(y), 0) << k;
+  }
+}
+
+}  // namespace
+}  // namespace relief
