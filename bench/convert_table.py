@@ -139,12 +139,14 @@ def main(arguments):
     if unknown := set(options.only or []) - known:
         parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
     wanted = options.only or known
+    scans = [(name, file) for name, file in find_scans(options.folder) if name in wanted] if options.folder else []
+    if options.folder and not scans:
+        parser.error(f"{options.folder} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
     rows = []
     with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:
         work = pathlib.Path(folder)
         models = [(name, None, slabs) for name, slabs in OWN.items() if name in wanted]
-        if options.folder:
-            models += [(name, file, SCANS[name]) for name, file in find_scans(options.folder) if name in wanted]
+        models += [(name, file, SCANS[name]) for name, file in scans]
         for name, file, slabs in models:
             if file is None:
                 file = work / f"{name}.ply"

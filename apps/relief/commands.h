@@ -28,6 +28,16 @@ struct Context {
   std::function<Status()> run;
 };
 
+/// While it lives, the command has written nothing: where the work does not answer a Ctrl-C within a second, the
+/// program ends. One at a time.
+class NothingWritten {
+ public:
+  NothingWritten();
+  ~NothingWritten();
+  NothingWritten(const NothingWritten&) = delete;
+  NothingWritten& operator=(const NothingWritten&) = delete;
+};
+
 /// Adds --json and --threads, and makes `action` what is run when the command is chosen.
 void finish_command(CLI::App& command, Context& context, std::function<Status()> action, bool has_json = true);
 

@@ -30,10 +30,21 @@ constexpr int kDone = 0, kFailed = 1, kWrongUsage = 2, kCancelled = 130;
 std::atomic<bool> cancel_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+std::atomic<bool> nothing_written{false};
+
 /// The first Ctrl-C asks the work to stop and clean up; the second ends the program at once.
 void on_signal(int signal) {
   cancel_asked.store(true);
   std::signal(signal, SIG_DFL);
+  alarm(1);
+}
+
+/// Work that has nothing to clean up need not be waited for.
+void on_alarm(int /*signal*/) {
+  if (!nothing_written.load()) return;
+  constexpr std::string_view kLine = "relief: the command was cancelled.\n";
+  [[maybe_unused]] const auto ignored = write(STDERR_FILENO, kLine.data(), kLine.size());
+  _exit(kCancelled);
 }
 
 /// Progress on a terminal: one line that is written over, and cleared at the end.
@@ -129,6 +140,7 @@ int main_inner(int argc, char** argv) {
 
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  std::signal(SIGALRM, on_alarm);
   std::signal(SIGPIPE, SIG_IGN);
   std::optional<tbb::global_control> limit;
   if (context.threads > 0)
@@ -148,6 +160,9 @@ int main_inner(int argc, char** argv) {
 }
 
 }  // namespace
+
+NothingWritten::NothingWritten() { nothing_written.store(true); }
+NothingWritten::~NothingWritten() { nothing_written.store(false); }
 
 void finish_command(CLI::App& command, Context& context, std::function<Status()> action, bool has_json) {
   if (has_json) command.add_flag("--json", context.json, "Print one JSON object on standard output and nothing else");

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -166,12 +167,13 @@ class MendedFile {
 };
 
 ordered_json to_json(const Conversion& made, const verify::Certificate& certificate,
-                     const std::vector<std::string>& notes, double seconds) {
+                     const std::vector<std::string>& notes, double seconds, double wall_seconds) {
   const ConvertReport& r = made.report;
   ordered_json json;
   json["mode"] = name(made.model.info.mode);
   json["slabs"] = r.slabs;
   json["seconds"] = seconds;
+  json["wall_seconds"] = wall_seconds;
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};
   json["fibres"] = r.fibres_cast;
   json["samples"] = distinct_samples(made.model.head->slab_mesh());
@@ -189,6 +191,12 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["distance"]["to_source"] = distance(r.to_source);
   json["distance"]["from_source"] = distance(r.from_source);
   if (!r.not_certified.empty()) json["not_certified"] = r.not_certified;
+  json["parts"] = {{"count", r.parts.count}, {"certified", r.parts.certified}};
+  for (const auto& part : r.parts.obstacles)
+    json["parts"]["obstacles"].push_back({{"part", part.part},
+                                          {"triangles", part.triangles},
+                                          {"near", {part.near.x, part.near.y, part.near.z}},
+                                          {"reason", part.reason}});
   if (r.remesh)
     json["remesh"] = {{"voxel", r.remesh->voxel}, {"sheets", r.remesh->sheets}, {"crumbs", r.remesh->crumbs}};
   json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
@@ -211,7 +219,10 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"parts", f.parts},
                     {"boundary_loops", f.boundary_loops}};
   json["notes"] = notes;
-  for (const auto& phase : r.phases) json["phases"][phase.name] = phase.seconds;
+  for (const auto& phase : r.phases) {
+    json["phases"][phase.name] = phase.seconds;
+    json["phases_wall"][phase.name] = phase.wall_seconds;
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   json["peak_mib"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
@@ -227,8 +238,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     return fail(Errc::InvalidArgument,
                 printable(o.out) + ": is both the model and the mended source; choose two names");
   RELIEF_CHECK(check_strokes(o));
+  std::optional<NothingWritten> nothing_written(std::in_place);
+  const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
   RELIEF_TRY(const TriangleMesh source, import_mesh(o.in));
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
   o.settings.unit = o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : *unit_from_name(o.unit);
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
@@ -256,14 +270,16 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                 fmt::format("{}: the shell failed its check ({}); try more --slabs or a smaller --thickness",
                             printable(o.in), first_reason(made.model.info.mode, certificate)));
   }
+  nothing_written.reset();
   MendedFile mended;
   if (!o.mended.empty()) RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
   context.progress("save", 0.99);
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
   RELIEF_CHECK(mended.keep());
   const double seconds = process_cpu_seconds() - start;
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_start;
   if (context.json) {
-    print_json(to_json(made, certificate, source.notes, seconds));
+    print_json(to_json(made, certificate, source.notes, seconds, wall.count()));
   } else {
     for (const std::string& note : source.notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
@@ -513,7 +529,8 @@ void add_convert(CLI::App& app, Context& context) {
   c->add_option("--unit", o->unit,
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));
-  c->add_option("--mended", o->mended, "Also write the repaired source (PLY, double coordinates)");
+  c->add_option("--mended", o->mended, "Also write the repaired source, MENDED.ply (double coordinates)")
+      ->check(has_extension({".ply"}));
   c->add_flag("--force", o->force, "Replace a model that has strokes");
   finish_command(*c, context, [o, &context] { return run_convert(*o, context); });
 }

@@ -48,6 +48,25 @@ class BoxTree {
     }
   }
 
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+
+  /// Gives a box another place, or none when it is empty; k = count() adds one. Not while queries run.
+  void set(std::size_t k, const Box3d& box) {
+    count_ = std::max(count_, k + 1);
+    FloatBox bounds = FloatBox::around(box);
+    for (std::size_t level = 0; level < levels_.size(); ++level) {
+      std::vector<Node>& nodes = levels_[level];
+      const std::size_t n = k / kWidth;
+      if (n == nodes.size()) nodes.push_back(Node::empty());
+      nodes[n].set(k % kWidth, bounds);
+      bounds = nodes[n].all();
+      k = n;
+      if (level + 1 < levels_.size() || nodes.size() == 1) continue;
+      levels_.push_back({Node::empty()});
+      levels_.back()[0].set(0, levels_[level][0].all());
+    }
+  }
+
   /// Calls visit(k) for each k whose box may meet the given one, by ascending k, until it returns false.
   template <typename Visit>
   void query(const Box3d& box, Visit&& visit) const {
@@ -62,6 +81,11 @@ class BoxTree {
   struct Node {
     std::array<std::array<float, kWidth>, 3> low, high;
 
+    [[nodiscard]] static Node empty() noexcept {
+      Node node;
+      for (std::size_t k = 0; k < kWidth; ++k) node.set(k, {});
+      return node;
+    }
     void set(std::size_t k, const FloatBox& b) noexcept {
       for (std::size_t axis = 0; axis < 3; ++axis) low[axis][k] = b.low[axis], high[axis][k] = b.high[axis];
     }

@@ -4,10 +4,12 @@
 #include <relief/base/progress.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/lattice.h>
+#include <relief/convert/mend.h>
 #include <relief/convert/shell.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,12 +25,11 @@ struct CertifiedSettings {
   std::span<const double> tolerances = {};
 };
 
-/// A closed oriented manifold on the lattice.
-struct ClosedSource {
-  std::vector<LatticePoint> points;
-  std::vector<Face> faces;
-  std::vector<std::uint8_t> patch;    ///< per face: not scanned, but made to close a rim
-  std::vector<std::uint8_t> phantom;  ///< per face: closes an opening of what was scanned
+/// A connected part of the source, by its first face, that has no thin shell, and why: a clause.
+struct PartObstacle {
+  std::uint32_t part = 0;
+  LatticePoint place;
+  std::string reason;
 };
 
 struct CertifiedShell {
@@ -43,7 +44,16 @@ struct CertifiedShell {
   std::vector<std::uint32_t> bad_faces;  ///< of those given, where no thin shell stood at first
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;
+  std::vector<PartObstacle> bad_parts;  ///< the first of them, at most kMostBadParts
 };
+inline constexpr std::size_t kMostBadParts = 20;
+
+/// A vertex with more triangles around it than can be worked on, if there is one, and the obstacle that it is.
+struct Crowd {
+  std::size_t point;
+  std::string obstacle;
+};
+[[nodiscard]] std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> faces);
 
 /// Mends the source: points that lie on others are moved off them, vertices that no direction sees and those around
 /// faces that meet others are smoothed within bounds, and what still fails is cut out and closed with patches, as long

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -31,19 +32,23 @@ using namespace detail;
 
 std::unexpected<Error> cancelled() { return fail(Errc::Cancelled, "conversion was cancelled."); }
 
-/// Adds phases to a report: CPU time of the whole process from one call to the next.
+/// Adds phases to a report: time from one call to the next, and CPU time of the whole process.
 class Stopwatch {
  public:
   explicit Stopwatch(std::vector<ConvertReport::Phase>& phases) : phases_(phases) {}
   void phase_done(std::string_view name) {
     const std::clock_t now = std::clock();
-    phases_.push_back({std::string(name), double(now - last_) / CLOCKS_PER_SEC});
+    const auto wall = std::chrono::steady_clock::now();
+    phases_.push_back({std::string(name), double(now - last_) / CLOCKS_PER_SEC,
+                       std::chrono::duration<double>(wall - last_wall_).count()});
     last_ = now;
+    last_wall_ = wall;
   }
 
  private:
   std::vector<ConvertReport::Phase>& phases_;
   std::clock_t last_ = std::clock();
+  std::chrono::steady_clock::time_point last_wall_ = std::chrono::steady_clock::now();
 };
 
 std::string number(double value) {
@@ -262,12 +267,12 @@ ClosedMesh close_openings(const TriangleMesh& mesh, const std::vector<std::vecto
 }
 
 /// A patch that is about as large as what it closes would lie close behind it: a terrain or a range map gets a box.
-std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims) {
+std::vector<Closing> choose_closings(const TriangleMesh& mesh, const Parts& parts,
+                                     const std::vector<std::vector<std::uint32_t>>& rims) {
   constexpr double kLarge = 0.55;  // of the part's area
   constexpr std::size_t kMostBoxes = 64;
   std::size_t boxes = 0;
   if (rims.empty()) return {};
-  const Parts parts = find_parts(mesh.positions.size(), mesh.triangles);
   std::vector<std::uint32_t> part_of(mesh.positions.size(), 0);
   std::vector<double> areas(parts.count, 0);
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
@@ -299,13 +304,27 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const std::vector
 /// one when cancelled.
 std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
                                         ConvertReport& report, const Progress& progress) {
+  report.parts = {};
   // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
   constexpr double kFarthest = 2e-3;
   // Shares of a slab's area in which a tolerant shell may fold.
   constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
   const TriangleMesh& open = ground.mesh;
+  const Parts parts = find_parts(open.positions.size(), open.triangles);
+  report.parts.count = parts.count;
+  const auto note_obstacle = [&](std::uint32_t part, Vec3d near, const std::string& reason) {
+    const auto size = std::count(parts.of_face.begin(), parts.of_face.end(), part);
+    report.parts.obstacles.push_back({part, static_cast<std::size_t>(size), near, reason});
+  };
+  if (const auto crowd = find_crowd(open.positions.size(), open.triangles)) {
+    report.not_certified = crowd->obstacle + ", at " + place(open.positions[crowd->point]);
+    std::size_t f = 0;
+    while (std::find(open.triangles[f].begin(), open.triangles[f].end(), crowd->point) == open.triangles[f].end()) ++f;
+    note_obstacle(parts.of_face[f], open.positions[crowd->point], crowd->obstacle);
+    return nullptr;
+  }
   const auto rims = find_rims(open.positions.size(), open.triangles);
-  std::vector<Closing> closings = choose_closings(open, rims);
+  std::vector<Closing> closings = choose_closings(open, parts, rims);
   CertifiedShell made;
   Lattice lattice;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -343,6 +362,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
+    for (const PartObstacle& bad : made.bad_parts) note_obstacle(bad.part, lattice.to_model(bad.place), bad.reason);
     return nullptr;
   }
   auto mesh = slab_mesh_of(made.shell, lattice);
@@ -364,6 +384,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.replaced_triangles = made.replaced_faces;
   report.vanished_parts = made.vanished_parts;
   report.closed_openings = rims.size();
+  report.parts.certified = made.tolerant ? 0 : report.parts.count - made.vanished_parts;
   ground.tolerant = made.tolerant;
   ground.lattice = lattice;
   TriangleMesh mended;
@@ -434,13 +455,14 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
   if (settings.intervals == 0) intervals = finest_intervals(cage, source);
   RELIEF_TRY(const CagePtr fine, with_intervals(cage, intervals));
   const SampleNumbers numbers(*fine, kOwnIntervals);
-  const AlphaField field = sample_alpha(*fine, numbers, source, progress);
+  AlphaField field = sample_alpha(*fine, numbers, source, progress);
   if (progress.cancelled()) return cancelled();
   CagePtr mesh = fine;
   if (settings.intervals == 0) {
     const double error = settings.error * diagonal / source.lattice.step;
     RELIEF_TRY(mesh, with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
   }
+  field.steepness = {};  // the tiles take its place
   SnapshotDraft draft(Snapshot::make(mesh));
   if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
@@ -526,6 +548,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     stopwatch.phase_done("remesh");
   }
   report.source_triangles = repaired.mesh.triangles.size();
+  report.parts.count = report.repair.parts;
 
   const Box3d box = bounds(repaired.mesh);
   const double diagonal = diagonal_of(box);
@@ -573,13 +596,15 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal};
   };
   const MeasuredSurface made(*result.model.head, lattice);
-  report.to_mended = relative(made.to(*surface));
-  report.from_mended = relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from)));
+  report.to_mended = relative(made.to(*surface, progress));
+  report.from_mended =
+      relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
+  if (progress.cancelled()) return cancelled();
   surface.reset();
   points = {};
   const AsRead as_read(source, lattice);
-  report.to_source = relative(made.to(as_read.surface));
-  report.from_source = relative(made.from(as_read.points, as_read.faces));
+  report.to_source = relative(made.to(as_read.surface, progress));
+  report.from_source = relative(made.from(as_read.points, as_read.faces, progress));
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
 

@@ -63,9 +63,21 @@ struct ConvertReport {
   };
   std::optional<Remesh> remesh;  ///< where it was asked for
   std::string not_certified;     ///< why the shell is not certified, where that was tried; a sentence
+  /// Connected parts of the closed source, numbered by their first triangle. The certificate is one for all of them:
+  /// where some cannot have it, none has, and the obstacles tell which ones these are.
+  struct Parts {
+    struct Obstacle {
+      std::size_t part = 0, triangles = 0;
+      Vec3d near;
+      std::string reason;  ///< a clause
+    };
+    std::size_t count = 0, certified = 0;
+    std::vector<Obstacle> obstacles;  ///< the first twenty
+  } parts;
   struct Phase {
     std::string name;
-    double seconds;  ///< thread CPU time summed over all threads
+    double seconds;       ///< thread CPU time summed over all threads
+    double wall_seconds;  ///< as it passed
   };
   std::vector<Phase> phases;
 };

@@ -87,6 +87,13 @@ class Collapser {
   [[nodiscard]] bool has(std::uint32_t f, std::uint32_t v) const noexcept {
     return faces_[f][0] == v || faces_[f][1] == v || faces_[f][2] == v;
   }
+  /// Whether one face only has both; asked of the end with fewer faces.
+  [[nodiscard]] bool is_rim_edge(std::uint32_t u, std::uint32_t v) const noexcept {
+    if (fans_[v].count < fans_[u].count) std::swap(u, v);
+    int met = 0;
+    for (const std::uint32_t f : fan(u)) met += has(f, v);
+    return met == 1;
+  }
   [[nodiscard]] std::array<Vec3d, 3> corners(std::uint32_t f) const noexcept {
     return {at_[faces_[f][0]], at_[faces_[f][1]], at_[faces_[f][2]]};
   }
@@ -113,6 +120,8 @@ class Collapser {
 
   bool link_allows(std::uint32_t u, std::uint32_t v);
   [[nodiscard]] double shape_after(const Change& change, const Guards& guards) const;
+  /// Has so many faces that looking at them all in every step around it is not worth while.
+  [[nodiscard]] bool is_hub(std::uint32_t v) const noexcept { return fans_[v].count > 200; }
   [[nodiscard]] double visibility_at(std::uint32_t w) const;
   [[nodiscard]] double visibility_at(std::uint32_t w, const Change& change) const;
   [[nodiscard]] double visibility_after(const Change& change, double wanted);
@@ -147,6 +156,12 @@ class Collapser {
   TriangleGrid grid_;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
   mutable std::vector<Vec3d> normals_;
+  struct Placed {
+    std::uint32_t face;
+    LatticeTriangle triangle;
+    Box3d box = {};
+  };
+  std::vector<Placed> placed_;  // the star of a change
   std::vector<std::uint32_t> ring_;
 };
 
@@ -165,17 +180,10 @@ void Collapser::build_fans() {
 }
 
 void Collapser::mark_rims() {
-  // An edge of one face only: its far corner is met once among the fan of the near one.
   rim_.assign(at_.size(), 0);
-  for (std::uint32_t v = 0; v < at_.size(); ++v) {
-    for (const std::uint32_t f : fan(v)) {
-      const std::size_t k = faces_[f][0] == v ? 0 : faces_[f][1] == v ? 1 : 2;
-      const std::uint32_t next = faces_[f][(k + 1) % 3];
-      int met = 0;
-      for (const std::uint32_t g : fan(v)) met += has(g, next);
-      if (met == 1) rim_[v] = rim_[next] = 1;
-    }
-  }
+  for (const Face& f : faces_)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (is_rim_edge(f[k], f[(k + 1) % 3])) rim_[f[k]] = rim_[f[(k + 1) % 3]] = 1;
 }
 
 void Collapser::build_quadrics() {
@@ -189,10 +197,7 @@ void Collapser::build_quadrics() {
     // A rim is held in place by a plane through it, square to its face.
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t u = faces_[f][k], v = faces_[f][(k + 1) % 3];
-      if (rim_[u] == 0 || rim_[v] == 0) continue;
-      int met = 0;
-      for (const std::uint32_t g : fan(u)) met += has(g, v);
-      if (met != 1) continue;
+      if (rim_[u] == 0 || rim_[v] == 0 || !is_rim_edge(u, v)) continue;
       const Vec3d across = normalized(cross(at_[v] - at_[u], n));
       const double weight = dot(at_[v] - at_[u], at_[v] - at_[u]);
       quadrics_[u].add_plane(across, at_[u], weight);
@@ -216,18 +221,13 @@ void Collapser::fill_queue() {
     if (faces_[f][0] == kNone) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t u = faces_[f][k], v = faces_[f][(k + 1) % 3];
-      bool first = u < v;
-      if (!first && rim_[u] != 0 && rim_[v] != 0) {
-        int met = 0;
-        for (const std::uint32_t g : fan(u)) met += has(g, v);
-        first = met == 1;
-      }
-      if (first) push(u, v);
+      if (u < v || (rim_[u] != 0 && rim_[v] != 0 && is_rim_edge(u, v))) push(u, v);
     }
   }
 }
 
 bool Collapser::link_allows(std::uint32_t u, std::uint32_t v) {
+  if (fans_[u].count + fans_[v].count > 26) return false;
   ++mark_round_;
   std::size_t shared_faces = 0;
   for (const std::uint32_t f : fan(u)) {
@@ -248,7 +248,7 @@ bool Collapser::link_allows(std::uint32_t u, std::uint32_t v) {
         mark_[w] = 0;
         ++shared;
       }
-  return shared == shared_faces && fans_[u].count + fans_[v].count <= 26;
+  return shared == shared_faces;
 }
 
 // The least shape among the new faces; 0 when one breaks a guard.
@@ -312,6 +312,7 @@ double Collapser::visibility_after(const Change& change, double wanted) {
   std::sort(ring_.begin(), ring_.end());
   ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
   for (const std::uint32_t w : ring_) {
+    if (is_hub(w)) continue;
     const double visibility = visibility_at(w, change);
     if (visibility < wanted && visibility < visibility_at(w)) return -1;
     least = std::min(least, visibility);
@@ -354,39 +355,31 @@ bool Collapser::winds_once(const Change& change) const {
 // How many pairs of a face around u and v (as they would be after the change, if one is given) and another face that
 // shares no vertex with it meet.
 std::size_t Collapser::meetings(const Change* change, std::uint32_t u, std::uint32_t v, std::size_t stop_at) {
-  const Change still = {u, v, {}};
-  const auto position = [&](std::uint32_t f) { return change != nullptr ? corners(f, *change) : corners(f); };
   Box3d box;
-  const auto for_faces = [&](auto&& visit) {
-    if (change != nullptr) {
-      for_star(*change, visit);
-      return;
-    }
-    for (const std::uint32_t f : fan(u)) visit(f);
-    if (u != v)
-      for (const std::uint32_t f : fan(v))
-        if (!vanishes(f, still)) visit(f);
-  };
-  for_faces([&](std::uint32_t f) {
-    for (const Vec3d p : position(f)) box.add(p);
+  placed_.clear();
+  for_star(change != nullptr ? *change : Change{u, v, {}}, [&](std::uint32_t f) {
+    const auto [a, b, c] = change != nullptr ? corners(f, *change) : corners(f);
+    Placed& placed = placed_.emplace_back(Placed{f, {snap(a), snap(b), snap(c)}});
+    for (const Vec3d p : {a, b, c}) placed.box.add(p);
+    box.add(placed.box);
   });
   std::size_t count = 0;
   grid_.query(box, [&](std::uint32_t g) {
     if (faces_[g][0] == kNone || has(g, u) || has(g, v)) return true;
-    const auto other = corners(g);
-    Box3d other_box;
-    for (const Vec3d p : other) other_box.add(p);
-    if (!other_box.meets(box)) return true;
-    const LatticeTriangle t = {snap(other[0]), snap(other[1]), snap(other[2])};
-    for_faces([&](std::uint32_t f) {
-      if (count >= stop_at) return;
-      for (const std::uint32_t w : faces_[f])
-        if (w != u && w != v && has(g, w)) return;
-      const auto mine = position(f);
-      Box3d my_box;
-      for (const Vec3d p : mine) my_box.add(p);
-      if (my_box.meets(other_box) && triangles_meet({snap(mine[0]), snap(mine[1]), snap(mine[2])}, t)) ++count;
-    });
+    const auto [a, b, c] = corners(g);
+    Box3d other;
+    for (const Vec3d p : {a, b, c}) other.add(p);
+    if (!other.meets(box)) return true;
+    std::optional<LatticeTriangle> t;
+    for (const Placed& mine : placed_) {
+      if (count >= stop_at) break;
+      if (!mine.box.meets(other)) continue;
+      bool adjacent = false;
+      for (const std::uint32_t w : faces_[mine.face]) adjacent = adjacent || (w != u && w != v && has(g, w));
+      if (adjacent) continue;
+      if (!t) t = {snap(a), snap(b), snap(c)};
+      if (triangles_meet(mine.triangle, *t)) ++count;
+    }
     return count < stop_at;
   });
   return count;
@@ -485,22 +478,18 @@ void Collapser::add_to_fan(std::uint32_t v, std::uint32_t f) {
 }
 
 void Collapser::build_grid() {
-  Box3d all;
   double edges = 0;
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
     if (faces_[f][0] == kNone) continue;
     const auto [a, b, c] = corners(f);
-    all.add(a), all.add(b), all.add(c);
     edges += length(b - a);
   }
-  if (all.empty()) return;
-  grid_.reset(all, 1.5 * edges / double(std::max<std::size_t>(alive_, 1)), faces_.size());
-  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-    if (faces_[f][0] == kNone) continue;
+  grid_.build(faces_.size(), 1.5 * edges / double(std::max<std::size_t>(alive_, 1)), [&](std::uint32_t f) {
     Box3d box;
+    if (faces_[f][0] == kNone) return box;
     for (const Vec3d p : corners(f)) box.add(p);
-    grid_.insert(f, box);
-  }
+    return box;
+  });
   grid_alive_ = alive_;
   grid_entries_ = grid_.entry_count();
 }
@@ -782,7 +771,7 @@ void Collapser::mend(double visibility) {
   for (int round = 0; round < 10; ++round) {
     std::size_t count = 0;
     for (std::uint32_t v = 0; v < at_.size(); ++v) {
-      if (fans_[v].count == 0 || soundness(v) >= visibility) continue;
+      if (fans_[v].count == 0 || is_hub(v) || soundness(v) >= visibility) continue;
       count +=
           mend_by_moving(v, visibility) || mend_by_turning(v, visibility) || mend_by_merging(v, visibility) ? 1 : 0;
     }

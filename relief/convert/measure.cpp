@@ -22,9 +22,13 @@ std::pair<double, double> spread(std::size_t k) noexcept {
 }
 
 template <typename DistanceOf>
-Distance over(const std::vector<Vec3d>& points, DistanceOf&& distance_of) {
+std::vector<double> each(const std::vector<Vec3d>& points, const Progress& progress, DistanceOf&& distance_of) {
   std::vector<double> distances(points.size());
-  for_all(points.size(), 64, {}, [&](std::size_t k) { distances[k] = distance_of(points[k]); });
+  for_all(points.size(), 64, progress, [&](std::size_t k) { distances[k] = distance_of(points[k]); });
+  return distances;
+}
+
+Distance over(const std::vector<double>& distances) {
   Distance result;
   for (const double d : distances) {
     result.rms += d * d;
@@ -36,7 +40,7 @@ Distance over(const std::vector<Vec3d>& points, DistanceOf&& distance_of) {
 
 }  // namespace
 
-Distance MeasuredSurface::to(const SourceSurface& other) const {
+Distance MeasuredSurface::to(const SourceSurface& other, const Progress& progress) const {
   const SlabMesh& mesh = model_.slab_mesh();
   // As many points in a slab as its middle has of the area, each inside a micro-triangle.
   std::vector<double> areas;
@@ -67,10 +71,11 @@ Distance MeasuredSurface::to(const SourceSurface& other) const {
                        sample_position(model_, s, cell[1]) * right + sample_position(model_, s, cell[2]) * up);
     }
   }
-  return over(points, [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; });
+  return over(each(points, progress, [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; }));
 }
 
-Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces) const {
+Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces,
+                               const Progress& progress) const {
   double area = 0;
   const auto twice_area = [&](const Face& f) {
     return length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
@@ -87,10 +92,26 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
       chosen.push_back(points[f[0]] + (points[f[1]] - points[f[0]]) * u + (points[f[2]] - points[f[0]]) * v);
     }
   }
-  return over(chosen, [&](Vec3d p) { return distance_from(lattice_.origin + p * lattice_.step) / lattice_.step; });
+  for (Vec3d& p : chosen) p = lattice_.origin + p * lattice_.step;
+  std::vector<double> distances = each(chosen, progress, [&](Vec3d p) { return distance_within(p); });
+  // Points outside all slabs are compared with everything, which takes time; where there are many, some stand for all.
+  constexpr std::size_t kMostOutside = 1500;
+  std::vector<std::size_t> outside;
+  for (std::size_t k = 0; k < distances.size(); ++k)
+    if (distances[k] < 0) outside.push_back(k);
+  const std::size_t stride = (outside.size() + kMostOutside - 1) / kMostOutside;
+  std::vector<Vec3d> some;
+  for (std::size_t k = 0; k < outside.size(); k += stride) some.push_back(chosen[outside[k]]);
+  const std::vector<double> far = each(some, progress, [&](Vec3d p) {
+    const SurfacePoint nearest = closest_point(model_, p);
+    return nearest.slab == kNoSlab ? 0 : length(nearest.position - p);
+  });
+  for (std::size_t k = 0; k < outside.size(); ++k) distances[outside[k]] = far[k / stride];
+  for (double& d : distances) d /= lattice_.step;
+  return over(distances);
 }
 
-double MeasuredSurface::distance_from(Vec3d p) const {
+double MeasuredSurface::distance_within(Vec3d p) const {
   constexpr int kReach = 2;  // cells
   const SlabMesh& mesh = model_.slab_mesh();
   LocateHint hint;
@@ -114,9 +135,7 @@ double MeasuredSurface::distance_from(Vec3d p) const {
         add({{{x + 1, y}, {x + 1, y + 1}, {x, y + 1}}});
       }
   }
-  if (best2 < Box3d::kFar) return std::sqrt(best2);
-  const SurfacePoint nearest = closest_point(model_, p);
-  return nearest.slab == kNoSlab ? 0 : length(nearest.position - p);
+  return best2 < Box3d::kFar ? std::sqrt(best2) : -1;
 }
 
 }  // namespace relief::detail

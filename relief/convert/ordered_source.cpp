@@ -46,6 +46,11 @@ std::vector<std::uint32_t> find_twins(std::span<const Face> faces, std::size_t p
   return twins;
 }
 
+Rings::Rings(std::span<const Face> faces, std::size_t point_count)
+    : twins(find_twins(faces, point_count)), out(point_count, kNone) {
+  for (std::uint32_t h = 0; h < twins.size(); ++h) out[faces[h / 3][h % 3]] = h;
+}
+
 OrderedSource::OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order(given_faces.size());
   for (std::uint32_t t = 0; t < order.size(); ++t) order[t] = {morton(given[given_faces[t][0]]), t};
@@ -72,24 +77,24 @@ OrderedSource::OrderedSource(std::span<const LatticePoint> given, std::span<cons
   update();
 }
 
+void OrderedSource::update_normal(std::uint32_t t) {
+  normals[t] = {0, 0, 0, 1};
+  if (!alive(t)) return;
+  const Vec3d n = cross_of(t);
+  const double size = length(n);
+  if (!(size > 0)) return;
+  // A move of the corners by the clearance turns the normal by about the clearance over the triangle's height; for
+  // needles this is let go.
+  const Vec3d a = to_double(points[faces[t][0]]);
+  const Vec3d e = to_double(points[faces[t][1]]) - a, g = to_double(points[faces[t][2]]) - a;
+  const double turn = 2 * kClearance * (length(e) + length(g)) / size;
+  const Vec3f unit = to_float(n / size);
+  normals[t] = {unit.x, unit.y, unit.z, std::max(kLeastSlack, static_cast<float>(std::min(turn, 0.01)))};
+}
+
 void OrderedSource::update() {
   normals.resize(faces.size());
-  for_all(faces.size(), 4096, {}, [&](std::size_t k) {
-    const auto t = static_cast<std::uint32_t>(k);
-    const Vec3d n = cross_of(t);
-    const double size = length(n);
-    if (!(size > 0)) {
-      normals[t] = {0, 0, 0, 1};
-      return;
-    }
-    // A move of the corners by the clearance turns the normal by about the clearance over the triangle's height; for
-    // needles this is let go.
-    const Vec3d a = to_double(points[faces[t][0]]);
-    const Vec3d e = to_double(points[faces[t][1]]) - a, g = to_double(points[faces[t][2]]) - a;
-    const double turn = 2 * kClearance * (length(e) + length(g)) / size;
-    const Vec3f unit = to_float(n / size);
-    normals[t] = {unit.x, unit.y, unit.z, std::max(kLeastSlack, static_cast<float>(std::min(turn, 0.01)))};
-  });
+  for_all(faces.size(), 4096, {}, [&](std::size_t k) { update_normal(static_cast<std::uint32_t>(k)); });
   blocks.assign((faces.size() + kBlock - 1) / kBlock, {});
   for_all(blocks.size(), 1024, {}, [&](std::size_t b) {
     Box3d box;

@@ -33,17 +33,38 @@ struct Stars {
   }
 };
 
+/// The triangles around each point of a closed surface. Faces with corners kNone are gone, and points may have none.
+struct Rings {
+  std::vector<std::uint32_t> twins;  ///< per half-edge
+  std::vector<std::uint32_t> out;    ///< per point a half-edge that leaves it, kNone: none does
+
+  Rings(std::span<const Face> faces, std::size_t point_count);
+  /// Calls visit(h) for the half-edges that leave v.
+  template <typename Visit>
+  void around(std::uint32_t v, Visit&& visit) const {
+    if (out[v] == kNone) return;
+    std::uint32_t h = out[v];
+    do {
+      visit(h);
+      h = twins[last_of(h)];
+    } while (h != out[v]);
+  }
+};
+
 /// Triangles in Morton order, points in the order in which these first name them.
 struct OrderedSource {
   std::vector<LatticePoint> points;
   std::vector<Face> faces;
-  std::vector<std::uint32_t> point_of, face_of;  ///< numbers in the caller's source
+  std::vector<std::uint32_t> point_of, face_of;  ///< numbers in the caller's source, kNone: not there
   std::vector<std::array<float, 4>> normals;     ///< unit normals, each with the slack of SourceTriangle
   std::vector<SourceBlock> blocks;
 
   OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces);
   /// After points have moved.
   void update();
+  /// The normal of one triangle; a gone one has none.
+  void update_normal(std::uint32_t t);
+  [[nodiscard]] bool alive(std::uint32_t t) const noexcept { return faces[t][0] != kNone; }
   [[nodiscard]] Vec3d normal(std::uint32_t t) const noexcept {
     return {double(normals[t][0]), double(normals[t][1]), double(normals[t][2])};
   }

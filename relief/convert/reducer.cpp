@@ -192,7 +192,7 @@ bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double lo
   std::atomic<std::size_t> ready = 0;
   const bool done = for_all(cells.count(), 1, progress, [&](std::size_t c) {
     Members mine(source, whole, std::move(members[c]));
-    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c));
+    SlabReducer reducer(source, tree, longest, std::move(mine.cage), cells.box(c), quiet);
     const std::size_t fixed = reducer.slab_count() - reducer.free_count();
     if (!reducer.sweep(fixed + static_cast<std::size_t>(share * double(reducer.free_count())), quiet)) return;
     changed[c] = put_back(whole, mine, reducer);
@@ -207,22 +207,16 @@ bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double lo
 
 }  // namespace
 
-bool Reducer::thin_shell(const Progress& progress) {
-  thin_ = make_thin_shell(source_, longest_, progress);
-  return !progress.cancelled();
-}
-
 bool Reducer::reduce(const Progress& progress) {
   Whole whole;
   whole.faces = source_.faces;
-  whole.ends = std::move(thin_.ends);
+  whole.ends = std::move(ends_);
   Parts parts = find_parts(source_.points.size(), source_.faces);
   if (parts.count > 1) whole.part = std::move(parts.of_face);
   const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
   for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
     const std::size_t before = whole.faces.size();
-    if (!reduce_in_cells(source_, *thin_.tree, longest_, std::max(stop, before / 12), level, whole, progress))
-      return false;
+    if (!reduce_in_cells(source_, *tree_, longest_, std::max(stop, before / 12), level, whole, progress)) return false;
     if (10 * whole.faces.size() > 8 * before) break;
   }
   std::vector<std::uint32_t> all(whole.faces.size());
@@ -232,8 +226,8 @@ bool Reducer::reduce(const Progress& progress) {
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_.emplace(source_, *thin_.tree, longest_, std::move(last.cage), everywhere);
-  thin_.tree.reset();
+  last_.emplace(source_, *tree_, longest_, std::move(last.cage), everywhere, progress);
+  tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }
 

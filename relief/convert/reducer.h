@@ -19,14 +19,11 @@ namespace relief::detail {
 /// last ones are reduced as a whole. The result does not depend on the number of threads.
 class Reducer {
  public:
-  /// `source` must outlive it. `longest`: of a fibre, lattice steps.
-  Reducer(const OrderedSource& source, std::size_t target, double longest)
-      : source_(source), target_(target), longest_(longest) {}
+  /// `source` must outlive it. `ends` and `tree` are its thin shell's. `longest`: of a fibre, lattice steps.
+  Reducer(const OrderedSource& source, std::vector<Ends>&& ends, BoxTree&& tree, std::size_t target, double longest)
+      : source_(source), target_(target), longest_(longest), ends_(std::move(ends)), tree_(std::move(tree)) {}
 
-  /// False when cancelled; faces that cannot be made valid are in faults().
-  bool thin_shell(const Progress& progress);
-  [[nodiscard]] const std::vector<std::uint32_t>& faults() const noexcept { return thin_.faults; }
-  /// After a thin shell without faults. False when cancelled.
+  /// False when cancelled.
   bool reduce(const Progress& progress);
   [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
   /// Goes on to the target where that share of a slab's area may fold (C6). False when cancelled.
@@ -42,7 +39,8 @@ class Reducer {
   const OrderedSource& source_;
   std::size_t target_;
   double longest_;
-  ThinShell thin_;
+  std::vector<Ends> ends_;
+  std::optional<BoxTree> tree_;
   std::optional<SlabReducer> last_;
 };
 

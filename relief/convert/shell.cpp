@@ -11,6 +11,8 @@ namespace {
 
 /// The least depth on one side, in lattice steps: about two millionths of the extent.
 constexpr double kLeastDepth = 64;
+/// Pairs of boxes that meet, per face, above which faces lie in a heap.
+constexpr std::size_t kHeap = 200;
 
 struct IntBox {
   LatticePoint low, high;
@@ -269,7 +271,8 @@ bool Builder::shrink(const Progress& progress) {
       }
     }
     bool moved = false;
-    const double factor = round < 24 ? 0.8 : 0.5;
+    // In a heap of faces that all meet each other there is no room to look for.
+    const double factor = partners_.size() > kHeap * faces ? 0 : round < 24 ? 0.8 : 0.5;
     std::vector<std::uint8_t> next(faulty);
     for (std::uint32_t v = 0; v < points; ++v)
       for (const Side side : {kInner, kOuter}) {

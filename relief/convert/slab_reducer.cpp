@@ -57,7 +57,7 @@ bool SlabReducer::Seen::has(std::uint32_t code) const {
 }
 
 SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage,
-                         const Box3d& room)
+                         const Box3d& room, const Progress& progress)
     : source_(source), longest_(longest), room_(room), cage_(std::move(cage)) {
   const std::size_t points = cage_.ends.size(), faces = cage_.faces.size();
   twins_ = find_twins(cage_.faces, points);
@@ -83,7 +83,7 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   mark_.assign(points, 0);
   in_star_.assign(faces, 0);
   alive_ = faces;
-  find_lists(tree);
+  find_lists(tree, progress);
   build_grid();
 }
 
@@ -93,8 +93,9 @@ bool SlabReducer::is_within(const Box3d& box) const noexcept {
   return true;
 }
 
-void SlabReducer::find_lists(const BoxTree& tree) {
+void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if ((f & 255U) == 0 && progress.cancelled()) return;
     if (cage_.from[f] == kNone) {
       listed_ += cage_.lists[f].count;
       continue;
@@ -115,24 +116,21 @@ void SlabReducer::find_lists(const BoxTree& tree) {
 }
 
 void SlabReducer::build_grid() {
-  Box3d all;
   double size = 0;
   boxes_.resize(cage_.faces.size());
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if (!alive(f)) continue;
-    const Box3d box = cage_.box(f);
-    const Vec3d e = box.extent();
+    const Vec3d e = cage_.box(f).extent();
     size += std::max({e.x, e.y, e.z});
-    all.add(box);
     for (const Side side : {kInner, kOuter}) {
       Box3d of_side;
       for (const LatticePoint p : cage_.triangle(f, side)) of_side.add(to_double(p));
       boxes_[f][side] = FloatBox::around(of_side);
     }
   }
-  grid_.reset(all, 1.5 * size / double(std::max<std::size_t>(alive_, 1)), cage_.faces.size(), 2048);
-  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
-    if (alive(f)) grid_.insert(f, cage_.box(f));
+  grid_.build(
+      cage_.faces.size(), 1.5 * size / double(std::max<std::size_t>(alive_, 1)),
+      [&](std::uint32_t f) { return alive(f) ? cage_.box(f) : Box3d{}; }, 2048);
   grid_alive_ = alive_;
   grid_entries_ = grid_.entry_count();
 }
@@ -219,6 +217,7 @@ bool SlabReducer::star_of_edge(std::uint32_t h) {
 void SlabReducer::gather() {
   if (gathered_) return;
   gathered_ = true;
+  aim_.reset();
   union_.clear();
   hint_ = kNone;
   ++star_round_;
@@ -264,8 +263,12 @@ double SlabReducer::least_lean(Vec3d d) const noexcept {
   return least;
 }
 
-// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
 Direction SlabReducer::aim() {
+  if (!aim_) aim_ = find_aim();
+  return *aim_;
+}
+
+Direction SlabReducer::find_aim() {
   normals_.clear();
   Vec3d mean;
   const auto add = [&](std::uint32_t t) {
@@ -581,6 +584,7 @@ bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
 // While slabs are about as small as the source's triangles, one end can mostly be merged into the other as it is, which
 // changes half as many slabs.
 bool SlabReducer::drop_end(std::uint32_t h, double most) {
+  constexpr double kDearer = 4;  // half the work is worth a place that is not quite the best
   std::uint32_t u = origin(h), v = target(h);
   Quadric q = cage_.quadrics[u];
   q += cage_.quadrics[v];
@@ -590,7 +594,7 @@ bool SlabReducer::drop_end(std::uint32_t h, double most) {
     std::swap(u, v);
   }
   const Vec3d edge = cage_.at[v] - cage_.at[u];
-  if (merge_cost(q, cage_.at[u], dot(edge, edge)) > most) return false;
+  if (merge_cost(q, cage_.at[u], dot(edge, edge)) > kDearer * most) return false;
   if (!link_allows(h) || !star_of_edge(h)) return false;
   trial_.fresh = trial_.second;
   if (trial_.fresh == trial_.faces.size() || quality(cage_.at[u]).least < 0.15) return false;
@@ -824,6 +828,7 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   const double start = double(alive_);
   const std::size_t fixed = alive_ - free_;
   for (std::uint32_t round = 1; alive_ > stop; ++round) {
+    if (progress.cancelled()) return false;
     costs.clear();
     std::size_t counter = 0;
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
@@ -869,6 +874,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{parts});
   const double start = double(alive_);
   for (int round = 0; alive_ > target_count && round < 40; ++round) {
+    if (progress.cancelled()) return false;
     const std::size_t before = alive_;
     fill_queue();
     std::size_t counter = 0;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,8 +20,9 @@ namespace relief::detail {
 class SlabReducer {
  public:
   /// `longest`: of a fibre, lattice steps. Slabs without a list that may change are given one through `tree`, which
-  /// holds boxes around the source's triangles.
-  SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage, const Box3d& room);
+  /// holds boxes around the source's triangles. Cancelled: every later step is, too.
+  SlabReducer(const OrderedSource& source, const BoxTree& tree, double longest, CageDraft&& cage, const Box3d& room,
+              const Progress& progress);
 
   [[nodiscard]] std::size_t slab_count() const noexcept { return alive_; }
   /// Slabs that could change at the start.
@@ -131,7 +133,7 @@ class SlabReducer {
   }
 
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
-  void find_lists(const BoxTree& tree);
+  void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
@@ -142,7 +144,9 @@ class SlabReducer {
   void star_of(std::uint32_t v);
   bool star_of_edge(std::uint32_t h);
   void gather();
+  /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
+  Direction find_aim();
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
@@ -191,6 +195,7 @@ class SlabReducer {
   LatticePoint origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false;
+  std::optional<Direction> aim_;  // of the star that is gathered
   std::vector<std::uint32_t> mark_, in_star_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last

@@ -31,6 +31,20 @@ void note_hit(const RTCFilterFunctionNArguments* arguments) {
   arguments->valid[0] = 0;
 }
 
+/// Whether the triangles' boxes are mostly empty, as those of long slivers that lie askew.
+bool has_slivers(std::span<const Vec3d> points, std::span<const Face> faces) {
+  constexpr double kMuch = 30;
+  double boxes = 0, triangles = 0;
+  for (const Face& f : faces) {
+    Box3d box;
+    for (const std::uint32_t v : f) box.add(points[v]);
+    const Vec3d e = box.extent();
+    boxes += e.x * e.y + e.y * e.z + e.z * e.x;
+    triangles += 0.5 * length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
+  }
+  return boxes > kMuch * triangles;
+}
+
 }  // namespace
 
 struct SourceSurface::Scene {
@@ -45,7 +59,9 @@ SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face
   scene_->scene = rtcNewScene(scene_->device);
   rtcSetSceneFlags(scene_->scene,
                    static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
-  rtcSetSceneBuildQuality(scene_->scene, RTC_BUILD_QUALITY_LOW);
+  // A hierarchy that cuts triangles apart takes longer to build, and pays where boxes hold little of them.
+  const RTCBuildQuality quality = has_slivers(points, faces) ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_LOW;
+  rtcSetSceneBuildQuality(scene_->scene, quality);
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* const vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
@@ -57,7 +73,7 @@ SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face
     for (std::size_t k = 0; k < 3; ++k) vertices[3 * v + k] = p[k];
   }
   for (std::size_t f = 0; f < faces.size(); ++f) std::copy(faces[f].begin(), faces[f].end(), indices + 3 * f);
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_LOW);
+  rtcSetGeometryBuildQuality(geometry, quality);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene_->scene, geometry);
   rtcReleaseGeometry(geometry);

@@ -16,20 +16,34 @@ namespace relief::detail {
 /// had, so the caller tests what it is given once more. Rebuild when many entries are stale.
 class TriangleGrid {
  public:
-  /// `finest` bounds the cells per axis; at most 32767.
-  void reset(const Box3d& all, double cell, std::size_t numbers, double finest = 128) {
-    low_ = all.low;
+  /// Enters box_of(k), where it is not empty, for k < count. Cells are about `cell` wide, wider where the boxes would
+  /// lie in too many of them; `finest` bounds the cells per axis, at most 32767.
+  template <typename BoxOf>
+  void build(std::size_t count, double cell, BoxOf&& box_of, double finest = 128) {
+    constexpr double kEnough = 24;  // cells per box
+    Box3d all;
+    std::size_t boxes = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Box3d box = box_of(k);
+      all.add(box);
+      boxes += !box.empty();
+    }
+    if (boxes == 0) all.add(Vec3d{});
     const Vec3d extent = all.extent();
-    cell_ = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
-    for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<int>(extent[k] / cell_) + 1;
-    // Cells share heads where there are many more of them than numbers.
-    const std::size_t cells =
-        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
-    heads_.assign(std::bit_ceil(std::min(cells, 4 * numbers + 64)), kEnd);
-    entries_.clear();
-    seen_.assign(numbers, 0);
-    known_.assign(numbers, {});
-    round_ = 0;
+    cell = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
+    for (bool fits = false; !fits; cell *= fits ? 1 : 1.5) {
+      double entries = 0;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const Box3d box = box_of(k);
+        if (box.empty()) continue;
+        const Vec3d e = box.extent();
+        entries += (1 + e.x / cell) * (1 + e.y / cell) * (1 + e.z / cell);
+      }
+      fits = entries <= kEnough * double(boxes);
+    }
+    reset(all, cell, count);
+    for (std::uint32_t k = 0; k < count; ++k)
+      if (const Box3d box = box_of(k); !box.empty()) insert(k, box);
   }
 
   void insert(std::uint32_t number, const Box3d& box) {
@@ -68,6 +82,21 @@ class TriangleGrid {
   [[nodiscard]] std::size_t entry_count() const noexcept { return entries_.size(); }
 
  private:
+  void reset(const Box3d& all, double cell, std::size_t numbers) {
+    low_ = all.low;
+    const Vec3d extent = all.extent();
+    cell_ = cell;
+    for (std::size_t k = 0; k < 3; ++k) size_[k] = static_cast<int>(extent[k] / cell_) + 1;
+    // Cells share heads where there are many more of them than numbers.
+    const std::size_t cells =
+        static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
+    heads_.assign(std::bit_ceil(std::min(cells, 4 * numbers + 64)), kEnd);
+    entries_.clear();
+    seen_.assign(numbers, 0);
+    known_.assign(numbers, {});
+    round_ = 0;
+  }
+
   static constexpr std::uint32_t kEnd = 0xffffffffU;
   struct Entry {
     std::uint32_t number, next;

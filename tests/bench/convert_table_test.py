@@ -51,6 +51,13 @@ class Table(unittest.TestCase):
         self.assertEqual(table("--only", "melon").returncode, 2)
         self.assertEqual(table(self.folder / "gone").returncode, 2)
 
+    def test_a_folder_without_known_scans_is_refused_with_a_sentence(self):
+        (self.folder / "other.ply").write_text("not looked at")
+        run = table(self.folder, "--out", self.folder / "out")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("holds no scan with a known name", run.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -94,6 +94,7 @@ class Contract(Case):
         for args in ([], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
                      ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
                      ["touch", self.model], ["touch", self.model, "--path", "p.csv"], ["render", self.model, "-o"],
+                     ["convert", self.scan, "-o", "x", "--mended", "x.obj"],
                      ["sample", "pumpkin", "-o", "x.ply", "--triangles", "12"], ["info", self.model, "--threads", "0"]):
             self.assert_failed(Run(*args), 2, "--help")
 
@@ -123,6 +124,11 @@ class Contract(Case):
             self.assertFalse(out.exists())
         report = self.ok("convert", cross, "-o", out, "--json").json()
         self.assertEqual(report["mode"], "preview")
+        self.assertEqual((report["parts"]["count"], report["parts"]["certified"]), (2, 0))
+        for part in report["parts"]["obstacles"]:
+            self.assertIn(part["part"], (0, 1))
+            self.assertEqual(part["triangles"], 2)
+            self.assertIn("triangles", part["reason"])
         self.assertIn("near (", report["not_certified"])
 
     def test_an_open_sheet_is_certified_and_stays_open(self):
@@ -190,6 +196,10 @@ class Contract(Case):
         self.assertEqual(set(report["hits"]), {"single", "none", "several"})
         self.assertEqual(sum(report["hits"].values()), report["fibres"])
         self.assertGreater(report["seconds"], 0)
+        self.assertGreater(report["wall_seconds"], 0)
+        self.assertEqual(report["phases"].keys(), report["phases_wall"].keys())
+        self.assertLessEqual(sum(report["phases_wall"].values()), report["wall_seconds"])
+        self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         info = Run("info", out, "--json").json()
         self.assertEqual(info["slabs"], report["slabs"])
         self.assertEqual(info["samples"], report["samples"])
@@ -273,6 +283,21 @@ class Contract(Case):
         self.assertEqual(err.count("\n"), 1)
         self.assertFalse(out.exists())
         self.assertEqual(list(self.folder.glob("interrupted*")), [])
+
+
+    def test_interrupt_is_answered_while_a_mesh_is_read_and_repaired(self):
+        big = self.folder / "large.ply"
+        self.ok("sample", "pumpkin", "-o", big, "--triangles", 2000000)
+        for wait in (0.5, 1.0):
+            started = subprocess.Popen([str(BIN / "relief"), "convert", str(big), "-o", str(self.folder / "large.relief")],
+                                       stderr=subprocess.PIPE)
+            time.sleep(wait)
+            started.send_signal(signal.SIGINT)
+            err = started.communicate(timeout=60)[1].decode()
+            self.assertEqual(started.returncode, 130, err)
+            self.assertEqual(err.count("\n"), 1, err)
+            self.assertEqual(list(self.folder.glob("large.relief*")), [])
+        big.unlink()
 
 
 class Workflow(Case):

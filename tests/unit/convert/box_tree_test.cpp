@@ -75,6 +75,33 @@ TEST_P(Tree, StopsWhenTold) {
   EXPECT_EQ(calls, std::min<std::size_t>(3, boxes_.size()));
 }
 
+TEST_P(Tree, FindsBoxesThatWereMovedAddedAndTakenOut) {
+  const std::vector<Box3d> others = boxes_along_a_line(2 * boxes_.size() + 100);
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    if (k < boxes_.size() && k % 3 == 0) continue;  // stays
+    const Box3d box = k % 5 == 4 ? Box3d{} : others[k];
+    if (k < boxes_.size()) {
+      boxes_[k] = box;
+    } else {
+      boxes_.push_back(box);
+    }
+    tree_.set(k, box);
+  }
+  EXPECT_EQ(tree_.count(), boxes_.size());
+  for (int trial = 0; trial < 100; ++trial) {
+    const Box3d box = widened({near_some(), near_some()}, 20000);
+    std::set<std::uint32_t> found;
+    tree_.query(box, [&](std::uint32_t k) { return found.insert(k).second; });
+    for (std::uint32_t k = 0; k < boxes_.size(); ++k) {
+      if (boxes_[k].empty()) {
+        EXPECT_FALSE(found.contains(k));
+      } else if (boxes_[k].meets(box)) {
+        EXPECT_TRUE(found.contains(k));
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sizes, Tree, ::testing::Values(1, 7, 8, 9, 64, 65, 3000));
 
 TEST(Cells, EveryPointIsInACellThatItsBoxNames) {

@@ -132,6 +132,52 @@ TEST(Certified, OneSpikeIsMendedAndReported) {
   EXPECT_LT(result->report.moved_most, 0.01);
 }
 
+TEST(Certified, ManyPlacesAreMendedTheSameOnAnyNumberOfThreads) {
+  // Vertices that have changed places lie across their neighbours' faces.
+  TriangleMesh mesh = testing::ball(120, 0.05);
+  append(mesh, testing::ball(10), {4, 0, 0});
+  for (const std::size_t v : {3000U, 9000U, 9020U, 15000U, 21000U}) std::swap(mesh.positions[v], mesh.positions[v + 7]);
+  std::array<std::uint64_t, 2> hashes{};
+  for (const std::size_t run : {0U, 1U}) {
+    const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, run + 1);
+    const auto result = convert(mesh, certified(150));
+    ASSERT_TRUE(result) << result.error().message;
+    if (run == 0) expect_certified(result, 150, 4);
+    const ConvertReport& report = result->report;
+    EXPECT_GT(report.replaced_triangles, 20U);
+    EXPECT_LT(report.replaced_triangles, 1500U);
+    EXPECT_EQ(report.vanished_parts, 0U);
+    EXPECT_EQ(report.parts.count, 2U);
+    EXPECT_EQ(report.parts.certified, 2U);
+    EXPECT_EQ(report.closed_openings, 0U);
+    hashes[run] = result->model.head->content_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(Certified, ObstaclesNameTheirParts) {
+  // A sound ball, and two balls that cross each other along a circle.
+  TriangleMesh mesh = testing::ball(16, 0.1);
+  append(mesh, testing::ball(60), {4, 0, 0});
+  append(mesh, testing::ball(60), {5, 0.1, 0});
+  ConvertSettings settings = certified(60);
+  settings.mode.reset();
+  const auto result = convert(mesh, settings);
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_EQ(result->model.info.mode, Mode::Preview);
+  const ConvertReport::Parts& parts = result->report.parts;
+  EXPECT_EQ(parts.count, 3U);
+  EXPECT_EQ(parts.certified, 0U);
+  ASSERT_FALSE(parts.obstacles.empty());
+  for (const auto& obstacle : parts.obstacles) {
+    EXPECT_NE(obstacle.part, 0U);
+    EXPECT_LT(obstacle.part, 3U);
+    EXPECT_GT(obstacle.near.x, 3.0);
+    EXPECT_GT(obstacle.triangles, 5000U);
+    EXPECT_NE(obstacle.reason.find("triangles"), std::string::npos) << obstacle.reason;
+  }
+}
+
 /// Without the faces that have a corner for which `hole` holds.
 TriangleMesh pierced(TriangleMesh mesh, const std::function<bool(Vec3d)>& hole) {
   std::erase_if(mesh.triangles, [&](const Triangle& t) {

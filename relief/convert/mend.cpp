@@ -1,0 +1,510 @@
+#include <relief/convert/directions.h>
+#include <relief/convert/fill.h>
+#include <relief/convert/mend.h>
+#include <relief/convert/parallel.h>
+#include <relief/convert/thin_shell.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace relief::detail {
+namespace {
+
+void sort_unique(std::vector<std::uint32_t>& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+/// Per point whether another one lies on it.
+std::vector<std::uint8_t> find_touching(std::span<const LatticePoint> points) {
+  std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 16), kNone);
+  const std::size_t mask = table.size() - 1;
+  std::vector<std::uint8_t> touches(points.size(), 0);
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
+    const LatticePoint p = points[v];
+    std::uint64_t code = static_cast<std::uint32_t>(p.x);
+    for (const std::int32_t next : {p.y, p.z}) code = (code ^ code >> 29U) * 0xbf58476d1ce4e5b9U + std::uint32_t(next);
+    code = (code ^ code >> 29U) * 0x94d049bb133111ebU;
+    std::size_t at = (code >> 20U) & mask;
+    while (table[at] != kNone && !(points[table[at]] == p)) at = (at + 1) & mask;
+    if (table[at] == kNone) {
+      table[at] = v;
+    } else {
+      touches[v] = touches[table[at]] = 1;
+    }
+  }
+  return touches;
+}
+
+}  // namespace
+
+std::size_t part_touching(ClosedSource& source, double farthest) {
+  const std::vector<std::uint8_t> touches = find_touching(source.points);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> corners;  // point and face
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    for (const std::uint32_t v : source.faces[f])
+      if (touches[v] != 0) corners.emplace_back(v, f);
+  std::sort(corners.begin(), corners.end());
+  // All are moved away from where they lay, not one after the other.
+  std::vector<std::pair<std::uint32_t, LatticePoint>> moved;
+  std::vector<Vec3d> normals;
+  for (std::size_t k = 0; k < corners.size();) {
+    const std::uint32_t v = corners[k].first;
+    double shortest = Box3d::kFar;
+    normals.clear();
+    for (; k < corners.size() && corners[k].first == v; ++k) {
+      const Face& f = source.faces[corners[k].second];
+      std::array<Vec3d, 3> p;
+      for (std::size_t i = 0; i < 3; ++i) p[i] = to_double(source.points[f[i]]);
+      normals.push_back(normalized(cross(p[1] - p[0], p[2] - p[0])));
+      for (std::size_t i = 0; i < 3; ++i)
+        if (f[i] != v) shortest = std::min(shortest, length(p[i] - to_double(source.points[v])));
+    }
+    const double by = std::min(farthest, std::max(4 * kLeastHeight, 0.1 * shortest));
+    moved.emplace_back(v, snap(to_double(source.points[v]) - best_direction(normals).d * by));
+  }
+  for (const auto& [v, to] : moved) source.points[v] = to;
+  return moved.size();
+}
+
+Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest)
+    : source_(given.points, given.faces),
+      rings_(source_.faces, source_.points.size()),
+      farthest_(farthest),
+      free_(source_.points.size(), 1),
+      sight_(source_.points.size(), Sight::Well),
+      heat_(source_.points.size(), 0),
+      level_(source_.faces.size(), 0),
+      alive_(source_.faces.size()) {
+  start_.reserve(source_.points.size());
+  for (const std::uint32_t v : source_.point_of) start_.push_back(start[v]);
+  patch_.reserve(source_.faces.size());
+  phantom_.reserve(source_.faces.size());
+  for (std::size_t f = 0; f < source_.faces.size(); ++f) {
+    patch_.push_back(given.patch[source_.face_of[f]]);
+    phantom_.push_back(given.phantom[source_.face_of[f]]);
+    if (patch_[f] == 0)
+      for (const std::uint32_t v : source_.faces[f]) free_[v] = 0;
+  }
+}
+
+void Mender::look_at(std::uint32_t v, double wanted, double least) {
+  thread_local std::vector<Vec3d> normals;
+  normals.clear();
+  Vec3d sum;
+  bool flat = false;  // a face without area
+  rings_.around(v, [&](std::uint32_t h) {
+    normals.push_back(source_.normal(h / 3));
+    sum += normals.back();
+    flat = flat || normals.back() == Vec3d{};
+  });
+  sight_[v] = flat ? Sight::Singular : Sight::Well;
+  if (flat || normals.empty()) return;
+  // The mean sees most of them well enough.
+  const Vec3d mean = normalized(sum);
+  if (std::all_of(normals.begin(), normals.end(), [&](Vec3d n) { return dot(n, mean) >= wanted; })) return;
+  const double visibility = best_direction(normals).visibility;
+  sight_[v] = visibility < least ? Sight::Singular : visibility < wanted ? Sight::Poor : Sight::Well;
+}
+
+std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::uint32_t> given, double wanted,
+                                                         double least, const Progress& progress) {
+  constexpr int kRounds = 60;
+  const auto count = static_cast<std::uint32_t>(source_.points.size());
+  if (!looked_) {
+    looked_ = true;
+    if (!for_all(count, 1024, progress, [&](std::size_t v) { look_at(static_cast<std::uint32_t>(v), wanted, least); }))
+      return std::nullopt;
+    for (std::uint32_t v = 0; v < count; ++v)
+      if (sight_[v] != Sight::Well) poor_.push_back(v);
+  }
+  std::vector<std::uint32_t> look = std::move(pending_), seen, marked(given.begin(), given.end()), movers, turned;
+  pending_ = {};
+  look.insert(look.end(), poor_.begin(), poor_.end());
+  sort_unique(look);
+  std::vector<Vec3d> goals;
+  for (int round = 0; round < kRounds; ++round) {
+    if (progress.cancelled()) return std::nullopt;
+    for (const std::uint32_t v : look) {
+      look_at(v, wanted, least);
+      if (sight_[v] != Sight::Well) marked.push_back(v);
+    }
+    seen.insert(seen.end(), look.begin(), look.end());
+    look.clear();
+    sort_unique(marked);
+    if (marked.empty()) break;
+    movers = marked;
+    for (const std::uint32_t v : marked)
+      rings_.around(v, [&](std::uint32_t h) { movers.push_back(source_.faces[h / 3][(h + 1) % 3]); });
+    sort_unique(movers);
+    goals.clear();
+    for (const std::uint32_t v : movers) {
+      Vec3d mean;
+      double around = 0;
+      rings_.around(v, [&](std::uint32_t h) {
+        mean += to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]);
+        ++around;
+      });
+      const Vec3d p = to_double(source_.points[v]), start = to_double(start_[v]);
+      const bool is_marked = std::binary_search(marked.begin(), marked.end(), v);
+      Vec3d goal = p + (mean / around - p) * (is_marked ? 0.5 : 0.1);
+      if (const double far = length(goal - start); far > farthest_ && free_[v] == 0)
+        goal = start + (goal - start) * (farthest_ / far);
+      goals.push_back(goal);
+    }
+    turned.clear();
+    for (std::size_t k = 0; k < movers.size(); ++k) {
+      const std::uint32_t v = movers[k];
+      const LatticePoint to = snap(goals[k]);
+      if (to == source_.points[v]) continue;
+      source_.points[v] = to;
+      look.push_back(v);
+      rings_.around(v, [&](std::uint32_t h) {
+        look.push_back(source_.faces[h / 3][(h + 1) % 3]);
+        turned.push_back(h / 3);
+      });
+    }
+    sort_unique(turned);
+    for (const std::uint32_t f : turned) source_.update_normal(f);
+    sort_unique(look);
+    changes_.points.insert(changes_.points.end(), look.begin(), look.end());
+    marked.clear();
+    if (look.empty()) break;
+    // What did not move is seen as before.
+    for (const std::uint32_t v : movers)
+      if (sight_[v] != Sight::Well && !std::binary_search(look.begin(), look.end(), v)) marked.push_back(v);
+  }
+  for (const std::uint32_t v : look) look_at(v, wanted, least);
+  seen.insert(seen.end(), look.begin(), look.end());
+  sort_unique(seen);
+  poor_.clear();
+  std::vector<std::uint32_t> singular;
+  for (const std::uint32_t v : seen) {
+    if (sight_[v] != Sight::Well) poor_.push_back(v);
+    if (sight_[v] == Sight::Singular) singular.push_back(v);
+  }
+  return singular;
+}
+
+void Mender::find_parts_once() {
+  if (parts_.count > 0) return;
+  parts_ = find_parts(source_.points.size(), source_.faces);
+  // The order of the faces given numbers them.
+  std::vector<std::uint32_t> first(parts_.count, kNone), order(parts_.count), number(parts_.count);
+  for (std::size_t f = 0; f < source_.faces.size(); ++f)
+    first[parts_.of_face[f]] = std::min(first[parts_.of_face[f]], source_.face_of[f]);
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return first[a] < first[b]; });
+  for (std::uint32_t k = 0; k < order.size(); ++k) number[order[k]] = k;
+  part_sizes_.assign(parts_.count, 0);
+  for (std::uint32_t& part : parts_.of_face) {
+    part = number[part];
+    ++part_sizes_[part];
+  }
+}
+
+void Mender::cut(std::uint32_t f, std::uint8_t level) {
+  if (level_[f] == 0) cut_.push_back(f);
+  level_[f] = std::max(level_[f], level);
+}
+
+/// The bad faces and the rings around them.
+void Mender::mark_rings(std::span<const std::uint32_t> bad) {
+  std::vector<std::vector<std::uint32_t>> fronts;  // by level
+  const auto mark = [&](std::uint32_t f, std::size_t level) {
+    if (level_[f] >= level) return;
+    cut(f, static_cast<std::uint8_t>(level));
+    if (fronts.size() <= level) fronts.resize(level + 1);
+    fronts[level].push_back(f);
+  };
+  for (const std::uint32_t f : bad) {
+    std::size_t rings = 1;
+    for (const std::uint32_t v : source_.faces[f]) rings = std::max(rings, std::size_t{heat_[v]} + 1);
+    mark(f, rings + 1);
+  }
+  for (std::size_t level = fronts.size(); level-- > 2;)
+    for (std::size_t k = 0; k < fronts[level].size(); ++k)
+      if (level_[fronts[level][k]] == level)
+        for (const std::uint32_t v : source_.faces[fronts[level][k]])
+          rings_.around(v, [&](std::uint32_t h) { mark(h / 3, level - 1); });
+}
+
+std::vector<std::uint32_t> Mender::rim() const {
+  std::vector<std::uint32_t> rim;
+  for (const std::uint32_t f : cut_)
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h)
+      if (!is_cut(rings_.twins[h] / 3)) rim.push_back(rings_.twins[h]);
+  std::sort(rim.begin(), rim.end());
+  return rim;
+}
+
+/// Cuts all faces at points where more than one stretch of rim passes, which hold several fans; whether there were any.
+bool Mender::cut_pinched() {
+  std::vector<std::uint32_t> origins;
+  for (const std::uint32_t h : rim()) origins.push_back(source_.faces[h / 3][h % 3]);
+  std::sort(origins.begin(), origins.end());
+  bool any = false;
+  for (std::size_t k = 1; k < origins.size(); ++k) {
+    if (origins[k] != origins[k - 1]) continue;
+    rings_.around(origins[k], [&](std::uint32_t h) { cut(h / 3, 1); });
+    any = true;
+  }
+  return any;
+}
+
+/// Cuts small pieces that have come loose; whether there were any.
+bool Mender::cut_crumbs() {
+  constexpr std::size_t kCrumb = 50;        // faces
+  std::vector<std::uint32_t> large, piece;  // large: faces at the rim of pieces that stay, ascending
+  bool any = false;
+  for (const std::uint32_t seed : rim()) {
+    if (is_cut(seed / 3) || std::binary_search(large.begin(), large.end(), seed / 3)) continue;
+    piece.assign(1, seed / 3);
+    bool is_large = false;
+    for (std::size_t k = 0; k < piece.size() && !is_large; ++k)
+      for (std::uint32_t h = 3 * piece[k]; h < 3 * piece[k] + 3; ++h) {
+        const std::uint32_t other = rings_.twins[h] / 3;
+        if (is_cut(other) || std::find(piece.begin(), piece.end(), other) != piece.end()) continue;
+        is_large = is_large || piece.size() == kCrumb || std::binary_search(large.begin(), large.end(), other);
+        piece.push_back(other);
+      }
+    if (is_large) {
+      large.push_back(seed / 3);
+      std::inplace_merge(large.begin(), large.end() - 1, large.end());
+      continue;
+    }
+    for (const std::uint32_t f : piece) cut(f, 1);
+    any = true;
+  }
+  return any;
+}
+
+std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad) {
+  find_parts_once();
+  was_cut_ = true;
+  cut_.clear();
+  mark_rings(bad);
+  while (cut_pinched() || cut_crumbs()) {
+  }
+  alive_ -= cut_.size();
+  if (alive_ == 0) return std::nullopt;
+  Loss loss;
+  std::vector<std::uint32_t> lessened;
+  for (const std::uint32_t f : cut_) {
+    lessened.push_back(parts_.of_face[f]);
+    --part_sizes_[parts_.of_face[f]];
+    if (patch_[f] != 0) continue;
+    loss.area += area_of(f);
+    ++loss.faces;
+  }
+  if (!close(rim())) return std::nullopt;
+  sort_unique(lessened);
+  for (const std::uint32_t part : lessened) loss.parts += part_sizes_[part] == 0;
+  return loss;
+}
+
+/// Takes the cut faces out, and puts patches in their place.
+bool Mender::close(const std::vector<std::uint32_t>& rim) {
+  const auto origin = [&](std::uint32_t h) { return source_.faces[h / 3][h % 3]; };
+  const auto target = [&](std::uint32_t h) { return source_.faces[h / 3][(h + 1) % 3]; };
+  // The rims' loops run against the edges of the faces that stay; one edge begins at each point.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  // its point in the loop, and the half-edge
+  for (const std::uint32_t h : rim) edges.emplace_back(target(h), h);
+  std::sort(edges.begin(), edges.end());
+  const auto edge_at = [&](std::uint32_t v) {
+    return static_cast<std::size_t>(std::lower_bound(edges.begin(), edges.end(), std::pair(v, 0U)) - edges.begin());
+  };
+  std::vector<std::vector<std::uint32_t>> loops;
+  std::vector<std::uint8_t> seen(edges.size(), 0);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (seen[e] != 0) continue;
+    loops.emplace_back();
+    for (std::size_t k = e; seen[k] == 0; k = edge_at(origin(edges[k].second))) {
+      seen[k] = 1;
+      loops.back().push_back(edges[k].first);
+    }
+    if (loops.back().size() < 3) return false;
+  }
+
+  // The faces at the rims, as a mesh with numbers of its own; the patches come after them.
+  std::vector<std::uint32_t> stay, numbers;
+  for (const auto& [v, h] : edges)
+    rings_.around(v, [&](std::uint32_t e) {
+      if (!is_cut(e / 3)) stay.push_back(e / 3);
+    });
+  sort_unique(stay);
+  for (const std::uint32_t f : stay) numbers.insert(numbers.end(), source_.faces[f].begin(), source_.faces[f].end());
+  sort_unique(numbers);
+  const auto number_of = [&](std::uint32_t v) {
+    return static_cast<std::uint32_t>(std::lower_bound(numbers.begin(), numbers.end(), v) - numbers.begin());
+  };
+  std::vector<Vec3d> places;
+  std::vector<Face> faces;
+  for (const std::uint32_t v : numbers) places.push_back(to_double(source_.points[v]));
+  for (const std::uint32_t f : stay) {
+    const Face& t = source_.faces[f];
+    faces.push_back({number_of(t[0]), number_of(t[1]), number_of(t[2])});
+  }
+  std::vector<std::vector<std::uint32_t>> rims = loops;
+  for (auto& loop : rims)
+    for (std::uint32_t& v : loop) v = number_of(v);
+  const std::vector<std::size_t> begins =
+      close_rims(places, faces, rims, std::vector<Closing>(rims.size(), Closing::Membrane));
+
+  const auto first_point = static_cast<std::uint32_t>(source_.points.size());
+  const auto first_face = static_cast<std::uint32_t>(source_.faces.size());
+  for (std::size_t k = numbers.size(); k < places.size(); ++k) {
+    numbers.push_back(static_cast<std::uint32_t>(source_.points.size()));
+    source_.points.push_back(snap(places[k]));
+    source_.point_of.push_back(kNone);
+    start_.push_back(source_.points.back());
+  }
+  free_.resize(source_.points.size(), 1);
+  sight_.resize(source_.points.size(), Sight::Well);
+  heat_.resize(source_.points.size(), 0);
+  rings_.out.resize(source_.points.size(), kNone);
+  for (std::size_t r = 0; r < loops.size(); ++r) {
+    std::size_t votes = 0;
+    std::uint8_t most = 0;
+    for (const std::uint32_t v : loops[r]) {
+      votes += phantom_[rings_.twins[edges[edge_at(v)].second] / 3];
+      most = std::max(most, heat_[v]);
+    }
+    most = std::min<std::uint8_t>(most + 1, 20);
+    for (const std::uint32_t v : loops[r]) heat_[v] = most;
+    const std::uint32_t part = parts_.of_face[edges[edge_at(loops[r][0])].second / 3];
+    for (std::size_t f = begins[r]; f < begins[r + 1]; ++f) {
+      Face face{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        face[k] = numbers[faces[f][k]];
+        heat_[face[k]] = most;
+      }
+      source_.faces.push_back(face);
+      phantom_.push_back(2 * votes > loops[r].size());
+      parts_.of_face.push_back(part);
+      ++part_sizes_[part];
+    }
+  }
+  const std::size_t all = source_.faces.size();
+  alive_ += all - first_face;
+  source_.face_of.resize(all, kNone);
+  source_.normals.resize(all);
+  patch_.resize(all, 1);
+  level_.resize(all, 0);
+  rings_.twins.resize(3 * all, kNone);
+
+  for (const std::uint32_t f : cut_) {
+    for (const std::uint32_t v : source_.faces[f]) rings_.out[v] = kNone;
+    source_.faces[f] = {kNone, kNone, kNone};
+    level_[f] = 0;
+    changes_.gone.push_back(f);
+  }
+  for (const std::uint32_t f : stay)
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) rings_.out[origin(h)] = h;
+  // Each new half-edge and each one at the rim has its opposite among the others.
+  struct Link {
+    std::uint32_t low, high, half_edge;
+  };
+  std::vector<Link> links;
+  const auto add_link = [&](std::uint32_t h) {
+    const auto [low, high] = std::minmax({origin(h), target(h)});
+    links.push_back({low, high, h});
+  };
+  for (const std::uint32_t h : rim) add_link(h);
+  for (std::uint32_t f = first_face; f < all; ++f) {
+    source_.update_normal(f);
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+      add_link(h);
+      rings_.out[origin(h)] = h;
+    }
+  }
+  std::sort(links.begin(), links.end(), [](const Link& a, const Link& b) {
+    return std::tie(a.low, a.high, a.half_edge) < std::tie(b.low, b.high, b.half_edge);
+  });
+  if (links.size() % 2 != 0) return false;
+  for (std::size_t k = 0; k < links.size(); k += 2) {
+    const Link &a = links[k], &b = links[k + 1];
+    if (a.low != b.low || a.high != b.high || origin(a.half_edge) == origin(b.half_edge)) return false;
+    rings_.twins[a.half_edge] = b.half_edge;
+    rings_.twins[b.half_edge] = a.half_edge;
+  }
+
+  const auto changed = [&](std::uint32_t v) {
+    bool is_free = true;
+    rings_.around(v, [&](std::uint32_t h) { is_free = is_free && patch_[h / 3] != 0; });
+    free_[v] = is_free;
+    pending_.push_back(v);
+    changes_.points.push_back(v);
+  };
+  for (const auto& [v, h] : edges) changed(v);
+  for (std::uint32_t v = first_point; v < source_.points.size(); ++v) changed(v);
+  return true;
+}
+
+Mender::Changes Mender::take_changes() {
+  sort_unique(changes_.points);
+  sort_unique(changes_.gone);
+  return std::exchange(changes_, {});
+}
+
+void Mender::release() {
+  rings_.twins = {};
+  rings_.out = {};
+  start_ = {};
+  sight_ = {};
+  parts_ = {};
+}
+
+void Mender::put_back(ClosedSource& given) {
+  for (std::size_t v = 0; v < source_.points.size(); ++v) {
+    if (source_.point_of[v] == kNone) {
+      source_.point_of[v] = static_cast<std::uint32_t>(given.points.size());
+      given.points.push_back(source_.points[v]);
+    } else {
+      given.points[source_.point_of[v]] = source_.points[v];
+    }
+  }
+  if (!was_cut_) return;
+  std::vector<std::uint8_t> stays(given.faces.size(), 0);
+  for (std::uint32_t f = 0; f < source_.faces.size(); ++f)
+    if (source_.alive(f) && source_.face_of[f] != kNone) stays[source_.face_of[f]] = 1;
+  std::size_t kept = 0;
+  for (std::size_t f = 0; f < stays.size(); ++f) {
+    if (stays[f] == 0) continue;
+    given.faces[kept] = given.faces[f];
+    given.patch[kept] = given.patch[f];
+    given.phantom[kept] = given.phantom[f];
+    ++kept;
+  }
+  given.faces.resize(kept);
+  given.patch.resize(kept);
+  given.phantom.resize(kept);
+  for (std::uint32_t f = 0; f < source_.faces.size(); ++f) {
+    if (!source_.alive(f) || source_.face_of[f] != kNone) continue;
+    const Face& t = source_.faces[f];
+    given.faces.push_back({source_.point_of[t[0]], source_.point_of[t[1]], source_.point_of[t[2]]});
+    given.patch.push_back(patch_[f]);
+    given.phantom.push_back(phantom_[f]);
+  }
+}
+
+Mender::Moves Mender::moves() const {
+  std::vector<std::uint8_t> scanned(source_.points.size(), 0);
+  for (std::uint32_t f = 0; f < source_.faces.size(); ++f)
+    if (source_.alive(f) && patch_[f] == 0)
+      for (const std::uint32_t v : source_.faces[f]) scanned[v] = 1;
+  Moves moves;
+  for (std::size_t v = 0; v < scanned.size(); ++v) {
+    if (scanned[v] == 0) continue;
+    const double far = length(to_double(source_.points[v] - start_[v]));
+    moves.points += far > 0;
+    moves.most = std::max(moves.most, far);
+  }
+  return moves;
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,116 @@
+// Small repairs that let a thin shell stand: smoothing within bounds, and patches in the place of what is folded.
+#pragma once
+
+#include <relief/base/progress.h>
+#include <relief/convert/ordered_source.h>
+#include <relief/convert/shell.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace relief::detail {
+
+/// A closed oriented manifold on the lattice.
+struct ClosedSource {
+  std::vector<LatticePoint> points;
+  std::vector<Face> faces;
+  std::vector<std::uint8_t> patch;    ///< per face: not scanned, but made to close a rim
+  std::vector<std::uint8_t> phantom;  ///< per face: closes an opening of what was scanned
+};
+
+/// Moves points that lie on others towards the inside of their own faces, by a tenth of their shortest edge but at most
+/// so far; says how many.
+std::size_t part_touching(ClosedSource& source, double farthest);
+
+/// A closed source while it is mended. Every step costs what lies near the places that it changes, not what the whole
+/// source has; only the first smoothing looks at all of it. Deterministic.
+class Mender {
+ public:
+  /// `start`: where the points lay before anything moved them. No scanned point comes to lie farther from there than
+  /// `farthest`, lattice steps; points that only patches have are free.
+  Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest);
+
+  /// New faces and points come last; those that went have corners kNone.
+  [[nodiscard]] const OrderedSource& source() const noexcept { return source_; }
+  [[nodiscard]] const Rings& rings() const noexcept { return rings_; }
+  /// The connected part that a face belongs to, numbered by its first face among those given. The first call looks at
+  /// all faces.
+  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) {
+    find_parts_once();
+    return parts_.of_face[f];
+  }
+  [[nodiscard]] OrderedSource take_source() && { return std::move(source_); }
+
+  /// Moves vertices whose visibility is below `wanted`, and those given, towards their neighbours. The vertices whose
+  /// visibility stays below `least`; nothing when cancelled.
+  std::optional<std::vector<std::uint32_t>> smooth(std::span<const std::uint32_t> given, double wanted, double least,
+                                                   const Progress& progress);
+
+  struct Loss {
+    double area = 0;  ///< of scanned faces, square lattice steps
+    std::size_t faces = 0, parts = 0;
+  };
+  /// Takes the faces out with the ring around them, and with one ring more each time that a place is cut again, then
+  /// closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A patch is phantom where
+  /// what lay at its rim was. Nothing when no face would be left or a rim cannot be closed: the mender is of no more
+  /// use then.
+  std::optional<Loss> cut_and_close(std::span<const std::uint32_t> bad);
+
+  /// What has changed since the last call: points that faces around them have moved, come or gone, and the faces that
+  /// are no more.
+  struct Changes {
+    std::vector<std::uint32_t> points, gone;
+  };
+  Changes take_changes();
+
+  /// Frees what only mending needs.
+  void release();
+  /// Puts the mended source into the given one, whose points stay the first ones, and the number of each point there
+  /// into source().point_of. Once only.
+  void put_back(ClosedSource& given);
+  struct Moves {
+    std::size_t points = 0;
+    double most = 0;  ///< lattice steps
+  };
+  /// Scanned points that have moved.
+  [[nodiscard]] Moves moves() const;
+  [[nodiscard]] bool was_cut() const noexcept { return was_cut_; }
+
+ private:
+  void find_parts_once();
+  void look_at(std::uint32_t v, double wanted, double least);
+  void mark_rings(std::span<const std::uint32_t> bad);
+  bool cut_pinched();
+  bool cut_crumbs();
+  [[nodiscard]] bool is_cut(std::uint32_t f) const noexcept { return level_[f] != 0; }
+  void cut(std::uint32_t f, std::uint8_t level);
+  /// Half-edges of faces that stay, at faces that go.
+  [[nodiscard]] std::vector<std::uint32_t> rim() const;
+  [[nodiscard]] double area_of(std::uint32_t f) const noexcept { return 0.5 * length(source_.cross_of(f)); }
+  bool close(const std::vector<std::uint32_t>& rim);
+
+  OrderedSource source_;
+  Rings rings_;
+  double farthest_;
+  std::vector<LatticePoint> start_;
+  enum class Sight : std::uint8_t { Well, Poor, Singular };
+  std::vector<std::uint8_t> free_;      // per point
+  std::vector<Sight> sight_;            // per point: how well some direction sees its faces
+  std::vector<std::uint32_t> poor_;     // points that are not seen well, ascending
+  std::vector<std::uint32_t> pending_;  // points to look at in the next smoothing
+  bool looked_ = false, was_cut_ = false;
+  Changes changes_;
+  std::vector<std::uint8_t> patch_, phantom_;  // per face
+  std::vector<std::uint8_t> heat_;             // per point: how often its place was cut
+  std::vector<std::uint8_t> level_;            // per face: 0 stays; else one more than the rings to cut around it
+  std::vector<std::uint32_t> cut_;             // faces with a level
+  Parts parts_;                                // of faces, once it was asked for
+  std::vector<std::size_t> part_sizes_;
+  std::size_t alive_;
+};
+
+}  // namespace relief::detail
