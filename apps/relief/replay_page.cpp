@@ -93,7 +93,8 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
   html += plots::row("settings",
                      fmt::format("stiffness {} N/m, damping {} N·s/m, friction {}{}{}{}; {} changes", s.force.stiffness,
                                  s.force.damping, s.force.friction, s.force.exact_normals ? ", exact normals" : "",
-                                 s.force.paper_contact ? ", the paper's contact" : "", replay.settings().size() - 1));
+                                 s.force.paper_contact ? ", the paper's contact" : "", s.force.guard ? ", guarded" : "",
+                                 replay.settings().size() - 1));
   html += plots::row("ticks", fmt::format("{}, {} in contact, {} flagged; {} gaps", recording.tick_count(), contact,
                                           flagged, recording.runs().empty() ? 0 : recording.runs().size() - 1));
   html += "</table><h2>Force</h2>" + plots::trace(force, "tick", "force on the hand, N");
