@@ -62,6 +62,19 @@ template <typename T>
   return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
 }
 
+/// A rotation: the quaternion w + xi + yj + zk of unit length, right-handed.
+struct Quatd {
+  double w = 1, x = 0, y = 0, z = 0;
+
+  /// v, turned.
+  [[nodiscard]] constexpr Vec3d turn(Vec3d v) const noexcept {
+    const Vec3d axis = {x, y, z}, twice = 2 * cross(axis, v);
+    return v + w * twice + cross(axis, twice);
+  }
+  friend constexpr bool operator==(Quatd, Quatd) noexcept = default;
+};
+[[nodiscard]] constexpr double dot(Quatd a, Quatd b) noexcept { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }
+
 /// Axis-aligned box; empty until something is added.
 struct Box3d {
   Vec3d low = {kFar, kFar, kFar};

@@ -36,7 +36,7 @@ bool ReplayDevice::read(DeviceState& state) noexcept {
   return true;
 }
 
-bool ReplayDevice::write(Vec3d /*force*/) noexcept { return true; }
+bool ReplayDevice::write(const Wrench& /*wrench*/) noexcept { return true; }
 
 std::vector<DeviceListing> list_devices() {
   std::vector<DeviceListing> devices = {{std::string(kSimulatedHand), "simulated hand on a touch-like device"}};

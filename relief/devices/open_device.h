@@ -17,7 +17,7 @@ class ReplayDevice final : public HapticDevice {
   ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
-  [[nodiscard]] bool write(Vec3d force) noexcept override;
+  [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
 
  private:
   DeviceInfo info_;

@@ -111,10 +111,10 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
   return true;
 }
 
-bool SimulatedHand::write(Vec3d force) noexcept {
+bool SimulatedHand::write(const Wrench& wrench) noexcept {
   silent_ = 0;
-  commanded_ = force;
-  advance(force);
+  commanded_ = wrench.force;
+  advance(wrench.force);
   return true;
 }
 

@@ -70,7 +70,8 @@ class SimulatedHand final : public HapticDevice {
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
-  [[nodiscard]] bool write(Vec3d force) noexcept override;
+  /// Three axes: no torque is felt.
+  [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
 
   /// A tick of 1 ms in which no command comes: the last one is held until the watchdog bites.
   void idle() noexcept;

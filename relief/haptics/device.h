@@ -30,7 +30,15 @@ struct DeviceState {
   Vec3d position;  ///< m
   Vec3d velocity;  ///< m/s; used when `has_velocity`, else estimated from positions
   bool has_velocity = false;
+  Quatd orientation = {};  ///< from the tool's frame to the device's, of any length; used when `has_orientation`
+  bool has_orientation = false;
   std::uint32_t buttons = 0;
+};
+
+/// What the hand is to feel; device axes.
+struct Wrench {
+  Vec3d force;   ///< N
+  Vec3d torque;  ///< N*m, about the reading's position; a device of three axes takes no notice of it
 };
 
 /// A device that Relief's servo thread drives. read() and write() are called at 1 kHz by one thread and must not
@@ -40,8 +48,8 @@ class HapticDevice {
   virtual ~HapticDevice() = default;
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
   [[nodiscard]] virtual bool read(DeviceState& state) noexcept = 0;
-  /// Commands a force on the hand, in N. A safe stop is an explicit zero, never silence.
-  [[nodiscard]] virtual bool write(Vec3d force) noexcept = 0;
+  /// Commands force and torque on the hand. A safe stop is an explicit zero, never silence.
+  [[nodiscard]] virtual bool write(const Wrench& wrench) noexcept = 0;
 };
 
 }  // namespace relief

@@ -21,6 +21,7 @@ constexpr double kSteepest = 4;           // depth that one unit of travel may a
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.08;       // N per tick, at most, while it is
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
+constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 
 bool denormal(Vec3d v) noexcept {
   return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
@@ -127,6 +128,16 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
     // A sensor that says it moves and stays where it is.
     frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
     if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
+  }
+  if (reading.has_orientation) {
+    const Quatd q = reading.orientation;
+    const double size = std::sqrt(dot(q, q));
+    if (size >= kLeastTurn && std::isfinite(size))
+      orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
+    else
+      now.faults |= bit(ServoFault::BadPosition);
+  } else {
+    orientation_ = {};
   }
   if (now.faults != 0)
     velocity_ = {};
@@ -247,6 +258,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const Admitted now = admit(reading);
   sample.flags = now.faults;
   sample.velocity = velocity_;
+  sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
   if (now.faults != 0)

@@ -6,7 +6,9 @@
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace relief {
 
@@ -42,17 +44,29 @@ struct ForceSettings {
   bool guard = true;
 };
 
+/// The rigid tool that the hand holds, in model units.
+struct TouchTool {
+  double radius = 0;  ///< of a ball around the device's position; 0: a point
+  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
+  /// At most kMaxToolPoints. The points belong to the caller and are copied where a servo is made; they are the servo's
+  /// for good.
+  std::span<const Vec3d> points = {};
+};
+inline constexpr std::size_t kMaxToolPoints = 1000;
+
 struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
+  TouchTool tool = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
 struct ServoSample {
-  double t = 0;    ///< s, as the device gave it
-  Vec3d device;    ///< m, as read
-  Vec3d cursor;    ///< model units; the last good one when this reading's position is bad
-  Vec3d velocity;  ///< m/s, as used
+  double t = 0;       ///< s, as the device gave it
+  Vec3d device;       ///< m, as read
+  Vec3d cursor;       ///< model units; the last good one when this reading's position is bad
+  Quatd orientation;  ///< as used, unit; the last good one when this reading's is bad
+  Vec3d velocity;     ///< m/s, as used
   bool contact = false;
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
@@ -64,6 +78,7 @@ struct ServoSample {
   /// without contact.
   Vec3d normal;
   Vec3d force;      ///< N, on the hand, after all limits
+  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
   double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits
@@ -137,6 +152,7 @@ class Servo {
   double last_t_ = 0;
   Vec3d last_position_;                   ///< m
   Vec3d last_cursor_;                     ///< model units
+  Quatd orientation_;                     ///< the last good one
   double last_depth_ = 0;                 ///< m
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed

@@ -186,13 +186,13 @@ void ServoThread::run() noexcept {
       const Snapshot& model = reader_.latest();
       tick.model = &model;
       sample = servo_.step(model, tick.reading);
-      alive = device_.write(sample.force);
+      alive = device_.write({sample.force, sample.torque});
     }
     const std::uint64_t compute = thread_cpu_ns() - start;
     times_.compute.add(compute);
 
     if (!alive) {
-      sample.force = {};
+      sample.force = sample.torque = {};
       sample.flags |= bit(ServoFault::DeviceLost);
     }
     sample.flags |= carried;

@@ -60,7 +60,7 @@ double gained(double k, int delay) {
     const double energy = hand.energy() + 0.5 * k * dot(state.position, state.position);
     if (tick < 1000) first = std::max(first, energy);
     if (tick >= 3000) last = std::max(last, energy);
-    static_cast<void>(hand.write(state.position * -k));
+    static_cast<void>(hand.write({.force = state.position * -k, .torque = {}}));
   }
   return last - first;
 }

@@ -285,7 +285,7 @@ void standstill(Report& report) {
       for (int k = 0; k < ticks; ++k) {
         static_cast<void>(hand.read(state));
         felt = servo.step(*model, state);
-        static_cast<void>(hand.write(felt.force));
+        static_cast<void>(hand.write({felt.force, felt.torque}));
       }
       return felt;
     };

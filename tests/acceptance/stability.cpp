@@ -66,7 +66,7 @@ bool settles(const Shape& shape, const PlantPreset& preset, const Press& press, 
     DeviceState state;
     static_cast<void>(hand.read(state));
     const ServoSample felt = servo.step(*shape.model, state);
-    static_cast<void>(hand.write(felt.force));
+    static_cast<void>(hand.write({felt.force, felt.torque}));
     if (k >= 2400) late = std::max(late, length(hand.handle_velocity()));
   }
   return late < 1e-3;
@@ -120,7 +120,7 @@ Contacts tap(const PlantPreset& preset, bool guard, int count, std::uint32_t see
       counting = true;
       before = hand.work().motor;
     }
-    static_cast<void>(hand.write(felt.force));
+    static_cast<void>(hand.write({felt.force, felt.torque}));
     open = felt.contact ? 0 : open + 1;
     if (counting && open == 10) {  // the last command is through delay and amplifier
       const double made = hand.work().motor - before;

@@ -37,7 +37,7 @@ Rest come_to_rest(const PlantPreset& preset, const Hand& person, const ForceSett
     const ServoSample felt = servo.step(*plane(), state);
     rest.flags |= felt.flags;
     rest.force = felt.force.y;
-    EXPECT_TRUE(hand.write(felt.force));
+    EXPECT_TRUE(hand.write({felt.force, felt.torque}));
     if (k >= 2400) rest.late_speed = std::max(rest.late_speed, length(hand.handle_velocity()));
   }
   rest.y = hand.handle_position().y;

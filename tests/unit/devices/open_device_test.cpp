@@ -46,7 +46,7 @@ TEST(ReplayDevice, PlaysEachReadingOnceAndIsThenLost) {
     ASSERT_TRUE(device.read(state));
     EXPECT_EQ(state.t, expected.t);
     EXPECT_EQ(state.position, expected.position);
-    EXPECT_TRUE(device.write({1, 2, 3}));
+    EXPECT_TRUE(device.write({.force = {1, 2, 3}, .torque = {}}));
   }
   EXPECT_FALSE(device.read(state));
   EXPECT_FALSE(device.read(state));

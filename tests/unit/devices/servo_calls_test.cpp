@@ -46,7 +46,7 @@ TEST(ServoTick, NeitherAllocatesNorFreesNorLocks) {
     const bool alive = hand.read(state);
     if (k % 1500 == 7) state.position.x = std::numeric_limits<double>::quiet_NaN();
     const ServoSample felt = servo.step(reader.latest(), state);
-    const bool written = hand.write(felt.force);
+    const bool written = hand.write({felt.force, felt.torque});
     const testing::ForbiddenCalls calls = scope.calls();
     ASSERT_TRUE(alive && written);
     ASSERT_EQ(calls.news + calls.deletes + calls.locks, 0) << "tick " << k;

@@ -28,9 +28,9 @@ TEST(Plant, CoulombFrictionStopsAfterTheClosedForm) {
   EXPECT_NEAR(hand.handle_position().x, 0.045 * 0.3 * 0.3 / (2 * 0.26), 1e-6);
   // And below the break-away force nothing moves.
   const Vec3d rest = hand.handle_position();
-  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(hand.write({0, 0.259, 0}));
+  for (int k = 0; k < 1000; ++k) ASSERT_TRUE(hand.write({.force = {0, 0.259, 0}, .torque = {}}));
   EXPECT_EQ(hand.handle_position(), rest);
-  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({0, 0.27, 0}));
+  for (int k = 0; k < 100; ++k) ASSERT_TRUE(hand.write({.force = {0, 0.27, 0}, .torque = {}}));
   EXPECT_GT(hand.handle_position().y, rest.y);
 }
 
@@ -51,27 +51,27 @@ TEST(Plant, AmplifierSaturatesRoundsAndLags) {
   PlantPreset preset = bare(1e6, 0);  // so heavy that only the amplifier moves
   preset.plant.max_force = 3.3;
   SimulatedHand saturated(preset, kNobody, at_origin);
-  ASSERT_TRUE(saturated.write({6, 8, 0}));
+  ASSERT_TRUE(saturated.write({.force = {6, 8, 0}, .torque = {}}));
   EXPECT_NEAR(saturated.motor_force().x, 3.3 * 0.6, 1e-12);
   EXPECT_NEAR(saturated.motor_force().y, 3.3 * 0.8, 1e-12);
 
   preset.plant.dac_step = 0.25;
   SimulatedHand coarse(preset, kNobody, at_origin);
-  ASSERT_TRUE(coarse.write({1.1, -0.1, 0.13}));
+  ASSERT_TRUE(coarse.write({.force = {1.1, -0.1, 0.13}, .torque = {}}));
   EXPECT_EQ(coarse.motor_force(), (Vec3d{1.0, 0, 0.25}));
 
   preset.plant.dac_step = 0;
   preset.plant.slew = 1000;
   SimulatedHand slow(preset, kNobody, at_origin);
-  ASSERT_TRUE(slow.write({3, 0, 0}));
+  ASSERT_TRUE(slow.write({.force = {3, 0, 0}, .torque = {}}));
   EXPECT_NEAR(slow.motor_force().x, 1, 1e-12);
 
   preset.plant.slew = 0;
   preset.plant.lag = 0.5e-3;
   SimulatedHand lagging(preset, kNobody, at_origin);
-  ASSERT_TRUE(lagging.write({1, 0, 0}));
+  ASSERT_TRUE(lagging.write({.force = {1, 0, 0}, .torque = {}}));
   EXPECT_NEAR(lagging.motor_force().x, 1 - std::exp(-2.0), 1e-12);
-  ASSERT_TRUE(lagging.write({std::numeric_limits<double>::infinity(), 0, 0}));
+  ASSERT_TRUE(lagging.write({.force = {std::numeric_limits<double>::infinity(), 0, 0}, .torque = {}}));
   EXPECT_TRUE(is_finite(lagging.motor_force()));
 }
 
@@ -81,7 +81,7 @@ TEST(Plant, DelayAndJitterHoldTheNewestCommandThatArrived) {
     preset.plant.delay_ticks = delay;
     SimulatedHand hand(preset, kNobody, at_origin);
     for (int k = 1; k <= 10; ++k) {
-      ASSERT_TRUE(hand.write({double(k), 0, 0}));
+      ASSERT_TRUE(hand.write({.force = {double(k), 0, 0}, .torque = {}}));
       EXPECT_EQ(hand.motor_force().x, std::max(0, k - delay));
     }
   }
@@ -91,7 +91,7 @@ TEST(Plant, DelayAndJitterHoldTheNewestCommandThatArrived) {
   // Command k is given at tick k - 1 and arrives at k + jitter[k - 1]: the second is overtaken by the third.
   const double expected[] = {0, 1, 1, 3, 4, 5, 5, 7};
   for (int k = 1; k <= 8; ++k) {
-    ASSERT_TRUE(hand.write({double(k), 0, 0}));
+    ASSERT_TRUE(hand.write({.force = {double(k), 0, 0}, .torque = {}}));
     EXPECT_EQ(hand.motor_force().x, expected[k - 1]) << k;
   }
 }
@@ -101,7 +101,7 @@ TEST(Plant, ResonanceRingsAtItsFrequency) {
   preset.plant.resonance = 80;
   preset.plant.resonance_damping = 0.02;
   SimulatedHand hand(preset, kNobody, at_origin);
-  ASSERT_TRUE(hand.write({5, 0, 0}));  // a knock on the motor
+  ASSERT_TRUE(hand.write({.force = {5, 0, 0}, .torque = {}}));  // a knock on the motor
   // The sum moves on evenly; the difference between handle and motor rings. The reading is the motor.
   int crossings = 0;
   double last = 0, first_at = 0, last_at = 0;
@@ -161,7 +161,7 @@ TEST(Hand, IsDeterministic) {
     std::vector<DeviceState> path(500);
     for (DeviceState& state : path) {
       EXPECT_TRUE(hand.read(state));
-      EXPECT_TRUE(hand.write({0, 2 * std::sin(500 * state.t), 0}));
+      EXPECT_TRUE(hand.write({.force = {0, 2 * std::sin(500 * state.t), 0}, .torque = {}}));
     }
     return path;
   };

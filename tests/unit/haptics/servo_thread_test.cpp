@@ -30,9 +30,9 @@ class PressingDevice final : public HapticDevice {
     state.position = {0, 0, 0.1 * (1.03 - 0.03 * (1 - std::cos(0.15 * static_cast<double>(tick))))};
     return true;
   }
-  bool write(Vec3d force) noexcept override {
-    last = force;
-    most = std::max(most, length(force));
+  bool write(const Wrench& wrench) noexcept override {
+    last = wrench.force;
+    most = std::max(most, length(wrench.force));
     ++writes;
     return true;
   }
