@@ -47,12 +47,13 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"device", "m"}, in.position);
   visit(Field{"device_velocity", "m/s"}, in.velocity);
   visit(Field{"has_velocity", ""}, in.has_velocity);
-  visit(Field{"device_orientation", ""}, in.orientation);
+  visit(Field{"orientation", ""}, in.orientation);
   visit(Field{"has_orientation", ""}, in.has_orientation);
   visit(Field{"buttons", ""}, in.buttons);
   visit(Field{"settings", ""}, tick.settings);
   visit(Field{"model", ""}, tick.model);
   visit(Field{"cursor", kUnits, Role::Output}, out.cursor);
+  visit(Field{"orientation_used", "", Role::Output}, out.orientation);
   visit(Field{"velocity", "m/s", Role::Output}, out.velocity);
   visit(Field{"contact", "", Role::Output}, out.contact);
   visit(Field{"slab", "", Role::Output}, out.at.slab);
@@ -64,7 +65,6 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"normal", "", Role::Output}, out.normal);
   visit(Field{"force", "N", Role::Output}, out.force);
   visit(Field{"torque", "N*m", Role::Output}, out.torque);
-  visit(Field{"orientation", "", Role::Output}, out.orientation);
   visit(Field{"leak", "J", Role::Output}, out.leak);
   visit(Field{"flags", "", Role::Output}, out.flags);
   visit(Field{"clock", "ns", Role::Clock}, tick.clock_ns);
@@ -85,6 +85,12 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);
   visit(Field{"guard", ""}, settings.force.guard);
   visit(Field{"tool_radius", kUnits}, settings.tool.radius);
+}
+
+/// One of the points of a rigid tool, in the tool's frame.
+template <Is<Vec3d> T, typename Visit>
+void for_each_field(T& point, Visit&& visit) {
+  visit(Field{"point", kUnits}, point);
 }
 
 /// The name is a fact of the recording.
@@ -132,6 +138,8 @@ inline constexpr std::string_view kStream = kTickStream;
 template <>
 inline constexpr std::string_view kStream<ServoSettings> = "settings";
 template <>
+inline constexpr std::string_view kStream<Vec3d> = "tool-point";
+template <>
 inline constexpr std::string_view kStream<DeviceInfo> = "device";
 template <>
 inline constexpr std::string_view kStream<Brush> = "stroke";
@@ -171,6 +179,19 @@ template <typename Visit>
 void for_each_part(const Vec3d& value, Visit&& visit) {
   for_each_vector_part(value, visit);
 }
+template <typename T, typename Visit>
+void for_each_turn_part(T& value, Visit&& visit) {
+  visit(".w", value.w);
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(Quatd& value, Visit&& visit) {
+  for_each_turn_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(const Quatd& value, Visit&& visit) {
+  for_each_turn_part(value, visit);
+}
 template <typename Visit>
 void for_each_part(Vec3f& value, Visit&& visit) {
   for_each_vector_part(value, visit);
@@ -178,20 +199,6 @@ void for_each_part(Vec3f& value, Visit&& visit) {
 template <typename Visit>
 void for_each_part(const Vec3f& value, Visit&& visit) {
   for_each_vector_part(value, visit);
-}
-
-template <typename T, typename Visit>
-void for_each_quaternion_part(T& value, Visit&& visit) {
-  visit(".w", value.w);
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(Quatd& value, Visit&& visit) {
-  for_each_quaternion_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(const Quatd& value, Visit&& visit) {
-  for_each_quaternion_part(value, visit);
 }
 
 template <typename T>

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -40,7 +41,10 @@ class Record : public ::testing::Test {
   static SnapshotPtr ball() {
     return testing::displaced(testing::sphere_shell(3, 16), [](Vec3d p) { return 0.5 + 0.02 * std::sin(9 * p.x); });
   }
-  static ServoSettings settings() { return {.workspace = {.metres_per_unit = kMetres}, .force = {.friction = 0.4}}; }
+  static constexpr std::array<Vec3d, 2> kToolPoints = {{{0, 0, 0}, {0.01, 0, 0.02}}};
+  static ServoSettings settings() {
+    return {.workspace = {.metres_per_unit = kMetres}, .force = {.friction = 0.4}, .tool = {.radius = 0.001}};
+  }
 
   /// Comes down on the ball, slides over it and lifts off, with readings that no device gives in between.
   static std::vector<DeviceState> motion() {
@@ -53,6 +57,8 @@ class Record : public ::testing::Test {
       if (k > 700) {
         reading.has_velocity = true;
         reading.velocity = {0.05 * std::sin(0.1 * k), 0.01, -0.02};
+        reading.has_orientation = true;
+        reading.orientation = {std::cos(0.001 * k), 0, std::sin(0.001 * k), 0};
       }
       if (k == 1100) reading.position.x = std::numeric_limits<double>::quiet_NaN();
       if (k == 1200) reading.t = -1;
@@ -348,6 +354,21 @@ TEST_F(Record, ALiveSessionOfSculptingIsRepeatedThroughItsEdits) {
   EXPECT_FALSE(verified(session.head()).holds());
 }
 
+TEST_F(Record, TheToolComesBack) {
+  ServoSettings tooled = settings();
+  tooled.tool.points = kToolPoints;
+  auto made = Recorder::create(file_, Recorder::Pace::Path, {}, ball(), tooled, DeviceInfo{});
+  ASSERT_TRUE(made) << made.error().message;
+  made->set(settings());
+  ASSERT_TRUE(made->finish(nullptr));
+  auto replay = Replay::open(file_);
+  ASSERT_TRUE(replay) << replay.error().message;
+  for (const ServoSettings& known : replay->settings()) {
+    EXPECT_EQ(known.tool.radius, 0.001);
+    EXPECT_TRUE(std::ranges::equal(known.tool.points, kToolPoints));
+  }
+}
+
 TEST_F(Record, ARecordingPlaysAsADevice) {
   const SnapshotPtr model = ball();
   record(model, motion());
@@ -364,6 +385,7 @@ TEST_F(Record, ARecordingPlaysAsADevice) {
     EXPECT_EQ(state.t, given.t);
     EXPECT_EQ(state.buttons, given.buttons);
     EXPECT_EQ(state.velocity, given.velocity);
+    EXPECT_EQ(state.orientation, given.orientation);
   }
   EXPECT_FALSE(device.read(state));
 }
