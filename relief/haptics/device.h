@@ -41,15 +41,28 @@ struct Wrench {
   Vec3d torque;  ///< N*m, about the reading's position; a device of three axes takes no notice of it
 };
 
-/// A device that Relief's servo thread drives. read() and write() are called at 1 kHz by one thread and must not
-/// allocate or lock; both return false when the device is gone.
+/// What a push device calls with each reading, and then commands what it gets. Neither allocates nor locks.
+struct PushTick {
+  void* servo = nullptr;
+  Wrench (*call)(void* servo, const DeviceState& reading) noexcept = nullptr;
+  [[nodiscard]] Wrench operator()(const DeviceState& reading) const noexcept { return call(servo, reading); }
+};
+
+/// A haptic device of one of two kinds, as info().pull says. A pull device is read and commanded by Relief's thread; a
+/// push device has a thread of its own, or of its SDK, that calls Relief.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
-  [[nodiscard]] virtual bool read(DeviceState& state) noexcept = 0;
+  /// Pull: read() and write() are called at 1 kHz by one thread and must not allocate or lock; both return false when
+  /// the device is gone.
+  [[nodiscard]] virtual bool read(DeviceState& /*state*/) noexcept { return false; }
   /// Commands force and torque on the hand. A safe stop is an explicit zero, never silence.
-  [[nodiscard]] virtual bool write(const Wrench& wrench) noexcept = 0;
+  [[nodiscard]] virtual bool write(const Wrench& /*wrench*/) noexcept { return false; }
+  /// Push: from now on `tick` is called once per period, by one thread; false when there is no device.
+  [[nodiscard]] virtual bool start(PushTick /*tick*/) noexcept { return false; }
+  /// Push: once this has returned, `tick` is called no more, and the last command was zero. Also without a start().
+  virtual void stop() noexcept {}
 };
 
 }  // namespace relief

@@ -147,6 +147,14 @@ ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const S
       reader_(channel.reader()),
       telemetry_(telemetry),
       settings_(16) {
+  if (!device.info().pull) {
+    const auto call = [](void* servo, const DeviceState& reading) noexcept {
+      return static_cast<ServoThread*>(servo)->pushed(reading);
+    };
+    times_.note = "the device has its own thread, at its own priority";
+    if (!device.start({this, call})) running_.store(false, std::memory_order_release);
+    return;
+  }
   try {
     thread_ = std::thread([this] { run(); });
   } catch (const std::system_error&) {
@@ -161,53 +169,84 @@ bool ServoThread::set(const ServoSettings& settings) noexcept { return settings_
 
 void ServoThread::stop() noexcept {
   stop_.store(true, std::memory_order_release);
+  if (!device_.info().pull) {
+    device_.stop();
+    running_.store(false, std::memory_order_release);
+  }
   if (thread_.joinable()) thread_.join();
+}
+
+void ServoThread::begin(std::uint64_t clock, std::uint64_t late) noexcept {
+  if (late >= kPeriod) carried_ |= bit(ServoFault::Overrun);
+  if (late > kStandstill) servo_.stalled();
+  for (ServoSettings changed; settings_.pop(changed); ++tick_.settings) servo_.set(changed);
+  tick_.clock_ns = clock;
+  tick_.model = nullptr;
+  tick_.reading = {};
+  tick_.sample = {};
+}
+
+void ServoThread::feel() noexcept {
+  const Snapshot& model = reader_.latest();
+  tick_.model = &model;
+  tick_.sample = servo_.step(model, tick_.reading);
+}
+
+void ServoThread::finish(bool alive, std::uint64_t compute, std::uint64_t late) noexcept {
+  ServoSample& sample = tick_.sample;
+  times_.compute.add(compute);
+  if (!alive) {
+    sample.force = sample.torque = {};
+    sample.flags |= bit(ServoFault::DeviceLost);
+  }
+  sample.flags |= carried_;
+  sample.compute_ns = as_u32(compute);
+  sample.late_ns = as_u32(late);
+  carried_ = 0;
+  if (telemetry_ != nullptr && !telemetry_->push(tick_)) {
+    ++times_.dropped;
+    carried_ = bit(ServoFault::SampleDropped);
+  }
+  ++tick_.number;
 }
 
 void ServoThread::run() noexcept {
   prepare_thread(times_);
   Schedule schedule(times_);
-  std::uint32_t carried = 0;  // flags that belong to the next sample
-  std::uint32_t settings = 0;
-  for (std::uint64_t number = 0; !stop_.load(std::memory_order_acquire); ++number) {
+  bool alive = true;
+  while (alive && !stop_.load(std::memory_order_acquire)) {
     const std::uint64_t late = schedule.wait();
-    if (late >= kPeriod) carried |= bit(ServoFault::Overrun);
-    if (late > kStandstill) servo_.stalled();
-
     const std::uint64_t start = thread_cpu_ns();
-    for (ServoSettings changed; settings_.pop(changed); ++settings) servo_.set(changed);
-    ServoTick tick;
-    tick.number = number;
-    tick.clock_ns = schedule.woken();
-    tick.settings = settings;
-    ServoSample& sample = tick.sample;
-    bool alive = device_.read(tick.reading);
+    begin(schedule.woken(), late);
+    alive = device_.read(tick_.reading);
     if (alive) {
-      const Snapshot& model = reader_.latest();
-      tick.model = &model;
-      sample = servo_.step(model, tick.reading);
-      alive = device_.write({sample.force, sample.torque});
+      feel();
+      alive = device_.write({tick_.sample.force, tick_.sample.torque});
     }
-    const std::uint64_t compute = thread_cpu_ns() - start;
-    times_.compute.add(compute);
-
-    if (!alive) {
-      sample.force = sample.torque = {};
-      sample.flags |= bit(ServoFault::DeviceLost);
-    }
-    sample.flags |= carried;
-    sample.compute_ns = as_u32(compute);
-    sample.late_ns = as_u32(late);
-    carried = 0;
-    if (telemetry_ != nullptr && !telemetry_->push(tick)) {
-      ++times_.dropped;
-      carried = bit(ServoFault::SampleDropped);
-    }
-    if (!alive) break;
+    finish(alive, thread_cpu_ns() - start, late);
   }
   // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
   static_cast<void>(device_.write({}));
   running_.store(false, std::memory_order_release);
+}
+
+Wrench ServoThread::pushed(const DeviceState& reading) noexcept {
+  const std::uint64_t clock = monotonic_ns(), start = thread_cpu_ns();
+  // Its schedule is not ours to know: late is what the period has over a millisecond.
+  const std::uint64_t period = pushed_at_ > 0 ? clock - pushed_at_ : kPeriod;
+  const std::uint64_t late = period > kPeriod ? period - kPeriod : 0;
+  pushed_at_ = clock;
+  times_.period.add(period);
+  times_.late.add(late);
+  times_.overruns += late / kPeriod;
+  ++times_.ticks;
+  begin(clock, late);
+  tick_.reading = reading;
+  feel();
+  if (stop_.load(std::memory_order_acquire)) tick_.sample.force = tick_.sample.torque = {};
+  const Wrench felt = {tick_.sample.force, tick_.sample.torque};
+  finish(true, thread_cpu_ns() - start, late);
+  return felt;
 }
 
 ServoTimes null_loop(double seconds, const std::atomic<bool>* stop) {

@@ -57,9 +57,9 @@ struct ServoTimes {
   std::string note;            ///< what was not granted, and why it matters; empty when all was
 };
 
-/// Owns the 1 kHz loop of one pull device: absolute schedule on CLOCK_MONOTONIC, whole periods skipped on overrun,
-/// never a burst; SCHED_FIFO and locked memory when the system grants them. The last command at stop() is an explicit
-/// zero.
+/// Owns the 1 kHz loop of one device. Of a pull device, on a thread of its own: absolute schedule on CLOCK_MONOTONIC,
+/// whole periods skipped on overrun, never a burst; SCHED_FIFO and locked memory when the system grants them. Of a push
+/// device, on the device's thread, at the device's times. The last command at stop() is an explicit zero.
 class ServoThread {
  public:
   /// `device` and `channel` must outlive the thread; `telemetry` may be null.
@@ -78,6 +78,14 @@ class ServoThread {
 
  private:
   void run() noexcept;
+  /// A push device's tick.
+  [[nodiscard]] Wrench pushed(const DeviceState& reading) noexcept;
+  /// What is due before the reading: settings, and what the clock says, `late` ns after the due time.
+  void begin(std::uint64_t clock, std::uint64_t late) noexcept;
+  /// The servo's step with tick_.reading.
+  void feel() noexcept;
+  /// Completes the tick and sends it.
+  void finish(bool alive, std::uint64_t compute, std::uint64_t late) noexcept;
   HapticDevice& device_;
   Servo servo_;
   SnapshotChannel::Reader reader_;
@@ -85,6 +93,9 @@ class ServoThread {
   SpscQueue<ServoSettings> settings_;
   std::atomic<bool> stop_{false}, running_{true};
   ServoTimes times_;
+  ServoTick tick_;               ///< the one in hand
+  std::uint32_t carried_ = 0;    ///< flags that belong to the next sample
+  std::uint64_t pushed_at_ = 0;  ///< CLOCK_MONOTONIC of a push device's last tick, ns; 0 before the first
   std::thread thread_;
 };
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -84,6 +85,75 @@ TEST(ServoThread, TouchesAndEndsWithZero) {
   }
   EXPECT_EQ(popped, times.ticks);
   EXPECT_EQ(times.dropped, 0U);
+}
+
+/// A push device: its own thread presses into the ball, as fast as it can, and stands still for 60 ms once.
+class PushingDevice final : public HapticDevice {
+ public:
+  PushingDevice() { info_.pull = false; }
+  ~PushingDevice() override { stop(); }
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] bool start(PushTick tick) noexcept override {
+    thread_ = std::thread([this, tick] {
+      for (int k = 0; !stop_; ++k) {
+        if (k == kPause) std::this_thread::sleep_for(std::chrono::milliseconds(60));
+        forces.push_back(tick(reading(k)).force);
+        ticks_ = k + 1;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+      }
+      last = tick(reading(static_cast<int>(ticks_))).force;
+    });
+    return true;
+  }
+  void stop() noexcept override {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  static DeviceState reading(int k) {
+    DeviceState state;
+    state.t = 1e-3 * k;
+    state.position = {0, 0, 0.1 * (1.02 - 1e-3 * std::min(k, 50))};
+    return state;
+  }
+  static constexpr int kPause = 150;
+  std::vector<Vec3d> forces;
+  Vec3d last = {9, 9, 9};
+  std::atomic<int> ticks_{0};
+
+ private:
+  DeviceInfo info_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+TEST(ServoThread, APushDeviceCallsItsServoAtItsOwnTimes) {
+  const SnapshotPtr model = sphere();
+  SnapshotChannel channel(model);
+  PushingDevice device;
+  SpscQueue<ServoTick> telemetry(1 << 14);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  while (device.ticks_ < PushingDevice::kPause + 20) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_TRUE(servo.running());
+  servo.stop();
+  EXPECT_FALSE(servo.running());
+  EXPECT_EQ(device.last, Vec3d{}) << "a command after the stop is zero";
+  Servo alone(kSettings, device.info());
+  std::size_t stalled = device.forces.size();  // the tick of the first standstill
+  for (std::size_t k = 0; k < device.forces.size(); ++k) {
+    ServoTick tick;
+    ASSERT_TRUE(telemetry.pop(tick));
+    EXPECT_EQ(tick.number, k);
+    EXPECT_EQ(tick.sample.force, device.forces[k]);
+    if ((tick.sample.flags & bit(ServoFault::Stalled)) != 0) stalled = std::min(stalled, k);
+    if (k < stalled) {
+      EXPECT_EQ(alone.step(*model, PushingDevice::reading(static_cast<int>(k))).force, device.forces[k]) << k;
+    } else if (stalled > 50) {
+      EXPECT_EQ(device.forces[k], Vec3d{}) << "the tool is still inside";
+    }
+  }
+  // The machine may have paused before.
+  EXPECT_LE(stalled, static_cast<std::size_t>(PushingDevice::kPause)) << "60 ms without a call";
+  EXPECT_EQ(servo.times().ticks, device.forces.size() + 1);
 }
 
 TEST(ServoThread, FullTelemetryIsCountedAndFlagged) {
