@@ -47,13 +47,12 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"device", "m"}, in.position);
   visit(Field{"device_velocity", "m/s"}, in.velocity);
   visit(Field{"has_velocity", ""}, in.has_velocity);
-  visit(Field{"orientation", ""}, in.orientation);
+  visit(Field{"device_orientation", ""}, in.orientation);
   visit(Field{"has_orientation", ""}, in.has_orientation);
   visit(Field{"buttons", ""}, in.buttons);
   visit(Field{"settings", ""}, tick.settings);
   visit(Field{"model", ""}, tick.model);
   visit(Field{"cursor", kUnits, Role::Output}, out.cursor);
-  visit(Field{"orientation_used", "", Role::Output}, out.orientation);
   visit(Field{"velocity", "m/s", Role::Output}, out.velocity);
   visit(Field{"contact", "", Role::Output}, out.contact);
   visit(Field{"slab", "", Role::Output}, out.at.slab);
@@ -65,6 +64,7 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"normal", "", Role::Output}, out.normal);
   visit(Field{"force", "N", Role::Output}, out.force);
   visit(Field{"torque", "N*m", Role::Output}, out.torque);
+  visit(Field{"orientation", "", Role::Output}, out.orientation);
   visit(Field{"leak", "J", Role::Output}, out.leak);
   visit(Field{"flags", "", Role::Output}, out.flags);
   visit(Field{"clock", "ns", Role::Clock}, tick.clock_ns);
@@ -178,19 +178,6 @@ void for_each_part(Vec3d& value, Visit&& visit) {
 template <typename Visit>
 void for_each_part(const Vec3d& value, Visit&& visit) {
   for_each_vector_part(value, visit);
-}
-template <typename T, typename Visit>
-void for_each_turn_part(T& value, Visit&& visit) {
-  visit(".w", value.w);
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(Quatd& value, Visit&& visit) {
-  for_each_turn_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(const Quatd& value, Visit&& visit) {
-  for_each_turn_part(value, visit);
 }
 template <typename Visit>
 void for_each_part(Vec3f& value, Visit&& visit) {
