@@ -6,9 +6,7 @@
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
 
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 namespace relief {
 
@@ -44,20 +42,9 @@ struct ForceSettings {
   bool guard = true;
 };
 
-/// The rigid tool that the hand holds, in model units.
-struct TouchTool {
-  double radius = 0;  ///< of a ball around the device's position; 0: a point
-  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
-  /// At most kMaxToolPoints. The points belong to the caller and are copied where a servo is made; they are the servo's
-  /// for good.
-  std::span<const Vec3d> points = {};
-};
-inline constexpr std::size_t kMaxToolPoints = 1000;
-
 struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
-  TouchTool tool = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
@@ -78,7 +65,7 @@ struct ServoSample {
   /// without contact.
   Vec3d normal;
   Vec3d force;      ///< N, on the hand, after all limits
-  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
+  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero, for the tool is a point
   double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits

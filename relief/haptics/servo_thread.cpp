@@ -243,8 +243,8 @@ Wrench ServoThread::pushed(const DeviceState& reading) noexcept {
   begin(clock, late);
   tick_.reading = reading;
   feel();
-  if (stop_.load(std::memory_order_acquire)) tick_.sample.force = tick_.sample.torque = {};
-  const Wrench felt = {tick_.sample.force, tick_.sample.torque};
+  const bool over = stop_.load(std::memory_order_acquire);
+  const Wrench felt = over ? Wrench{} : Wrench{tick_.sample.force, tick_.sample.torque};
   finish(true, thread_cpu_ns() - start, late);
   return felt;
 }

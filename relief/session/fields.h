@@ -36,7 +36,7 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
-static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 120 &&
+static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 96 &&
               sizeof(DeviceInfo) == 112 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
 
 template <Is<RecordedTick> T, typename Visit>
@@ -84,13 +84,6 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"exact_normals", ""}, settings.force.exact_normals);
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);
   visit(Field{"guard", ""}, settings.force.guard);
-  visit(Field{"tool_radius", kUnits}, settings.tool.radius);
-}
-
-/// One of the points of a rigid tool, in the tool's frame.
-template <Is<Vec3d> T, typename Visit>
-void for_each_field(T& point, Visit&& visit) {
-  visit(Field{"point", kUnits}, point);
 }
 
 /// The name is a fact of the recording.
@@ -138,8 +131,6 @@ inline constexpr std::string_view kStream = kTickStream;
 template <>
 inline constexpr std::string_view kStream<ServoSettings> = "settings";
 template <>
-inline constexpr std::string_view kStream<Vec3d> = "tool-point";
-template <>
 inline constexpr std::string_view kStream<DeviceInfo> = "device";
 template <>
 inline constexpr std::string_view kStream<Brush> = "stroke";
@@ -186,6 +177,20 @@ void for_each_part(Vec3f& value, Visit&& visit) {
 template <typename Visit>
 void for_each_part(const Vec3f& value, Visit&& visit) {
   for_each_vector_part(value, visit);
+}
+
+template <typename T, typename Visit>
+void for_each_quaternion_part(T& value, Visit&& visit) {
+  visit(".w", value.w);
+  for_each_vector_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(Quatd& value, Visit&& visit) {
+  for_each_quaternion_part(value, visit);
+}
+template <typename Visit>
+void for_each_part(const Quatd& value, Visit&& visit) {
+  for_each_quaternion_part(value, visit);
 }
 
 template <typename T>

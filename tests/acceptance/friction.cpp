@@ -199,7 +199,7 @@ void friction(Report& report) {
     DeviceState state;
     static_cast<void>(hand.read(state));
     const ServoSample felt = servo.step(*plane, state);
-    static_cast<void>(hand.write(felt.force));
+    static_cast<void>(hand.write({felt.force, felt.torque}));
     if (k < 2'000) continue;
     if (felt.force.x * last < 0) ++crossings;
     if (felt.force.x != 0) last = felt.force.x;

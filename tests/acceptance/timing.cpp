@@ -166,7 +166,7 @@ void deadlines(Report& report) {
     if (after_stall) late = 80;
     skipped += late;
     k += 1 + late;
-    for (int period = 0; period <= late; ++period) static_cast<void>(hand.write(felt.force));
+    for (int period = 0; period <= late; ++period) static_cast<void>(hand.write({felt.force, felt.torque}));
   }
   report.shown("ticks on a virtual clock", ticks);
   report.at_least("periods skipped, of all", double(skipped) / periods, 0.05);
@@ -271,7 +271,7 @@ void forbidden_calls(Report& report) {
         DeviceState state;
         static_cast<void>(hand.read(state));
         const ServoSample felt = servo.step(reader.latest(), state);
-        static_cast<void>(hand.write(felt.force));
+        static_cast<void>(hand.write({felt.force, felt.torque}));
         touched += felt.contact ? 1 : 0;
         if (k >= warm) {
           calls.news += scope.calls().news;

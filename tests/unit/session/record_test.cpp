@@ -41,10 +41,7 @@ class Record : public ::testing::Test {
   static SnapshotPtr ball() {
     return testing::displaced(testing::sphere_shell(3, 16), [](Vec3d p) { return 0.5 + 0.02 * std::sin(9 * p.x); });
   }
-  static constexpr std::array<Vec3d, 2> kToolPoints = {{{0, 0, 0}, {0.01, 0, 0.02}}};
-  static ServoSettings settings() {
-    return {.workspace = {.metres_per_unit = kMetres}, .force = {.friction = 0.4}, .tool = {.radius = 0.001}};
-  }
+  static ServoSettings settings() { return {.workspace = {.metres_per_unit = kMetres}, .force = {.friction = 0.4}}; }
 
   /// Comes down on the ball, slides over it and lifts off, with readings that no device gives in between.
   static std::vector<DeviceState> motion() {
@@ -352,21 +349,6 @@ TEST_F(Record, ALiveSessionOfSculptingIsRepeatedThroughItsEdits) {
   EXPECT_EQ(tick.settings, 1U);
   // Without the edits the recording cannot be repeated, so the check above has looked at them.
   EXPECT_FALSE(verified(session.head()).holds());
-}
-
-TEST_F(Record, TheToolComesBack) {
-  ServoSettings tooled = settings();
-  tooled.tool.points = kToolPoints;
-  auto made = Recorder::create(file_, Recorder::Pace::Path, {}, ball(), tooled, DeviceInfo{});
-  ASSERT_TRUE(made) << made.error().message;
-  made->set(settings());
-  ASSERT_TRUE(made->finish(nullptr));
-  auto replay = Replay::open(file_);
-  ASSERT_TRUE(replay) << replay.error().message;
-  for (const ServoSettings& known : replay->settings()) {
-    EXPECT_EQ(known.tool.radius, 0.001);
-    EXPECT_TRUE(std::ranges::equal(known.tool.points, kToolPoints));
-  }
 }
 
 TEST_F(Record, ARecordingPlaysAsADevice) {
