@@ -40,7 +40,8 @@ awk -F, 'NR > 1 { f = sqrt($17 * $17 + $18 * $18 + $19 * $19); if (f > most) mos
 grep -q -F "$(cat most.txt)" strongest.txt
 
 # So does a model.
-python3 "$(dirname "${BASH_SOURCE[0]}")/read_model.py" carved.relief | grep -q "stroke 6 of 6"
+python3 "$(dirname "${BASH_SOURCE[0]}")/read_model.py" carved.relief > model.txt
+grep -q "stroke 6 of 6" model.txt
 
 # The path pressed into the surface, and everything was written.
 awk -F, 'NR > 1 && $5 == 1 && $19 > 0 { felt = 1 } END { exit !felt }' force.csv

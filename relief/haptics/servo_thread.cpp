@@ -15,6 +15,7 @@
 #include <exception>
 #include <fstream>
 #include <system_error>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -152,7 +153,8 @@ ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const S
       return static_cast<ServoThread*>(servo)->pushed(reading);
     };
     times_.note = "the device has its own thread, at its own priority";
-    if (!device.start({this, call})) running_.store(false, std::memory_order_release);
+    pushed_ = device.start({this, call});
+    if (!pushed_) running_.store(false, std::memory_order_release);
     return;
   }
   try {
@@ -169,7 +171,7 @@ bool ServoThread::set(const ServoSettings& settings) noexcept { return settings_
 
 void ServoThread::stop() noexcept {
   stop_.store(true, std::memory_order_release);
-  if (!device_.info().pull) {
+  if (std::exchange(pushed_, false)) {
     device_.stop();
     running_.store(false, std::memory_order_release);
   }

@@ -95,6 +95,7 @@ class ServoThread {
   ServoTimes times_;
   ServoTick tick_;               ///< the one in hand
   std::uint32_t carried_ = 0;    ///< flags that belong to the next sample
+  bool pushed_ = false;          ///< a push device has this
   std::uint64_t pushed_at_ = 0;  ///< CLOCK_MONOTONIC of a push device's last tick, ns; 0 before the first
   std::thread thread_;
 };

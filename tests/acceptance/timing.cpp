@@ -139,6 +139,8 @@ void deadlines(Report& report) {
   double last_t = 0;
   std::uint32_t random = 1;
   bool after_stall = false;
+  constexpr std::uint32_t kLimits =
+      bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) | bit(ServoFault::Passivity);
   for (int k = 0; k < periods; ++ticks) {
     DeviceState state;
     static_cast<void>(hand.read(state));
@@ -152,7 +154,7 @@ void deadlines(Report& report) {
       ++stalls;
       unsafe += size > 0 || (felt.flags & bit(ServoFault::BadTime)) == 0 ? 1 : 0;
     } else if (stalls == 0) {
-      flagged += (felt.flags & ~bit(ServoFault::RateClamped)) != 0 ? 1 : 0;
+      flagged += (felt.flags & ~kLimits) != 0 ? 1 : 0;
       lost += state.t > 0.5 && !felt.contact ? 1 : 0;
     }
     last = felt.force;

@@ -204,7 +204,7 @@ TEST_F(Paper, Sec3_4_ForceIsSmoothOverAPeakAndProportionalToDepth) {
   DeviceInfo device;
   device.max_force_rate = 1e9;
   Servo servo({.workspace = {.metres_per_unit = 0.1, .device_origin = {}, .model_origin = {}},
-               .force = {.stiffness = 400, .damping = 0, .friction = 0, .paper_contact = true}},
+               .force = {.stiffness = 400, .damping = 0, .friction = 0, .paper_contact = true, .guard = false}},
               device);
   Vec3d before;
   double worst_turn = 0;

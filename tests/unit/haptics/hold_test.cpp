@@ -77,7 +77,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     const Vec3d other = cross(p.normal, side);
     const bool rim = !wide(*model, p, side, other, 0.03 * size);
     thin += thickness < 0.03 * size && !rim ? 1 : 0;
-    Servo servo({.workspace = space, .force = {.stiffness = 400, .damping = 0}}, DeviceInfo{});
+    Servo servo({.workspace = space, .force = {.stiffness = 400, .damping = 0, .guard = false}}, DeviceInfo{});
     const double phase = 6.28 * unit(random), wander = 0.005 * size * unit(random);
     Vec3d last;
     for (int k = 0; k < kTicks; ++k) {
@@ -134,7 +134,7 @@ TEST(FastCursor, DoesNotTunnelThroughTheBowl) {
     if (!hit || dot(hit->point.normal, way) > -0.5) continue;  // grazing ways lead out round the rim
     ++shots;
     for (const double speed : {0.5, 2.0}) {  // m/s
-      Servo servo({.workspace = space, .force = {}}, DeviceInfo{});
+      Servo servo({.workspace = space, .force = {.guard = false}}, DeviceInfo{});
       const double step = speed * 1e-3 / space.metres_per_unit;
       ServoSample felt;
       double along = hit->distance - 10 * step + unit(random) * step;
