@@ -105,9 +105,8 @@ class Proxy {
   /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
-  /// there. `over`: the place beyond the edge that it goes to next, if it is about to cross one that is farther off.
-  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way,
-                                std::optional<SurfacePlace>& over) noexcept;
+  /// there.
+  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept;
   /// Towards the cursor; false when the way to it is free.
   bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
