@@ -1,5 +1,6 @@
 #include <relief/convert/certified.h>
 #include <relief/convert/reducer.h>
+#include <relief/convert/sort_unique.h>
 
 #include <algorithm>
 #include <optional>
@@ -51,8 +52,7 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
 std::vector<PartObstacle> parts_of(Mender& mender, std::span<const std::uint32_t> bad, std::string_view reason) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // part and face
   for (const std::uint32_t f : bad) found.emplace_back(mender.part_of(f), f);
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  sort_unique(found);
   std::vector<PartObstacle> parts;
   for (std::size_t k = 0; k < found.size() && parts.size() < kMostBadParts;) {
     const auto [part, face] = found[k];

@@ -1,6 +1,7 @@
 #include <relief/convert/decimate.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/quadric.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/convert/triangle_grid.h>
 
 #include <algorithm>
@@ -309,8 +310,7 @@ double Collapser::visibility_after(const Change& change, double wanted) {
     for (const std::uint32_t w : faces_[f])
       if (w != change.u && w != change.v) ring_.push_back(w);
   });
-  std::sort(ring_.begin(), ring_.end());
-  ring_.erase(std::unique(ring_.begin(), ring_.end()), ring_.end());
+  sort_unique(ring_);
   for (const std::uint32_t w : ring_) {
     if (is_hub(w)) continue;
     const double visibility = visibility_at(w, change);
@@ -745,8 +745,7 @@ bool Collapser::mend_by_merging(std::uint32_t v, double visibility) {
   for (const std::uint32_t f : fan(v))
     for (const std::uint32_t w : faces_[f])
       if (w != v) neighbours.push_back(w);
-  std::sort(neighbours.begin(), neighbours.end());
-  neighbours.erase(std::unique(neighbours.begin(), neighbours.end()), neighbours.end());
+  sort_unique(neighbours);
   Change best = {v, v, at_[v]};
   double best_visibility = std::max(0.0, soundness(v)) + 0.01;
   for (const std::uint32_t w : neighbours) {

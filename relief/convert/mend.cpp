@@ -2,6 +2,7 @@
 #include <relief/convert/fill.h>
 #include <relief/convert/mend.h>
 #include <relief/convert/parallel.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/convert/thin_shell.h>
 
 #include <algorithm>
@@ -13,11 +14,6 @@
 
 namespace relief::detail {
 namespace {
-
-void sort_unique(std::vector<std::uint32_t>& numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
 
 /// Per point whether another one lies on it.
 std::vector<std::uint8_t> find_touching(std::span<const LatticePoint> points) {

@@ -1,6 +1,7 @@
 #include <relief/convert/cells.h>
 #include <relief/convert/parallel.h>
 #include <relief/convert/reducer.h>
+#include <relief/convert/sort_unique.h>
 
 #include <algorithm>
 #include <atomic>
@@ -53,8 +54,7 @@ struct Members {
       : faces(std::move(members)) {
     fibres.reserve(3 * faces.size());
     for (const std::uint32_t f : faces) fibres.insert(fibres.end(), whole.faces[f].begin(), whole.faces[f].end());
-    std::sort(fibres.begin(), fibres.end());
-    fibres.erase(std::unique(fibres.begin(), fibres.end()), fibres.end());
+    sort_unique(fibres);
     for (const std::uint32_t v : fibres) {
       cage.ends.push_back(whole.ends[v]);
       cage.at.push_back(whole.is_source() ? to_double(source.points[v]) : whole.rest.at[v]);

@@ -3,6 +3,7 @@
 #include <relief/convert/directions.h>
 #include <relief/convert/remesh.h>
 #include <relief/convert/shell.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/convert/winding.h>
 #include <relief/mesh/repair.h>
 
@@ -313,8 +314,7 @@ void open_up(TriangleMesh& mesh) {
     for (std::size_t k = 0, count = list.size(); k < count; ++k)
       for (std::uint32_t e = first[list[k]]; e < first[list[k] + 1]; ++e)
         for (const std::uint32_t v : mesh.triangles[around[e]]) list.push_back(v);
-    std::ranges::sort(list);
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+    sort_unique(list);
   };
   std::vector<std::uint32_t> suspects(vertices);
   for (std::uint32_t v = 0; v < vertices; ++v) suspects[v] = v;

@@ -1,6 +1,7 @@
 #include <relief/convert/box_pairs.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/shell.h>
+#include <relief/convert/sort_unique.h>
 
 #include <algorithm>
 #include <cmath>
@@ -393,8 +394,7 @@ std::vector<std::uint8_t> faces_to_keep(const BaseMesh& base, const std::vector<
                                         std::vector<std::pair<std::uint32_t, std::uint32_t>> faults) {
   const std::size_t faces = base.faces.size();
   std::vector<std::uint8_t> keep(faces, 1);
-  std::sort(faults.begin(), faults.end());
-  faults.erase(std::unique(faults.begin(), faults.end()), faults.end());
+  sort_unique(faults);
   std::vector<std::vector<std::uint32_t>> against(faces);
   for (const auto& [a, b] : faults) {
     if (a == b) {

@@ -1,19 +1,12 @@
 #include <relief/convert/directions.h>
 #include <relief/convert/parallel.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/convert/thin_shell.h>
 
 #include <algorithm>
 #include <numeric>
 
 namespace relief::detail {
-namespace {
-
-void sort_unique(std::vector<std::uint32_t>& numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
-
-}  // namespace
 
 bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const std::uint32_t> gone,
                        const Progress& progress) {

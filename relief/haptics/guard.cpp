@@ -8,7 +8,6 @@ namespace relief {
 namespace {
 
 constexpr double kHair = 1 - 1e-12;      // keeps rounded forces below their limit
-constexpr double kFastest = 10;          // m/s; faster readings are refused before
 constexpr double kTick = 1e-3;           // s
 constexpr double kLeak = 2e-5;           // J lately that call for all the damping there is
 constexpr double kSmallLeak = 1e-7;      // J that call for none

@@ -26,6 +26,8 @@ class ForceGuard {
  public:
   /// Along F^2, the time constant with which motors warm up, s.
   static constexpr double kWarmUp = 60;
+  /// Faster hands never come here, m/s: such readings are refused before.
+  static constexpr double kFastest = 10;
 
   void set(const GuardLimits& limits, bool guarding) noexcept;
 

@@ -7,11 +7,11 @@
 namespace relief {
 namespace {
 
-constexpr double kReach = 10;             // m from the workspace's origin; no device's arm is longer
-constexpr double kFarModel = 1e100;       // model units; squares of it are still finite
-constexpr double kFarTime = 1e12;         // s; beyond it a millisecond is lost in the rounding
-constexpr double kMaxGap = 0.05 + 1e-6;   // s; a reading's neighbours may be rounded
-constexpr double kMaxSpeed = 10;          // m/s
+constexpr double kReach = 10;            // m from the workspace's origin; no device's arm is longer
+constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
+constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
+constexpr double kMaxGap = 0.05 + 1e-6;  // s; a reading's neighbours may be rounded
+constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s
 constexpr double kFrozenTime = 20e-3;     // s
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
@@ -261,15 +261,13 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
-  if (now.faults != 0)
-    guard_.restart();
-  else
-    guard_.observe({reading.position, velocity_, now.dt});
+  if (now.faults == 0) guard_.observe({reading.position, velocity_, now.dt});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
     last_depth_ = 0;
     let_go();
+    guard_.restart();
     return sample;
   }
 

@@ -151,46 +151,17 @@ constexpr NumberType type_of() noexcept {
   if constexpr (sizeof(T) == 1) return NumberType::U8;  // bool, enumerations
 }
 
-/// Calls visit(suffix of the name, number) for the parts of a field.
+/// Calls visit(suffix of the name, number) for the parts of a field: of a quaternion or a vector, or the number itself.
 template <typename T, typename Visit>
 void for_each_part(T& value, Visit&& visit) {
-  visit("", value);
-}
-template <typename T, typename Visit>
-void for_each_vector_part(T& value, Visit&& visit) {
-  visit(".x", value.x);
-  visit(".y", value.y);
-  visit(".z", value.z);
-}
-template <typename Visit>
-void for_each_part(Vec3d& value, Visit&& visit) {
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(const Vec3d& value, Visit&& visit) {
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(Vec3f& value, Visit&& visit) {
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(const Vec3f& value, Visit&& visit) {
-  for_each_vector_part(value, visit);
-}
-
-template <typename T, typename Visit>
-void for_each_quaternion_part(T& value, Visit&& visit) {
-  visit(".w", value.w);
-  for_each_vector_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(Quatd& value, Visit&& visit) {
-  for_each_quaternion_part(value, visit);
-}
-template <typename Visit>
-void for_each_part(const Quatd& value, Visit&& visit) {
-  for_each_quaternion_part(value, visit);
+  if constexpr (requires { value.w; }) visit(".w", value.w);
+  if constexpr (requires { value.z; }) {
+    visit(".x", value.x);
+    visit(".y", value.y);
+    visit(".z", value.z);
+  } else {
+    visit("", value);
+  }
 }
 
 template <typename T>
