@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -83,17 +84,22 @@ void print_json(const nlohmann::ordered_json& object);
 /// How a model lies in a device's workspace: in its middle, at the given scale, or (0) with its diagonal 0.15 m long.
 [[nodiscard]] Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit);
 
-/// One row of a path: a device reading in model units, and the four fields as they were written.
+/// One row of a path: a device reading in model units, and its first four fields as they were written.
 struct PathRow {
   double t = 0;
   Vec3d position;
+  std::optional<Quatd> orientation;
   std::string text;  ///< "t,x,y,z"
 };
-/// Reads a path file (header t,x,y,z). Numbers may be nan or inf. Errors name the file and the line.
+/// Reads a path file (header t,x,y,z or t,x,y,z,qw,qx,qy,qz). Numbers may be nan or inf. Errors name the file and the
+/// line.
 [[nodiscard]] Result<std::vector<PathRow>> read_path(const std::filesystem::path& file);
-/// The header of F.csv, and one of its rows; `echo` is the row's t,x,y,z as read.
-[[nodiscard]] std::string_view force_header() noexcept;
-[[nodiscard]] std::string force_row(const ServoSample& sample, std::string_view echo);
+/// Reads the points of a rigid tool (header x,y,z), model units, in the tool's frame: 1 to PointShell::kMostPoints.
+/// Errors name the file and the line.
+[[nodiscard]] Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file);
+/// The header of F.csv, and one of its rows; `echo` is the row's t,x,y,z as read. With the torque where there is one.
+[[nodiscard]] std::string force_header(bool torque);
+[[nodiscard]] std::string force_row(const ServoSample& sample, std::string_view echo, bool torque);
 
 /// Reads a strokes file. Errors name the file, the stroke and the field.
 [[nodiscard]] Result<std::vector<Stroke>> read_strokes(const std::filesystem::path& file);

@@ -5,8 +5,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <initializer_list>
+#include <span>
 
 namespace relief::cli {
 
@@ -33,12 +36,17 @@ bool parse_number(std::string_view field, double& value) {
   return error == std::errc{} && end == field.data() + field.size() && !field.empty();
 }
 
-}  // namespace
-
-Result<std::vector<PathRow>> read_path(const std::filesystem::path& file) {
+/// Hands the rows of a file of comma-separated numbers to `take(fields, line, number)`. `headers`: the ones that the
+/// first line may be.
+template <typename Take>
+Status for_each_row(const std::filesystem::path& file, std::string_view what,
+                    std::initializer_list<std::string_view> headers, Take&& take) {
   RELIEF_TRY(const std::string text, read_text(file, std::uintmax_t{4} << 30U));
   const std::string shown = printable(file.string());
-  std::vector<PathRow> rows;
+  std::string wanted;
+  for (const std::string_view header : headers) wanted.append(wanted.empty() ? "" : " or ").append(header);
+  std::string_view columns;
+  std::vector<double> values;
   std::size_t line_number = 0;
   std::string_view rest = text;
   if (rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3);
@@ -48,41 +56,83 @@ Result<std::vector<PathRow>> read_path(const std::filesystem::path& file) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
     ++line_number;
     if (line_number == 1) {
-      if (line != "t,x,y,z")
+      const auto* const known = std::ranges::find(headers, line);
+      if (known == headers.end())
         return fail(Errc::Corrupt,
-                    fmt::format("{}: line 1: the header must be t,x,y,z, not \"{}\"", shown, printable(line, 60)));
+                    fmt::format("{}: line 1: the header must be {}, not \"{}\"", shown, wanted, printable(line, 60)));
+      columns = *known;
+      values.resize(static_cast<std::size_t>(std::ranges::count(columns, ',')) + 1);
       continue;
     }
     if (line.empty() && rest.empty()) break;
-    std::array<double, 4> values{};
     std::size_t count = 0;
     for (std::string_view left = line;; ++count) {
       const std::size_t comma = std::min(left.find(','), left.size());
-      if (count < 4 && !parse_number(left.substr(0, comma), values[count]))
+      if (count < values.size() && !parse_number(left.substr(0, comma), values[count]))
         return fail(Errc::Corrupt, fmt::format("{}: line {}: \"{}\" is no number", shown, line_number,
                                                printable(left.substr(0, comma), 60)));
       if (comma == left.size()) break;
       left.remove_prefix(comma + 1);
     }
-    if (count + 1 != 4)
-      return fail(Errc::Corrupt,
-                  fmt::format("{}: line {}: {} fields, not the 4 of t,x,y,z", shown, line_number, count + 1));
-    rows.push_back({values[0], {values[1], values[2], values[3]}, std::string(line)});
+    if (count + 1 != values.size())
+      return fail(Errc::Corrupt, fmt::format("{}: line {}: {} fields, not the {} of {}", shown, line_number, count + 1,
+                                             values.size(), columns));
+    RELIEF_CHECK(take(std::span<const double>(values), line, line_number));
   }
-  if (line_number == 0) return fail(Errc::Corrupt, shown + ": is empty; a path starts with the header t,x,y,z");
+  if (line_number == 0)
+    return fail(Errc::Corrupt, fmt::format("{}: is empty; {} starts with the header {}", shown, what, wanted));
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<PathRow>> read_path(const std::filesystem::path& file) {
+  std::vector<PathRow> rows;
+  RELIEF_CHECK(for_each_row(file, "a path", {"t,x,y,z", "t,x,y,z,qw,qx,qy,qz"},
+                            [&](std::span<const double> v, std::string_view line, std::size_t) -> Status {
+                              PathRow& row = rows.emplace_back();
+                              row.t = v[0];
+                              row.position = {v[1], v[2], v[3]};
+                              if (v.size() > 4) row.orientation = {v[4], v[5], v[6], v[7]};
+                              std::size_t end = 0;
+                              for (int k = 0; k < 4; ++k)
+                                end = std::min(line.find(',', end + (k > 0 ? 1 : 0)), line.size());
+                              row.text = line.substr(0, end);
+                              return {};
+                            }));
   return rows;
 }
 
-std::string_view force_header() noexcept {
-  return "t,x,y,z,contact,slab,u,v,alpha,depth,px,py,pz,nx,ny,nz,fx,fy,fz,flags\n";
+Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file) {
+  std::vector<Vec3d> points;
+  const std::string shown = printable(file.string());
+  RELIEF_CHECK(for_each_row(
+      file, "a tool", {"x,y,z"}, [&](std::span<const double> v, std::string_view, std::size_t line) -> Status {
+        const Vec3d point = {v[0], v[1], v[2]};
+        if (!is_finite(point)) return fail(Errc::Corrupt, fmt::format("{}: line {}: not a point", shown, line));
+        if (points.size() == PointShell::kMostPoints)
+          return fail(Errc::Corrupt,
+                      fmt::format("{}: line {}: a tool has at most {} points", shown, line, PointShell::kMostPoints));
+        points.push_back(point);
+        return {};
+      }));
+  if (points.empty()) return fail(Errc::Corrupt, shown + ": has no points; a line x,y,z for each is wanted");
+  return points;
 }
 
-std::string force_row(const ServoSample& s, std::string_view echo) {
+std::string force_header(bool torque) {
+  return fmt::format("t,x,y,z,contact,slab,u,v,alpha,depth,px,py,pz,nx,ny,nz,fx,fy,fz,flags{}\n",
+                     torque ? ",tx,ty,tz" : "");
+}
+
+std::string force_row(const ServoSample& s, std::string_view echo, bool torque) {
   const SlabCoord at = s.contact ? s.at : SlabCoord{};
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", echo, s.contact ? 1 : 0,
-                     s.contact ? static_cast<std::int64_t>(at.slab) : -1, at.u, at.v, at.alpha,
-                     s.contact ? s.depth : 0.0, s.contact_point.x, s.contact_point.y, s.contact_point.z, s.normal.x,
-                     s.normal.y, s.normal.z, s.force.x, s.force.y, s.force.z, s.flags);
+  std::string row = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", echo, s.contact ? 1 : 0,
+                                s.contact ? static_cast<std::int64_t>(at.slab) : -1, at.u, at.v, at.alpha,
+                                s.contact ? s.depth : 0.0, s.contact_point.x, s.contact_point.y, s.contact_point.z,
+                                s.normal.x, s.normal.y, s.normal.z, s.force.x, s.force.y, s.force.z, s.flags);
+  if (torque) row += fmt::format(",{},{},{}", s.torque.x, s.torque.y, s.torque.z);
+  return row + '\n';
 }
 
 Result<Vec3d> parse_vector(std::string_view option, std::string_view text) {

@@ -30,7 +30,9 @@ ordered_json to_json(const ServoSettings& s) {
           {"friction", s.force.friction},
           {"exact_normals", s.force.exact_normals},
           {"paper_contact", s.force.paper_contact},
-          {"guard", s.force.guard}};
+          {"guard", s.force.guard},
+          {"tool_radius", s.tool.radius},
+          {"tool_points", s.tool.points.size()}};
 }
 
 /// What the recording itself says.
@@ -59,6 +61,13 @@ ordered_json summary_of(const Replay& replay) {
   return json;
 }
 
+std::string tool_of(const ordered_json& settings) {
+  if (const auto points = settings["tool_points"].get<std::size_t>(); points > 0)
+    return fmt::format(", a tool of {} points", points);
+  const double radius = settings["tool_radius"].get<double>();
+  return radius > 0 ? fmt::format(", a ball of radius {}", radius) : std::string();
+}
+
 void say_summary(const ordered_json& json) {
   for (const auto& [key, value] : json["facts"].items())
     print(fmt::format("{:14} {}\n", key, value.get<std::string>()));
@@ -68,10 +77,11 @@ void say_summary(const ordered_json& json) {
                     lost == 0 ? "" : fmt::format(", {} lost in {} gaps", lost, json["gaps"].size()),
                     json["settings_changes"].get<std::uint64_t>()));
   const auto& s = json["settings"];
-  print(fmt::format(
-      "stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}\n", s["stiffness"].get<double>(),
-      s["damping"].get<double>(), s["friction"].get<double>(), s["exact_normals"].get<bool>() ? ", exact normals" : "",
-      s["paper_contact"].get<bool>() ? ", the paper's contact" : "", s["guard"].get<bool>() ? ", guarded" : ""));
+  print(fmt::format("stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}{}\n", s["stiffness"].get<double>(),
+                    s["damping"].get<double>(), s["friction"].get<double>(),
+                    s["exact_normals"].get<bool>() ? ", exact normals" : "",
+                    s["paper_contact"].get<bool>() ? ", the paper's contact" : "",
+                    s["guard"].get<bool>() ? ", guarded" : "", tool_of(s)));
 }
 
 /// The sentence for a recording that could not be repeated; empty when it was.

@@ -24,11 +24,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr double kLargestTip = 0.05;  // of the diagonal
+
 struct TouchOptions {
   std::string model, path, out, device, record;
   double metres_per_unit = 0;
   double seconds = 0;
   ForceSettings force;
+  double tool_radius = 0;
+  std::string tool_points;
 };
 
 /// What the user learns from a run, whichever way it went.
@@ -61,6 +65,19 @@ Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
   reach.add(workspace.to_device(bounds.high));
   RELIEF_TRY(std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(reach)));
   return OpenedDevice{std::move(device), workspace};
+}
+
+/// The servo's settings as the options ask for them; `points` is where a rigid tool's are kept.
+Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file, const Workspace& workspace,
+                                   std::vector<Vec3d>& points) {
+  const double most = kLargestTip * diagonal(file.model().head->slab_mesh().bounds());
+  if (o.tool_radius > most)
+    return fail(Errc::InvalidArgument, fmt::format("--tool-radius {}: of {} it is at most {:.6g}, 5 % of the diagonal",
+                                                   o.tool_radius, printable(o.model), most));
+  if (!o.tool_points.empty()) {
+    RELIEF_TRY(points, read_tool_points(o.tool_points));
+  }
+  return ServoSettings{.workspace = workspace, .force = o.force, .tool = {o.tool_radius, points}};
 }
 
 /// The recorder that --record asks for.
@@ -107,11 +124,13 @@ Status run_path(const TouchOptions& o, const Context& context) {
     RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
     device = named.device->info();
   }
-  const ServoSettings settings{.workspace = workspace_for(file.model(), device, o.metres_per_unit), .force = o.force};
+  std::vector<Vec3d> points;
+  RELIEF_TRY(const ServoSettings settings,
+             settings_for(o, file, workspace_for(file.model(), device, o.metres_per_unit), points));
   RELIEF_TRY(std::optional<Recorder> recorder, recorder_for(o, Recorder::Pace::Path, file, settings, device));
   Servo servo(settings, device);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(o.out));
-  RELIEF_CHECK(out.write(force_header()));
+  RELIEF_CHECK(out.write(force_header(!points.empty())));
   Summary summary;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     if (k % 4096 == 0) {
@@ -123,6 +142,8 @@ Status run_path(const TouchOptions& o, const Context& context) {
     tick.model = file.model().head.get();
     tick.reading.t = rows[k].t;
     tick.reading.position = settings.workspace.to_device(rows[k].position);
+    tick.reading.has_orientation = rows[k].orientation.has_value();
+    tick.reading.orientation = rows[k].orientation.value_or(Quatd{});
     ServoSample& sample = tick.sample;
     if (recorder) {
       const std::uint64_t start = thread_cpu_ns();
@@ -140,7 +161,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
     summary.flags |= sample.flags;
     summary.force_max = std::max(summary.force_max, length(sample.force));
     summary.depth_max = std::max(summary.depth_max, sample.depth);
-    RELIEF_CHECK(out.write(force_row(sample, rows[k].text)));
+    RELIEF_CHECK(out.write(force_row(sample, rows[k].text, !points.empty())));
   }
   if (recorder) RELIEF_CHECK(recorder->finish(nullptr));
   RELIEF_CHECK(out.commit());
@@ -160,7 +181,8 @@ Status run_live(const TouchOptions& o, const Context& context) {
     out.emplace(std::move(created));
   }
   Session::Settings settings;
-  settings.servo = {.workspace = opened.workspace, .force = o.force};
+  std::vector<Vec3d> points;
+  RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, points));
   settings.keep_trace = out.has_value();
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
@@ -182,9 +204,10 @@ Status run_live(const TouchOptions& o, const Context& context) {
                            .force_max = stats.force_max,
                            .depth_max = stats.depth_max};
   if (out) {
-    RELIEF_CHECK(out->write(force_header()));
+    RELIEF_CHECK(out->write(force_header(!points.empty())));
     for (const ServoSample& s : stats.trace)
-      RELIEF_CHECK(out->write(force_row(s, fmt::format("{},{},{},{}", s.t, s.cursor.x, s.cursor.y, s.cursor.z))));
+      RELIEF_CHECK(out->write(
+          force_row(s, fmt::format("{},{},{},{}", s.t, s.cursor.x, s.cursor.y, s.cursor.z), !points.empty())));
     RELIEF_CHECK(out->commit());
   }
   ordered_json json = to_json(summary);
@@ -206,7 +229,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
 Status run_touch(const TouchOptions& o, const Context& context) {
   const std::string played =
       o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
-  RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, played}));
+  RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, o.tool_points, played}));
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }
@@ -270,12 +293,22 @@ void add_touch(CLI::App& app, Context& context) {
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
       ->check(in_range(1e-12, 1e12));
   add_force_options(*c, o->force);
+  CLI::Option* radius = c->add_option("--tool-radius", o->tool_radius,
+                                      "A ball for a tip: its radius in model units, at most 5 % of the diagonal")
+                            ->check(in_range(0, 1e300));
+  c->add_option("--tool-points", o->tool_points,
+                "A rigid tool for a tip: a CSV file x,y,z of its points (at most 1000; model units, the device's place "
+                "being 0,0,0).\nP.csv may then have the header t,x,y,z,qw,qx,qy,qz, and F.csv ends in the torque "
+                "tx,ty,tz (N*m)")
+      ->excludes(radius);
   c->add_option("--record", o->record, "REC.rlog: every tick's input and output, for relief replay");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
   c->parse_complete_callback([o, c] {
     if (c->count("--guard") == 0) o->force.guard = o->path.empty();
+    if (o->force.paper_contact && (o->tool_radius > 0 || !o->tool_points.empty()))
+      throw CLI::ValidationError("--paper-contact is of a point: it goes with neither --tool-radius nor --tool-points");
     if (o->path.empty() && (o->device.empty() || (o->seconds == 0 && !o->device.starts_with(kReplayDevice))))
       throw CLI::ValidationError("touch needs --path P.csv -o F.csv, or --device NAME --seconds S");
   });

@@ -60,6 +60,8 @@ class MicroTriangles {
   }
   /// The rest is for the slab that was entered last; the calls with a triangle or a place enter its slab.
   [[nodiscard]] int intervals() const noexcept { return n_; }
+  /// Whether some of the model's triangles may be holes.
+  [[nodiscard]] bool has_holes() const noexcept { return holes_; }
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
@@ -198,5 +200,8 @@ class MicroTriangles {
   const float* displacement_ = nullptr;
   mutable int placed_ = 0;
 };
+
+/// The surface at a place, its normal interpolated from the triangle's samples.
+[[nodiscard]] SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept;
 
 }  // namespace relief::detail

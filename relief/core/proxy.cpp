@@ -1,5 +1,6 @@
 #include <relief/core/micro_triangles.h>
 #include <relief/core/proxy.h>
+#include <relief/core/pushed_side.h>
 
 #include <algorithm>
 #include <array>
@@ -11,16 +12,17 @@ namespace relief {
 namespace {
 
 using Weights = std::array<double, 3>;
+using detail::Aside;
+using detail::kFollow;
+using detail::kRelax;
 using detail::LinearForm;
 using detail::MicroTriangles;
+using detail::point_of;
+using detail::same_side;
+using detail::turned_by;
 
 constexpr int kTries = 64;           // micro-triangles that one walk looks at
-constexpr double kFollow = 10;       // lengths of the cursor's way that the point may go in a tick
-constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
-constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
-constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
-constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
 constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -30,8 +32,6 @@ constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
-/// Whether two ways have an angle of at most 45 degrees between them.
-bool same_side(Vec3d a, Vec3d b) noexcept { return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b)); }
 
 Weights weights_of(const SlabCoord& at) noexcept { return {1 - at.u - at.v, at.u, at.v}; }
 
@@ -375,27 +375,6 @@ class Sweep {
   SurfacePlace found_;
 };
 
-/// n turned towards `wanted` by at most so many radians.
-Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
-  // A chord is shorter than its arc.
-  if (distance2(n, wanted) <= 0.9 * most * most) return wanted;
-  const double angle = std::atan2(length(cross(n, wanted)), dot(n, wanted));
-  if (!(angle > most)) return wanted;
-  const Vec3d aside = wanted - n * dot(n, wanted);
-  if (!(dot(aside, aside) > 1e-24)) return n;
-  return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
-}
-
-Vec3d interpolated(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
-  return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
-}
-
-SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, detail::CellNormals& known) noexcept {
-  const SlabCoord at = surface.coordinates(place);
-  const auto& normals = detail::corner_normals(surface.model(), at.slab, place.triangle.corners, known);
-  return {at.slab, at.u, at.v, at.alpha, place.position, interpolated(normals, place.weights)};
-}
-
 /// The interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest place
 /// stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from the
 /// normal at the place than the way out does.
@@ -433,7 +412,7 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
   rise_ = grown_ = 0;
-  eased_ = {};
+  Vec3d eased;  // by which the felt surface comes nearer to the surface
   lost_ = fresh_ = has_left_ = false;
   if (!known_) {
     known_ = true;
@@ -450,7 +429,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
       const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
       const Vec3d before = lag_;
       lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
-      eased_ = lag_ - before;
+      eased = lag_ - before;
       travel += cut;
     }
   } else {
@@ -462,6 +441,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
     let_go();
     look_below(model, cursor);
   }
+  if (held_) grown_ = dot(eased, way_out_);
   last_ = cursor;
   samples_placed_ = surface.placed();
   return held_;
@@ -566,9 +546,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
-    const Vec3d aside = move - out * (dot(move, out) / dot(out, out));
     // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
-    const double turn = kRound * length(aside) / length(out) + kSettle;
+    const Aside aside(move, out);
     const double reach = kFollow * travel + kRelax * length(out);
     int tries = kTries;
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
@@ -578,11 +557,11 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
         off = leaves(surface, place_, goal);
       } else {
         place_ = rest;
-        if (dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), turn);
+        if (dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), aside.turn);
       }
     } else {
-      walk(surface, place_, place_.position + aside, length(aside), tries);
-      if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), turn);
+      walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
+      if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
       off = leaves(surface, place_, goal);
     }
   }
@@ -619,7 +598,6 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
   normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
-  grown_ = dot(eased_, way_out_);
   alpha_ = surface_.alpha;
   SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
   if (surface.mesh().box(at.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, at) &&

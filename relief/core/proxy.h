@@ -131,7 +131,6 @@ class Proxy {
   Vec3d normal_, way_out_;
   Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   double depth_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
-  Vec3d eased_;  ///< by which the felt surface came nearer to the surface in this tick
   int samples_placed_ = 0;
 };
 

@@ -372,6 +372,14 @@ const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId
   return known.normals;
 }
 
+SurfacePoint detail::point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
+  const SlabCoord at = surface.coordinates(place);
+  const auto& normals = corner_normals(surface.model(), at.slab, place.triangle.corners, known);
+  const Weights& w = place.weights;
+  const Vec3d normal = normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
+  return {at.slab, at.u, at.v, at.alpha, place.position, normal};
+}
+
 std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {
   return solve_cold(mesh.corners(slab), slab, point, margin);
 }
@@ -607,6 +615,17 @@ std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept 
   }
   if (best_slab == kNoSlab) return std::nullopt;
   return RayHit{point_in_cell(model, best_slab, best_cell, ray.origin + ray.direction * best), best};
+}
+
+bool inside(const Snapshot& model, Vec3d point, LocateHint& hint) noexcept {
+  if (const std::optional<Contact> contact = probe(model, point, hint)) return contact->touching();
+  const Box3d& bounds = model.slab_mesh().bounds();
+  if (!bounds.contains(point)) return false;
+  // In the box but in no slab: the first surface on the way out shows its back to what is below the slabs.
+  const Vec3d from_centre = point - bounds.centre();
+  const Vec3d way = length(from_centre) > 0 ? normalized(from_centre) : Vec3d{0, 1, 0};
+  const std::optional<RayHit> hit = raycast(model, {point, way});
+  return hit && dot(hit->point.normal, way) > 0;
 }
 
 Status validate(const Snapshot& model, Layer layer, SlabId s) {

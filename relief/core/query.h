@@ -80,6 +80,9 @@ struct Contact {
 /// Empty outside all slabs.
 [[nodiscard]] std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept;
 
+/// Whether a point is in the solid: in a slab below the surface, or below all slabs. A ray where it is in no slab.
+[[nodiscard]] bool inside(const Snapshot& model, Vec3d point, LocateHint& hint) noexcept;
+
 /// The point of the tessellated surface (stitched, without holes) nearest to p; exact as far as a double holds squared
 /// distances, from nothing; O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far
 /// for that (about 1e154), or all is hole.

@@ -3,6 +3,8 @@
 #include <relief/core/snapshot.h>
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cstring>
 #include <new>
 
@@ -13,6 +15,11 @@ constexpr std::array<std::string_view, kLayerCount> kLayerNames = {
     "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity",
     "mask",         "strata", "void",      "folded"};
 constexpr std::align_val_t kLine{64};
+
+std::uint64_t next_number() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
 
 std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
 }  // namespace
@@ -53,6 +60,12 @@ bool Tile::same_values(const Tile& other) const noexcept {
          std::memcmp(values_.get(), other.values_.get(), bytes()) == 0;
 }
 
+void Tile::find_bounds() {
+  if (!bounds_) bounds_ = std::make_unique<SampleBounds>(intervals_);
+  bounds_->update(values_.get());
+  bounded_ = true;
+}
+
 float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
   const auto value = [&](GridPoint p) { return tile.plane()[sample_index(tile.intervals(), p)]; };
   if (layer != Layer::Displacement) return value(place.nearer());
@@ -67,7 +80,7 @@ void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept
   });
 }
 
-Snapshot::Snapshot() {
+Snapshot::Snapshot() : number_(next_number()) {
   static const auto none = std::make_shared<const PageTable>();
   tables_.fill(none);
 }
@@ -79,7 +92,10 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh, float alph
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t) {
       const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t;
-      if (s < slab_mesh->slab_count()) page->tiles[t] = std::make_shared<const Tile>(slab_mesh->intervals(s), 1, alpha);
+      if (s >= slab_mesh->slab_count()) continue;
+      auto tile = std::make_shared<Tile>(slab_mesh->intervals(s), 1, alpha);
+      tile->find_bounds();
+      page->tiles[t] = std::move(tile);
     }
     (*pages)[p] = std::move(page);
   }
@@ -109,11 +125,13 @@ std::size_t Snapshot::bytes() const noexcept {
   for (const auto& table : tables_)
     for (const PagePtr& page : *table)
       for (const TilePtr& t : page->tiles)
-        if (t) sum += t->bytes();
+        if (t) sum += t->bytes() + (t->bounds_known() ? t->bounds().bytes() : 0);
   return sum;
 }
 
-SnapshotDraft::SnapshotDraft(SnapshotPtr base) : base_(std::move(base)), next_(std::make_shared<Snapshot>(*base_)) {}
+SnapshotDraft::SnapshotDraft(SnapshotPtr base) : base_(std::move(base)), next_(std::make_shared<Snapshot>(*base_)) {
+  next_->number_ = next_number();
+}
 
 const Tile& SnapshotDraft::tile(Layer layer, SlabId s) const noexcept { return next_->tile(layer, s); }
 
@@ -147,6 +165,7 @@ Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
   if ((own.own_tiles & bit) == 0) {
     tile = std::make_shared<Tile>(*tile);
     own.own_tiles |= bit;
+    own.new_tiles |= bit;
   }
   // The tile was made here as a mutable one, and nobody else has seen it yet.
   return const_cast<Tile&>(*tile);
@@ -165,7 +184,11 @@ void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   std::array<TilePtr, kMaxIntervals + 1> blanks;
   const auto blank = [&](int n) {
     TilePtr& tile = blanks[static_cast<std::size_t>(n)];
-    if (!tile) tile = std::make_shared<const Tile>(n, channels(layer), value);
+    if (!tile) {
+      auto made = std::make_shared<Tile>(n, channels(layer), value);
+      if (layer == Layer::Void) made->find_bounds();
+      tile = std::move(made);
+    }
     return tile;
   };
   for (std::size_t p = 0; p < own.table->size(); ++p) {
@@ -183,13 +206,28 @@ void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
   RELIEF_ASSERT(tile->intervals() == next_->tile(layer, s).intervals());
   OwnPage& own = page_for_writing(layer, s);
   own.page->tiles[s % kTilesPerPage] = std::move(tile);
-  own.own_tiles &= ~(std::uint64_t{1} << (s % kTilesPerPage));
+  const std::uint64_t bit = std::uint64_t{1} << (s % kTilesPerPage);
+  own.own_tiles &= ~bit;
+  own.new_tiles |= bit;
 }
 
 SnapshotPtr SnapshotDraft::finish() {
+  for (const Layer layer : {Layer::Displacement, Layer::Void}) {
+    const OwnLayer& own = own_[static_cast<std::size_t>(layer)];
+    for (const std::size_t p : own.own_pages) {
+      const OwnPage& page = own.pages[p];
+      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1) {
+        const TilePtr& tile = page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))];
+        // A tile that was in a snapshot before has them; the others were made as mutable ones, and nobody has seen
+        // them.
+        if (!tile->bounds_known()) const_cast<Tile&>(*tile).find_bounds();
+      }
+    }
+  }
   SnapshotPtr finished = next_;
   base_ = finished;
   next_ = std::make_shared<Snapshot>(*finished);
+  next_->number_ = next_number();
   for (OwnLayer& own : own_) {
     own.table.reset();
     for (const std::size_t p : own.own_pages) own.pages[p] = {};

@@ -1,6 +1,7 @@
 // One immutable version of a model: the cage and, layer by layer, the tiles.
 #pragma once
 
+#include <relief/core/sample_bounds.h>
 #include <relief/core/slab_mesh.h>
 
 #include <array>
@@ -66,12 +67,20 @@ class Tile {
     return values_.get() + static_cast<std::size_t>(channel) * stride();
   }
   [[nodiscard]] float* plane(int channel = 0) noexcept {
+    bounded_ = false;
     return values_.get() + static_cast<std::size_t>(channel) * stride();
   }
   [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
+  /// Of the planes.
   [[nodiscard]] std::size_t bytes() const noexcept;
   /// Equal values, bit for bit.
   [[nodiscard]] bool same_values(const Tile& other) const noexcept;
+
+  /// Between which values the samples of the first plane lie; of Displacement and Void tiles in a snapshot.
+  [[nodiscard]] const SampleBounds& bounds() const noexcept { return *bounds_; }
+  /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() mends it.
+  void find_bounds();
+  [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
  private:
   struct AlignedDelete {
@@ -79,6 +88,8 @@ class Tile {
   };
   int intervals_, channel_count_;
   std::unique_ptr<float[], AlignedDelete> values_;
+  std::unique_ptr<SampleBounds> bounds_;
+  bool bounded_ = false;
 };
 using TilePtr = std::shared_ptr<const Tile>;
 
@@ -127,14 +138,17 @@ class Snapshot {
   }
   /// The pages of a layer in order of slabs; empty where the model has no such layer.
   [[nodiscard]] const PageTable& pages(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
+  /// Another one for each snapshot that this process has made; never 0.
+  [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   /// Equal for equal content (cage, layers, values), whatever the history; O(model).
   [[nodiscard]] std::uint64_t content_hash() const noexcept;
-  /// Bytes of all tiles.
+  /// Bytes of all tiles, with their bounds.
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
   friend class SnapshotDraft;
   Snapshot();
+  std::uint64_t number_;
   std::shared_ptr<const SlabMesh> slab_mesh_;
   std::array<std::shared_ptr<const PageTable>, kLayerCount> tables_;  ///< never null
 };
@@ -163,6 +177,7 @@ class SnapshotDraft {
   struct OwnPage {
     std::shared_ptr<Page> page;
     std::uint64_t own_tiles = 0;  ///< bit t: tile t was made by edit(), so it may be written
+    std::uint64_t new_tiles = 0;  ///< bit t: tile t was made by edit() or put in place
   };
   struct OwnLayer {
     std::shared_ptr<PageTable> table;

@@ -34,19 +34,19 @@ void ForceGuard::restart() noexcept {
 
 void ForceGuard::observe(const Motion& now) noexcept {
   if (moving_) {
-    const Vec3d acting = given_[static_cast<std::size_t>(limits_.delay_ticks)];
-    done_ = dot(acting, now.position - motion_.position);
+    const Wrench& acting = given_[static_cast<std::size_t>(limits_.delay_ticks)];
+    done_ = dot(acting.force, now.position - motion_.position) + dot(acting.torque, now.turn);
     // A bucket that holds half of what is allowed in a second and leaks the other half.
     work_ = std::max(0.0, work_ - 0.5 * limits_.max_work * now.dt) + std::max(0.0, done_);
-    warmth_ += -std::expm1(-now.dt / kWarmUp) * (dot(given_[0], given_[0]) - warmth_);
+    warmth_ += -std::expm1(-now.dt / kWarmUp) * (dot(given_[0].force, given_[0].force) - warmth_);
   }
   motion_ = now;
   moving_ = true;
 }
 
-void ForceGuard::command(Vec3d force) noexcept {
+void ForceGuard::command(const Wrench& wrench) noexcept {
   std::shift_right(given_.begin(), given_.end(), 1);
-  given_[0] = force;
+  given_[0] = wrench;
 }
 
 void ForceGuard::book(double stored, double gift) noexcept {
@@ -73,11 +73,33 @@ double ForceGuard::most_now() const noexcept {
   return most;
 }
 
-Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) noexcept {
-  Vec3d wanted = wish.force;
-  const Vec3d normal = wish.normal;
+Wrench ForceGuard::wrench(const Wish& wish, std::uint32_t& flags) noexcept {
   book(wish.stored, wish.gift);
   in_contact_ += motion_.dt;
+  Wrench given;
+  given.force = force(wish, flags);
+  given.torque = torque(wish, given.force);
+  command(given);
+  return given;
+}
+
+Vec3d ForceGuard::torque(const Wish& wish, Vec3d force) const noexcept {
+  const double asked = length(wish.force);
+  Vec3d wanted = asked > 0 ? wish.torque * std::min(1.0, length(force) / asked) : wish.torque;
+  if (const double size = length(wanted); size > limits_.max_torque) wanted *= limits_.max_torque / size * kHair;
+  // It grows as quickly as the force, as a share of what is allowed.
+  Vec3d start = given_[0].torque;
+  if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
+  const Vec3d change = wanted - start;
+  const double far =
+      limits_.max_force > 0 ? limits_.max_force_rate / limits_.max_force * limits_.max_torque * motion_.dt * kHair : 0;
+  const double size = length(change);
+  return size > far ? start + change * (far / size) : wanted;
+}
+
+Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) const noexcept {
+  Vec3d wanted = wish.force;
+  const Vec3d normal = wish.normal;
   if (guarding_) {
     const double speed = length(motion_.velocity);
     // Neither brake ever pulls inwards: each takes from the push only.
@@ -104,7 +126,7 @@ Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) noexcept {
     flags |= bit(ServoFault::ForceClamped);
   }
   // What may stay of the last force: no pull inwards, and never more than is wanted now.
-  Vec3d start = given_[0];
+  Vec3d start = given_[0].force;
   if (const double pull = dot(start, normal); pull < 0) start -= normal * pull;
   if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
   const Vec3d change = wanted - start;
@@ -113,7 +135,6 @@ Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) noexcept {
     flags |= bit(ServoFault::RateClamped);
     wanted = start + change * (far / size);
   }
-  command(wanted);
   return wanted;
 }
 

@@ -2,7 +2,7 @@
 // passivity observer and controller (Hannaford and Ryu 2002). A small state, no clock, no allocation.
 #pragma once
 
-#include <relief/base/vec.h>
+#include <relief/haptics/device.h>
 
 #include <array>
 #include <cstddef>
@@ -14,6 +14,7 @@ namespace relief {
 struct GuardLimits {
   double max_force = 0;         ///< N
   double max_force_rate = 0;    ///< N/s, how fast the force may grow or turn
+  double max_torque = 0;        ///< N*m
   double max_damping = 0;       ///< N*s/m, what the passivity controller and the speed brake may use
   double continuous_force = 0;  ///< N, what the motors bear for ever
   double max_work = 0;          ///< J, what the force may do on the hand within any second
@@ -32,24 +33,27 @@ class ForceGuard {
   void set(const GuardLimits& limits, bool guarding) noexcept;
 
   struct Motion {
-    Vec3d position;  ///< m
-    Vec3d velocity;  ///< m/s
-    double dt = 0;   ///< s, since the last tick
+    Vec3d position;   ///< m
+    Vec3d velocity;   ///< m/s
+    double dt = 0;    ///< s, since the last tick
+    Vec3d turn = {};  ///< rad, since the last tick
   };
-  /// To be called once in each tick, before force(): what the last forces did on the way here.
+  /// To be called once in each tick, before wrench(): what the last forces did on the way here.
   void observe(const Motion& now) noexcept;
   /// A new start: no force has acted, nothing is known of the motion before. What the motors have borne stays.
   void restart() noexcept;
   /// What the law asks for.
   struct Wish {
     Vec3d force;        ///< N
+    Vec3d torque;       ///< N*m, of the same springs about the position
     Vec3d normal;       ///< unit, outwards
     double stored = 0;  ///< J, in the law's springs, as they are
     double gift = 0;    ///< J of that which came in this tick without the hand's doing: a surface that rose under it
   };
-  /// The force that the hand gets. Sets ServoFault bits of what was cut.
-  [[nodiscard]] Vec3d force(const Wish& wish, std::uint32_t& flags) noexcept;
-  /// In place of force() in a tick without contact.
+  /// What the hand gets. The torque is cut as much as the force is, and by its own limits. Sets ServoFault bits of what
+  /// was cut.
+  [[nodiscard]] Wrench wrench(const Wish& wish, std::uint32_t& flags) noexcept;
+  /// In place of wrench() in a tick without contact.
   void rest() noexcept;
 
   /// Energy that came from nowhere in the last half second, J: what the force did on the hand beyond what the springs
@@ -63,7 +67,9 @@ class ForceGuard {
 
  private:
   [[nodiscard]] double most_now() const noexcept;
-  void command(Vec3d force) noexcept;
+  [[nodiscard]] Vec3d force(const Wish& wish, std::uint32_t& flags) const noexcept;
+  [[nodiscard]] Vec3d torque(const Wish& wish, Vec3d force) const noexcept;
+  void command(const Wrench& wrench) noexcept;
   /// Books what the springs hold now.
   void book(double stored, double gift) noexcept;
 
@@ -71,9 +77,9 @@ class ForceGuard {
   bool guarding_ = true;
   bool moving_ = false;  ///< motion_ holds the last tick's
   Motion motion_;
-  std::array<Vec3d, 4> given_{};  ///< N, the last commands, newest first
-  double done_ = 0;               ///< J, by the force on the hand since the last tick
-  double stored_ = 0;             ///< J, in the springs at the last tick
+  std::array<Wrench, 4> given_{};  ///< the last commands, newest first
+  double done_ = 0;                ///< J, by the force on the hand since the last tick
+  double stored_ = 0;              ///< J, in the springs at the last tick
   double leak_ = 0, work_ = 0, warmth_ = 0;
   bool first_contact_ = true;
   double in_contact_ = 0;  ///< s, of the first contact since the start

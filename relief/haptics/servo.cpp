@@ -32,6 +32,13 @@ bool near(Vec3d v, double limit) noexcept {
   return is_finite(v) && std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
+/// The rotation from one orientation to another as a vector along its axis, rad; good for small ones.
+Vec3d turn_between(Quatd from, Quatd to) noexcept {
+  const Vec3d a = {from.x, from.y, from.z}, b = {to.x, to.y, to.z};
+  const Vec3d half = from.w * b - to.w * a - cross(b, a);
+  return half * (dot(from, to) < 0 ? -2.0 : 2.0);
+}
+
 /// Zero for what is not a number or negative.
 double at_most(double value, double limit) noexcept { return value > 0 ? std::min(value, limit) : 0.0; }
 
@@ -44,7 +51,8 @@ Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
   return {.metres_per_unit = room / size, .device_origin = {}, .model_origin = model.centre()};
 }
 
-Servo::Servo(const ServoSettings& settings, const DeviceInfo& device) noexcept : settings_(settings), device_(device) {
+Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
+    : settings_(settings), device_(device), shell_(settings.tool.points) {
   limit_settings();
 }
 
@@ -52,7 +60,8 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const Workspace &was = settings_.workspace, &now = settings.workspace;
   const bool moved = was.metres_per_unit != now.metres_per_unit || was.device_origin != now.device_origin ||
                      was.model_origin != now.model_origin;
-  const bool other_law = settings_.force.paper_contact != settings.force.paper_contact;
+  const bool other_law =
+      settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
   settings_ = settings;
   const double before = limits_.stiffness;
   limit_settings();
@@ -67,19 +76,20 @@ void Servo::limit_settings() noexcept {
   const ForceSettings& wanted = settings_.force;
   constexpr double kAny = 1e9;  // for a device that states no limit worth the name
   const double stiffest = at_most(device_.max_stiffness, kAny), dampest = at_most(device_.max_damping, kAny);
-  limits_.stiffness = at_most(wanted.stiffness, stiffest);
+  limits_.stiffness = at_most(wanted.stiffness, stiffest / shell_.most_stiffening());
   limits_.damping = at_most(wanted.damping, dampest);
   limits_.friction = at_most(wanted.friction, 4);
   limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
   guard_.set({.max_force = limits_.max_force,
               .max_force_rate = at_most(device_.max_force_rate, kAny),
+              .max_torque = at_most(device_.max_torque, kAny),
               .max_damping = dampest - limits_.damping,
               .continuous_force = at_most(device_.continuous_force, kAny),
               .max_work = at_most(device_.max_work, kAny),
               .max_speed = at_most(device_.max_speed, kAny),
               .delay_ticks = device_.delay_ticks},
              wanted.guard);
-  limits_.clamped = wanted.stiffness > stiffest || wanted.damping > dampest;
+  limits_.clamped = wanted.stiffness > limits_.stiffness || wanted.damping > dampest;
 }
 
 void Servo::let_go() noexcept {
@@ -150,6 +160,8 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
   return now;
 }
 
+bool Servo::risen(double rise) const noexcept { return rise * settings_.workspace.metres_per_unit > kSurfaceJump; }
+
 bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) const noexcept {
   if (&model != last_model_) {
     LocateHint hint = hint_;
@@ -160,16 +172,17 @@ bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) c
   return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
 }
 
-bool Servo::inside(const Snapshot& model, Vec3d cursor) const noexcept {
+bool Servo::inside(const Snapshot& model, const ToolPose& tool) noexcept {
+  if (shell_.size() > 0) return !shell_.clear(model, tool);
   LocateHint hint = hint_;
-  if (const std::optional<Contact> contact = probe(model, cursor, hint)) return contact->touching();
-  const Box3d& bounds = model.slab_mesh().bounds();
-  if (!bounds.contains(cursor)) return false;
-  // In the box but in no slab: the first surface on the way out shows its back to a tool that is below the slabs.
-  const Vec3d from_centre = cursor - bounds.centre();
-  const Vec3d way = length(from_centre) > 0 ? normalized(from_centre) : Vec3d{0, 1, 0};
-  const std::optional<RayHit> hit = raycast(model, {cursor, way});
-  return hit && dot(hit->point.normal, way) > 0;
+  if (relief::inside(model, tool.origin, hint)) return true;
+  return settings_.tool.radius > 0 && !BallProxy::clear(model, tool.origin, settings_.tool.radius);
+}
+
+void Servo::start_contact_anew() noexcept {
+  proxy_.reset();
+  ball_.reset();
+  shell_.reset();
 }
 
 Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept {
@@ -179,7 +192,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
   if (now.touching) {
     now.at = contact->at;
     now.surface = contact->surface;
-    now.depth = contact->depth;
+    now.depth = now.push = contact->depth;
     now.normal = now.surface.normal;
     now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
     now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
@@ -188,18 +201,23 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
   return now;
 }
 
-Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& admitted) noexcept {
+Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Admitted& admitted) noexcept {
+  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
+  const Proxy::Ease ease = {.share = 1 - std::exp(-admitted.dt / kEaseTime),
+                            .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300};
+  if (shell_.size() > 0) return shell_touch(model, tool, ease);
+  if (settings_.tool.radius > 0) return ball_touch(model, tool.origin, ease);
+  return point_touch(model, tool.origin, ease);
+}
+
+Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
   Touch now;
-  const double metres = settings_.workspace.metres_per_unit;
-  const double force_per_unit = limits_.stiffness * metres;
-  const bool held = proxy_.step(model, cursor,
-                                {.share = 1 - std::exp(-admitted.dt / kEaseTime),
-                                 .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300});
-  now.jumped = proxy_.lost() ? inside(model, cursor) : proxy_.rise() * metres > kSurfaceJump;
+  const bool held = proxy_.step(model, cursor, ease);
+  now.jumped = proxy_.lost() ? inside(model, {cursor, {}}) : risen(proxy_.rise());
   now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
   if (!now.touching) return now;
   now.surface = proxy_.surface();
-  now.depth = proxy_.depth();
+  now.depth = now.push = proxy_.depth();
   now.grown = proxy_.grown();
   now.contact_point = now.surface.position;
   now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
@@ -208,6 +226,38 @@ Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& a
   const double faces = dot(proxy_.way_out(), proxy_.normal());
   const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
   now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
+  return now;
+}
+
+Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
+  Touch now;
+  now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
+  now.jumped = risen(ball_.rise());
+  if (!now.touching) return now;
+  now.surface = ball_.surface();
+  now.depth = now.push = ball_.depth();
+  now.grown = ball_.grown();
+  now.normal = ball_.way_out();
+  now.contact_point = now.surface.position;
+  now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
+  return now;
+}
+
+Servo::Touch Servo::shell_touch(const Snapshot& model, const ToolPose& tool, Proxy::Ease ease) noexcept {
+  Touch now;
+  const bool held = shell_.step(model, tool, ease);
+  now.jumped = shell_.lost() || risen(shell_.rise());
+  now.push = length(shell_.push());
+  now.touching = held && now.push > 0 && std::isfinite(now.push);
+  if (!now.touching) return now;
+  now.surface = shell_.surface();
+  now.depth = shell_.depth();
+  now.grown = shell_.grown();
+  now.normal = shell_.push() / now.push;
+  now.twist = shell_.twist();
+  now.arm = shell_.deepest() - tool.origin;
+  now.contact_point = now.surface.position;
+  now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
   return now;
 }
 
@@ -261,7 +311,9 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
-  if (now.faults == 0) guard_.observe({reading.position, velocity_, now.dt});
+  if (now.faults == 0)
+    guard_.observe({reading.position, velocity_, now.dt,
+                    turn_between(std::exchange(last_orientation_, orientation_), orientation_)});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
@@ -272,10 +324,11 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   }
 
   const Vec3d cursor = settings_.workspace.to_model(reading.position);
+  const ToolPose tool = {cursor, orientation_};
   const bool held_back = first_ || latched_ || start_inside_;
-  if (held_back || settings_.force.paper_contact) proxy_.reset();
-  const Touch felt =
-      held_back || settings_.force.paper_contact ? paper_touch(model, cursor, now.travel) : touch(model, cursor, now);
+  const bool as_paper = held_back || settings_.force.paper_contact;
+  if (as_paper) start_contact_anew();
+  const Touch felt = as_paper ? paper_touch(model, cursor, now.travel) : touch(model, tool, now);
   sample.cursor = sample.contact_point = cursor;
   if (felt.touching) {
     sample.contact = true;
@@ -291,12 +344,12 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     latched_ = true;
   }
   if (first_ || latched_ || start_inside_) {
-    const bool in = inside(model, cursor);
+    const bool in = inside(model, tool);
     if (first_) start_inside_ = in;
     if (now.faults == 0 && !in) latched_ = start_inside_ = false;
     // From here on the way of the cursor is followed.
-    proxy_.reset();
-    static_cast<void>(proxy_.step(model, cursor, {}));
+    start_contact_anew();
+    static_cast<void>(touch(model, tool, now));
   }
   first_ = false;
   last_cursor_ = cursor;
@@ -317,24 +370,28 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const SurfacePoint& surface = felt.surface;
   const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
   const double stiffness = limits_.stiffness * at_most(share, 1);
-  const double spring = stiffness * felt.depth * settings_.workspace.metres_per_unit;
+  const double metres = settings_.workspace.metres_per_unit;
+  const double spring = stiffness * felt.push * metres;
   const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
   const double normal_force = std::max(0.0, outwards);
   const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
-  const double metres = settings_.workspace.metres_per_unit;
   const double stored = in_spring(stiffness, felt.depth * metres);
   const double before = in_spring(stiffness, (felt.depth - felt.grown) * metres);
-  sample.force = guard_.force({.force = felt.normal * normal_force + sideways,
-                               .normal = felt.normal,
-                               .stored = stored + 0.5 * dot(sideways, sideways) / std::max(stiffness, 1e-300),
-                               .gift = gift + stored - before},
-                              sample.flags);
+  const Wrench given =
+      guard_.wrench({.force = felt.normal * normal_force + sideways,
+                     .torque = felt.twist * (stiffness * metres * metres) + cross(felt.arm * metres, sideways),
+                     .normal = felt.normal,
+                     .stored = stored + 0.5 * dot(sideways, sideways) / std::max(stiffness, 1e-300),
+                     .gift = gift + stored - before},
+                    sample.flags);
+  sample.force = given.force;
+  sample.torque = given.torque;
   sample.leak = guard_.leak();
-  if (!is_finite(sample.force)) {  // the model's own numbers are broken here
+  if (!is_finite(sample.force) || !is_finite(sample.torque)) {  // the model's own numbers are broken here
     latched_ = true;
     sample.flags |= bit(ServoFault::Latched);
-    sample.force = {};
+    sample.force = sample.torque = {};
     let_go();
     guard_.restart();
     return sample;

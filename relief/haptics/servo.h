@@ -1,12 +1,15 @@
 // The force law: from one reading and one snapshot to one force. A pure function with a small state.
 #pragma once
 
+#include <relief/core/ball_proxy.h>
+#include <relief/core/point_shell.h>
 #include <relief/core/proxy.h>
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
 
 #include <cstdint>
+#include <span>
 
 namespace relief {
 
@@ -32,19 +35,29 @@ struct ForceSettings {
   double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike where the model has no such layers
   double max_force = 1e9;  ///< N; clamped to the device's
   /// The spring pulls straight towards the surface contact point, which gains no energy, in place of the interpolated
-  /// normal (paper, Sec. 3.4), which feels smoother.
+  /// normal (paper, Sec. 3.4), which feels smoother. A ball's and a rigid tool's always do.
   bool exact_normals = false;
   /// Contact as the paper has it (Sec. 3.3 and 3.4): a function of the cursor's place alone, with the contact point off
-  /// the surface; it is lost below the slabs.
+  /// the surface; it is lost below the slabs. Of a point, whatever the tool.
   bool paper_contact = false;
   /// A person's hand is on the device: the passivity controller, the limits on lasting force, work and speed, and the
   /// one on the first contact hold (ForceGuard). Off, for the bare law on a given motion, only those on force and rate.
   bool guard = true;
 };
 
+/// What the hand holds, in model units.
+struct TouchTool {
+  double radius = 0;  ///< of a ball around the device's position; 0: a point
+  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
+  /// At most PointShell::kMostPoints. They belong to the caller, are copied where a servo is made, and are the servo's
+  /// for good.
+  std::span<const Vec3d> points = {};
+};
+
 struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
+  TouchTool tool = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
@@ -58,14 +71,16 @@ struct ServoSample {
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
   SlabCoord at;
-  double depth = 0;     ///< from the cursor to the surface contact point, model units
+  /// Model units: from the cursor to the surface contact point; to the ball's centre; of a rigid tool, that of all its
+  /// points together (PointShell).
+  double depth = 0;
   Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
   /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with
   /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
   /// without contact.
   Vec3d normal;
   Vec3d force;      ///< N, on the hand, after all limits
-  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero, for the tool is a point
+  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
   double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
   std::uint32_t buttons = 0;
   std::uint32_t flags = 0;       ///< ServoFault bits
@@ -77,14 +92,15 @@ struct ServoSample {
 /// snapshot and the readings so far.
 class Servo {
  public:
-  Servo(const ServoSettings& settings, const DeviceInfo& device) noexcept;
+  /// Allocates for the points of the tool.
+  Servo(const ServoSettings& settings, const DeviceInfo& device);
   /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
   /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
   void stalled() noexcept { stalled_ = true; }
-  /// From the thread that calls step(). Another workspace or kind of contact starts anew: no force until the tool is
-  /// outside the solid.
+  /// From the thread that calls step(). Another workspace, radius or kind of contact starts anew: no force until the
+  /// tool is outside the solid.
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
 
@@ -110,17 +126,27 @@ class Servo {
     SurfacePoint surface;
     Vec3d contact_point;
     Vec3d normal;         ///< along which the tool is pushed out
-    double depth = 0;     ///< model units
+    double depth = 0;     ///< model units, of which the spring holds energy
+    double push = 0;      ///< model units, by which the spring pushes
     double grown = 0;     ///< model units of the depth that the surface added in this tick, not the hand
+    Vec3d twist;          ///< torque of the spring about the tool's origin at stiffness 1, model units squared
+    Vec3d arm;            ///< from there to where it touches, model units
     bool jumped = false;  ///< material came to the tool rather than the tool to the material
   };
-  [[nodiscard]] Touch touch(const Snapshot& model, Vec3d cursor, const Admitted& now) noexcept;
+  [[nodiscard]] Touch touch(const Snapshot& model, const ToolPose& tool, const Admitted& now) noexcept;
+  [[nodiscard]] Touch point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
+  [[nodiscard]] Touch ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
+  [[nodiscard]] Touch shell_touch(const Snapshot& model, const ToolPose& tool, Proxy::Ease ease) noexcept;
   /// As the paper has it, and wherever no surface contact point is held.
   [[nodiscard]] Touch paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept;
+  /// Whether material came to the tool rather than the tool to the material.
+  [[nodiscard]] bool risen(double rise) const noexcept;
   /// For paper_contact.
   [[nodiscard]] bool surface_jumped(const Snapshot& model, double depth, double travel) const noexcept;
-  /// Whether the tool may be in the material: in a slab below the surface, or below the slabs.
-  [[nodiscard]] bool inside(const Snapshot& model, Vec3d cursor) const noexcept;
+  /// Whether the tool may be in the material.
+  [[nodiscard]] bool inside(const Snapshot& model, const ToolPose& tool) noexcept;
+  /// Forgets what the tool touches.
+  void start_contact_anew() noexcept;
   [[nodiscard]] Vec3d friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
                                double normal_force) noexcept;
   /// J in the spring at a depth in m.
@@ -131,7 +157,10 @@ class Servo {
   DeviceInfo device_;
   Limits limits_;
   LocateHint hint_;
+  // Of these the one that the settings name is in use.
   Proxy proxy_;
+  BallProxy ball_;
+  PointShell shell_;
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
@@ -139,7 +168,7 @@ class Servo {
   double last_t_ = 0;
   Vec3d last_position_;                   ///< m
   Vec3d last_cursor_;                     ///< model units
-  Quatd orientation_;                     ///< the last good one
+  Quatd orientation_, last_orientation_;  ///< the last good one, and that of the tick before
   double last_depth_ = 0;                 ///< m
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed

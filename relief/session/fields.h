@@ -36,8 +36,8 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
-static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 96 &&
-              sizeof(DeviceInfo) == 112 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
+static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 120 &&
+              sizeof(DeviceInfo) == 120 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -84,6 +84,13 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"exact_normals", ""}, settings.force.exact_normals);
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);
   visit(Field{"guard", ""}, settings.force.guard);
+  visit(Field{"tool_radius", kUnits}, settings.tool.radius);
+}
+
+/// One of the points of a rigid tool, in the tool's frame.
+template <Is<Vec3d> T, typename Visit>
+void for_each_field(T& point, Visit&& visit) {
+  visit(Field{"point", kUnits}, point);
 }
 
 /// The name is a fact of the recording.
@@ -93,6 +100,7 @@ void for_each_field(T& device, Visit&& visit) {
   visit(Field{"max_stiffness", "N/m"}, device.max_stiffness);
   visit(Field{"max_damping", "N*s/m"}, device.max_damping);
   visit(Field{"max_force_rate", "N/s"}, device.max_force_rate);
+  visit(Field{"max_torque", "N*m"}, device.max_torque);
   visit(Field{"continuous_force", "N"}, device.continuous_force);
   visit(Field{"max_work", "J"}, device.max_work);
   visit(Field{"max_speed", "m/s"}, device.max_speed);
@@ -130,6 +138,8 @@ template <typename T>
 inline constexpr std::string_view kStream = kTickStream;
 template <>
 inline constexpr std::string_view kStream<ServoSettings> = "settings";
+template <>
+inline constexpr std::string_view kStream<Vec3d> = "tool-point";
 template <>
 inline constexpr std::string_view kStream<DeviceInfo> = "device";
 template <>

@@ -196,6 +196,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
                 {"axes", "x right, y up, z towards the user"}};
   head.streams.emplace(kTickStream, detail::columns_of<RecordedTick>());
   add_stream<ServoSettings>(head);
+  add_stream<Vec3d>(head);
   add_stream<DeviceInfo>(head);
   add_stream<Brush>(head);
   add_stream<Dab>(head);
@@ -205,6 +206,8 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
                                                                                 : RecordingWriter::Appear::AtTheEnd));
   RELIEF_CHECK(writer.add_event(event_of(device, 0)));
   RELIEF_CHECK(writer.add_event(event_of(settings, 0)));
+  const auto points = settings.tool.points.first(std::min(settings.tool.points.size(), PointShell::kMostPoints));
+  for (const Vec3d point : points) RELIEF_CHECK(writer.add_event(event_of(point, 0)));
   RELIEF_CHECK(writer.commit());
   return Recorder(std::make_unique<State>(std::move(writer), pace, model));
 }

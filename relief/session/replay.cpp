@@ -53,6 +53,7 @@ struct Replay::State {
   RowReader<RecordedTick> ticks;
   DeviceInfo device;
   std::vector<ServoSettings> settings;
+  std::vector<Vec3d> tool_points;  ///< the servo's for good: those of all settings
   std::vector<Edit> edits;
   std::string unknown;
   std::vector<std::string> missing;
@@ -72,6 +73,7 @@ struct Replay::State {
   [[nodiscard]] Status read_events() {
     const auto device_reader = reader_of<DeviceInfo>(recording);
     const auto settings_reader = reader_of<ServoSettings>(recording);
+    const auto point_reader = reader_of<Vec3d>(recording);
     const auto brush_reader = reader_of<Brush>(recording);
     const auto dab_reader = reader_of<Dab>(recording);
     note(device_reader, true);
@@ -91,6 +93,9 @@ struct Replay::State {
       } else if (is(detail::kStream<ServoSettings>)) {
         if (event.at != settings.size()) return recording.damaged("its settings are not in order");
         settings_reader.read(event.row, settings.emplace_back());
+      } else if (is(detail::kStream<Vec3d>)) {
+        if (tool_points.size() == PointShell::kMostPoints) return recording.damaged("its tool has too many points");
+        point_reader.read(event.row, tool_points.emplace_back());
       } else if (is(detail::kStream<Brush>)) {
         Brush brush;
         brush_reader.read(event.row, brush);
@@ -112,6 +117,8 @@ struct Replay::State {
       }
     }
     if (!has_device || settings.empty()) return recording.damaged("it does not say its device or its settings");
+    if (!tool_points.empty()) note(point_reader, true);
+    for (ServoSettings& known : settings) known.tool.points = tool_points;
     if (!edits.empty()) {
       note(brush_reader, true);
       note(dab_reader, true);

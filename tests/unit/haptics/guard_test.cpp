@@ -36,12 +36,13 @@ class Spring {
     }
     const double stored = 0.5 * kStiffness * depth * depth;
     return guard
-        .force({.force = {0, kStiffness * depth, 0},
-                .normal = {0, 1, 0},
-                .stored = stored,
-                .gift = stored - 0.5 * kStiffness * before * before},
-               flags)
-        .y;
+        .wrench({.force = {0, kStiffness * depth, 0},
+                 .torque = {},
+                 .normal = {0, 1, 0},
+                 .stored = stored,
+                 .gift = stored - 0.5 * kStiffness * before * before},
+                flags)
+        .force.y;
   }
   ForceGuard guard;
   std::uint32_t flags = 0;

@@ -1,0 +1,296 @@
+#include <relief/core/ball_proxy.h>
+#include <relief/core/half_spaces.h>
+#include <relief/core/near_surface.h>
+#include <relief/core/pushed_side.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+using detail::Aside;
+using detail::HalfSpace;
+using detail::MicroTriangles;
+using detail::NearTriangle;
+
+constexpr int kMost = 48;           // micro-triangles that are minded at a time
+constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
+constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
+constexpr double kRest = 1e-6;      // of the radius: a step that is none
+constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
+constexpr double kSlack = 1e-9;     // of the radius: rounding
+constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
+constexpr double kBehind =
+    1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
+constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
+constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+
+/// The micro-triangles within a ball, or as many as there is room for, the nearest.
+struct Around {
+  std::array<NearTriangle, kMost> triangles;
+  int count = 0;
+  double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
+
+  [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
+    return std::span(triangles).first(static_cast<std::size_t>(count));
+  }
+  void add(const NearTriangle& t) noexcept {
+    if (count < kMost) {
+      triangles[static_cast<std::size_t>(count++)] = t;
+      return;
+    }
+    const auto farthest = std::ranges::max_element(triangles, {}, &NearTriangle::distance2);
+    if (t.distance2 < farthest->distance2) *farthest = t;
+  }
+};
+
+Vec3d area(const NearTriangle& t) noexcept {
+  return cross(t.relative[1] - t.relative[0], t.relative[2] - t.relative[0]);
+}
+/// Whether the point that was asked about lies on the triangle's inner side.
+bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
+
+/// Finds what is nearer to a place than the radius and the skin, and the nearest within `far`.
+void look(MicroTriangles& surface, Vec3d at, double radius, double far, Around& found) noexcept {
+  const double near = radius * (1 + kSkin), near2 = near * near;
+  found.count = 0;
+  double reach2 = std::max(near2, far * far);
+  detail::visit_near(surface, at, kFlat * radius, reach2, [&](const NearTriangle& t) noexcept {
+    if (t.distance2 < near2) found.add(t);
+    reach2 = std::max(near2, t.distance2);
+  });
+  found.nearest = std::sqrt(reach2);
+  for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
+}
+
+/// What place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to. One that
+/// is within the ball asks for a share of what it is too near.
+HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
+  const double distance = std::sqrt(t.distance2), room = radius - distance;
+  const Vec3d normal = distance > kSlack * radius ? t.nearest / -distance : normalized(area(t));
+  return {normal, room > 0 ? room * share : room};
+}
+
+/// The triangle relative to another place, `from` further on.
+NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
+  for (Vec3d& p : t.relative) p -= from;
+  const auto w = nearest_in_triangle({}, t.relative[0], t.relative[1], t.relative[2]);
+  t.nearest = t.relative[0] * w[0] + t.relative[1] * w[1] + t.relative[2] * w[2];
+  t.distance2 = dot(t.nearest, t.nearest);
+  return t;
+}
+
+/// How far a ball is driven into the surface.
+double overlap_in(const Around& around, double radius) noexcept {
+  double most = 0;
+  for (const NearTriangle& t : around.all())
+    if (!shows_its_back(t)) most = std::max(most, radius - std::sqrt(t.distance2));
+  return most;
+}
+
+/// Whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a ridge
+/// the two sides are equally near, and one of them shows its face.
+bool is_behind(const Around& around, double radius) noexcept {
+  double face2 = kAnywhere, back2 = radius * radius * (1 - kBehind);
+  for (const NearTriangle& t : around.all()) {
+    double& least = shows_its_back(t) ? back2 : face2;
+    least = std::min(least, t.distance2);
+  }
+  return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
+}
+
+/// The ball on its way.
+class Mover {
+ public:
+  Mover(MicroTriangles& surface, Vec3d centre, double radius, double far) noexcept
+      : surface_(surface), centre_(centre), radius_(radius) {
+    look_at(centre_, far, *here_);
+  }
+
+  [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
+  [[nodiscard]] const Around& around() const noexcept { return *here_; }
+  [[nodiscard]] int searches() const noexcept { return searches_; }
+
+  void put_back(Vec3d centre) noexcept {
+    centre_ = centre;
+    look_at(centre_, 0, *here_);
+  }
+
+  struct Way {
+    Vec3d within;          ///< the last place no further on the way than `reach`
+    bool settled = false;  ///< it came to rest
+  };
+  /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share.
+  Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
+    searches += searches_;
+    Way way = {centre_};
+    mind(share);
+    double stride = kStride * radius_, rest = kRest * radius_;
+    while (searches_ < searches) {
+      const Vec3d target = goal - centre_;
+      auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
+      if (!step && share > 0) {  // squeezed from two sides
+        share = 0;
+        mind(0);
+        continue;
+      }
+      if (!step) break;
+      const bool whole = *step == target;
+      const double wanted = length(*step);
+      way.settled = !(wanted > rest) && !(whole && wanted > 0);
+      if (way.settled) break;
+      double most = std::max(stride, here_->nearest - radius_);
+      if (reach > 0) most = std::min(most, reach);
+      if (wanted > most) *step *= most / wanted;
+      const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
+      look_at(next, count_ == 0 ? length(goal - next) : 0, *there_);
+      if (bars(*step, share)) {
+        stride = std::max(0.5 * stride, kSkin * radius_);
+        continue;
+      }
+      centre_ = next;
+      std::swap(here_, there_);
+      if (reach > 0) way.within = next;
+      reach -= std::min(wanted, most);
+      rest = std::max(rest, kEnough * wanted);
+      way.settled = next == goal;
+      if (way.settled) break;
+      share = 0;
+      stride = kStride * radius_;
+      mind(0);
+    }
+    return way;
+  }
+
+ private:
+  [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
+    return std::span(spaces_).first(static_cast<std::size_t>(count_));
+  }
+  void look_at(Vec3d at, double beyond_radius, Around& found) noexcept {
+    look(surface_, at, radius_, radius_ + beyond_radius, found);
+    ++searches_;
+  }
+  void mind(double share) noexcept {
+    count_ = 0;
+    for (const NearTriangle& t : here_->all())
+      if (!shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, share);
+  }
+  /// Whether triangles around the next place bar the way there; they are minded from then on. One that shows its back
+  /// here and there is a sheet, or a nearer one stands for it; one that shows it only here is beyond a ridge, unless
+  /// the ball is in a sheet that it came to from behind.
+  [[nodiscard]] bool bars(Vec3d step, double share) noexcept {
+    const bool behind = is_behind(*here_, radius_);
+    const double in2 = radius_ * radius_ * (1 - kBehind);
+    bool barred = false;
+    for (const NearTriangle& t : there_->all()) {
+      if (t.distance2 >= radius_ * radius_) continue;
+      const NearTriangle here = seen_from(t, -step);
+      if (shows_its_back(here) && (behind || shows_its_back(t) || here.distance2 < in2)) continue;
+      const HalfSpace space = beyond(here, radius_, share);
+      if (space.room(step) >= -2 * kSlack * radius_) continue;
+      barred = true;
+      if (count_ < kRoom) spaces_[static_cast<std::size_t>(count_++)] = space;
+    }
+    return barred;
+  }
+
+  static constexpr int kRoom = 3 * kMost;
+  MicroTriangles& surface_;
+  Vec3d centre_;
+  double radius_;
+  Around one_, other_;
+  Around *here_ = &one_, *there_ = &other_;
+  std::array<HalfSpace, kRoom> spaces_;
+  int count_ = 0, searches_ = 0;
+};
+
+}  // namespace
+
+bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
+  MicroTriangles surface(model);
+  return detail::nothing_near(surface, centre, radius);
+}
+
+bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ease) noexcept {
+  rise_ = grown_ = 0;
+  searches_ = 0;
+  if (!known_) {
+    known_ = true;
+    last_ = centre_ = cursor;
+    return false;
+  }
+  const Vec3d move = cursor - last_, start = centre_;
+  last_ = cursor;
+  MicroTriangles surface(model);
+  Mover ball(surface, start, radius, held_ ? 0 : length(move));
+  const double overlap = overlap_in(ball.around(), radius);
+  const bool passed = !behind_ && is_behind(ball.around(), radius);
+  rise_ = passed ? radius : std::max(0.0, overlap - overlap_);
+  // Only what has risen pushes; a sheet that the ball came to from behind stays in it until it goes.
+  settling_ = overlap > kTouching * radius && (settling_ || rise_ > kTouching * radius);
+  const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
+  const double share = push > 0 ? push / overlap : 0;
+  if (!held_) {
+    static_cast<void>(ball.advance(cursor, kAnywhere, share, kSearches));
+    const Vec3d out = ball.centre() - cursor;
+    if (dot(out, out) > 0) side_ = normalized(out);
+  } else {
+    const Vec3d out = start - cursor;
+    const Aside aside(move, out);
+    const double reach = detail::kFollow * length(move) + detail::kRelax * length(out) + push;
+    // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
+    const auto [within, settled] = ball.advance(cursor, reach, share, kSearches / 2);
+    const Vec3d rest = ball.centre() - cursor;
+    const double round = dot(rest, side_) * length(out) - dot(out, side_) * length(rest);
+    const bool free = rest == Vec3d{};
+    if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || round >= 0)) {
+      if (within != ball.centre()) ball.put_back(within);
+      const Vec3d now = within - cursor;
+      if (dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+    } else {
+      // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
+      ball.put_back(start);
+      const double far = length(aside.move) + push;
+      const Vec3d pressed = start + aside.move - normalized(out) * far;
+      ball.put_back(ball.advance(pressed, far, share, kSearches / 2 - 2).within);
+      const Vec3d now = ball.centre() - cursor;
+      if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+    }
+  }
+  centre_ = ball.centre();
+  searches_ = ball.searches();
+  overlap_ = overlap_in(ball.around(), radius);
+  behind_ = is_behind(ball.around(), radius);
+  const Vec3d out = centre_ - cursor;
+  depth_ = length(out);
+  held_ = depth_ > 0;
+  if (!held_) return false;
+  way_out_ = out / depth_;
+  grown_ = std::clamp(overlap - overlap_, 0.0, push);
+  // The triangle that pushes most; in the air, the last one.
+  double most = 0;
+  const NearTriangle* touched = nullptr;
+  for (const NearTriangle& t : ball.around().all()) {
+    const double distance = std::sqrt(t.distance2), pushes = -dot(t.nearest, way_out_);
+    if (distance > radius * (1 + kTouching) || !(pushes > most * distance) || shows_its_back(t)) continue;
+    most = pushes / distance;
+    touched = &t;
+  }
+  if (touched) {
+    double u = 0, v = 0;
+    const int n = surface.mesh().intervals(touched->slab);
+    for (std::size_t k = 0; k < 3; ++k) {
+      u += touched->weights[k] * touched->corners[k].i / n;
+      v += touched->weights[k] * touched->corners[k].j / n;
+    }
+    if (const auto place = surface.place_at(touched->slab, u, v))
+      surface_ = detail::point_of(surface, *place, normals_);
+  }
+  return surface_.slab != kNoSlab && surface_.slab < surface.mesh().slab_count();
+}
+
+}  // namespace relief

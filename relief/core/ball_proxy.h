@@ -1,0 +1,62 @@
+// A ball that touches the displaced surface: held outside it, nearest to the cursor. It neither allocates nor locks.
+#pragma once
+
+#include <relief/core/proxy.h>
+
+namespace relief {
+
+/// The ball of one spherical tip: a god-object (Zilles and Salisbury 1995) with a radius. Its centre goes towards the
+/// cursor as long as no micro-triangle comes nearer than the radius, and then along the micro-triangles that it
+/// touches, to a place around which none is nearer to the cursor; so it keeps to the side from which the cursor came,
+/// however deep that goes, and rests in creases on both sides of them. Each step is a projection onto half-spaces:
+/// around each triangle, the one beyond the plane that touches the radius around the triangle's point nearest to the
+/// centre. Their intersection is free of the surface and convex, so that the straight way to any place in it is free.
+/// Cost per tick: a few searches around the centre, at most kSearches, whatever the number of triangles.
+class BallProxy {
+ public:
+  using Ease = Proxy::Ease;
+  static constexpr int kSearches = 12;
+
+  /// Lets go. The next cursor is taken to be in the open, with the ball around it.
+  void reset() noexcept { *this = {}; }
+  /// One tick: the cursor has moved straight to `cursor`, and the model may have changed; the radius is one for good.
+  /// Whether the centre is held back. Under a cursor that moves by s the held centre moves by at most 10 s and a
+  /// fiftieth of its distance from the cursor, and what `ease` lets it move when the surface has risen.
+  bool step(const Snapshot& model, Vec3d cursor, double radius, Ease ease) noexcept;
+  /// Whether no micro-triangle is nearer to the centre than the radius.
+  [[nodiscard]] static bool clear(const Snapshot& model, Vec3d centre, double radius) noexcept;
+
+  [[nodiscard]] bool held() const noexcept { return held_; }
+  /// Searches that the last tick took.
+  [[nodiscard]] int searches() const noexcept { return searches_; }
+  [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
+  /// How far the surface rose into the ball in this tick, model units; its whole depth when it rose beyond the centre.
+  [[nodiscard]] double rise() const noexcept { return rise_; }
+  /// How far the nearest micro-triangle reaches into the ball, model units: what a risen surface, or one that the ball
+  /// came to from behind, has not yet pushed out.
+  [[nodiscard]] double overlap() const noexcept { return overlap_; }
+  /// The rest is for a held ball.
+  /// Where it touches the surface; of several such places the one that pushes most.
+  [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
+  /// From the cursor to the centre, model units.
+  [[nodiscard]] double depth() const noexcept { return depth_; }
+  /// Unit, from the cursor to the centre.
+  [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
+  /// How much of depth() came in this tick from what the surface pushed, not from the cursor.
+  [[nodiscard]] double grown() const noexcept { return grown_; }
+
+ private:
+  bool known_ = false, held_ = false;
+  Vec3d last_;  ///< the cursor of the last tick
+  Vec3d centre_;
+  Vec3d side_;           ///< the side that it is pushed out to
+  bool behind_ = false;  ///< the nearest triangle in the ball shows its back: a sheet that the ball came to from there
+  detail::CellNormals normals_;
+  SurfacePoint surface_;
+  Vec3d way_out_;
+  bool settling_ = false;  ///< the surface rose into the ball and is still in it
+  double depth_ = 0, rise_ = 0, grown_ = 0, overlap_ = 0;
+  int searches_ = 0;
+};
+
+}  // namespace relief

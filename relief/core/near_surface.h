@@ -1,0 +1,215 @@
+// The micro-triangles near a point, by the bounds of the tiles.
+#pragma once
+
+#include <relief/core/micro_triangles.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace relief::detail {
+
+/// A triangle near a point: a micro-triangle, or half of a square of them that is nearly flat.
+struct NearTriangle {
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<Vec3d, 3> relative;  ///< the corners' positions relative to the point that was asked about
+  Vec3d nearest;                  ///< the triangle's own point nearest to that, relative to it
+  std::array<double, 3> weights;  ///< of the corners, there
+  double distance2 = 0;
+};
+
+/// A slab's grid relative to a point: P(i, j, alpha) = (a + b i + c j) + (d + e i + f j) alpha.
+class NearSlab {
+ public:
+  /// `surface` has entered the slab. Squares between whose bounds there is no more than `flat` may count as flat, at
+  /// the upper bound: the same ones for every point.
+  NearSlab(MicroTriangles& surface, SlabId slab, Vec3d point, double flat) noexcept
+      : surface_(surface),
+        slab_(slab),
+        n_(surface.intervals()),
+        bounds_(surface.model().tile(Layer::Displacement, slab).bounds()),
+        flat_(flat) {
+    const LinearForm form(surface.corners(), point);
+    const double step = 1.0 / n_;
+    a_ = form.a, b_ = form.b * step, c_ = form.c * step;
+    d_ = form.d, e_ = form.e * step, f_ = form.f * step;
+    const Vec3d second = form.d + form.e, third = form.d + form.f;
+    thickest_ = std::sqrt(std::max({dot(d_, d_), dot(second, second), dot(third, third)}));
+    widening_ = length(e_) + length(f_);
+    stretch_ = surface.stretch();
+    if (surface.has_holes()) {
+      const SampleBounds& holes = surface.model().tile(Layer::Void, slab).bounds();
+      pierced_ = holes.between(holes.levels() - 1, 0, 0).high > 0;
+    }
+  }
+
+  /// Calls visit(NearTriangle) for each with distance2 < reach2, which visit may lower.
+  template <typename Visit>
+  void search(double& reach2, Visit&& visit) const noexcept {
+    struct Number {
+      int level, i, j;
+    };
+    std::array<Number, 32> stack;
+    std::size_t depth = 0;
+    stack[depth++] = {bounds_.levels() - 1, 0, 0};
+    double reach = std::sqrt(reach2), known = reach2;
+    while (depth > 0) {
+      const Number at = stack[--depth];
+      const int side = SampleBounds::side(at.level);
+      const int i0 = at.i * side, j0 = at.j * side;
+      const bool whole = i0 + j0 + 2 * side <= n_;
+      const bool stitched = stretch_ > 0 && (at.i == 0 || at.j == 0 || i0 + j0 + 2 * side >= n_);
+      const Square square(*this, at.level, at.i, at.j, stitched);
+      if (reach2 != known) {
+        known = reach2;
+        reach = std::sqrt(reach2);
+      }
+      if (!square.near(reach)) continue;
+      if (whole && !stitched && !pierced_ && 2 * square.off <= flat_) {
+        flat(square, {i0, j0}, side, reach2, visit);
+      } else if (at.level == 0) {
+        triangles(i0, j0, stitched || pierced_, reach2, visit);
+      } else {
+        const int m = bounds_.squares(at.level - 1);
+        for (int k = 0; k < 4; ++k) {
+          const Number child = {at.level - 1, 2 * at.i + (k & 1), 2 * at.j + (k >> 1)};
+          if (child.i + child.j < m) stack[depth++] = child;
+        }
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] Vec3d fibre(double i, double j) const noexcept { return d_ + e_ * i + f_ * j; }
+  [[nodiscard]] Vec3d at(double i, double j, double alpha) const noexcept {
+    return (a_ + b_ * i + c_ * j) + fibre(i, j) * alpha;
+  }
+
+  /// The parallelogram half-way between a square's bounds, and how far its micro-triangles may be off it: half of what
+  /// is between them, and what a sloping square of a widening slab is bent.
+  struct Square {
+    Vec3d centre, u, v;  ///< u, v: per grid step
+    double half, off, above;
+
+    Square(const NearSlab& slab, int level, int i, int j, bool stitched) noexcept {
+      half = 0.5 * SampleBounds::side(level);
+      const double ci = (2 * i + 1) * half, cj = (2 * j + 1) * half;
+      SampleBounds::Between heights = slab.bounds_.between(level, i, j);
+      if (stitched) {  // draws corners along the edge, to samples outside the square
+        half += slab.stretch_;
+        heights = {0, 1, 0, 0};
+      }
+      const double middle = (heights.low + heights.high) / 2;
+      const Vec3d along = slab.fibre(ci, cj);
+      centre = (slab.a_ + slab.b_ * ci + slab.c_ * cj) + along * middle;
+      u = slab.b_ + slab.e_ * middle + along * heights.slope_i;
+      v = slab.c_ + slab.f_ * middle + along * heights.slope_j;
+      const double bend = slab.widening_ * (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * half * half;
+      above = (heights.high - heights.low) / 2;
+      off = above * slab.thickest_ + bend + 1e-9 * slab.thickest_;
+    }
+
+    /// Whether a micro-triangle may be nearer than `reach`.
+    [[nodiscard]] bool near(double reach) const noexcept {
+      const double slack = reach + off;
+      const double u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), far2 = dot(centre, centre);
+      // The corners are no farther from the centre than this.
+      const double round2 = half * half * (u2 + v2 + 2 * std::abs(uv));
+      if (far2 > slack * slack + round2 + 2 * slack * std::sqrt(round2)) return false;
+      const Vec3d n = cross(u, v);
+      const double n2 = dot(n, n), high = dot(centre, n);
+      if (!(n2 > 0)) return true;
+      // Along u and v, in parts of n2; how far outside.
+      const double to_u = dot(centre, u), to_v = dot(centre, v);
+      const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
+      const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
+      return high * high + std::max(past_u * past_u / v2, past_v * past_v / u2) <= slack * slack * n2;
+    }
+  };
+
+  template <typename Visit>
+  void test(const std::array<GridPoint, 3>& corners, const std::array<Vec3d, 3>& p, double& reach2,
+            Visit&& visit) const noexcept {
+    const Vec3d area = cross(p[1] - p[0], p[2] - p[0]);
+    const double height = dot(p[0], area);
+    if (height * height >= reach2 * dot(area, area)) return;
+    const std::array<double, 3> w = nearest_in_triangle({}, p[0], p[1], p[2]);
+    const Vec3d nearest = p[0] * w[0] + p[1] * w[1] + p[2] * w[2];
+    const double distance2 = dot(nearest, nearest);
+    if (distance2 < reach2) visit(NearTriangle{slab_, corners, p, nearest, w, distance2});
+  }
+
+  template <typename Visit>
+  void flat(const Square& square, GridPoint low, int side, double& reach2, Visit&& visit) const noexcept {
+    const Vec3d centre = square.centre + fibre(low.i + square.half, low.j + square.half) * square.above;
+    const Vec3d u = square.u * square.half, v = square.v * square.half;
+    const GridPoint right = {low.i + side, low.j}, left = {low.i, low.j + side}, high = {low.i + side, low.j + side};
+    const Vec3d at_right = centre + u - v, at_left = centre - u + v;
+    test({low, right, left}, {centre - u - v, at_right, at_left}, reach2, visit);
+    test({right, high, left}, {at_right, centre + u + v, at_left}, reach2, visit);
+  }
+
+  template <typename Visit>
+  void triangles(int i0, int j0, bool changed, double& reach2, Visit&& visit) const noexcept {
+    constexpr int kSide = SampleBounds::kSide;
+    std::array<std::array<Vec3d, kSide + 1>, kSide + 1> place;
+    const int rows = std::min(kSide, n_ - j0);
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i <= kSide && i0 + i + j0 + j <= n_; ++i)
+        place[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] =
+            at(i0 + i, j0 + j, surface_.displacement({i0 + i, j0 + j}));
+    const auto place_of = [&](GridPoint g) noexcept {
+      const GridPoint in = {g.i - i0, g.j - j0};
+      const bool here = in.i >= 0 && in.i <= kSide && in.j >= 0 && in.j <= kSide;
+      return here ? place[static_cast<std::size_t>(in.j)][static_cast<std::size_t>(in.i)]
+                  : at(g.i, g.j, surface_.displacement(g));
+    };
+    const auto one = [&](std::array<GridPoint, 3> corners) noexcept {
+      if (changed && !surface_.stitch(corners)) return;
+      test(corners, {place_of(corners[0]), place_of(corners[1]), place_of(corners[2])}, reach2, visit);
+    };
+    for (int j = j0; j < j0 + rows; ++j)
+      for (int i = i0; i < i0 + kSide && i + j < n_; ++i) {
+        one({{{i, j}, {i + 1, j}, {i, j + 1}}});
+        if (i + j + 1 < n_) one({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}});
+      }
+  }
+
+  MicroTriangles& surface_;
+  SlabId slab_;
+  int n_;
+  const SampleBounds& bounds_;
+  double flat_;
+  Vec3d a_, b_, c_, d_, e_, f_;
+  double thickest_, widening_;
+  int stretch_;
+  bool pierced_ = false;
+};
+
+/// Calls visit(NearTriangle) for each triangle nearer to the point than the root of reach2, which visit may lower. The
+/// micro-triangles of a square between whose bounds there is no more than `flat` (model units) count as two. Cost: the
+/// slabs whose boxes are that near, a few squares each, and some 32 micro-triangles for a square that is near and not
+/// flat.
+template <typename Visit>
+void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach2, Visit&& visit) noexcept {
+  surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(point) < reach2; },
+                            [&](SlabId s) {
+                              surface.enter(s);
+                              NearSlab(surface, s, point, flat).search(reach2, visit);
+                              return false;
+                            });
+}
+
+/// Whether no micro-triangle is nearer to the point than `reach`. Cost: as visit_near(), up to the first that is.
+[[nodiscard]] inline bool nothing_near(MicroTriangles& surface, Vec3d point, double reach) noexcept {
+  double reach2 = reach * reach;
+  bool nothing = true;
+  visit_near(surface, point, 0, reach2, [&](const NearTriangle&) noexcept {
+    nothing = false;
+    reach2 = 0;
+  });
+  return nothing;
+}
+
+}  // namespace relief::detail

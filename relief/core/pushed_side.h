@@ -1,0 +1,43 @@
+// The side of a part to which a held tool is pushed out.
+#pragma once
+
+#include <relief/base/vec.h>
+
+#include <cmath>
+
+namespace relief::detail {
+
+constexpr double kFollow = 10;       // lengths of the cursor's way that a held point may go in a tick
+constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
+constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
+constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
+constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
+
+/// Whether two ways have an angle of at most 45 degrees between them.
+[[nodiscard]] inline bool same_side(Vec3d a, Vec3d b) noexcept {
+  return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b));
+}
+
+/// n turned towards `wanted` by at most so many radians.
+[[nodiscard]] inline Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
+  // A chord is shorter than its arc.
+  if (dot(n - wanted, n - wanted) <= 0.9 * most * most) return wanted;
+  const double angle = std::atan2(length(cross(n, wanted)), dot(n, wanted));
+  if (!(angle > most)) return wanted;
+  const Vec3d aside = wanted - n * dot(n, wanted);
+  if (!(dot(aside, aside) > 1e-24)) return n;
+  return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
+}
+
+/// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much that lets
+/// the side turn, rad.
+struct Aside {
+  Vec3d move;
+  double turn = 0;
+
+  Aside(Vec3d cursor_move, Vec3d out) noexcept
+      : move(cursor_move - out * (dot(cursor_move, out) / dot(out, out))),
+        turn(kRound * length(move) / length(out) + kSettle) {}
+};
+
+}  // namespace relief::detail

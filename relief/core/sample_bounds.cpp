@@ -1,0 +1,115 @@
+#include <relief/base/assert.h>
+#include <relief/core/grid.h>
+#include <relief/core/sample_bounds.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+
+SampleBounds::SampleBounds(int n) : n_(n) {
+  RELIEF_ASSERT(n >= 1 && n <= kMaxIntervals);
+  int count = 0;
+  for (int level = 0;; ++level) {
+    const int m = squares(level);
+    begin_[static_cast<std::size_t>(level)] = count;
+    count += m * (m + 1) / 2;
+    levels_ = level + 1;
+    if (m == 1) break;
+  }
+  squares_.resize(static_cast<std::size_t>(count));
+}
+
+void SampleBounds::update(const float* samples) noexcept {
+  for (int level = 0; level < levels_; ++level)
+    for (int j = 0; j < squares(level); ++j)
+      for (int i = 0; i + j < squares(level); ++i)
+        squares_[index(level, i, j)] = level == 0 ? bound(samples, i, j) : bound(level, i, j);
+}
+
+SampleBounds::Packed SampleBounds::bound(const float* samples, int i, int j) const noexcept {
+  const int i0 = i * kSide, j0 = j * kSide;
+  const auto at = [&](int di, int dj) noexcept { return samples + sample_index(n_, {i0 + di, j0 + dj}); };
+  float low = 1, high = 0;
+  if (i0 + j0 + 2 * kSide <= n_) {
+    // A whole square: a slope through three of its corners, then the least and the greatest height above that.
+    using Four [[gnu::vector_size(16)]] = float;
+    const auto steps = [](float rise) noexcept {
+      return static_cast<std::int16_t>(rise * static_cast<float>(kSlopes / kSide));
+    };
+    const std::int16_t slope_i = steps(*at(kSide, 0) - *at(0, 0)), slope_j = steps(*at(0, kSide) - *at(0, 0));
+    constexpr auto kSlope = static_cast<float>(1 / kSlopes);
+    const float by_i = slope_i * kSlope, by_j = slope_j * kSlope;
+    const Four left = {-2 * by_i, -by_i, 0, by_i}, right = left + by_i;
+    Four least = {1, 1, 1, 1}, most = {};
+    for (int r = 0; r <= kSide; ++r) {
+      const float* row = at(0, r);
+      const float down = static_cast<float>(r - 2) * by_j;
+      const Four a = Four{row[0], row[1], row[2], row[3]} - left - down;
+      const Four b = Four{row[1], row[2], row[3], row[4]} - right - down;
+      least = a < least ? a : least;
+      least = b < least ? b : least;
+      most = a > most ? a : most;
+      most = b > most ? b : most;
+    }
+    low = std::min({least[0], least[1], least[2], least[3]});
+    high = std::max({most[0], most[1], most[2], most[3]});
+    constexpr float kRounding = 1e-6F;
+    low -= kRounding;
+    high += kRounding;
+    // Where the sloping planes leave what can be stored, level ones do.
+    if (low >= 0 && high <= 1)
+      return {static_cast<std::uint16_t>(std::floor(double{low} * kSteps)),
+              static_cast<std::uint16_t>(std::ceil(double{high} * kSteps)), slope_i, slope_j};
+    low = 1;
+    high = 0;
+  }
+  for (int dj = 0; dj <= kSide && j0 + dj <= n_; ++dj)
+    for (int di = 0; di <= kSide && i0 + di + j0 + dj <= n_; ++di) {
+      low = std::min(low, *at(di, dj));
+      high = std::max(high, *at(di, dj));
+    }
+  return {static_cast<std::uint16_t>(std::floor(double{std::max(low, 0.0F)} * kSteps)),
+          static_cast<std::uint16_t>(std::ceil(double{std::min(high, 1.0F)} * kSteps)), 0, 0};
+}
+
+SampleBounds::Packed SampleBounds::bound(int level, int i, int j) const noexcept {
+  const double half = 0.5 * side(level - 1);  // of the smaller squares, and how far their centres are from this one's
+  struct Part {
+    Between between;
+    double i, j;
+  };
+  std::array<Part, 4> parts;
+  int count = 0;
+  double slope_i = 0, slope_j = 0;
+  for (int k = 0; k < 4; ++k) {
+    const int ci = 2 * i + (k & 1), cj = 2 * j + (k >> 1);
+    if (ci + cj >= squares(level - 1)) continue;
+    const Between b = between(level - 1, ci, cj);
+    parts[static_cast<std::size_t>(count++)] = {b, (k & 1) != 0 ? half : -half, (k >> 1) != 0 ? half : -half};
+    slope_i += b.slope_i;
+    slope_j += b.slope_j;
+  }
+  Packed made = {65535, 0, static_cast<std::int16_t>(slope_i / count * kSlopes),
+                 static_cast<std::int16_t>(slope_j / count * kSlopes)};
+  for (const bool level_planes : {false, true}) {
+    if (level_planes) made.slope_i = made.slope_j = 0;
+    double low = 1, high = 0;
+    for (int k = 0; k < count; ++k) {
+      const auto& [b, to_i, to_j] = parts[static_cast<std::size_t>(k)];
+      const double by_i = made.slope_i / kSlopes, by_j = made.slope_j / kSlopes;
+      const double lower = by_i * to_i + by_j * to_j;
+      const double spread = (std::abs(b.slope_i - by_i) + std::abs(b.slope_j - by_j)) * half;
+      low = std::min(low, b.low - lower - spread);
+      high = std::max(high, b.high - lower + spread);
+    }
+    if (!level_planes && (low < 0 || high > 1)) continue;
+    // The samples themselves are within 0..1.
+    made.low = static_cast<std::uint16_t>(std::floor(std::max(low, 0.0) * kSteps));
+    made.high = static_cast<std::uint16_t>(std::ceil(std::min(high, 1.0) * kSteps));
+    break;
+  }
+  return made;
+}
+
+}  // namespace relief

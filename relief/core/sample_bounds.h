@@ -1,0 +1,59 @@
+// Between which sloping planes the samples of a tile lie, square by square: what lets a search skip most of a slab.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace relief {
+
+/// Bounds of a tile's samples over squares of its grid. Level 0 has squares of kSide cells, each level above squares of
+/// twice the side, the last one a single square. Square (i, j) of a level has the samples from side * i to
+/// side * (i + 1), both counted, towards corner 1, and likewise j towards corner 2; those that reach over the slab's
+/// edge have what there is of them. About a sixth of the tile's own memory.
+class SampleBounds {
+ public:
+  static constexpr int kSide = 4;
+
+  /// The samples lie between low and high, plus slope_i and slope_j per grid step from the square's centre.
+  struct Between {
+    double low, high, slope_i, slope_j;
+  };
+
+  /// For a grid of n intervals; to be filled by update().
+  explicit SampleBounds(int n);
+  /// Takes in the (n+1)(n+2)/2 samples, each 0..1; some two nanoseconds for each.
+  void update(const float* samples) noexcept;
+
+  [[nodiscard]] int levels() const noexcept { return levels_; }
+  /// Squares along an edge: square (i, j) exists where i, j >= 0 and i + j is less.
+  [[nodiscard]] int squares(int level) const noexcept { return (((n_ + kSide - 1) / kSide - 1) >> level) + 1; }
+  [[nodiscard]] static constexpr int side(int level) noexcept { return kSide << level; }
+  [[nodiscard]] Between between(int level, int i, int j) const noexcept {
+    const Packed& p = squares_[index(level, i, j)];
+    return {p.low / kSteps, p.high / kSteps, p.slope_i / kSlopes, p.slope_j / kSlopes};
+  }
+  [[nodiscard]] std::size_t bytes() const noexcept { return squares_.size() * sizeof(Packed); }
+
+ private:
+  static constexpr double kSteps = 65535, kSlopes = 32767;
+  struct Packed {
+    std::uint16_t low, high;
+    std::int16_t slope_i, slope_j;
+  };
+  [[nodiscard]] std::size_t index(int level, int i, int j) const noexcept {
+    const int m = squares(level);
+    return static_cast<std::size_t>(begin_[static_cast<std::size_t>(level)] + j * m - j * (j - 1) / 2 + i);
+  }
+  /// What bounds the samples of a square of level 0.
+  [[nodiscard]] Packed bound(const float* samples, int i, int j) const noexcept;
+  /// What bounds the squares that a square of a higher level is made of.
+  [[nodiscard]] Packed bound(int level, int i, int j) const noexcept;
+
+  int n_, levels_ = 1;
+  std::array<int, 6> begin_{};  ///< by level: its first square
+  std::vector<Packed> squares_;
+};
+
+}  // namespace relief

@@ -1,0 +1,211 @@
+// A ball on the surface: planes, spheres, creases, thin parts, rough ground, a surface that changes under it.
+#include "support/driver.h"
+
+#include <relief/core/ball_proxy.h>
+#include <relief/core/half_spaces.h>
+#include <relief/core/query.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::fine_sphere;
+using testing::flat_plane;
+using testing::plane_shell;
+using testing::torus_shell;
+
+constexpr BallProxy::Ease kAtOnce = {};
+
+/// Goes straight in so many ticks.
+void lead(BallProxy& ball, const Snapshot& model, Vec3d from, Vec3d to, double radius, int ticks,
+          BallProxy::Ease ease = kAtOnce) {
+  for (int k = 1; k <= ticks; ++k) ball.step(model, from + (to - from) * (double(k) / ticks), radius, ease);
+}
+
+TEST(HalfSpaces, TheNearestPointIsFeasibleAndNoneFoundByTryingIsNearer) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 2000; ++k) {
+    std::vector<detail::HalfSpace> spaces(static_cast<std::size_t>(1 + k % 12));
+    for (auto& s : spaces) {
+      s.normal = normalized(Vec3d{normal(random), normal(random), normal(random)});
+      s.offset = -std::abs(normal(random));  // the origin is in all of them
+    }
+    const Vec3d goal = Vec3d{normal(random), normal(random), normal(random)} * 3.0;
+    const auto x = detail::nearest_in(spaces, goal, 1e-12);
+    ASSERT_TRUE(x);
+    for (const auto& s : spaces) ASSERT_GE(s.room(*x), -1e-9);
+    // No step towards the goal's side stays inside: the conditions of Karush, Kuhn and Tucker, by trial.
+    for (int trial = 0; trial < 200; ++trial) {
+      const Vec3d y = *x + Vec3d{normal(random), normal(random), normal(random)} * std::pow(10, -trial % 5);
+      bool in = true;
+      for (const auto& s : spaces) in = in && s.room(y) >= 0;
+      if (!in) continue;
+      ASSERT_GE(length(y - goal), length(*x - goal) - 1e-9);
+    }
+  }
+}
+
+TEST(HalfSpaces, SqueezedFromBothSidesThereIsNoPlace) {
+  const detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{0, -1, 0}, 1}};
+  EXPECT_FALSE(detail::nearest_in(spaces, {}, 1e-9));
+}
+
+TEST(BallProxy, RestsOnAPlaneAtItsRadius) {
+  const SnapshotPtr model = flat_plane();
+  BallProxy ball;
+  ball.step(*model, {0.4, 0.08, 0.6}, 0.03, kAtOnce);
+  lead(ball, *model, {0.4, 0.08, 0.6}, {0.4, 0.031, 0.6}, 0.03, 10);
+  EXPECT_FALSE(ball.held());
+  lead(ball, *model, {0.4, 0.031, 0.6}, {0.4, -0.02, 0.6}, 0.03, 20);
+  ASSERT_TRUE(ball.held());
+  EXPECT_NEAR(ball.centre().y, 0.03, 1e-5);
+  EXPECT_NEAR(ball.depth(), 0.05, 1e-5);
+  EXPECT_NEAR(ball.way_out().y, 1, 1e-9);
+  EXPECT_NEAR(ball.surface().position.y, 0, 1e-9);
+  EXPECT_NEAR(ball.surface().position.x, 0.4, 1e-3);
+  lead(ball, *model, {0.4, -0.02, 0.6}, {0.4, 0.05, 0.6}, 0.03, 20);
+  EXPECT_FALSE(ball.held());
+}
+
+TEST(BallProxy, OnASphereItsCentreIsOnTheLargerSphere) {
+  const SnapshotPtr model = fine_sphere();
+  const double radius = 0.15;
+  BallProxy ball;
+  const Vec3d out = normalized(Vec3d{1, 2, 3});
+  ball.step(*model, out * 1.3, radius, kAtOnce);
+  lead(ball, *model, out * 1.3, out * 1.1, radius, 20);
+  // Slides a quarter round.
+  const Vec3d side = normalized(cross(out, Vec3d{0, 1, 0}));
+  for (int k = 1; k <= 400; ++k) {
+    const double angle = 1.57 * k / 400;
+    const Vec3d goal = (out * std::cos(angle) + side * std::sin(angle)) * 1.1;
+    ball.step(*model, goal, radius, kAtOnce);
+    ASSERT_TRUE(ball.held()) << k;
+    ASSERT_NEAR(length(ball.centre()), 1 + radius, 5e-4) << k;
+    ASSERT_GT(dot(ball.way_out(), normalized(goal)), std::cos(0.01)) << k;
+  }
+}
+
+TEST(BallProxy, InACreaseItTouchesBothSidesAndGoesNoDeeper) {
+  // A valley of two planes at 45 degrees along x = 0.5.
+  const SnapshotPtr model = displaced(plane_shell(8, 32, 0.5), [](Vec3d p) { return 0.3 + std::abs(p.x - 0.5); });
+  const double radius = 0.05, rest = -0.2 + radius * std::sqrt(2.0);
+  BallProxy ball;
+  ball.step(*model, {0.5, 0.2, 0.5}, radius, kAtOnce);
+  lead(ball, *model, {0.5, 0.2, 0.5}, {0.52, -0.25, 0.5}, radius, 60);
+  ASSERT_TRUE(ball.held());
+  EXPECT_NEAR(ball.centre().x, 0.5, 2e-4);
+  EXPECT_NEAR(ball.centre().y, rest, 4e-4);
+  for (const double z : {0.5, 0.55, 0.6}) {
+    for (int k = 0; k < 5; ++k) ball.step(*model, {0.5, -0.25, z}, radius, kAtOnce);
+    EXPECT_NEAR(ball.centre().y, rest, 4e-4);
+  }
+}
+
+/// Over rough ground, whatever the hand does: never in the material, never further from the hand than it was.
+TEST(BallProxy, IsNeverInTheMaterial) {
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 24), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (const double radius : {0.01, 0.04, 0.2}) {
+    BallProxy ball;
+    Vec3d hand = {0, 3, 0}, way;
+    ball.step(*model, hand, radius, kAtOnce);
+    int held = 0;
+    for (int k = 0; k < 6000; ++k) {
+      way = way * 0.9 + Vec3d{normal(random), normal(random), normal(random)} * 0.01 - hand * 1e-3;
+      if (k % 500 == 499) way = way * 30.0;
+      hand += way;
+      ball.step(*model, hand, radius, kAtOnce);
+      held += ball.held();
+      const double distance = length(closest_point(*model, ball.centre()).position - ball.centre());
+      ASSERT_GE(distance, radius * (1 - 1e-6)) << "tick " << k << ", radius " << radius;
+      ASSERT_LE(ball.searches(), BallProxy::kSearches + 1);
+      ASSERT_TRUE(ball.held() || ball.centre() == hand);
+    }
+    EXPECT_GT(held, 1000) << radius;
+  }
+}
+
+TEST(BallProxy, ThroughAThinPlateItIsStillPushedOutTheWayItCameIn) {
+  // The torus' tube, pressed from above to beyond its lower side.
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 16), [](Vec3d) { return 0.5; });
+  BallProxy ball;
+  const double radius = 0.1;
+  ball.step(*model, {2, 1.2, 0}, radius, kAtOnce);
+  lead(ball, *model, {2, 1.2, 0}, {2, -1.5, 0}, radius, 1000);
+  ASSERT_TRUE(ball.held());
+  EXPECT_GT(ball.centre().y, 0.5);
+  EXPECT_GT(ball.way_out().y, 0.7);
+}
+
+TEST(BallProxy, AFastHandDoesNotTunnel) {
+  const SnapshotPtr model = flat_plane();
+  BallProxy ball;
+  const double radius = 0.01;
+  ball.step(*model, {0.5, 0.5, 0.5}, radius, kAtOnce);
+  for (int k = 0; k < 10; ++k) ball.step(*model, {0.5, -0.5, 0.5}, radius, kAtOnce);
+  EXPECT_TRUE(ball.held());
+  EXPECT_NEAR(ball.centre().y, radius, 1e-5);
+}
+
+TEST(BallProxy, ASheetDoesNotCatchABallFromBehind) {
+  const SnapshotPtr model = flat_plane();
+  BallProxy ball;
+  const double radius = 0.05;
+  ball.step(*model, {0.5, -0.3, 0.5}, radius, kAtOnce);
+  for (int k = 1; k <= 300; ++k) {
+    ball.step(*model, {0.5, -0.3 + 0.002 * k, 0.5}, radius, {.share = 0.06, .most = 1e-3});
+    ASSERT_LT(ball.depth(), 5e-3) << k;  // it may lose a tick or two in the plane itself
+  }
+  EXPECT_FALSE(ball.held());
+  EXPECT_NEAR(ball.centre().y, 0.3, 1e-9);
+}
+
+TEST(BallProxy, ARisingSurfacePushesItOutGently) {
+  const auto mesh = plane_shell(4, 8);
+  const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
+  const SnapshotPtr high = displaced(mesh, [](Vec3d) { return 0.55; });  // by 0.01
+  BallProxy ball;
+  const double radius = 0.05;
+  const Vec3d hand = {0.5, 0.04, 0.5};
+  ball.step(*low, {0.5, 0.1, 0.5}, radius, kAtOnce);
+  lead(ball, *low, {0.5, 0.1, 0.5}, hand, radius, 10);
+  ASSERT_NEAR(ball.depth(), 0.01, 1e-5);
+  double before = ball.depth();
+  ball.step(*high, hand, radius, {.share = 0.1, .most = 5e-4});
+  EXPECT_NEAR(ball.rise(), 0.01, 1e-4);
+  for (int k = 0; k < 200; ++k) {
+    EXPECT_LE(ball.depth() - before, 5e-4 + 1e-9);
+    before = ball.depth();
+    ball.step(*high, hand, radius, {.share = 0.1, .most = 5e-4});
+    EXPECT_EQ(ball.rise(), 0);
+  }
+  EXPECT_NEAR(ball.depth(), 0.02, 1e-4);
+  // And a surface that falls lets it down.
+  for (int k = 0; k < 400; ++k) ball.step(*low, hand, radius, {.share = 0.1, .most = 5e-4});
+  EXPECT_NEAR(ball.depth(), 0.01, 1e-4);
+}
+
+TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
+  const auto mesh = plane_shell(4, 8);
+  const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
+  const SnapshotPtr high = displaced(mesh, [](Vec3d) { return 0.9; });
+  BallProxy ball;
+  const double radius = 0.05;
+  ball.step(*low, {0.5, 0.1, 0.5}, radius, kAtOnce);
+  lead(ball, *low, {0.5, 0.1, 0.5}, {0.5, 0.04, 0.5}, radius, 10);
+  ball.step(*high, {0.5, 0.04, 0.5}, radius, kAtOnce);
+  EXPECT_GE(ball.rise(), radius);
+}
+
+}  // namespace
+}  // namespace relief

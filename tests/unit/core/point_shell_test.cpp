@@ -1,0 +1,135 @@
+// A rigid tool made of points: one point is as a point, many push together, turned tools turn back.
+#include "support/driver.h"
+
+#include <relief/core/point_shell.h>
+#include <relief/core/query.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::flat_plane;
+using testing::torus_shell;
+
+constexpr PointShell::Ease kAtOnce = {};
+
+/// Points all over a sphere around the origin.
+std::vector<Vec3d> sphere_points(int count, double radius) {
+  std::vector<Vec3d> points;
+  for (int k = 0; k < count; ++k) {
+    const double y = 1 - 2 * (k + 0.5) / count, r = std::sqrt(1 - y * y), turn = 2.399963229728653 * k;
+    points.push_back(Vec3d{r * std::cos(turn), y, r * std::sin(turn)} * radius);
+  }
+  return points;
+}
+
+SnapshotPtr rough_torus() {
+  return displaced(torus_shell(24, 12, 24), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+}
+
+TEST(PointShell, OnePointIsAsAProxy) {
+  const SnapshotPtr model = rough_torus();
+  const Vec3d own[] = {{0.1, -0.2, 0.05}};
+  PointShell shell(own);
+  Proxy proxy;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Vec3d hand = {2, 1.5, 0}, way;
+  int held = 0;
+  for (int k = 0; k < 5000; ++k) {
+    way = way * 0.95 + Vec3d{normal(random), normal(random), normal(random)} * 1e-3 + (Vec3d{2, 0.7, 0} - hand) * 2e-4;
+    hand += way;
+    shell.step(*model, {hand, {}}, kAtOnce);
+    proxy.step(*model, hand + own[0], kAtOnce);
+    ASSERT_EQ(shell.held() > 0, proxy.held()) << k;
+    if (!proxy.held()) continue;
+    ++held;
+    ASSERT_NEAR(shell.depth(), proxy.depth(), 1e-9);
+    ASSERT_LT(length(shell.push() - proxy.way_out() * proxy.depth()), 1e-9);
+    ASSERT_LT(length(shell.twist() - cross(own[0], shell.push())), 1e-12);
+  }
+  EXPECT_GT(held, 500);
+}
+
+TEST(PointShell, PushesWithTheGradientOfHalfItsDepthSquared) {
+  const SnapshotPtr model = flat_plane();
+  const std::vector<Vec3d> points = sphere_points(300, 0.2);
+  PointShell shell(points);
+  const auto energy = [&](Vec3d origin, Quatd q) {
+    shell.reset();
+    shell.step(*model, {{0.5, 0.5, 0.5}, q}, kAtOnce);
+    for (int k = 1; k <= 50; ++k)
+      shell.step(*model, {Vec3d{0.5, 0.5, 0.5} + (origin - Vec3d{0.5, 0.5, 0.5}) * (k / 50.0), q}, kAtOnce);
+    for (int k = 0; k < 200; ++k) shell.step(*model, {origin, q}, kAtOnce);
+    return 0.5 * shell.depth() * shell.depth();
+  };
+  const Vec3d place = {0.5, 0.16, 0.5};
+  const double h = 1e-5;
+  energy(place, {});
+  const Vec3d push = shell.push(), twist = shell.twist();
+  EXPECT_GT(shell.held(), 10);
+  EXPECT_NEAR((energy(place - Vec3d{0, h, 0}, {}) - energy(place + Vec3d{0, h, 0}, {})) / (2 * h), push.y,
+              1e-3 * push.y);
+  const double by_angle = (energy(place, {1, -h / 2, 0, 0}) - energy(place, {1, h / 2, 0, 0})) / (2 * h);
+  EXPECT_NEAR(by_angle, twist.x, 1e-3 * length(push) * 0.2);
+  EXPECT_LE(length(push), shell.depth() * std::sqrt(shell.most_stiffening()) * (1 + 1e-9));
+}
+
+TEST(PointShell, ATiltedBarIsTurnedBack) {
+  const SnapshotPtr model = flat_plane();
+  std::vector<Vec3d> bar;
+  for (int k = -10; k <= 10; ++k) bar.push_back({0.02 * k, 0, 0});
+  PointShell shell(bar);
+  const double half = 0.05;  // half the angle, about z: the right end is up
+  const Quatd q = {std::cos(half), 0, 0, std::sin(half)};
+  shell.step(*model, {{0.5, 0.2, 0.5}, q}, kAtOnce);
+  for (int k = 1; k <= 100; ++k) shell.step(*model, {{0.5, 0.2 - 0.0019 * k, 0.5}, q}, kAtOnce);
+  ASSERT_GT(shell.held(), 0);
+  EXPECT_GT(shell.push().y, 0);
+  EXPECT_LT(shell.twist().z, 0) << "the left end is pushed up, which turns clockwise about z";
+}
+
+TEST(PointShell, ManyPointsStayWithinTheirWorkAndEachKeepsItsSide) {
+  const SnapshotPtr model = rough_torus();
+  PointShell shell(sphere_points(1000, 0.3));
+  EXPECT_EQ(shell.size(), 1000U);
+  shell.step(*model, {{2, 1.8, 0}, {}}, kAtOnce);
+  int most = 0;
+  for (int k = 1; k <= 600; ++k) {
+    const double t = k * 1e-3;
+    const Vec3d place = {2 * std::cos(t), 1.8 - std::min(k, 300) * 0.0034, 2 * std::sin(t)};
+    shell.step(*model, {place, {std::cos(t), 0, std::sin(t), 0}}, kAtOnce);
+    most = std::max(most, shell.held());
+    ASSERT_TRUE(shell.depth() <= 0.02 || shell.push().y > 0) << k;
+  }
+  EXPECT_GT(most, 100);
+}
+
+TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
+  const SnapshotPtr model = rough_torus();
+  PointShell shell(sphere_points(100, 0.2));
+  const auto clear = [&](Vec3d place) {
+    for (int k = 0; k < 20; ++k)
+      if (shell.clear(*model, {place, {}})) return true;
+    return false;
+  };
+  EXPECT_TRUE(clear({0, 2, 0}));
+  EXPECT_FALSE(clear({2, 0, 0}));
+  EXPECT_TRUE(clear({0, 0, 0})) << "in the hole of the torus";
+  EXPECT_FALSE(clear({2, 0.9, 0}));
+}
+
+TEST(PointShell, PointsBeyondTheMostAreLeftOut) {
+  EXPECT_EQ(PointShell(sphere_points(1200, 1)).size(), PointShell::kMostPoints);
+  EXPECT_EQ(PointShell({}).size(), 0U);
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,110 @@
+// Bounds of a tile's samples, and the search for what is near by them.
+#include "support/shells.h"
+
+#include <relief/core/near_surface.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+#include <tuple>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::mixed_shell;
+using testing::torus_shell;
+using testing::with_hole;
+
+TEST(SampleBounds, HoldEverySampleOfEverySquareAndAreTightOnSlopes) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 15, 31, 32, 33, 63, 64, 100, 128})
+    for (const int kind : {0, 1, 2}) {
+      std::vector<float> samples(sample_count(n));
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i)
+          samples[sample_index(n, {i, j})] = kind == 0   ? unit(random)
+                                             : kind == 1 ? 0.2F + 0.5F * static_cast<float>(i) / static_cast<float>(n)
+                                                         : static_cast<float>(i % 2);
+      SampleBounds bounds(n);
+      bounds.update(samples.data());
+      EXPECT_EQ(bounds.squares(bounds.levels() - 1), 1);
+      double widest = 0;
+      for (int level = 0; level < bounds.levels(); ++level) {
+        const int side = SampleBounds::side(level);
+        for (int j = 0; j < bounds.squares(level); ++j)
+          for (int i = 0; i + j < bounds.squares(level); ++i) {
+            const auto b = bounds.between(level, i, j);
+            if ((i + j + 2) * side <= n) widest = std::max(widest, b.high - b.low);
+            for (int dj = 0; dj <= side; ++dj)
+              for (int di = 0; di <= side; ++di) {
+                const GridPoint p = {i * side + di, j * side + dj};
+                if (p.i + p.j > n) continue;
+                const double plane = b.slope_i * (di - 0.5 * side) + b.slope_j * (dj - 0.5 * side);
+                const double above = double{samples[sample_index(n, p)]} - plane;
+                ASSERT_GE(above, b.low) << n << " level " << level << " square " << i << "," << j;
+                ASSERT_LE(above, b.high) << n << " level " << level << " square " << i << "," << j;
+              }
+          }
+      }
+      EXPECT_TRUE(kind != 1 || widest < 0.01) << n;
+    }
+}
+
+using Key = std::tuple<SlabId, int, int, int, int, int, int>;
+Key key(SlabId slab, const std::array<GridPoint, 3>& c) {
+  return {slab, c[0].i, c[0].j, c[1].i, c[1].j, c[2].i, c[2].j};
+}
+
+/// Every micro-triangle within reach, the slow way.
+std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
+  std::set<Key> found;
+  const SlabMesh& mesh = model.slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
+      if (model.is_hole(s, c)) return;
+      std::array<Vec3d, 3> v;
+      for (std::size_t k = 0; k < 3; ++k) v[k] = sample_position(model, s, c[k]);
+      const auto w = nearest_in_triangle(p, v[0], v[1], v[2]);
+      if (length(v[0] * w[0] + v[1] * w[1] + v[2] * w[2] - p) < reach) found.insert(key(s, c));
+    });
+  return found;
+}
+
+TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
+  const auto rough = [](Vec3d p) {
+    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
+  };
+  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
+  const auto plain = torus_shell(12, 8, 13);
+  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole)};
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const SnapshotPtr& model : models) {
+    std::size_t most = 0;
+    for (int k = 0; k < 60; ++k) {
+      const Vec3d p = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 3.0).position +
+                      Vec3d{unit(random), unit(random), unit(random)} * 0.2;
+      const double reach = 0.02 + 0.3 * std::abs(unit(random));
+      detail::MicroTriangles surface(*model);
+      std::set<Key> found;
+      double reach2 = reach * reach;
+      detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle& t) {
+        EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
+        EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
+      });
+      const std::set<Key> all = all_near(*model, p, reach);
+      EXPECT_EQ(found, all);
+      most = std::max(most, all.size());
+      EXPECT_EQ(detail::nothing_near(surface, p, reach), all.empty());
+    }
+    EXPECT_GT(most, 40U);
+  }
+}
+
+}  // namespace
+}  // namespace relief

@@ -1,0 +1,161 @@
+// The servo with a ball and with a rigid tool: forces, torque, limits, start inside, a changed radius.
+#include "support/driver.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace relief {
+namespace {
+
+using testing::Driver;
+using testing::fine_sphere;
+using testing::flat_plane;
+using testing::settings_with;
+using testing::strong_device;
+
+ServoSettings ball(double radius, double stiffness = 500, double friction = 0) {
+  ServoSettings settings = settings_with(stiffness, 0, friction);
+  settings.tool.radius = radius;
+  return settings;
+}
+
+TEST(Tool, ABallFeelsThePlaneAtItsRadius) {
+  const SnapshotPtr model = flat_plane();
+  Driver drive(ball(0.03), strong_device());
+  for (double y = 0.1; y > 0.0301; y -= 1e-3) EXPECT_EQ(length(drive.at(*model, {0.5, y, 0.5}).force), 0) << y;
+  ServoSample s;
+  for (double y = 0.03; y > 0.02; y -= 1e-4) s = drive.at(*model, {0.5, y, 0.5});
+  ASSERT_TRUE(s.contact);
+  EXPECT_NEAR(s.depth, 0.03 - s.cursor.y, 1e-5);
+  EXPECT_NEAR(s.force.y, 500 * 0.1 * s.depth, 1e-6);
+  EXPECT_NEAR(s.contact_point.y, 0, 1e-9);
+  EXPECT_EQ(s.torque, Vec3d{});
+}
+
+TEST(Tool, ForceOfABallOnASphereIsThatOfTheLargerSphere) {
+  const SnapshotPtr model = fine_sphere();
+  Driver drive(ball(0.2), strong_device());
+  for (double r = 1.4; r > 1.15; r -= 1e-3) static_cast<void>(drive.at(*model, {0, r, 0}));
+  for (double angle = 0; angle < 1; angle += 1e-3) {
+    const Vec3d out = {std::sin(angle), std::cos(angle), 0};
+    const ServoSample s = drive.at(*model, out * 1.15);
+    ASSERT_NEAR(length(s.force), 500 * 0.1 * 0.05, 0.01 * 500 * 0.1 * 0.05) << angle;
+    ASSERT_GT(dot(s.normal, out), std::cos(0.01)) << angle;
+  }
+}
+
+TEST(Tool, ABallThatStartsInTheSurfaceGivesNoForceUntilItIsOut) {
+  const SnapshotPtr model = flat_plane();
+  Driver drive(ball(0.03), strong_device());
+  // The hand is above the surface, the ball reaches into it.
+  ServoSample s = drive.at(*model, {0.5, 0.01, 0.5});
+  EXPECT_TRUE(s.flags & bit(ServoFault::StartInside));
+  EXPECT_EQ(s.force, Vec3d{});
+  for (double y = 0.01; y < 0.04; y += 1e-3) s = drive.at(*model, {0.5, y, 0.5});
+  EXPECT_EQ(s.flags, 0U);
+  for (double y = 0.04; y > 0.02; y -= 1e-3) s = drive.at(*model, {0.5, y, 0.5});
+  EXPECT_GT(s.force.y, 0);
+}
+
+TEST(Tool, AnotherRadiusStartsAnew) {
+  const SnapshotPtr model = flat_plane();
+  Driver drive(ball(0.01), strong_device());
+  ServoSample s;
+  for (double y = 0.05; y > 0.02; y -= 1e-3) s = drive.at(*model, {0.5, y, 0.5});
+  drive.servo().set(ball(0.04));
+  s = drive.at(*model, {0.5, 0.02, 0.5});
+  EXPECT_TRUE(s.flags & bit(ServoFault::StartInside));
+  EXPECT_EQ(s.force, Vec3d{});
+}
+
+TEST(Tool, FrictionHoldsABall) {
+  const SnapshotPtr model = flat_plane();
+  Driver drive(ball(0.03, 500, 0.5), strong_device());
+  for (double y = 0.1; y > 0.02; y -= 1e-3) static_cast<void>(drive.at(*model, {0.5, y, 0.5}));
+  ServoSample s;
+  for (double x = 0.5; x < 0.502; x += 1e-4) s = drive.at(*model, {x, 0.02, 0.5});
+  EXPECT_LT(s.force.x, 0);
+  EXPECT_GT(s.force.x, -0.5 * s.force.y);
+  for (double x = 0.502; x < 0.6; x += 1e-3) s = drive.at(*model, {x, 0.02, 0.5});
+  EXPECT_NEAR(s.force.x, -0.5 * s.force.y, 1e-3 * s.force.y);
+}
+
+struct Bar {
+  std::vector<Vec3d> points;
+  ServoSettings settings = settings_with(500);
+  Bar() {
+    for (int k = -5; k <= 5; ++k) points.push_back({0.04 * k, 0, 0});
+    settings.tool.points = points;
+  }
+};
+
+/// Drives a servo along poses.
+class PoseDriver {
+ public:
+  PoseDriver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
+  ServoSample at(const Snapshot& model, Vec3d place, Quatd q) {
+    t_ += 1e-3;
+    DeviceState state;
+    state.t = t_;
+    state.position = servo_.settings().workspace.to_device(place);
+    state.orientation = q;
+    state.has_orientation = true;
+    return servo_.step(model, state);
+  }
+
+ private:
+  Servo servo_;
+  double t_ = 0;
+};
+
+TEST(Tool, ATiltedBarIsTurnedBackByItsTorque) {
+  const SnapshotPtr model = flat_plane();
+  const Bar bar;
+  PoseDriver drive(bar.settings, strong_device());
+  const double half = 0.1;
+  const Quatd q = {std::cos(half), 0, 0, std::sin(half)};
+  ServoSample s;
+  for (double y = 0.2; y > 0.03; y -= 5e-4) s = drive.at(*model, {0.5, y, 0.5}, q);
+  ASSERT_TRUE(s.contact);
+  EXPECT_GT(s.force.y, 0);
+  // The left end alone touches: arm times force, in metres.
+  const double arm = 0.2 * std::cos(2 * half) * 0.1;
+  EXPECT_NEAR(s.torque.z, -arm * s.force.y, 0.05 * arm * s.force.y);
+}
+
+TEST(Tool, TorqueStaysWithinTheDevicesLimitAndBadOrientationsLatch) {
+  const SnapshotPtr model = flat_plane();
+  Bar bar;
+  DeviceInfo device = strong_device();
+  device.max_torque = 1e-4;
+  PoseDriver drive(bar.settings, device);
+  const Quatd q = {std::cos(0.1), 0, 0, std::sin(0.1)};
+  for (double y = 0.2; y > 0.02; y -= 5e-4) EXPECT_LE(length(drive.at(*model, {0.5, y, 0.5}, q).torque), 1e-4);
+  const ServoSample s = drive.at(*model, {0.5, 0.02, 0.5}, {0, 0, 0, 0});
+  EXPECT_TRUE(s.flags & bit(ServoFault::BadPosition));
+  EXPECT_EQ(s.force, Vec3d{});
+  EXPECT_EQ(s.torque, Vec3d{});
+}
+
+TEST(Tool, ARigidToolIsNeverStifferThanTheDeviceAllows) {
+  const SnapshotPtr model = flat_plane();
+  Bar bar;
+  bar.settings.force.stiffness = 1e9;
+  DeviceInfo device = strong_device();
+  device.max_stiffness = 1000;
+  PoseDriver drive(bar.settings, device);
+  ServoSample s;
+  double before = 0, stiffest = 0;
+  for (double y = 0.02; y > -0.02; y -= 1e-4) {
+    s = drive.at(*model, {0.5, y, 0.5}, {});
+    stiffest = std::max(stiffest, (s.force.y - before) / (1e-4 * 0.1));
+    before = s.force.y;
+  }
+  EXPECT_LE(stiffest, 1000 * (1 + 1e-6));
+  EXPECT_GT(stiffest, 900);
+  EXPECT_TRUE(s.flags & bit(ServoFault::StiffnessClamped));
+}
+
+}  // namespace
+}  // namespace relief
