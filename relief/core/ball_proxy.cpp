@@ -27,6 +27,7 @@ constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as
 constexpr double kBehind =
     1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
+constexpr int kWork = 1500;     // samples placed in an advance, after which it looks no further
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -127,10 +128,11 @@ class Mover {
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share.
   Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
     searches += searches_;
+    const int work = surface_.placed() + kWork;
     Way way = {centre_};
     mind(share);
     double stride = kStride * radius_, rest = kRest * radius_;
-    while (searches_ < searches) {
+    while (searches_ < searches && surface_.placed() < work) {
       const Vec3d target = goal - centre_;
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
       if (!step && share > 0) {  // squeezed from two sides

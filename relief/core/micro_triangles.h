@@ -70,6 +70,8 @@ class MicroTriangles {
   }
   /// How many samples' positions were worked out, by all calls: a measure of the work.
   [[nodiscard]] int placed() const noexcept { return placed_; }
+  /// Counts samples that were placed by other means.
+  void add_placed(int samples) const noexcept { placed_ += samples; }
   /// By how many cells stitching may draw a triangle out of its cell.
   [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
   /// Stitches a cell; false where no triangle remains of it or it is a hole.

@@ -69,7 +69,7 @@ class NearSlab {
       if (whole && !stitched && !pierced_ && 2 * square.off <= flat_) {
         flat(square, {i0, j0}, side, reach2, visit);
       } else if (at.level == 0) {
-        triangles(i0, j0, stitched || pierced_, reach2, visit);
+        triangles(square, i0, j0, stitched || pierced_, reach2, visit);
       } else {
         const int m = bounds_.squares(at.level - 1);
         for (int k = 0; k < 4; ++k) {
@@ -110,6 +110,11 @@ class NearSlab {
       off = above * slab.thickest_ + bend + 1e-9 * slab.thickest_;
     }
 
+    /// No edge of a micro-triangle in it is longer than the root of this, unless it is stitched.
+    [[nodiscard]] double longest2() const noexcept {
+      const double along = std::sqrt(std::max({dot(u, u), dot(v, v), dot(u - v, u - v)})) + 2 * off;
+      return along * along;
+    }
     /// Whether a micro-triangle may be nearer than `reach`.
     [[nodiscard]] bool near(double reach) const noexcept {
       const double slack = reach + off;
@@ -151,23 +156,32 @@ class NearSlab {
   }
 
   template <typename Visit>
-  void triangles(int i0, int j0, bool changed, double& reach2, Visit&& visit) const noexcept {
-    constexpr int kSide = SampleBounds::kSide;
-    std::array<std::array<Vec3d, kSide + 1>, kSide + 1> place;
+  void triangles(const Square& square, int i0, int j0, bool changed, double& reach2, Visit&& visit) const noexcept {
+    constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
+    const auto number = [&](GridPoint g) noexcept { return static_cast<std::size_t>((g.j - j0) * kRow + g.i - i0); };
+    std::array<Vec3d, kRow * kRow> place;
+    std::array<double, kRow * kRow> distance2;
     const int rows = std::min(kSide, n_ - j0);
-    for (int j = 0; j <= rows; ++j)
-      for (int i = 0; i <= kSide && i0 + i + j0 + j <= n_; ++i)
-        place[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] =
-            at(i0 + i, j0 + j, surface_.displacement({i0 + i, j0 + j}));
-    const auto place_of = [&](GridPoint g) noexcept {
-      const GridPoint in = {g.i - i0, g.j - j0};
-      const bool here = in.i >= 0 && in.i <= kSide && in.j >= 0 && in.j <= kSide;
-      return here ? place[static_cast<std::size_t>(in.j)][static_cast<std::size_t>(in.i)]
-                  : at(g.i, g.j, surface_.displacement(g));
-    };
+    for (int j = j0; j <= j0 + rows; ++j)
+      for (int i = i0; i <= i0 + kSide && i + j <= n_; ++i) {
+        const std::size_t k = number({i, j});
+        place[k] = at(i, j, surface_.displacement({i, j}));
+        distance2[k] = dot(place[k], place[k]);
+      }
+    surface_.add_placed(kRow * (rows + 1));
+    // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
+    const double third = square.longest2() / 3;
     const auto one = [&](std::array<GridPoint, 3> corners) noexcept {
-      if (changed && !surface_.stitch(corners)) return;
-      test(corners, {place_of(corners[0]), place_of(corners[1]), place_of(corners[2])}, reach2, visit);
+      const auto [a, b, c] = std::array{number(corners[0]), number(corners[1]), number(corners[2])};
+      if (!changed) {
+        if (std::min({distance2[a], distance2[b], distance2[c]}) - third < reach2)
+          test(corners, {place[a], place[b], place[c]}, reach2, visit);
+        return;
+      }
+      if (!surface_.stitch(corners)) return;
+      std::array<Vec3d, 3> p;
+      for (std::size_t k = 0; k < 3; ++k) p[k] = at(corners[k].i, corners[k].j, surface_.displacement(corners[k]));
+      test(corners, p, reach2, visit);
     };
     for (int j = j0; j < j0 + rows; ++j)
       for (int i = i0; i < i0 + kSide && i + j < n_; ++i) {

@@ -103,7 +103,7 @@ TEST(BallProxy, InACreaseItTouchesBothSidesAndGoesNoDeeper) {
   EXPECT_NEAR(ball.centre().x, 0.5, 2e-4);
   EXPECT_NEAR(ball.centre().y, rest, 4e-4);
   for (const double z : {0.5, 0.55, 0.6}) {
-    for (int k = 0; k < 5; ++k) ball.step(*model, {0.5, -0.25, z}, radius, kAtOnce);
+    for (int k = 0; k < 40; ++k) ball.step(*model, {0.5, -0.25, z}, radius, kAtOnce);
     EXPECT_NEAR(ball.centre().y, rest, 4e-4);
   }
 }
