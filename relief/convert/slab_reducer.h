@@ -110,6 +110,11 @@ class SlabReducer {
     std::size_t mask_ = 0;
     std::uint32_t round_ = 0;
   };
+  /// A box around both sides of a slab, and when it was last met or replaced.
+  struct alignas(32) Around {
+    FloatBox box;
+    std::uint32_t seen = 0, star = 0;
+  };
   struct Quality {
     double least = 1, mean = 0;
   };
@@ -135,6 +140,7 @@ class SlabReducer {
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
   void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
+  void set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept;
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
   void fill_queue();
@@ -144,6 +150,8 @@ class SlabReducer {
   void star_of(std::uint32_t v);
   bool star_of_edge(std::uint32_t h);
   void gather();
+  template <typename Number>
+  void set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept;
   /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
   Direction find_aim();
@@ -184,6 +192,8 @@ class SlabReducer {
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
   std::vector<SideBoxes> boxes_;  // per face
+  std::vector<Around> around_;    // per face
+  std::uint32_t query_ = 0;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
 
   // Scratch.
@@ -191,12 +201,13 @@ class SlabReducer {
   std::vector<Entry> union_;  // of the lists that a trial replaces
   std::vector<FourTriangles> pieces_;
   std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
-  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;
+  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;  // the first of them in use
+  std::uint32_t spread_count_ = 0;
   LatticePoint origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false;
   std::optional<Direction> aim_;  // of the star that is gathered
-  std::vector<std::uint32_t> mark_, in_star_;
+  std::vector<std::uint32_t> mark_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last
   std::vector<Vec3d> normals_;
