@@ -253,6 +253,13 @@ void SlabReducer::gather() {
     }
   });
   std::sort(union_.begin(), union_.end());
+  laid_out_ = false;
+}
+
+/// Puts what was gathered side by side, for the tests of slabs.
+void SlabReducer::lay_out() {
+  if (laid_out_) return;
+  laid_out_ = true;
   origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
   pieces_.resize((union_.size() + 3) / 4);
   spread_.assign(union_.size(), kNone);
@@ -391,16 +398,24 @@ SlabReducer::Fault SlabReducer::evaluate() {
     }
     if (turns != 1) return Fault::Winding;
   }
-  trial_.shapes.clear();
-  trial_.boxes.clear();
+  trial_.triangles.clear();
   for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
     const Face& f = trial_.faces[k];
-    const LatticeTriangle in = {end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)};
-    const LatticeTriangle out = {end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)};
+    const auto& [in, out] = trial_.triangles.emplace_back(
+        SideTriangles{LatticeTriangle{end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)},
+                      LatticeTriangle{end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)}});
     if (jacobian_fault(in, out) != JacobianFault::None) return Fault::Jacobian;
-    trial_.shapes.emplace_back(in, out);
-    if (!is_within(trial_.shapes.back().box())) return Fault::Outside;
-    const SlabShape& shape = trial_.shapes.back();
+    Box3d box;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      box.add(to_double(in[corner]));
+      box.add(to_double(out[corner]));
+    }
+    if (!is_within(box)) return Fault::Outside;
+  }
+  trial_.shapes.clear();
+  trial_.boxes.clear();
+  for (const auto& [in, out] : trial_.triangles) {
+    const SlabShape& shape = trial_.shapes.emplace_back(in, out);
     trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
   if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
@@ -463,6 +478,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     for (const SlabShape& s : trial_.shapes)
       if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
   }
+  lay_out();
   trial_.lists.clear();
   trial_.ranges.clear();
   for (const SlabShape& s : trial_.shapes) {

@@ -65,6 +65,7 @@ class SlabReducer {
     }
   };
   using SideBoxes = std::array<FloatBox, 2>;
+  using SideTriangles = std::array<LatticeTriangle, 2>;
   /// Four boxes side by side; those not set meet nothing.
   struct FourBoxes {
     std::array<Lanes, 3> low, high;
@@ -87,7 +88,8 @@ class SlabReducer {
     std::size_t second = 0;               // of an edge's star: where the faces of its second end begin
     std::uint32_t moved = kNone;
     Ends ends;
-    std::vector<SlabShape> shapes;  // of the fresh faces, as all that follows
+    std::vector<SideTriangles> triangles;  // of the fresh faces, as all that follows
+    std::vector<SlabShape> shapes;
     std::vector<SideBoxes> boxes;
     std::vector<std::array<FourBoxes, 2>> fours;  // the same, by Side
     std::vector<Entry> lists;
@@ -150,6 +152,7 @@ class SlabReducer {
   void star_of(std::uint32_t v);
   bool star_of_edge(std::uint32_t h);
   void gather();
+  void lay_out();
   template <typename Number>
   void set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept;
   /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
@@ -205,7 +208,7 @@ class SlabReducer {
   std::uint32_t spread_count_ = 0;
   LatticePoint origin_;  // of the pieces
   Seen seen_;
-  bool gathered_ = false;
+  bool gathered_ = false, laid_out_ = false;
   std::optional<Direction> aim_;  // of the star that is gathered
   std::vector<std::uint32_t> mark_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
