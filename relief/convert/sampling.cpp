@@ -99,13 +99,16 @@ bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 +
 void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
   source.surface.cross(line.origin, line.direction, from, to, found);
   // Two faces of one point, crossed one after the other in the same sense: the fibre runs through their edge or point,
-  // and is turned aside by rounding.
+  // and is turned aside by rounding. It crosses the one that it is most inside of.
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
     const bool again = kept > 0 && inside(found.items[k]) && inside(found.items[kept - 1]) &&
                        found.items[k].front == found.items[kept - 1].front &&
                        source.surface.share_a_point(found.items[k].triangle, found.items[kept - 1].triangle);
-    if (!again) found.items[kept++] = found.items[k];
+    if (!again)
+      found.items[kept++] = found.items[k];
+    else if (found.items[k].inside > found.items[kept - 1].inside)
+      found.items[kept - 1] = found.items[k];
   }
   found.count = kept;
 }
@@ -247,16 +250,16 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
   return hits;
 }
 
-ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
-                          const Lattice& lattice, const TriangleMesh& coloured, const Progress& progress) {
+bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
+                   const Lattice& lattice, const TriangleMesh& coloured, std::span<Tile* const> tiles,
+                   const Progress& progress) {
   const SlabMesh& mesh = model.slab_mesh();
-  ColourField colours(numbers.end());
-  const bool cast = for_all(mesh.slab_count(), 1, progress, [&](std::size_t slab) {
+  return for_all(mesh.slab_count(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
     const SlabCorners corners = mesh.corners(s);
     const int n = numbers.intervals(s);
     Crossings crossings;
-    numbers.for_each(s, [&](std::size_t k, GridPoint p) {
+    numbers.for_each(s, [&](std::size_t, GridPoint p) {
       const Line line = fibre_at(corners, lattice, p, n);
       const double alpha = displacement_at(model, s, double(p.i) / n, double(p.j) / n);
       source.cross(line.origin, line.direction, alpha - 0.25, alpha + 0.25, crossings);
@@ -270,10 +273,14 @@ ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers, c
         const SourceSurface::Nearest nearest = source.nearest(line.origin + line.direction * alpha);
         colour = colour_at(coloured, nearest.triangle, nearest.weights);
       }
-      colours[k] = {colour.x, colour.y, colour.z};
+      // Each sample has one thread that writes it, in all of its slabs.
+      numbers.for_each_copy(s, p, [&](const SampleCopy& copy) {
+        const std::size_t index = sample_index(n, copy.at);
+        for (int channel = 0; channel < 3; ++channel)
+          tiles[copy.slab]->plane(channel)[index] = colour[static_cast<std::size_t>(channel)];
+      });
     });
   });
-  return cast ? colours : ColourField{};
 }
 
 }  // namespace relief::detail

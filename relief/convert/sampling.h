@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace relief::detail {
@@ -97,13 +98,11 @@ struct AlphaField {
 [[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,
                                   const Progress& progress);
 
-/// A colour per sample number; empty when cancelled.
-using ColourField = std::vector<std::array<float, 3>>;
-
-/// The colour of `coloured`, whose surface `source` is, where the fibre crosses it nearest to the displaced surface, or
-/// at the point nearest to that where it does not cross it there. Which way the source's triangles look is no matter.
-[[nodiscard]] ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers,
-                                        const SourceSurface& source, const Lattice& lattice,
-                                        const TriangleMesh& coloured, const Progress& progress);
+/// Writes into the tiles of colour, by slab and with the intervals of `numbers`, the colour of `coloured`, whose
+/// surface `source` is, where the fibre crosses it nearest to the displaced surface, or at the point nearest to that
+/// where it does not cross it there. Which way the source's triangles look is no matter. False when cancelled.
+[[nodiscard]] bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
+                                 const Lattice& lattice, const TriangleMesh& coloured, std::span<Tile* const> tiles,
+                                 const Progress& progress);
 
 }  // namespace relief::detail
