@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Converts a set of models and writes what that took and gave as a table, in JSON and Markdown.
 
-  bench/convert_table.py [FOLDER] [--bin PROGRAM] [--out FOLDER] [--only NAME ...] [--samples n] [--triangles N] [--remesh]
+  bench/convert_table.py [FOLDER ...] [--bin PROGRAM] [--out FOLDER] [--only NAME ...] [--samples n] [--triangles N] [--remesh]
 
-Models are Relief's own samples and, with FOLDER, the scans below that are found in it or below it by name. Each is converted
-with the whole command in a process of its own, to a model and a mended source, and `relief verify --source` then judges
+Models are Relief's own samples and, with FOLDER, the scans below that are found in it or below it by name; the large ones
+are made from others by cutting triangles and adding relief, noise or holes, or from volumes. Each is converted with the whole command in a process of its own, to a model and a mended source, and `relief verify --source` then judges
 these two files. CPU seconds are user and system time of that process over all its threads; memory is its peak resident set.
 Exit status: 0 when every model was converted and holds, 1 when one was not (its row says why), 2 wrong usage.
 """
@@ -27,6 +27,8 @@ SCANS = {
     "bunny": 150, "igea": 200, "nefertiti": 400, "armadillo": 200, "horse": 200, "max_planck_20k": 200, "head_lps": 200,
     "skull": 200, "lion_statue": 200, "pumpkin": 200, "visible_human_skin": 200, "brain_cortex_mni": 200, "fertility": 200,
     "elephant_refined": 200, "dragon": 200, "ogre": 200, "beast": 200, "happy_buddha": 200, "tower_holes": 200,
+    "igea_1m_noisy": 240, "bunny_1m_scan": 200, "ct_skull_2m": 2000, "mri_head_3m": 2000, "dragon_3m": 2000,
+    "mri_brain_6m": 2000, "pumpkin_8m": 400, "igea_17m": 400,
 }
 OWN = {"pumpkin": 200, "head": 200, "torus": 200, "bowl": 200}
 MESHES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf")
@@ -60,12 +62,13 @@ class Run:
             return {}
 
 
-def find_scans(folder):
-    """(name, file) of the scans that are there; of several with one name the first by path."""
+def find_scans(folders):
+    """(name, file) of the scans that are there; of several with one name the first by folder and path."""
     found = {}
-    for file in sorted(folder.rglob("*")):
-        if file.suffix.lower() in MESHES and file.stem in SCANS:
-            found.setdefault(file.stem, file)
+    for folder in folders:
+        for file in sorted(folder.rglob("*")):
+            if file.suffix.lower() in MESHES and file.stem in SCANS:
+                found.setdefault(file.stem, file)
     return [(name, found[name]) for name in SCANS if name in found]
 
 
@@ -93,16 +96,16 @@ def row_of(relief, name, file, slabs, options, work):
 def markdown(rows, options):
     text = [
         f"n = {options.samples}{', remeshed' if options.remesh else ''}. CPU: seconds of the whole command over all its threads;"
-        " memory: its peak resident set. Single: fibres that meet the mended source exactly once. Distances between the displaced"
+        " memory: its peak resident set, and the bytes per triangle of it beyond 64 MiB. Single: fibres that meet the mended source exactly once. Distances between the displaced"
         " surface and the mended source, there and back, shares of the diagonal. Verified: `relief verify --source` on the model and the mended"
         " source says that all that the mode claims holds.", "",
-        "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | single | rms there, back | greatest there, back | verified |",
-        "|---|---|---|---|---|---|---|---|---|---|---|"]
+        "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | B/triangle | single | rms there, back | greatest there, back | verified |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     reasons = []
     for row in rows:
         head = f"| {row['model']} |"
         if "convert" not in row:
-            text.append(f"{head} | ({row['target']}) | none | {row['cpu_s']:.2f} | {row['wall_s']:.2f} | {row['peak_mib']:.0f} | | | |"
+            text.append(f"{head} | ({row['target']}) | none | {row['cpu_s']:.2f} | {row['wall_s']:.2f} | {row['peak_mib']:.0f} | | | | |"
                         " |")
             reasons.append(f"- {row['model']}: {row['error']}")
             continue
@@ -110,7 +113,7 @@ def markdown(rows, options):
         hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
         single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
         text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
-                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
+                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {max(0, row['bytes_per_triangle']):.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
                     f" {there['max']:.1e}, {back['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
         if "not_certified" in c:
             reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
@@ -119,9 +122,17 @@ def markdown(rows, options):
     return "\n".join(text + ([""] + reasons if reasons else [])) + "\n"
 
 
+def write(rows, options):
+    machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count(),
+               "load": [round(x, 1) for x in os.getloadavg()]}
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "table.json").write_text(json.dumps({"machine": machine, "rows": rows}, indent=1) + "\n", encoding="utf-8")
+    (options.out / "table.md").write_text(markdown(rows, options), encoding="utf-8")
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", nargs="?", type=pathlib.Path, help="where scans lie")
+    parser.add_argument("folders", metavar="FOLDER", nargs="*", type=pathlib.Path, help="where scans lie")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin/relief", help="the program to measure")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out", help="folder for table.json and table.md")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these models only")
@@ -133,15 +144,16 @@ def main(arguments):
     relief = str(options.bin.resolve())
     if not os.access(relief, os.X_OK):
         parser.error(f"{relief} is not there; build it with ./dev build")
-    if options.folder and not options.folder.is_dir():
-        parser.error(f"{options.folder} is no folder")
+    for folder in options.folders:
+        if not folder.is_dir():
+            parser.error(f"{folder} is no folder")
     known = set(SCANS) | set(OWN)
     if unknown := set(options.only or []) - known:
         parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
     wanted = options.only or known
-    scans = [(name, file) for name, file in find_scans(options.folder) if name in wanted] if options.folder else []
-    if options.folder and not scans:
-        parser.error(f"{options.folder} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
+    scans = [(name, file) for name, file in find_scans(options.folders) if name in wanted]
+    if options.folders and not scans:
+        parser.error(f"{', '.join(map(str, options.folders))} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
     rows = []
     with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:
         work = pathlib.Path(folder)
@@ -155,15 +167,10 @@ def main(arguments):
                     sys.exit(sample.err)
                 name = f"{name} (sample)"
             rows.append(row_of(relief, name, file, slabs, options, work))
+            write(rows, options)
             if sys.stderr.isatty():
                 print(f"{name}: {rows[-1]['cpu_s']:.2f} CPU s", file=sys.stderr)
-    machine = {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count(),
-               "load": [round(x, 1) for x in os.getloadavg()]}
-    options.out.mkdir(parents=True, exist_ok=True)
-    table = markdown(rows, options)
-    (options.out / "table.json").write_text(json.dumps({"machine": machine, "rows": rows}, indent=1) + "\n", encoding="utf-8")
-    (options.out / "table.md").write_text(table, encoding="utf-8")
-    print(table, end="")
+    print(markdown(rows, options), end="")
     return 0 if all(row.get("verified") for row in rows) else 1
 
 

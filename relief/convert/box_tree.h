@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/vec.h>
+#include <relief/convert/lanes.h>
 #include <relief/convert/parallel.h>
 
 #include <algorithm>
@@ -79,7 +80,7 @@ class BoxTree {
   static constexpr std::size_t kWidth = 8;
 
   struct Node {
-    std::array<std::array<float, kWidth>, 3> low, high;
+    std::array<std::array<Lanes, kWidth / 4>, 3> low, high;
 
     [[nodiscard]] static Node empty() noexcept {
       Node node;
@@ -87,24 +88,29 @@ class BoxTree {
       return node;
     }
     void set(std::size_t k, const FloatBox& b) noexcept {
-      for (std::size_t axis = 0; axis < 3; ++axis) low[axis][k] = b.low[axis], high[axis][k] = b.high[axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis][k / 4].of[k % 4] = b.low[axis];
+        high[axis][k / 4].of[k % 4] = b.high[axis];
+      }
     }
     [[nodiscard]] FloatBox all() const noexcept {
       FloatBox b;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        b.low[axis] = *std::min_element(low[axis].begin(), low[axis].end());
-        b.high[axis] = *std::max_element(high[axis].begin(), high[axis].end());
+        for (std::size_t k = 0; k < kWidth; ++k) {
+          b.low[axis] = std::min(b.low[axis], low[axis][k / 4].of[k % 4]);
+          b.high[axis] = std::max(b.high[axis], high[axis][k / 4].of[k % 4]);
+        }
       }
       return b;
     }
     [[nodiscard]] unsigned meeting(const FloatBox& b) const noexcept {
-      std::array<std::uint8_t, kWidth> hit;
-      for (std::size_t k = 0; k < kWidth; ++k)
-        hit[k] =
-            static_cast<std::uint8_t>((low[0][k] <= b.high[0]) & (high[0][k] >= b.low[0]) & (low[1][k] <= b.high[1]) &
-                                      (high[1][k] >= b.low[1]) & (low[2][k] <= b.high[2]) & (high[2][k] >= b.low[2]));
       unsigned mask = 0;
-      for (std::size_t k = 0; k < kWidth; ++k) mask |= unsigned{hit[k]} << k;
+      for (std::size_t half = 0; half < 2; ++half) {
+        FourMask hit = (low[0][half].all() <= b.high[0]) & (high[0][half].all() >= b.low[0]);
+        for (std::size_t axis = 1; axis < 3; ++axis)
+          hit &= (low[axis][half].all() <= b.high[axis]) & (high[axis][half].all() >= b.low[axis]);
+        mask |= bits_of(hit) << 4 * half;
+      }
       return mask;
     }
   };

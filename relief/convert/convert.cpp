@@ -499,18 +499,11 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   const SlabMesh& mesh = model->slab_mesh();
   const int m = colour_grid(settings, source, mesh);
   const SampleNumbers numbers(mesh, m);
-  const ColourField field = sample_colour(*model, numbers, surface, lattice, source, progress);
-  if (progress.cancelled()) return cancelled();
   SnapshotDraft draft(model);
   draft.add_layer(Layer::Colour, m, 1.0F);
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    Tile& tile = draft.edit(Layer::Colour, s);
-    for (int j = 0; j <= m; ++j)
-      for (int i = 0; i + j <= m; ++i) {
-        const auto& colour = field[numbers.of(s, {i, j})];
-        for (int c = 0; c < 3; ++c) tile.plane(c)[sample_index(m, {i, j})] = colour[static_cast<std::size_t>(c)];
-      }
-  }
+  std::vector<Tile*> tiles;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) tiles.push_back(&draft.edit(Layer::Colour, s));
+  if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
   return draft.finish();
 }
 

@@ -155,6 +155,8 @@ class Collapser {
   std::size_t alive_ = 0;
   bool exact_ = false;
   TriangleGrid grid_;
+  std::vector<std::uint32_t> seen_;  // per face: the last query that met it
+  std::uint32_t query_ = 0;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
   mutable std::vector<Vec3d> normals_;
   struct Placed {
@@ -364,7 +366,10 @@ std::size_t Collapser::meetings(const Change* change, std::uint32_t u, std::uint
     box.add(placed.box);
   });
   std::size_t count = 0;
+  ++query_;
   grid_.query(box, [&](std::uint32_t g) {
+    if (seen_[g] == query_) return true;
+    seen_[g] = query_;
     if (faces_[g][0] == kNone || has(g, u) || has(g, v)) return true;
     const auto [a, b, c] = corners(g);
     Box3d other;
@@ -490,6 +495,8 @@ void Collapser::build_grid() {
     for (const Vec3d p : corners(f)) box.add(p);
     return box;
   });
+  seen_.assign(faces_.size(), 0);
+  query_ = 0;
   grid_alive_ = alive_;
   grid_entries_ = grid_.entry_count();
 }

@@ -113,28 +113,34 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
 
 double MeasuredSurface::distance_within(Vec3d p) const {
   constexpr int kReach = 2;  // cells
+  constexpr int kAcross = 2 * kReach + 2;
   const SlabMesh& mesh = model_.slab_mesh();
   LocateHint hint;
+  const auto at = locate(mesh, p, hint);
+  if (!at) return -1;
+  const int n = mesh.intervals(at->slab);
+  const int left = static_cast<int>(at->u * n) - kReach, low = static_cast<int>(at->v * n) - kReach;
+  const auto on_grid = [&](GridPoint g) { return g.i >= 0 && g.j >= 0 && g.i + g.j <= n; };
+  std::array<std::array<Vec3d, kAcross>, kAcross> places;  // by row
+  const auto place = [&](GridPoint g) -> Vec3d& {
+    return places[static_cast<std::size_t>(g.j - low)][static_cast<std::size_t>(g.i - left)];
+  };
+  for (int j = low; j < low + kAcross; ++j)
+    for (int i = left; i < left + kAcross; ++i)
+      if (const GridPoint g = {i, j}; on_grid(g)) place(g) = sample_position(model_, at->slab, g);
   double best2 = Box3d::kFar;
-  if (const auto at = locate(mesh, p, hint)) {
-    const int n = mesh.intervals(at->slab);
-    const int i = static_cast<int>(at->u * n), j = static_cast<int>(at->v * n);
-    const auto add = [&](const std::array<GridPoint, 3>& cell) {
-      for (const GridPoint& corner : cell)
-        if (corner.i < 0 || corner.j < 0 || corner.i + corner.j > n) return;
-      if (model_.is_hole(at->slab, cell)) return;
-      const Vec3d a = sample_position(model_, at->slab, cell[0]), b = sample_position(model_, at->slab, cell[1]),
-                  c = sample_position(model_, at->slab, cell[2]);
-      const auto w = nearest_in_triangle(p, a, b, c);
-      const Vec3d away = a * w[0] + b * w[1] + c * w[2] - p;
-      best2 = std::min(best2, dot(away, away));
-    };
-    for (int y = j - kReach; y <= j + kReach; ++y)
-      for (int x = i - kReach; x <= i + kReach; ++x) {
-        add({{{x, y}, {x + 1, y}, {x, y + 1}}});
-        add({{{x + 1, y}, {x + 1, y + 1}, {x, y + 1}}});
-      }
-  }
+  const auto add = [&](const std::array<GridPoint, 3>& cell) {
+    if (!std::all_of(cell.begin(), cell.end(), on_grid) || model_.is_hole(at->slab, cell)) return;
+    const Vec3d a = place(cell[0]), b = place(cell[1]), c = place(cell[2]);
+    const auto w = nearest_in_triangle(p, a, b, c);
+    const Vec3d away = a * w[0] + b * w[1] + c * w[2] - p;
+    best2 = std::min(best2, dot(away, away));
+  };
+  for (int y = low; y + 1 < low + kAcross; ++y)
+    for (int x = left; x + 1 < left + kAcross; ++x) {
+      add({{{x, y}, {x + 1, y}, {x, y + 1}}});
+      add({{{x + 1, y}, {x + 1, y + 1}, {x, y + 1}}});
+    }
   return best2 < Box3d::kFar ? std::sqrt(best2) : -1;
 }
 

@@ -34,6 +34,7 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
       for (std::size_t k = 0; k < 3; ++k)
         edge = std::max(edge, length(to_double(base.points[f[k]]) - to_double(base.points[f[(k + 1) % 3]])));
       const double far = std::min(longest, 1.5 * edge);
+      Crossings crossings;
       for (int j = 0; j <= m; ++j)
         for (int i = 0; i + j <= m; ++i, ++at) {
           const std::array<double, 3> w = {double(m - i - j) / m, double(i) / m, double(j) / m};
@@ -43,7 +44,6 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
             d += fibres.directions[f[k]] * w[k];
           }
           departures[at] = {w, std::numeric_limits<double>::quiet_NaN()};
-          Crossings crossings;
           source.cross(p, d, -far, far, crossings);
           for (const Crossing& c : crossings.all())
             if (c.front && !(std::abs(c.t) >= std::abs(departures[at].height))) departures[at].height = c.t;
@@ -106,6 +106,7 @@ std::vector<double> missed_shares(const Shell& shell, const SourceSurface& sourc
       for (std::size_t k = 0; k < 3; ++k)
         rim = rim || !std::binary_search(edges.begin(), edges.end(), key(f[(k + 1) % 3], f[k]));
       int cast = 0, missed = 0;
+      Crossings crossings;
       for (int j = 0; j < m; ++j)
         for (int i = 0; i + j < m; ++i) {
           // Off the corners and edges by a third of a step.
@@ -116,7 +117,6 @@ std::vector<double> missed_shares(const Shell& shell, const SourceSurface& sourc
             in += to_double(shell.ends[kInner][f[k]]) * w[k];
             out += to_double(shell.ends[kOuter][f[k]]) * w[k];
           }
-          Crossings crossings;
           source.cross(in, out - in, 0, 1, crossings);
           bool front = false;
           for (const Crossing& c : crossings.all()) front = front || c.front;

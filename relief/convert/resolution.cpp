@@ -15,11 +15,11 @@ std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& sour
     // Triangles of the source per area, from a few fibres, and the area of the slab's middle.
     double density = 0;
     int met = 0;
+    Crossings crossings;
     for (int j = 0; j < kGrid; ++j)
       for (int i = 0; i + j < kGrid; ++i) {
         const double u = (i + 1.0 / 3) / kGrid, v = (j + 1.0 / 3) / kGrid;
         const Line line = fibre_at(corners, source.lattice, {1 - u - v, u, v});
-        Crossings crossings;
         source.surface.cross(line.origin, line.direction, 0, 1, crossings);
         for (const Crossing& c : crossings.all()) {
           density += 1 / std::max(source.surface.area(c.triangle), 1.0);

@@ -9,24 +9,40 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace relief::detail {
 
-/// The distinct samples of a cage at m intervals per edge (kOwnIntervals: each slab's own), each with a number. A
-/// constrained sample counts as one of its own.
+/// The distinct samples of a cage at m intervals per edge (kOwnIntervals: each slab's own), each with the number of its
+/// copy in the lowest slab among all copies, slab by slab and row by row. A constrained sample counts as one of its
+/// own.
 class SampleNumbers {
  public:
   /// The mesh must outlive it.
   SampleNumbers(const SlabMesh& mesh, int m);
 
   [[nodiscard]] int intervals(SlabId s) const noexcept { return m_ != kOwnIntervals ? m_ : mesh_->intervals(s); }
-  [[nodiscard]] std::size_t count() const noexcept { return places_.size(); }
+  /// Above every number; copies in other slabs leave gaps.
+  [[nodiscard]] std::size_t end() const noexcept { return begin_.back(); }
   [[nodiscard]] std::size_t of(SlabId s, GridPoint p) const noexcept {
-    return numbers_[begin_[s] + sample_index(intervals(s), p)];
+    SampleCopy first;
+    for_each_copy(s, p, [&](const SampleCopy& copy) {
+      if (first.slab == kNoSlab) first = copy;
+    });
+    return begin_[first.slab] + sample_index(intervals(first.slab), first.at);
   }
-  /// One copy of each sample, by number: the one in the lowest slab.
-  [[nodiscard]] const std::vector<SampleCopy>& places() const noexcept { return places_; }
+  /// Calls visit(number, GridPoint) for the samples whose copy in this slab has the number.
+  template <typename Visit>
+  void for_each(SlabId s, Visit&& visit) const {
+    const int n = intervals(s);
+    std::size_t copy = begin_[s];
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i, ++copy)
+        if (of(s, {i, j}) == copy) visit(copy, GridPoint{i, j});
+  }
+  /// The copy that has a number.
+  [[nodiscard]] SampleCopy place(std::size_t number) const noexcept;
   /// As in SlabMesh.
   template <typename Visit>
   void for_each_copy(SlabId s, GridPoint p, Visit&& visit) const {
@@ -36,9 +52,7 @@ class SampleNumbers {
  private:
   const SlabMesh* mesh_;
   int m_;
-  std::vector<std::size_t> begin_;      // of each slab's numbers
-  std::vector<std::uint32_t> numbers_;  // of every copy
-  std::vector<SampleCopy> places_;
+  std::vector<std::size_t> begin_;  // of each slab's copies, and the end
 };
 
 /// A fibre in lattice coordinates.
@@ -69,7 +83,7 @@ struct AlphaField {
   std::vector<float> values;
   std::vector<float> steepness;       ///< lattice steps by which the surface moves along its normal per unit of alpha
   std::vector<std::uint8_t> is_void;  ///< met a phantom triangle
-  std::vector<std::uint8_t> folded;   ///< met the source several times
+  std::vector<std::uint8_t> folded;   ///< met the source several times; empty where none did
   HitCount hits;
 };
 
@@ -84,13 +98,11 @@ struct AlphaField {
 [[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,
                                   const Progress& progress);
 
-/// A colour per sample number; empty when cancelled.
-using ColourField = std::vector<std::array<float, 3>>;
-
-/// The colour of `coloured`, whose surface `source` is, where the fibre crosses it nearest to the displaced surface, or
-/// at the point nearest to that where it does not cross it there. Which way the source's triangles look is no matter.
-[[nodiscard]] ColourField sample_colour(const Snapshot& model, const SampleNumbers& numbers,
-                                        const SourceSurface& source, const Lattice& lattice,
-                                        const TriangleMesh& coloured, const Progress& progress);
+/// Writes into the tiles of colour, by slab and with the intervals of `numbers`, the colour of `coloured`, whose
+/// surface `source` is, where the fibre crosses it nearest to the displaced surface, or at the point nearest to that
+/// where it does not cross it there. Which way the source's triangles look is no matter. False when cancelled.
+[[nodiscard]] bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
+                                 const Lattice& lattice, const TriangleMesh& coloured, std::span<Tile* const> tiles,
+                                 const Progress& progress);
 
 }  // namespace relief::detail

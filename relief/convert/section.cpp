@@ -105,12 +105,17 @@ double SlabShape::middle_area() const noexcept {
   return 0.125 * length(cross(b - a, c - a));
 }
 
-Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (std::min({t.a[k], t.b[k], t.c[k]}) > box_.high[k] + kClearance ||
-        std::max({t.a[k], t.b[k], t.c[k]}) < box_.low[k] - kClearance)
-      return Meeting::Apart;
+bool SlabShape::is_apart(const SourceTriangle& t) const noexcept {
+  if (misses_box(t)) return true;
+  for (std::size_t k = 0; k < kPlanes; ++k) {
+    const Vec3d n = plane(k);
+    if (std::min({dot(n, t.a), dot(n, t.b), dot(n, t.c)}) > limits_[k] + kClearance) return true;
   }
+  return false;
+}
+
+Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
+  if (misses_box(t)) return Meeting::Apart;
   std::array<double, 2> highest{};
   for (std::size_t k = 0; k < 8; ++k) {
     const double a = dot(plane(k), t.a), b = dot(plane(k), t.b), c = dot(plane(k), t.c);
@@ -220,36 +225,40 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
   return misses(cut_j, at_j, at_k) && misses(cut_j, at_k, cut_k);
 }
 
-namespace {
-
-template <typename Mask>
-unsigned bits_of(const Mask& mask) noexcept {
-  return (static_cast<unsigned>(mask[0]) & 1U) | (static_cast<unsigned>(mask[1]) & 2U) |
-         (static_cast<unsigned>(mask[2]) & 4U) | (static_cast<unsigned>(mask[3]) & 8U);
-}
-
-Four least(Four a, Four b) noexcept { return a < b ? a : b; }
-Four greatest(Four a, Four b) noexcept { return a < b ? b : a; }
-
-}  // namespace
-
-void FourTriangles::set(std::size_t k, const LatticeTriangle& t, const std::array<float, 4>& normal_and_slack,
+void FourTriangles::set(const std::array<LatticeTriangle, 4>& triangles,
+                        const std::array<std::array<float, 4>, 4>& normals_and_slacks, std::size_t count,
                         LatticePoint origin) noexcept {
-  float farthest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<float, 3> x{};
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      x[corner] = static_cast<float>(t[corner][axis] - origin[axis]);
-      corners[corner][axis].of[k] = x[corner];
+  using FourInts = std::int32_t __attribute__((vector_size(16)));
+  const FourInts start = {origin.x, origin.y, origin.z, 0};
+  std::array<std::array<Four, 4>, 3> places;  // by corner, by axis
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const LatticePoint p = triangles[k][corner];
+      places[corner][k] = __builtin_convertvector(FourInts{p.x, p.y, p.z, 0} - start, Four);
     }
-    const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
-    low[axis].of[k] = least_x;
-    high[axis].of[k] = most_x;
-    farthest = std::max({farthest, -least_x, most_x});
-    normals[axis].of[k] = normal_and_slack[axis];
+    transpose(places[corner]);
   }
-  slack.of[k] = normal_and_slack[3];
-  reach.of[k] = farthest;
+  Four farthest{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Four a = places[0][axis], b = places[1][axis], c = places[2][axis];
+    const Four from = least(least(a, b), c), to = greatest(greatest(a, b), c);
+    farthest = greatest(farthest, greatest(-from, to));
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      corners[corner][axis] = std::bit_cast<Lanes>(places[corner][axis]);
+    low[axis] = std::bit_cast<Lanes>(from);
+    high[axis] = std::bit_cast<Lanes>(to);
+  }
+  reach = std::bit_cast<Lanes>(farthest);
+  std::array<Four, 4> leans{};
+  for (std::size_t k = 0; k < 4; ++k) leans[k] = std::bit_cast<Four>(normals_and_slacks[k]);
+  transpose(leans);
+  for (std::size_t axis = 0; axis < 3; ++axis) normals[axis] = std::bit_cast<Lanes>(leans[axis]);
+  slack = std::bit_cast<Lanes>(leans[3]);
+  for (std::size_t k = count; k < 4; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis].of[k] = 1e30F;
+      high[axis].of[k] = -1e30F;
+    }
 }
 
 void FourTriangles::set(std::size_t k, const SourceBlock& block, LatticePoint origin) noexcept {

@@ -1,10 +1,11 @@
 // Whether the source keeps clear of a slab's ends and runs through it as a section of its fibres.
 #pragma once
 
+#include <relief/convert/lanes.h>
 #include <relief/convert/lattice.h>
 
+#include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 
 namespace relief::detail {
@@ -48,6 +49,8 @@ class SlabShape {
   /// Section also where the piece fails only in parts of the slab that it does not enter (shell.md 8).
   [[nodiscard]] Meeting meet(const SourceTriangle& t) const noexcept;
   [[nodiscard]] Meeting meet(const SourceBlock& block) const noexcept;
+  /// Whether meet() says Apart.
+  [[nodiscard]] bool is_apart(const SourceTriangle& t) const noexcept;
   /// Whether the triangles of two sides are certainly apart, by the plane of either. Side 0 is inner, 1 outer.
   [[nodiscard]] bool surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept;
 
@@ -59,6 +62,13 @@ class SlabShape {
 
  private:
   friend class QuickShape;
+  [[nodiscard]] bool misses_box(const SourceTriangle& t) const noexcept {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::min({t.a[k], t.b[k], t.c[k]}) > box_.high[k] + kClearance ||
+          std::max({t.a[k], t.b[k], t.c[k]}) < box_.low[k] - kClearance)
+        return true;
+    return false;
+  }
   [[nodiscard]] bool misses_bad_part(const SourceTriangle& t, const std::array<double, 3>& lean) const noexcept;
 
   std::array<LatticeTriangle, 2> triangles_;
@@ -75,29 +85,18 @@ class SlabShape {
   std::array<double, 2> levels_{};  // of the inner and outer triangle's own planes
 };
 
-using Four = float __attribute__((vector_size(16)));
-/// Four floats, written one by one and computed with together.
-struct Lanes {
-  std::array<float, 4> of{};
-  [[nodiscard]] Four all() const noexcept { return std::bit_cast<Four>(of); }
-};
-
-/// Four triangles of the source side by side, in float about an origin near them. Those not set lie nowhere.
+/// Four pieces of the source side by side, in float about an origin near them.
 struct FourTriangles {
   std::array<std::array<Lanes, 3>, 3> corners;  ///< by corner, by axis
   std::array<Lanes, 3> normals;
   std::array<Lanes, 3> low, high;  ///< of their boxes
   Lanes slack, reach;              ///< reach: greatest coordinate
 
-  FourTriangles() {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis].of.fill(1e30F);
-      high[axis].of.fill(-1e30F);
-    }
-  }
-  void set(std::size_t k, const LatticeTriangle& t, const std::array<float, 4>& normal_and_slack,
+  /// The first `count` of them; the others lie nowhere. `normals_and_slacks` as in OrderedSource.
+  void set(const std::array<LatticeTriangle, 4>& triangles,
+           const std::array<std::array<float, 4>, 4>& normals_and_slacks, std::size_t count,
            LatticePoint origin) noexcept;
-  /// Only the box.
+  /// Puts a block in the place of one: only its box.
   void set(std::size_t k, const SourceBlock& block, LatticePoint origin) noexcept;
 };
 

@@ -25,10 +25,8 @@ void SlabReducer::FourBoxes::set(std::size_t k, const FloatBox& box) noexcept {
 }
 
 unsigned SlabReducer::FourBoxes::meeting(const FloatBox& box) const noexcept {
-  const auto hit = (low[0].all() <= box.high[0]) & (high[0].all() >= box.low[0]) & (low[1].all() <= box.high[1]) &
-                   (high[1].all() >= box.low[1]) & (low[2].all() <= box.high[2]) & (high[2].all() >= box.low[2]);
-  return (static_cast<unsigned>(hit[0]) & 1U) | (static_cast<unsigned>(hit[1]) & 2U) |
-         (static_cast<unsigned>(hit[2]) & 4U) | (static_cast<unsigned>(hit[3]) & 8U);
+  return bits_of((low[0].all() <= box.high[0]) & (high[0].all() >= box.low[0]) & (low[1].all() <= box.high[1]) &
+                 (high[1].all() >= box.low[1]) & (low[2].all() <= box.high[2]) & (high[2].all() >= box.low[2]));
 }
 
 void SlabReducer::Seen::reset(std::size_t most) {
@@ -81,7 +79,8 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   improved_.assign(points, 0);
   tried_.assign(3 * faces, 0);
   mark_.assign(points, 0);
-  in_star_.assign(faces, 0);
+  boxes_.resize(faces);
+  around_.resize(faces);
   alive_ = faces;
   find_lists(tree, progress);
   build_grid();
@@ -107,7 +106,7 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
     List& list = cage_.lists[f];
     list = {static_cast<std::uint32_t>(cage_.pool.size()), 0};
     tree.query(shape.box(), [&](std::uint32_t t) {
-      if (shape.meet(source_.triangle(t)) != Meeting::Apart) cage_.pool.push_back(Entry::triangle(t));
+      if (!shape.is_apart(source_.triangle(t))) cage_.pool.push_back(Entry::triangle(t));
       return true;
     });
     list.count = static_cast<std::uint32_t>(cage_.pool.size()) - list.begin;
@@ -117,22 +116,33 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
 
 void SlabReducer::build_grid() {
   double size = 0;
-  boxes_.resize(cage_.faces.size());
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if (!alive(f)) continue;
     const Vec3d e = cage_.box(f).extent();
     size += std::max({e.x, e.y, e.z});
+    SideBoxes boxes;
     for (const Side side : {kInner, kOuter}) {
       Box3d of_side;
       for (const LatticePoint p : cage_.triangle(f, side)) of_side.add(to_double(p));
-      boxes_[f][side] = FloatBox::around(of_side);
+      boxes[side] = FloatBox::around(of_side);
     }
+    set_boxes(f, boxes);
   }
   grid_.build(
       cage_.faces.size(), 1.5 * size / double(std::max<std::size_t>(alive_, 1)),
       [&](std::uint32_t f) { return alive(f) ? cage_.box(f) : Box3d{}; }, 2048);
   grid_alive_ = alive_;
   grid_entries_ = grid_.entry_count();
+}
+
+void SlabReducer::set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept {
+  boxes_[f] = boxes;
+  FloatBox& both = around_[f].box;
+  both = boxes[kInner];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    both.low[axis] = std::min(both.low[axis], boxes[kOuter].low[axis]);
+    both.high[axis] = std::max(both.high[axis], boxes[kOuter].high[axis]);
+  }
 }
 
 /// What merging the ends of an edge costs, and where they would go.
@@ -227,7 +237,7 @@ void SlabReducer::gather() {
     for (const std::uint32_t f : trial_.vanished) visit(f);
   };
   for_faces([&](std::uint32_t f) {
-    in_star_[f] = star_round_;
+    around_[f].star = star_round_;
     most += cage_.lists[f].count;
   });
   seen_.reset(most);
@@ -243,18 +253,36 @@ void SlabReducer::gather() {
     }
   });
   std::sort(union_.begin(), union_.end());
+  laid_out_ = false;
+}
+
+/// Puts what was gathered side by side, for the tests of slabs.
+void SlabReducer::lay_out() {
+  if (laid_out_) return;
+  laid_out_ = true;
   origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
-  pieces_.assign((union_.size() + 3) / 4, {});
+  pieces_.resize((union_.size() + 3) / 4);
   spread_.assign(union_.size(), kNone);
-  spread_blocks_.clear();
-  for (std::size_t k = 0; k < union_.size(); ++k) {
-    const std::uint32_t first = union_[k].first();
-    if (union_[k].is_block()) {
-      pieces_[k / 4].set(k % 4, source_.blocks[first / kBlock], origin_);
-    } else {
-      pieces_[k / 4].set(k % 4, source_.corners(first), source_.normals[first], origin_);
-    }
+  spread_count_ = 0;
+  for (std::size_t four = 0; four < pieces_.size(); ++four) {
+    const auto entries = std::span(union_).subspan(4 * four, std::min<std::size_t>(4, union_.size() - 4 * four));
+    set_four(pieces_[four], entries.size(), [&](std::size_t k) { return entries[k].first(); });
+    for (std::size_t k = 0; k < entries.size(); ++k)
+      if (entries[k].is_block()) pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
   }
+}
+
+/// `number`(k) is that of the k-th triangle.
+template <typename Number>
+void SlabReducer::set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept {
+  std::array<LatticeTriangle, 4> triangles{};
+  std::array<std::array<float, 4>, 4> normals{};
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t t = number(k);
+    triangles[k] = source_.corners(t);
+    normals[k] = source_.normals[t];
+  }
+  four.set(triangles, normals, count, origin_);
 }
 
 double SlabReducer::least_lean(Vec3d d) const noexcept {
@@ -370,16 +398,24 @@ SlabReducer::Fault SlabReducer::evaluate() {
     }
     if (turns != 1) return Fault::Winding;
   }
-  trial_.shapes.clear();
-  trial_.boxes.clear();
+  trial_.triangles.clear();
   for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
     const Face& f = trial_.faces[k];
-    const LatticeTriangle in = {end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)};
-    const LatticeTriangle out = {end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)};
+    const auto& [in, out] = trial_.triangles.emplace_back(
+        SideTriangles{LatticeTriangle{end(f[0], kInner), end(f[1], kInner), end(f[2], kInner)},
+                      LatticeTriangle{end(f[0], kOuter), end(f[1], kOuter), end(f[2], kOuter)}});
     if (jacobian_fault(in, out) != JacobianFault::None) return Fault::Jacobian;
-    trial_.shapes.emplace_back(in, out);
-    if (!is_within(trial_.shapes.back().box())) return Fault::Outside;
-    const SlabShape& shape = trial_.shapes.back();
+    Box3d box;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      box.add(to_double(in[corner]));
+      box.add(to_double(out[corner]));
+    }
+    if (!is_within(box)) return Fault::Outside;
+  }
+  trial_.shapes.clear();
+  trial_.boxes.clear();
+  for (const auto& [in, out] : trial_.triangles) {
+    const SlabShape& shape = trial_.shapes.emplace_back(in, out);
     trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
   if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
@@ -408,10 +444,12 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
   const std::uint32_t first = union_[piece].first();
   const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBlock, source_.faces.size() - first));
   if (spread_[piece] == kNone) {
-    spread_[piece] = static_cast<std::uint32_t>(spread_blocks_.size());
-    auto& fours = spread_blocks_.emplace_back();
-    for (std::uint32_t k = 0; k < count; ++k)
-      fours[k / 4].set(k % 4, source_.corners(first + k), source_.normals[first + k], origin_);
+    spread_[piece] = spread_count_++;
+    if (spread_blocks_.size() < spread_count_) spread_blocks_.emplace_back();
+    auto& fours = spread_blocks_[spread_[piece]];
+    for (std::uint32_t k = 0; k < count; k += 4)
+      set_four(fours[k / 4], std::min<std::size_t>(4, count - k),
+               [&](std::size_t lane) { return first + k + static_cast<std::uint32_t>(lane); });
   }
   const auto& fours = spread_blocks_[spread_[piece]];
   for (std::uint32_t k = 0; k < count; k += 4) {
@@ -440,6 +478,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     for (const SlabShape& s : trial_.shapes)
       if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
   }
+  lay_out();
   trial_.lists.clear();
   trial_.ranges.clear();
   for (const SlabShape& s : trial_.shapes) {
@@ -510,9 +549,13 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
     for (const Side side : {kInner, kOuter}) trial_.fours[k / 4][side].set(k % 4, trial_.boxes[k][side]);
+  ++query_;
   grid_.query(all, [&](std::uint32_t g) {
+    Around& around = around_[g];
+    if (!around.box.meets(bounds) || around.seen == query_ || around.star == star_round_) return true;
+    around.seen = query_;
     const SideBoxes& theirs = boxes_[g];
-    if ((!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) || in_star_[g] == star_round_) return true;
+    if (!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) return true;
     if (cage_.part[g] != part) {
       // C4: a part that is small beside a slab must not be swallowed whole.
       for (std::size_t k = 0; k < count; ++k)
@@ -542,7 +585,7 @@ void SlabReducer::commit_lists() {
   for (const std::uint32_t f : trial_.vanished) {
     listed_ -= cage_.lists[f].count;
     cage_.lists[f] = {};
-    boxes_[f] = {};
+    set_boxes(f, {});
   }
   for (std::size_t k = 0; k < trial_.shapes.size(); ++k) {
     const std::uint32_t f = trial_.slots[trial_.fresh + k];
@@ -553,7 +596,7 @@ void SlabReducer::commit_lists() {
     cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
                       trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
     grid_.insert(f, trial_.shapes[k].box());
-    boxes_[f] = trial_.boxes[k];
+    set_boxes(f, trial_.boxes[k]);
   }
   gathered_ = false;
   if (cage_.pool.size() > 2 * listed_ + 65536) {

@@ -65,6 +65,7 @@ class SlabReducer {
     }
   };
   using SideBoxes = std::array<FloatBox, 2>;
+  using SideTriangles = std::array<LatticeTriangle, 2>;
   /// Four boxes side by side; those not set meet nothing.
   struct FourBoxes {
     std::array<Lanes, 3> low, high;
@@ -87,7 +88,8 @@ class SlabReducer {
     std::size_t second = 0;               // of an edge's star: where the faces of its second end begin
     std::uint32_t moved = kNone;
     Ends ends;
-    std::vector<SlabShape> shapes;  // of the fresh faces, as all that follows
+    std::vector<SideTriangles> triangles;  // of the fresh faces, as all that follows
+    std::vector<SlabShape> shapes;
     std::vector<SideBoxes> boxes;
     std::vector<std::array<FourBoxes, 2>> fours;  // the same, by Side
     std::vector<Entry> lists;
@@ -109,6 +111,11 @@ class SlabReducer {
     std::vector<Slot> slots_;
     std::size_t mask_ = 0;
     std::uint32_t round_ = 0;
+  };
+  /// A box around both sides of a slab, and when it was last met or replaced.
+  struct alignas(32) Around {
+    FloatBox box;
+    std::uint32_t seen = 0, star = 0;
   };
   struct Quality {
     double least = 1, mean = 0;
@@ -135,6 +142,7 @@ class SlabReducer {
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
   void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
+  void set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept;
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
   void fill_queue();
@@ -144,6 +152,9 @@ class SlabReducer {
   void star_of(std::uint32_t v);
   bool star_of_edge(std::uint32_t h);
   void gather();
+  void lay_out();
+  template <typename Number>
+  void set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept;
   /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
   Direction find_aim();
@@ -184,6 +195,8 @@ class SlabReducer {
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
   std::vector<SideBoxes> boxes_;  // per face
+  std::vector<Around> around_;    // per face
+  std::uint32_t query_ = 0;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
 
   // Scratch.
@@ -191,12 +204,13 @@ class SlabReducer {
   std::vector<Entry> union_;  // of the lists that a trial replaces
   std::vector<FourTriangles> pieces_;
   std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
-  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;
+  std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;  // the first of them in use
+  std::uint32_t spread_count_ = 0;
   LatticePoint origin_;  // of the pieces
   Seen seen_;
-  bool gathered_ = false;
+  bool gathered_ = false, laid_out_ = false;
   std::optional<Direction> aim_;  // of the star that is gathered
-  std::vector<std::uint32_t> mark_, in_star_;
+  std::vector<std::uint32_t> mark_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last
   std::vector<Vec3d> normals_;

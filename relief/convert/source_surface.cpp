@@ -107,32 +107,69 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
   rtcIntersect1(scene_->scene, &hits.context, &ray);
 
   for (std::size_t k = 0; k < hits.count; ++k) {
-    const Face& f = faces_[hits.triangles[k]];
-    const Vec3d a = points_[f[0]] - origin, b = points_[f[1]] - origin, c = points_[f[2]] - origin;
-    const Vec3d n = relief::cross(b - a, c - a);
-    const double steep = dot(n, direction);
-    if (!(std::abs(steep) > 1e-9 * length(n) * size)) continue;  // edge-on: its neighbours are met as well
-    const double t = dot(n, a) / steep;
-    if (!(t >= from && t <= to)) continue;
-    const Vec3d p = direction * t;
-    std::array<double, 3> w = {dot(n, relief::cross(b - p, c - p)), dot(n, relief::cross(c - p, a - p)),
-                               dot(n, relief::cross(a - p, b - p))};
-    for (double& weight : w) weight = std::max(0.0, weight);
-    const double sum = w[0] + w[1] + w[2];
-    for (double& weight : w) weight = sum > 0 ? weight / sum : 1.0 / 3;
-    found.items[found.count++] = {t, hits.triangles[k], w, steep > 0};
+    std::optional<Crossing> c = crossing_with(hits.triangles[k], origin, direction);
+    if (c && c->inside < 0) c = settle(*c, origin, direction);
+    if (c && c->t >= from && c->t <= to) found.items[found.count++] = *c;
   }
   std::sort(found.items.begin(), found.items.begin() + static_cast<std::ptrdiff_t>(found.count),
             [](const Crossing& x, const Crossing& y) { return x.t != y.t ? x.t < y.t : x.triangle < y.triangle; });
   // Two faces of one edge, met in the same place and the same sense, are one crossing.
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
-    bool again = false;
+    std::size_t same = kept;
     for (std::size_t j = kept; j-- > 0 && found.items[k].t - found.items[j].t < slack / 32;)
-      again = again || found.items[j].front == found.items[k].front;
-    if (!again) found.items[kept++] = found.items[k];
+      if (found.items[j].front == found.items[k].front) same = j;
+    if (same == kept || found.items[k].inside > found.items[same].inside) found.items[same] = found.items[k];
+    kept += same == kept;
   }
   found.count = kept;
+}
+
+std::optional<Crossing> SourceSurface::crossing_with(std::uint32_t triangle, Vec3d origin, Vec3d direction) const {
+  const Face& f = faces_[triangle];
+  const Vec3d a = points_[f[0]] - origin, b = points_[f[1]] - origin, c = points_[f[2]] - origin;
+  const Vec3d n = relief::cross(b - a, c - a);
+  const double steep = dot(n, direction);
+  if (!(std::abs(steep) > 1e-9 * length(n) * length(direction)))
+    return std::nullopt;  // edge-on: its neighbours are met
+  const double t = dot(n, a) / steep;
+  const Vec3d p = direction * t;
+  std::array<double, 3> w = {dot(n, relief::cross(b - p, c - p)), dot(n, relief::cross(c - p, a - p)),
+                             dot(n, relief::cross(a - p, b - p))};
+  const double inside = std::min({w[0], w[1], w[2]}) / dot(n, n);
+  for (double& weight : w) weight = std::max(0.0, weight);
+  const double sum = w[0] + w[1] + w[2];
+  for (double& weight : w) weight = sum > 0 ? weight / sum : 1.0 / 3;
+  return Crossing{t, triangle, w, inside, steep > 0};
+}
+
+// The search runs in float, so it may give the neighbour of the triangle that is crossed, whose plane, where both are
+// steep, is met many steps away.
+Crossing SourceSurface::settle(const Crossing& near, Vec3d origin, Vec3d direction) const {
+  constexpr double kReach = 64;        // steps
+  constexpr double kRounding = 1e-12;  // of weights
+  struct Search {
+    const SourceSurface* surface;
+    Vec3d origin, direction;
+    Crossing missed, best;
+  } search{this, origin, direction, near, near};
+  const auto visit = [](RTCPointQueryFunctionArguments* arguments) {
+    auto& s = *static_cast<Search*>(arguments->userPtr);
+    if (!s.surface->share_a_point(arguments->primID, s.missed.triangle)) return false;
+    const auto c = s.surface->crossing_with(arguments->primID, s.origin, s.direction);
+    if (!c || c->front != s.missed.front || c->inside < -kRounding) return false;
+    const double far = std::abs(c->t - s.missed.t), least = std::abs(s.best.t - s.missed.t);
+    if (s.best.inside < -kRounding || far < least || (far == least && c->triangle < s.best.triangle)) s.best = *c;
+    return false;
+  };
+  const Vec3f q = to_scene(origin + direction * near.t);
+  RTCPointQuery query{};
+  query.x = q.x, query.y = q.y, query.z = q.z;
+  query.radius = static_cast<float>(kReach * kScale);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene_->scene, &query, &context, visit, &search);
+  return search.best;
 }
 
 SourceSurface::Nearest SourceSurface::nearest(Vec3d p) const {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace relief::detail {
@@ -16,6 +17,7 @@ struct Crossing {
   double t = 0;
   std::uint32_t triangle = 0;
   std::array<double, 3> weights{};  ///< of the triangle's corners
+  double inside = 0;                ///< the least weight as it was found; below zero the line just misses the triangle
   bool front = false;               ///< the line leaves through the front: normal . direction > 0
 };
 
@@ -36,8 +38,8 @@ class SourceSurface {
   SourceSurface(const SourceSurface&) = delete;
   SourceSurface& operator=(const SourceSurface&) = delete;
 
-  /// All crossings with from <= t <= to by ascending t; what passes through an edge or a corner counts once. At most
-  /// kMostCrossings, those met first by the search.
+  /// All crossings with from <= t <= to by ascending t; what passes through an edge or a corner counts once, in the
+  /// triangle that it is most inside of. At most kMostCrossings, those met first by the search.
   void cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const;
 
   /// The unit normal of a triangle, zero where it has no area, and its area in square lattice steps.
@@ -60,6 +62,10 @@ class SourceSurface {
   [[nodiscard]] Nearest nearest(Vec3d p) const;
 
  private:
+  /// Where the line meets a triangle's plane; nothing where it runs along it.
+  [[nodiscard]] std::optional<Crossing> crossing_with(std::uint32_t triangle, Vec3d origin, Vec3d direction) const;
+  /// A crossing that just misses its triangle, or in its place that of the triangle beside it that is crossed.
+  [[nodiscard]] Crossing settle(const Crossing& near, Vec3d origin, Vec3d direction) const;
   [[nodiscard]] Vec3d twice_area(std::uint32_t triangle) const noexcept {
     const Face& f = faces_[triangle];
     return relief::cross(points_[f[1]] - points_[f[0]], points_[f[2]] - points_[f[0]]);

@@ -65,17 +65,12 @@ class TriangleGrid {
     known = cells;
   }
 
-  /// Calls visit(number) once per number that may meet the box; stops when visit returns false.
+  /// Calls visit(number) for each number that may meet the box, once or more often; stops when visit returns false.
   template <typename Visit>
-  void query(const Box3d& box, Visit&& visit) {
-    ++round_;
+  void query(const Box3d& box, Visit&& visit) const {
     bool go_on = true;
     for_each_cell(cells_of(box), [&](int, int, int, std::size_t cell) {
-      for (std::uint32_t e = heads_[cell]; go_on && e != kEnd; e = entries_[e].next) {
-        if (seen_[entries_[e].number] == round_) continue;
-        seen_[entries_[e].number] = round_;
-        go_on = visit(entries_[e].number);
-      }
+      for (std::uint32_t e = heads_[cell]; go_on && e != kEnd; e = entries_[e].next) go_on = visit(entries_[e].number);
     });
   }
 
@@ -92,9 +87,7 @@ class TriangleGrid {
         static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
     heads_.assign(std::bit_ceil(std::min(cells, 4 * numbers + 64)), kEnd);
     entries_.clear();
-    seen_.assign(numbers, 0);
     known_.assign(numbers, {});
-    round_ = 0;
   }
 
   static constexpr std::uint32_t kEnd = 0xffffffffU;
@@ -140,8 +133,6 @@ class TriangleGrid {
   std::vector<std::uint32_t> heads_;
   std::vector<Entry> entries_;
   std::vector<Cells> known_;
-  std::vector<std::uint32_t> seen_;
-  std::uint32_t round_ = 0;
 };
 
 }  // namespace relief::detail

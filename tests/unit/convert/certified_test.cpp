@@ -438,6 +438,8 @@ TEST_F(Section, QuickVerdictsAgree) {
     const detail::LatticePoint origin = detail::snap(shift() + v(2));
     const detail::QuickShape quick(s, origin);
     detail::FourTriangles four;
+    std::array<detail::LatticeTriangle, 4> triangles{};
+    std::array<std::array<float, 4>, 4> normals{};
     std::vector<detail::SourceTriangle> exact;
     const std::size_t count = 1 + static_cast<std::size_t>(trial) % 4;
     for (std::size_t k = 0; k < count; ++k) {
@@ -446,14 +448,17 @@ TEST_F(Section, QuickVerdictsAgree) {
                                          detail::snap(at + v(0.1))};
       const Vec3d a = detail::to_double(t[0]), b = detail::to_double(t[1]), c = detail::to_double(t[2]);
       const Vec3f n = to_float(normalized(cross(b - a, c - a)));
-      four.set(k, t, {n.x, n.y, n.z, 1e-3F}, origin);
+      triangles[k] = t;
+      normals[k] = {n.x, n.y, n.z, 1e-3F};
       exact.push_back({a, b, c, to_double(n), double(1e-3F)});
     }
+    four.set(triangles, normals, count, origin);
     const auto verdict = quick.meet(four);
     EXPECT_EQ(verdict.near >> count, 0U);
     EXPECT_EQ(verdict.near & ~quick.near(four), 0U);
     for (std::size_t k = 0; k < count; ++k) {
       const auto meeting = s.meet(exact[k]);
+      EXPECT_EQ(s.is_apart(exact[k]), meeting == detail::Meeting::Apart);
       if ((verdict.near >> k & 1U) == 0) {
         EXPECT_EQ(meeting, detail::Meeting::Apart);
         ++apart;

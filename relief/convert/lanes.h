@@ -1,0 +1,43 @@
+// Four floats side by side.
+#pragma once
+
+#include <array>
+#include <bit>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+namespace relief::detail {
+
+using Four = float __attribute__((vector_size(16)));
+using FourMask = decltype(Four{} < Four{});
+
+/// Four floats, written one by one and computed with together.
+struct Lanes {
+  std::array<float, 4> of{};
+  [[nodiscard]] Four all() const noexcept { return std::bit_cast<Four>(of); }
+};
+
+/// A bit per lane of what a comparison gave.
+[[nodiscard]] inline unsigned bits_of(FourMask mask) noexcept {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask)));
+#else
+  return (static_cast<unsigned>(mask[0]) & 1U) | (static_cast<unsigned>(mask[1]) & 2U) |
+         (static_cast<unsigned>(mask[2]) & 4U) | (static_cast<unsigned>(mask[3]) & 8U);
+#endif
+}
+
+[[nodiscard]] inline Four least(Four a, Four b) noexcept { return a < b ? a : b; }
+[[nodiscard]] inline Four greatest(Four a, Four b) noexcept { return a < b ? b : a; }
+
+/// Rows become columns.
+inline void transpose(std::array<Four, 4>& m) noexcept {
+  const Four a = __builtin_shufflevector(m[0], m[1], 0, 4, 1, 5), b = __builtin_shufflevector(m[2], m[3], 0, 4, 1, 5),
+             c = __builtin_shufflevector(m[0], m[1], 2, 6, 3, 7), d = __builtin_shufflevector(m[2], m[3], 2, 6, 3, 7);
+  m = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
+       __builtin_shufflevector(c, d, 0, 1, 4, 5), __builtin_shufflevector(c, d, 2, 3, 6, 7)};
+}
+
+}  // namespace relief::detail
