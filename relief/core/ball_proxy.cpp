@@ -27,7 +27,8 @@ constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as
 constexpr double kBehind =
     1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
-constexpr int kWork = 1500;     // samples placed in an advance, after which it looks no further
+constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
+constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -247,12 +248,12 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
     const auto [within, settled] = ball.advance(cursor, reach, share, kSearches / 2);
     const Vec3d rest = ball.centre() - cursor;
-    const double round = dot(rest, side_) * length(out) - dot(out, side_) * length(rest);
+    const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool free = rest == Vec3d{};
-    if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || round >= 0)) {
+    if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || !round)) {
       if (within != ball.centre()) ball.put_back(within);
       const Vec3d now = within - cursor;
-      if (dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+      if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     } else {
       // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
       ball.put_back(start);
