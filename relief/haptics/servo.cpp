@@ -194,7 +194,8 @@ Servo::Touch Servo::touch(const Snapshot& model, Vec3d cursor, const Admitted& a
   const double force_per_unit = limits_.stiffness * metres;
   const bool held = proxy_.step(model, cursor,
                                 {.share = 1 - std::exp(-admitted.dt / kEaseTime),
-                                 .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300});
+                                 .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300},
+                                settings_.force.exact_normals ? Proxy::Look::Around : Proxy::Look::Here);
   now.jumped = proxy_.lost() ? inside(model, cursor) : proxy_.rise() * metres > kSurfaceJump;
   now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
   if (!now.touching) return now;
