@@ -41,6 +41,7 @@ std::vector<std::vector<Vec3d>> cut(const std::vector<Vec3d>& positions,
                                     const Section& section) {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   std::vector<double> heights;
+  heights.reserve(positions.size());
   for (const Vec3d p : positions) heights.push_back(section.height(p));
   std::map<Edge, Edge>
       next;  // from the edge over which the plane comes into a triangle to the one over which it leaves
