@@ -8,10 +8,15 @@
 #include <relief/haptics/servo.h>
 #include <relief/render/renderer.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <span>
+#include <utility>
 
 namespace relief::bench {
 
@@ -99,23 +104,39 @@ ordered_json times(const Question& ask, const std::vector<Workload>& works, cons
   return json;
 }
 
-/// Against the nearest point of the tessellation, exact in double.
-ordered_json accuracy(const Snapshot& model, const std::function<Nearest(Vec3d)>& answer, const Workload& jump) {
+/// No answer where contact is lost.
+using Answer = std::function<std::optional<Nearest>(Vec3d cursor, bool coherent)>;
+
+/// Against the nearest point of the tessellation, exact in double, over some 500 frames of each workload.
+ordered_json accuracy(const Snapshot& model, const Answer& answer, std::span<const Workload> works,
+                      const Approach& approach = {}) {
   const double scale = diagonal(surface_bounds(model));
-  std::vector<double> errors, angles;
-  int wrong_side = 0;
-  for (std::size_t k = 0; k < jump.cursors.size(); k += std::max<std::size_t>(1, jump.cursors.size() / 500)) {
-    const Vec3d p = jump.cursors[k];
-    const SurfacePoint truth = closest_point(model, p);
-    const Nearest found = answer(p);
-    const double distance = length(p - truth.position);
-    errors.push_back(std::abs(std::abs(found.distance) - distance) / scale);
-    angles.push_back(std::acos(std::clamp(dot(found.normal, truth.normal), -1.0, 1.0)) * 180 / std::numbers::pi);
-    if (distance > 1e-6 * scale && (found.distance < 0) != (dot(p - truth.position, truth.normal) < 0)) ++wrong_side;
+  ordered_json json;
+  for (const Workload& work : works) {
+    std::vector<double> errors, angles;
+    int wrong_side = 0, none = 0;
+    const std::size_t apart = std::max<std::size_t>(1, work.cursors.size() / 500);
+    for (std::size_t k = 0; k < work.cursors.size(); ++k) {
+      const Vec3d p = work.cursors[k];
+      if (approach && k % work.section == 0) approach(p);
+      const std::optional<Nearest> found = answer(p, work.coherent);
+      if (k % apart != 0) continue;
+      const SurfacePoint truth = closest_point(model, p);
+      const double distance = length(p - truth.position);
+      if (!found) {
+        ++none;
+        continue;
+      }
+      errors.push_back(std::abs(std::abs(found->distance) - distance) / scale);
+      angles.push_back(std::acos(std::clamp(dot(found->normal, truth.normal), -1.0, 1.0)) * 180 / std::numbers::pi);
+      if (distance > 1e-6 * scale && (found->distance < 0) != (dot(p - truth.position, truth.normal) < 0)) ++wrong_side;
+    }
+    json[work.name] = {{"distance_error_of_diagonal", percentiles(errors, 1)},
+                       {"normal_degrees", percentiles(angles, 1)},
+                       {"wrong_side", wrong_side},
+                       {"without_answer", none}};
   }
-  return {{"distance_error_of_diagonal", percentiles(errors, 1)},
-          {"normal_degrees", percentiles(angles, 1)},
-          {"wrong_side", wrong_side}};
+  return json;
 }
 
 /// The cage and the displacement, which is all that touch reads of a plain model.
@@ -129,30 +150,61 @@ std::size_t bytes_of(const Snapshot& model) {
 
 }  // namespace
 
-ordered_json compare_on(const Snapshot& model, int frames) {
+ordered_json compare_on(const Snapshot& model, double build_seconds, int frames) {
   const Tessellation surface = tessellate(model);
   const auto triangles = static_cast<double>(surface.triangles.size());
   const std::vector<Workload> works = workloads(model, frames);
-  const Workload& jump = works.back();
-  ordered_json json = {{"triangles", surface.triangles.size()}, {"frames", works.front().cursors.size()}};
+  const Workload &slide = works.front(), &jump = works.back();
+  const std::array slide_and_jump = {slide, jump};
+  ordered_json json = {{"triangles", surface.triangles.size()}, {"frames", slide.cursors.size()}};
+  const auto row = [&](const std::string& name, double seconds, std::size_t bytes, const Answer& answer) {
+    const auto ask = [&](Vec3d p, bool coherent) {
+      const std::optional<Nearest> found = answer(p, coherent);
+      return found ? found->distance : 0.0;
+    };
+    json[name] = {{"build_cpu_seconds", seconds},
+                  {"bytes_per_triangle", static_cast<double>(bytes) / triangles},
+                  {"accuracy", accuracy(model, answer, slide_and_jump)},
+                  {"ns", times(ask, works)}};
+  };
 
   LocateHint hint;
-  const auto probed = [&](Vec3d p) {
+  row("relief tracked query", build_seconds, bytes_of(model), [&](Vec3d p, bool) -> std::optional<Nearest> {
     const std::optional<Contact> at = probe(model, p, hint);
-    if (!at) return Nearest{};
+    if (!at) return std::nullopt;
     const double depth = length(p - at->surface.position);
     return Nearest{at->surface.position, at->surface.normal, at->touching() ? -depth : depth};
-  };
-  json["relief tracked query"] = {{"bytes_per_triangle", static_cast<double>(bytes_of(model)) / triangles},
-                                  {"accuracy", accuracy(model, probed, jump)},
-                                  {"ns", times([&](Vec3d p, bool) { return probed(p).distance; }, works)}};
+  });
+  // From nothing and over the whole surface, it takes longer.
+  std::vector<Workload> few = works;
+  for (Workload& work : few) work.cursors.resize(std::min<std::size_t>(500, work.cursors.size()));
   json["relief closest point"] = {
-      {"ns", times([&](Vec3d p, bool) { return length(closest_point(model, p).position - p); }, works)}};
+      {"ns", times([&](Vec3d p, bool) { return length(closest_point(model, p).position - p); }, few)}};
 
-  // A tick of the servo takes the cursors as a hand's way: it comes to each section from outside, and jumps are fast
-  // moves within the device's limits.
+  // Contact takes the cursors as a hand's way: it comes to each section from outside, and jumps are fast moves within
+  // the device's limits.
   const double scale = diagonal(surface_bounds(model));
   const Vec3d centre = surface_bounds(model).centre();
+  const auto from_outside = [&](Vec3d first, const auto& tick) {
+    const Vec3d away = normalized(first - centre) * (0.3 * scale);
+    for (int k = 0; k < 200; ++k) static_cast<void>(tick(first + away * (1 - k / 200.0), true));
+  };
+  for (const auto& [name, look] : {std::pair{"relief contact point", Proxy::Look::Here},
+                                   {"relief contact point, looking around", Proxy::Look::Around}}) {
+    Proxy proxy;
+    const auto tick = [&](Vec3d p, bool) -> std::optional<Nearest> {
+      if (!proxy.step(model, p, {}, look)) return std::nullopt;
+      return Nearest{proxy.surface().position, proxy.normal(), -proxy.depth()};
+    };
+    const auto approach = [&](Vec3d first) {
+      proxy.reset();
+      from_outside(first, tick);
+    };
+    json[name] = {{"accuracy", accuracy(model, tick, std::span(&slide, 1), approach)},
+                  {"ns", times([&](Vec3d p, bool coherent) { return tick(p, coherent) ? proxy.depth() : 0.0; }, works,
+                               approach)}};
+  }
+
   const ServoSettings settings = {.workspace = {.metres_per_unit = 0.15 / scale}};
   std::optional<Servo> servo;
   double t = 0;
@@ -166,25 +218,27 @@ ordered_json compare_on(const Snapshot& model, int frames) {
   };
   const auto approach = [&](Vec3d first) {
     servo.emplace(settings, DeviceInfo{});
-    const Vec3d away = normalized(first - centre) * (0.3 * scale);
-    for (int k = 0; k < 200; ++k) static_cast<void>(tick(first + away * (1 - k / 200.0), true));
+    from_outside(first, tick);
   };
   ordered_json ns = times(tick, works, approach);
   json["relief servo tick"] = {{"latched_share", static_cast<double>(latched) / static_cast<double>(ticks)},
                                {"ns", std::move(ns)}};
 
-  const std::vector<Workload> few = {
-      {"slide", true, {works.front().cursors.begin(), works.front().cursors.begin() + 500}, 500}};
-  json["the paper, slabs in sequence"] = {
-      {"ns", times([&](Vec3d p, bool) { return paper::locate(model.slab_mesh(), p) ? 1.0 : 0.0; }, few)}};
+  SlabId last = kNoSlab;
+  row("the paper", build_seconds, bytes_of(model), [&](Vec3d p, bool coherent) -> std::optional<Nearest> {
+    const auto at = paper::locate(model.slab_mesh(), p, coherent ? last : kNoSlab);
+    if (!at) return std::nullopt;  // the contact is lost
+    last = at->slab;
+    const SurfacePoint there = surface_point(model, at->slab, at->u, at->v);
+    const SlabCorners corners = model.slab_mesh().corners(at->slab);
+    const Vec3d fibre =
+        corners.point({1 - at->u - at->v, at->u, at->v}, 1) - corners.point({1 - at->u - at->v, at->u, at->v}, 0);
+    return Nearest{there.position, there.normal, (at->alpha - there.alpha) * length(fibre)};
+  });
 
   for (const auto& peer : make_peers(surface))
-    json[peer->name] = {
-        {"build_cpu_seconds", peer->build_seconds},
-        {"bytes_per_triangle", static_cast<double>(peer->bytes) / triangles},
-        {"accuracy", accuracy(
-                         model, [&](Vec3d p) { return peer->nearest(p, false); }, jump)},
-        {"ns", times([&](Vec3d p, bool coherent) { return peer->nearest(p, coherent).distance; }, works)}};
+    row(peer->name, peer->build_seconds, peer->bytes,
+        [&](Vec3d p, bool coherent) -> std::optional<Nearest> { return peer->nearest(p, coherent); });
   return json;
 }
 

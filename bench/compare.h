@@ -12,9 +12,10 @@ namespace relief::bench {
 /// A path that slides over the surface `depth` below it: the nearest surface points of a great turn around the model.
 [[nodiscard]] std::vector<Vec3d> slide_path(const Snapshot& model, double depth, int count);
 
-/// Times in ns per frame and workload, warm and cold; memory, build times and accuracy beside them. Warm: of each frame
-/// the least of three passes, so that preemption goes and hard frames stay. Cold: 16 MB of other memory are read and
-/// changed before each frame.
-[[nodiscard]] nlohmann::ordered_json compare_on(const Snapshot& model, int frames);
+/// Relief's queries and its contact, the paper's algorithm and the peers, on one surface and the same ways of the
+/// cursor: slide, tap, press, jump. Times in ns per frame, warm and cold; memory, build times and accuracy beside them.
+/// Warm: of each frame the least of three passes, so that preemption goes and hard frames stay. Cold: 16 MB of other
+/// memory are read and changed before each frame. `build_seconds`: CPU, of the conversion that made the model.
+[[nodiscard]] nlohmann::ordered_json compare_on(const Snapshot& model, double build_seconds, int frames);
 
 }  // namespace relief::bench

@@ -27,6 +27,7 @@ constexpr double kSteep = 0.25;      // squared cosine from a triangle to a norm
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
 constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
+constexpr double kClose = 0.7;       // weight of a corner from which on all triangles around it count as next
 constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
@@ -108,6 +109,49 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     });
   }
   return gone;
+}
+
+/// Where the surface bends away from the goal the nearest place of the next triangle may be nearer although the edge
+/// between lies farther off. Moves the place to such a one, if its way out is on the side given.
+bool hop(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, Vec3d side) noexcept {
+  double best = distance2(place.position, goal) * kGain;
+  SurfacePlace next;
+  const auto look = [&](const MicroTriangle& t) noexcept {
+    const Vec3d area = t.area();
+    const double off = dot(area, t.positions[0] - goal);
+    if (!(off > 0 && off * off < best * dot(area, area))) return;  // its plane is no nearer
+    const SurfacePlace there = nearest(t, goal);
+    const double d = distance2(there.position, goal);
+    if (!(d < best && same_side(there.position - goal, side))) return;
+    best = d;
+    next = there;
+  };
+  const auto look_across = [&](const MicroTriangle& t, std::size_t k) noexcept {
+    const MicroTriangle other = surface.across(t, k);
+    if (other.slab != kNoSlab) look(other);
+  };
+  // walk() has been in the triangles that share the place itself.
+  const Feature feature(place.weights);
+  if (feature.zeros == 2) {
+    std::array<MicroTriangle, 16> ring;
+    std::size_t count = 0;
+    neighbours(surface, place, [&](const MicroTriangle& t) noexcept {
+      if (count < ring.size()) ring[count++] = t;
+    });
+    for (std::size_t k = 0; k < count; ++k) look_across(ring[k], 0);
+  } else if (const auto close = std::ranges::max_element(place.weights); *close > kClose) {
+    surface.around(place.triangle.slab, place.triangle.corners[std::size_t(close - place.weights.begin())], look);
+  } else {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (feature.zeros == 0 || k != feature.zero) look_across(place.triangle, k);
+    if (feature.zeros == 1) {
+      const MicroTriangle other = surface.across(place.triangle, feature.zero);
+      for (std::size_t k = 0; other.slab != kNoSlab && k < 3; ++k) look_across(other, k);
+    }
+  }
+  if (next.triangle.slab == kNoSlab) return false;
+  place = next;
+  return true;
 }
 
 /// Where a straight way goes in through a triangle: the weights of the place; empty where it does not. `from` is the
@@ -410,7 +454,7 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
   return RayHit{point_of(surface, *place, none), std::max(0.0, sweep.share())};
 }
 
-bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
+bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look) noexcept {
   rise_ = grown_ = 0;
   Vec3d eased;  // by which the felt surface comes nearer to the surface
   lost_ = fresh_ = has_left_ = false;
@@ -437,7 +481,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept {
     lost_ = true;
     look_below(model, cursor);
   }
-  if (held_ && !pursue(surface, cursor, travel)) {
+  if (held_ && !pursue(surface, cursor, travel, look)) {
     let_go();
     look_below(model, cursor);
   }
@@ -514,9 +558,17 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   return true;
 }
 
-bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept {
+bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
+                       std::optional<SurfacePlace>& over) noexcept {
   int tries = kTries;
   way = walk(surface, rest, goal, kAnywhere, tries);
+  for (SurfacePlace from = rest; look == Look::Around && tries > 0 && hop(surface, rest, goal, side_); from = rest) {
+    tries -= 3;
+    const double leap = length(rest.position - from.position);
+    // From between the two places it goes on to the second.
+    if (!over && way <= leap) over = rest;
+    way += leap + walk(surface, rest, goal, kAnywhere, tries);
+  }
   if (tries > 0) {
     ahead_.reset();
     return true;
@@ -536,13 +588,14 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
   return tries > 0;
 }
 
-bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept {
+bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look) noexcept {
   Vec3d goal = cursor - lag_;
   const Vec3d out = place_.position - goal, move = cursor - last_;
   // Where would the point come to rest?
   SurfacePlace rest = place_;
   double way = 0;
-  const bool settled = look_ahead(surface, rest, goal, way);
+  std::optional<SurfacePlace> over;
+  const bool settled = look_ahead(surface, rest, goal, look, way, over);
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
@@ -553,7 +606,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel)
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
     if (settled && same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
       if (way > reach) {
-        walk(surface, place_, goal, reach, tries);
+        walk(surface, place_, over ? over->position : goal, reach, tries);
         off = leaves(surface, place_, goal);
       } else {
         place_ = rest;

@@ -62,12 +62,19 @@ class Proxy {
     double most = 1e300;
   };
 
+  /// How far around its place the point looks for one nearer to the cursor.
+  enum class Look {
+    Here,    ///< in the triangles that touch the place: it clings a little, for it leaves a triangle later than it came
+    Around,  ///< in those beside them, too: where the surface is less curved than the cursor is deep, it rests at the
+             ///< nearest place whichever way it came. Costs another triangle or a few per tick
+  };
+
   /// Lets go. The next cursor is taken to be in the open.
   void reset() noexcept { *this = {}; }
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
   /// Under a cursor that moves by s the point moves by at most 10 s and a fiftieth of its distance from the cursor,
   /// unless it leaves the surface and meets it again on the way to the cursor.
-  bool step(const Snapshot& model, Vec3d cursor, Ease ease) noexcept;
+  bool step(const Snapshot& model, Vec3d cursor, Ease ease, Look look = Look::Here) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
   /// Samples whose positions the last tick worked out: its cost, whatever the machine.
@@ -105,10 +112,11 @@ class Proxy {
   /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
-  /// there.
-  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, double& way) noexcept;
+  /// there. `over`: the place beyond the edge that it goes to next, if it is about to cross one that is farther off.
+  [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
+                                std::optional<SurfacePlace>& over) noexcept;
   /// Towards the cursor; false when the way to it is free.
-  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel) noexcept;
+  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   void let_go() noexcept;
   void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept;

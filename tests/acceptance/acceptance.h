@@ -20,13 +20,20 @@ struct Figure {
   [[nodiscard]] bool holds() const noexcept;
 };
 
+/// One of so many parts of a run, which together are the whole.
+struct Part {
+  int number = 1, of = 1;
+};
+
 /// What one test found. Each call prints its line at once.
 class Report {
  public:
-  explicit Report(bool in_long_form) noexcept : long_form_(in_long_form) {}
+  explicit Report(bool in_long_form, Part part = {}) noexcept : long_form_(in_long_form), part_(part) {}
 
   /// The long form has more ticks, contacts, paths; the short one ends within some ten CPU seconds.
   [[nodiscard]] bool long_form() const noexcept { return long_form_; }
+  /// S8 alone has parts; the others run whole.
+  [[nodiscard]] Part part() const noexcept { return part_; }
   void at_most(std::string what, double value, double limit, std::string unit = {});
   void at_least(std::string what, double value, double limit, std::string unit = {});
   /// Never fails: times on a machine that is shared, sizes of what was tried.
@@ -42,6 +49,7 @@ class Report {
  private:
   void add(Figure figure);
   bool long_form_;
+  Part part_;
   std::vector<Figure> figures_;
   std::vector<std::string> skips_;
 };

@@ -1,5 +1,6 @@
-// acceptance ID... | all [--long] [--markdown FILE]: runs acceptance tests of touch and prints each figure beside its
-// threshold. Exit 0: all hold; 1: a figure fails; 2: wrong usage; 77: nothing failed, but a test was skipped.
+// acceptance ID... | all [--long] [--part K/N] [--markdown FILE]: runs acceptance tests of touch and prints each figure
+// beside its threshold. Exit 0: all hold; 1: a figure fails; 2: wrong usage; 77: nothing failed, but a test was
+// skipped.
 #include "acceptance/acceptance.h"
 
 #include <fmt/core.h>
@@ -103,6 +104,7 @@ int main(int count, char** words) {
   using namespace relief::acceptance;
   bool in_long_form = std::getenv("RELIEF_SOAK") != nullptr;
   std::string markdown;
+  Part part;
   std::vector<const Test*> wanted;
   for (int k = 1; k < count; ++k) {
     const std::string_view word = words[k];
@@ -113,6 +115,9 @@ int main(int count, char** words) {
       for (const Test& t : kTests) wanted.push_back(&t);
     } else if (word == "--long") {
       in_long_form = true;
+    } else if (word == "--part" && k + 1 < count && std::sscanf(words[k + 1], "%d/%d", &part.number, &part.of) == 2 &&
+               part.number >= 1 && part.number <= part.of) {
+      ++k;
     } else if (word == "--markdown" && k + 1 < count) {
       markdown = words[++k];
     } else {
@@ -121,13 +126,13 @@ int main(int count, char** words) {
     }
   }
   if (wanted.empty()) {
-    fmt::print(stderr, "acceptance: name tests from S1 to S22, or all; --long; --markdown FILE\n");
+    fmt::print(stderr, "acceptance: name tests from S1 to S22, or all; --long; --part K/N; --markdown FILE\n");
     return 2;
   }
   std::vector<std::pair<const Test*, Report>> done;
   for (const Test* test : wanted) {
     fmt::print("{} {}\n", test->id, test->title);
-    Report report(in_long_form);
+    Report report(in_long_form, part);
     test->run(report);
     done.emplace_back(test, std::move(report));
   }

@@ -23,6 +23,7 @@
 #include <cstddef>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace relief::acceptance {
@@ -231,25 +232,24 @@ bool watch_system_calls() {
 }  // namespace
 
 void forbidden_calls(Report& report) {
-  SnapshotChannel channel(testing::fine_sphere());
+  std::vector<SnapshotPtr> models;
+  for (const double radius : {1.0, 0.995})
+    models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
+  SnapshotChannel channel(models.front());
   SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3},
                      [](double t) { return HandTarget{{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)}, 0}; });
   Servo servo({.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}}, hand.info());
   const int warm = 2'000, ticks = report.long_form() ? 3'000'000 : 30'000;
   testing::ForbiddenCalls calls;
-  int touched = 0, of_system = 0;
+  int touched = 0, of_system = 0, changes = 0;
   long minor_faults = 0, major_faults = 0;
   bool watched = false, checked = false;
   std::atomic<bool> done{false};
   // The editor publishes meanwhile.
   std::thread editor([&] {
-    std::vector<SnapshotPtr> models;
-    for (const double radius : {1.0, 0.995}) {
-      models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
-    }
-    for (std::size_t k = 0; !done.load(); ++k) {
+    for (std::size_t k = 1; !done.load(); ++k) {
       channel.publish(models[k % models.size()]);
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   });
   std::thread([&, reader = channel.reader()]() mutable {
@@ -265,6 +265,7 @@ void forbidden_calls(Report& report) {
     }
 #endif
     rusage before{};
+    const Snapshot* last = models.front().get();
     for (int k = 0; k < warm + ticks; ++k) {
       if (k == warm) getrusage(RUSAGE_THREAD, &before);
       in_tick = true;
@@ -272,7 +273,9 @@ void forbidden_calls(Report& report) {
         const testing::NoAllocScope scope;
         DeviceState state;
         static_cast<void>(hand.read(state));
-        const ServoSample felt = servo.step(reader.latest(), state);
+        const Snapshot& model = reader.latest();
+        changes += &model != std::exchange(last, &model) ? 1 : 0;
+        const ServoSample felt = servo.step(model, state);
         static_cast<void>(hand.write({felt.force, felt.torque}));
         touched += felt.contact ? 1 : 0;
         if (k >= warm) {
@@ -292,6 +295,7 @@ void forbidden_calls(Report& report) {
   done.store(true);
   editor.join();
   report.at_least("ticks in contact, of all", double(touched) / (warm + ticks), 0.1);
+  report.at_least("ticks in which a new model came", changes, 20);
   report.at_most("allocations and frees", calls.news + calls.deletes, 0);
   if (testing::kCountsLocks)
     report.at_most("locks", calls.locks, 0);

@@ -85,18 +85,29 @@ inline std::array<double, 2> homogeneous(const SlabCorners& k, Vec3d p, double a
 /// Sec. 3.1: the three conditions of the inside test.
 inline bool inside(std::array<double, 2> h, int n) { return h[0] >= 0 && h[1] >= 0 && h[0] + h[1] <= n; }
 
-/// Sec. 3: all slabs in sequence; the product's hierarchy must find the same one.
-inline std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d p) {
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    if (!mesh.box(s).contains(p)) continue;
-    const SlabCorners corners = mesh.corners(s);
-    const auto alpha = alpha_by_bisection(coefficients(corners), p);
-    if (!alpha) continue;
-    const auto h = homogeneous(corners, p, *alpha, mesh.intervals(s));
-    if (!inside(h, mesh.intervals(s))) continue;
-    // The paper's T is our corner 2 and its S our corner 1.
-    return SlabCoord{s, h[1] / mesh.intervals(s), h[0] / mesh.intervals(s), *alpha};
+/// Sec. 3.1: the coordinates of p where it is in the slab.
+inline std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId s, Vec3d p) {
+  if (!mesh.box(s).contains(p)) return std::nullopt;
+  const SlabCorners corners = mesh.corners(s);
+  const auto alpha = alpha_by_bisection(coefficients(corners), p);
+  if (!alpha) return std::nullopt;
+  const auto h = homogeneous(corners, p, *alpha, mesh.intervals(s));
+  if (!inside(h, mesh.intervals(s))) return std::nullopt;
+  // The paper's T is our corner 2 and its S our corner 1.
+  return SlabCoord{s, h[1] / mesh.intervals(s), h[0] / mesh.intervals(s), *alpha};
+}
+
+/// Sec. 3: all slabs in sequence; the product's hierarchy must find the same one. With `last`, the slab of the last
+/// answer or kNoSlab, that one and its neighbours come first.
+inline std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d p, SlabId last = kNoSlab) {
+  if (last != kNoSlab) {
+    if (const auto at = coordinates_in(mesh, last, p)) return at;
+    for (const SlabId next : mesh.slabs()[last].neighbours)
+      if (next != kNoSlab)
+        if (const auto at = coordinates_in(mesh, next, p)) return at;
   }
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    if (const auto at = coordinates_in(mesh, s, p)) return at;
   return std::nullopt;
 }
 

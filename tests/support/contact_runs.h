@@ -91,7 +91,7 @@ inline bool is_closed(const SlabMesh& mesh) {
 }
 
 /// Judges runs of all motions until so many ticks were pressed; every other round is over a thin part where there are
-/// any.
+/// any, and every other two rounds look around (Proxy::Look).
 inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
   constexpr int kTicks = 2000;  // per run
   const TriangleSoup soup(model);
@@ -116,11 +116,12 @@ inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, 
     }
     const auto motion = static_cast<std::size_t>(run) % kMotions.size();
     ScriptedHand hand(static_cast<Motion>(motion), place, soup.bounds(), random);
+    const auto look = run / int(kMotions.size()) % 4 < 2 ? Proxy::Look::Here : Proxy::Look::Around;
     Proxy proxy;
     ContactJudge ruling(soup, closed);
     for (int k = 0; k < kTicks; ++k) {
       const Vec3d cursor = hand.next();
-      static_cast<void>(proxy.step(model, cursor, {}));
+      static_cast<void>(proxy.step(model, cursor, {}, look));
       const Fault fault = ruling.judge(proxy, cursor);
       ++done.ticks;
       done.pressed += proxy.held() ? 1 : 0;

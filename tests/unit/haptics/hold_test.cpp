@@ -11,6 +11,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 
 namespace relief {
 namespace {
@@ -31,7 +32,8 @@ SnapshotPtr converted(const std::string& name) {
   return made ? made->model.head : nullptr;
 }
 
-class Hold : public ::testing::TestWithParam<const char*> {};
+/// A sample, and whether with exact normals.
+class Hold : public ::testing::TestWithParam<std::tuple<const char*, bool>> {};
 
 /// Whether the surface around p, out to `reach`, faces the same way: no rim is near.
 bool wide(const Snapshot& model, const SurfacePoint& p, Vec3d side, Vec3d other, double reach) {
@@ -47,7 +49,8 @@ bool wide(const Snapshot& model, const SurfacePoint& p, Vec3d side, Vec3d other,
 /// swinging between 0.2 and 4 % of the diagonal, while the hand strays by up to 0.5 % sideways. The right answer is
 /// always the face that was pressed.
 TEST_P(Hold, NeverLetsGoOfThePressedFace) {
-  const SnapshotPtr model = converted(GetParam());
+  const auto [sample, exact] = GetParam();
+  const SnapshotPtr model = converted(sample);
   ASSERT_TRUE(model);
   const SlabMesh& mesh = model->slab_mesh();
   const double size = diagonal(mesh.bounds());
@@ -77,7 +80,8 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     const Vec3d other = cross(p.normal, side);
     const bool rim = !wide(*model, p, side, other, 0.03 * size);
     thin += thickness < 0.03 * size && !rim ? 1 : 0;
-    Servo servo({.workspace = space, .force = {.stiffness = 400, .damping = 0, .guard = false}}, DeviceInfo{});
+    const ForceSettings law = {.stiffness = 400, .damping = 0, .exact_normals = exact, .guard = false};
+    Servo servo({.workspace = space, .force = law}, DeviceInfo{});
     const double phase = 6.28 * unit(random), wander = 0.005 * size * unit(random);
     Vec3d last;
     for (int k = 0; k < kTicks; ++k) {
@@ -102,10 +106,9 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     }
   }
   std::printf(
-      "%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld flips; slipped off "
-      "the "
-      "rim in %ld of %ld\n",
-      GetParam(), pressed, thin, lost, wrong, flips, rim_bad, rim_pressed);
+      "%s%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld flips; slipped "
+      "off the rim in %ld of %ld\n",
+      sample, exact ? ", exact normals" : "", pressed, thin, lost, wrong, flips, rim_bad, rim_pressed);
   EXPECT_GT(pressed, 0);
   EXPECT_EQ(lost, 0);
   EXPECT_EQ(wrong, 0);
@@ -113,8 +116,11 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   // Near a rim the point may slip off it, with the hand; whether its way there is legal, legal_contact_test.cpp judges.
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, Hold, ::testing::Values("bowl", "pumpkin", "head"),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(Samples, Hold,
+                         ::testing::Combine(::testing::Values("bowl", "pumpkin", "head"), ::testing::Bool()),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param)) + (std::get<1>(test.param) ? "_exact" : "");
+                         });
 
 TEST(FastCursor, DoesNotTunnelThroughTheBowl) {
   const SnapshotPtr model = converted("bowl");
