@@ -144,7 +144,10 @@ std::size_t bytes_of(const Snapshot& model) {
   const SlabMesh& mesh = model.slab_mesh();
   std::size_t bytes = mesh.fibres().size_bytes() + mesh.slabs().size_bytes() + mesh.tree().size_bytes() +
                       mesh.tree_slabs().size_bytes() + mesh.slab_count() * sizeof(Box3d);
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) bytes += model.tile(Layer::Displacement, s).bytes();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const Tile& tile = model.tile(Layer::Displacement, s);
+    bytes += tile.bytes() + tile.bounds().bytes();
+  }
   return bytes;
 }
 
@@ -205,24 +208,45 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
                                approach)}};
   }
 
-  const ServoSettings settings = {.workspace = {.metres_per_unit = 0.15 / scale}};
-  std::optional<Servo> servo;
-  double t = 0;
-  std::size_t ticks = 0, latched = 0;
-  const auto tick = [&](Vec3d p, bool coherent) {
-    t += coherent ? 1e-3 : 0.05;
-    const ServoSample felt = servo->step(model, {.t = t, .position = settings.workspace.to_device(p), .velocity = {}});
-    ++ticks;
-    latched += (felt.flags & bit(ServoFault::Latched)) != 0 ? 1 : 0;
-    return length(felt.force);
+  // The servo with a point, with a ball of 1 % of the diagonal, and with a rigid tool: points all over a sphere of 5 %.
+  std::vector<Vec3d> shell;
+  for (std::size_t k = 0; k < PointShell::kMostPoints; ++k) {
+    const double y = 1 - 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(PointShell::kMostPoints);
+    const double round = std::sqrt(1 - y * y), turn = 2.399963 * static_cast<double>(k);
+    shell.push_back(Vec3d{round * std::cos(turn), y, round * std::sin(turn)} * (0.05 * scale));
+  }
+  std::vector<Workload> fewer = works;
+  for (Workload& work : fewer) work.cursors.resize(std::min<std::size_t>(1000, work.cursors.size()));
+  struct Held {
+    const char* name;
+    TouchTool tool;
+    const std::vector<Workload>& works;
   };
-  const auto approach = [&](Vec3d first) {
-    servo.emplace(settings, DeviceInfo{});
-    from_outside(first, tick);
-  };
-  ordered_json ns = times(tick, works, approach);
-  json["relief servo tick"] = {{"latched_share", static_cast<double>(latched) / static_cast<double>(ticks)},
-                               {"ns", std::move(ns)}};
+  for (const Held& held :
+       {Held{"relief servo tick", {}, works}, Held{"relief servo tick, ball", {.radius = 0.01 * scale}, fewer},
+        Held{"relief servo tick, 1000 points", {.points = shell}, fewer}}) {
+    const ServoSettings settings = {.workspace = {.metres_per_unit = 0.15 / scale}, .tool = held.tool};
+    std::optional<Servo> servo;
+    double t = 0;
+    std::size_t ticks = 0, latched = 0, touching = 0;
+    const auto tick = [&](Vec3d p, bool coherent) {
+      t += coherent ? 1e-3 : 0.05;
+      const ServoSample felt =
+          servo->step(model, {.t = t, .position = settings.workspace.to_device(p), .velocity = {}});
+      ++ticks;
+      latched += (felt.flags & bit(ServoFault::Latched)) != 0 ? 1 : 0;
+      touching += felt.contact ? 1 : 0;
+      return length(felt.force);
+    };
+    const auto approach = [&](Vec3d first) {
+      servo.emplace(settings, DeviceInfo{});
+      from_outside(first, tick);
+    };
+    ordered_json ns = times(tick, held.works, approach);
+    json[held.name] = {{"latched_share", static_cast<double>(latched) / static_cast<double>(ticks)},
+                       {"contact_share", static_cast<double>(touching) / static_cast<double>(ticks)},
+                       {"ns", std::move(ns)}};
+  }
 
   SlabId last = kNoSlab;
   row("the paper", build_seconds, bytes_of(model), [&](Vec3d p, bool coherent) -> std::optional<Nearest> {

@@ -11,7 +11,7 @@ namespace {
 constexpr double kNorm = 16;
 constexpr double kForesight = 4;   // lengths of its way for which a point is told at once that it is clear
 constexpr std::size_t kRays = 16;  // points in a tick that are looked for below the slabs
-constexpr int kSearch = 10;        // samples placed that a search is worth
+constexpr int kSearch = 30;        // samples placed that a search, or whatever else a point takes, is worth
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -77,7 +77,7 @@ void PointShell::work_on(detail::MicroTriangles& surface, std::size_t k, Vec3d n
   }
   static_cast<void>(proxy.step(surface.model(), now, ease));
   point = {now, 0};
-  work_ += proxy.samples_placed();
+  work_ += kSearch + proxy.samples_placed();
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   lost_ = lost_ || proxy.lost();

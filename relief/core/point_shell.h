@@ -28,7 +28,7 @@ class PointShell {
  public:
   using Ease = Proxy::Ease;
   static constexpr std::size_t kMostPoints = 1000;
-  static constexpr int kWork = 6000;
+  static constexpr int kWork = 3500;
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
   explicit PointShell(std::span<const Vec3d> points);

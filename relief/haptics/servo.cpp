@@ -212,8 +212,8 @@ Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Adm
 
 Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
   Touch now;
-  const bool held = proxy_.step(model, cursor, ease,
-                                settings_.force.exact_normals ? Proxy::Look::Around : Proxy::Look::Here);
+  const bool held =
+      proxy_.step(model, cursor, ease, settings_.force.exact_normals ? Proxy::Look::Around : Proxy::Look::Here);
   now.jumped = proxy_.lost() ? inside(model, {cursor, {}}) : risen(proxy_.rise());
   now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
   if (!now.touching) return now;

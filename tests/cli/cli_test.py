@@ -608,11 +608,57 @@ class Touch(Case):
                 self.assertTrue(all(map(math.isfinite, force)), bad)
             self.assertEqual([float(rows[len(good)][k]) for k in ("fx", "fy", "fz")], [0, 0, 0], bad)
 
+    def test_a_ball_touches_sooner_by_its_radius_and_is_recorded(self):
+        point, _ = self.touch(self.press())
+        radius = 1.5
+        rec = self.folder / "ball.rlog"
+        ball, _ = self.touch(self.press(), "--tool-radius", radius, "--record", rec)
+        first = [next(k for k, row in enumerate(rows) if row["contact"] == "1") for rows in (point, ball)]
+        # The skin is hit nearly square, at 0.045 units per row.
+        self.assertAlmostEqual((first[0] - first[1]) * 0.045, radius, delta=0.4 * radius)
+        depth = [float(rows[-1]["depth"]) for rows in (point, ball)]
+        self.assertAlmostEqual(depth[1] - depth[0], radius, delta=0.4 * radius)
+        self.assertIn("ball of radius 1.5", self.ok("replay", rec).out)
+        self.assertIn("all the same", self.ok("replay", rec, "--verify").out)
+
+    def test_a_rigid_tool_gives_torque_and_is_recorded(self):
+        points, path, forces = (self.folder / name for name in ("tool.csv", "P.csv", "F.csv"))
+        rec = self.folder / "tool.rlog"
+        # A bar to one side of the hand: what it touches turns it.
+        points.write_text("x,y,z\n" + "".join(f"{k / 4},0,0\n" for k in range(9)))
+        path.write_text("t,x,y,z,qw,qx,qy,qz\n" +
+                        "".join(",".join(map(str, row + [math.cos(0.1), 0, math.sin(0.1), 0])) + "\n" for row in self.press()))
+        self.ok("touch", self.model, "--path", path, "-o", forces, "--tool-points", points, "--record", rec)
+        text = forces.read_text()
+        self.assertEqual(text.split("\n", 1)[0], self.HEADER + ",tx,ty,tz")
+        last = list(csv.DictReader(text.splitlines()))[-1]
+        self.assertEqual(last["contact"], "1")
+        self.assertGreater(float(last["fz"]), 0)
+        self.assertGreater(math.hypot(*(float(last[k]) for k in ("tx", "ty", "tz"))), 1e-4)
+        self.assertIn("a tool of 9 points", self.ok("replay", rec).out)
+        self.assertIn("all the same", self.ok("replay", rec, "--verify").out)
+
+    def test_tools_that_are_refused(self):
+        path, points, out = (self.folder / name for name in ("P.csv", "bad_tool.csv", "refused.csv"))
+        path.write_text("t,x,y,z\n0,0,0,0\n")
+        touch = ("touch", self.model, "--path", path, "-o", out)
+        for text, word in (("t,x,y\n0,0,0\n", "header"), ("", "empty"), ("x,y,z\n", "no points"),
+                           ("x,y,z\n0,0\n", "line 2"), ("x,y,z\n0,nan,0\n", "line 2"),
+                           ("x,y,z\n" + "0,0,0\n" * 1001, "1000")):
+            points.write_text(text)
+            self.assert_failed(Run(*touch, "--tool-points", points), 1, "bad_tool.csv", word)
+        self.assert_failed(Run(*touch, "--tool-radius", 1000), 1, "--tool-radius", "5 %")
+        self.assert_failed(Run(*touch, "--tool-radius", -1), 2)
+        self.assert_failed(Run(*touch, "--tool-radius", 1, "--tool-points", points), 2)
+        self.assert_failed(Run(*touch, "--tool-radius", 1, "--paper-contact"), 2)
+        self.assertFalse(out.exists())
+
     def test_path_files_that_are_refused(self):
         path, out = self.folder / "bad.csv", self.folder / "refused.csv"
         for text, word in (("x,y,z,t\n0,0,0,0\n", "header"), ("", "empty"), ("t,x,y,z\n0,0,0\n", "line 2"),
                            ("t,x,y,z\n0,0,0,0\n1,2,3,4,5\n", "line 3"), ("t,x,y,z\n0,0,zero,0\n", "zero"),
-                           ("t,x,y,z\n0,0,,0\n", "line 2"), ("t,x,y,z\n0,0,0x10,0\n", "0x10")):
+                           ("t,x,y,z\n0,0,,0\n", "line 2"), ("t,x,y,z\n0,0,0x10,0\n", "0x10"),
+                           ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0\n", "line 2")):
             path.write_text(text)
             self.assert_failed(Run("touch", self.model, "--path", path, "-o", out), 1, "bad.csv", word)
             self.assertFalse(out.exists())
