@@ -208,8 +208,8 @@ void on_system_call(int /*signal*/, siginfo_t* /*info*/, void* context) {
 }
 
 /// From here on each system call of this thread, but for those that end it, comes to on_system_call(). False where the
-/// system does not offer that.
-bool watch_system_calls() {
+/// system does not offer that; not for the sanitizers, whose own calls would be seen.
+[[maybe_unused]] bool watch_system_calls() {
 #if defined(__x86_64__)
   struct sigaction action = {};
   action.sa_sigaction = on_system_call;
