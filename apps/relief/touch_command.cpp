@@ -24,7 +24,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kLargestTip = 0.05;  // of the diagonal
+constexpr double kSmallestTip = 1e-6, kLargestTip = 0.05;  // of the diagonal
 
 struct TouchOptions {
   std::string model, path, out, device, record;
@@ -70,10 +70,14 @@ Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
 /// The servo's settings as the options ask for them; `points` is where a rigid tool's are kept.
 Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file, const Workspace& workspace,
                                    std::vector<Vec3d>& points) {
-  const double most = kLargestTip * diagonal(file.model().head->slab_mesh().bounds());
-  if (o.tool_radius > most)
-    return fail(Errc::InvalidArgument, fmt::format("--tool-radius {}: of {} it is at most {:.6g}, 5 % of the diagonal",
-                                                   o.tool_radius, printable(o.model), most));
+  const double size = diagonal(file.model().head->slab_mesh().bounds());
+  const double least = kSmallestTip * size, most = kLargestTip * size;
+  if (o.tool_radius > most || (o.tool_radius > 0 && o.tool_radius < least))
+    return fail(
+        Errc::InvalidArgument,
+        fmt::format("--tool-radius {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for "
+                    "a point",
+                    o.tool_radius, printable(o.model), least, most));
   if (!o.tool_points.empty()) {
     RELIEF_TRY(points, read_tool_points(o.tool_points));
   }

@@ -221,6 +221,8 @@ bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexce
 bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ease) noexcept {
   rise_ = grown_ = 0;
   searches_ = 0;
+  lost_ = false;
+  const bool other_model = std::exchange(model_, model.number()) != model.number();
   if (!known_) {
     known_ = true;
     last_ = centre_ = cursor;
@@ -231,8 +233,12 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   MicroTriangles surface(model);
   Mover ball(surface, start, radius, held_ ? 0 : length(move));
   const double overlap = overlap_in(ball.around(), radius);
-  const bool passed = !behind_ && is_behind(ball.around(), radius);
-  rise_ = passed ? radius : std::max(0.0, overlap - overlap_);
+  rise_ = std::max(0.0, overlap - overlap_);
+  if (other_model && !behind_) {
+    LocateHint hint;
+    const auto contact = probe(model, start, hint);
+    lost_ = contact && contact->touching();
+  }
   // Only what has risen pushes; a sheet that the ball came to from behind stays in it until it goes.
   settling_ = overlap > kTouching * radius && (settling_ || rise_ > kTouching * radius);
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
@@ -271,7 +277,11 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d out = centre_ - cursor;
   depth_ = length(out);
   held_ = depth_ > 0;
-  if (!held_) return false;
+  if (!held_) {
+    surface_ = {};
+    normals_ = {};
+    return false;
+  }
   way_out_ = out / depth_;
   grown_ = std::clamp(overlap - overlap_, 0.0, push);
   // The triangle that pushes most; in the air, the last one.

@@ -30,8 +30,10 @@ class BallProxy {
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
-  /// How far the surface rose into the ball in this tick, model units; its whole depth when it rose beyond the centre.
+  /// How far the surface rose into the ball in this tick, model units.
   [[nodiscard]] double rise() const noexcept { return rise_; }
+  /// The surface rose beyond the ball's centre in this tick.
+  [[nodiscard]] bool lost() const noexcept { return lost_; }
   /// How far the nearest micro-triangle reaches into the ball, model units: what a risen surface, or one that the ball
   /// came to from behind, has not yet pushed out.
   [[nodiscard]] double overlap() const noexcept { return overlap_; }
@@ -46,8 +48,9 @@ class BallProxy {
   [[nodiscard]] double grown() const noexcept { return grown_; }
 
  private:
-  bool known_ = false, held_ = false;
-  Vec3d last_;  ///< the cursor of the last tick
+  bool known_ = false, held_ = false, lost_ = false;
+  std::uint64_t model_ = 0;  ///< number of the last tick's
+  Vec3d last_;               ///< the cursor of the last tick
   Vec3d centre_;
   Vec3d side_;           ///< the side that it is pushed out to
   bool behind_ = false;  ///< the nearest triangle in the ball shows its back: a sheet that the ball came to from there

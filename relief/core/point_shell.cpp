@@ -44,14 +44,25 @@ bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
     const auto contact = probe(model, pose.place(own), hint);
     all = all && !(contact && contact->touching());
   }
-  const std::size_t last = std::min(clean_ + kRays, points_.size());
-  for (; all && clean_ < last; ++clean_) all = !inside(model, pose.place(points_[clean_]), hint);
+  const Box3d& bounds = model.slab_mesh().bounds();
+  for (std::size_t rays = 0; all && clean_ < points_.size() && rays < kRays; ++clean_) {
+    const Vec3d place = pose.place(points_[clean_]);
+    if (!bounds.contains(place)) continue;
+    ++rays;
+    all = !inside(model, place, hint);
+  }
   const bool done = all && clean_ == points_.size();
   if (!all || done) clean_ = 0;
   return done;
 }
 
 bool PointShell::stays_clear(detail::MicroTriangles& surface, Free& point, Vec3d now) noexcept {
+  if (point.room < 0) {  // another model: has its surface risen past the point?
+    work_ += kSearch;
+    const auto contact = probe(surface.model(), point.last, hint_);
+    if (contact && contact->touching()) rise_ = std::max(rise_, contact->depth);
+    point.room = 0;
+  }
   const double way = length(now - point.last);
   if (way < point.room) return true;
   for (const double reach : {kForesight * way, way * (1 + 1e-9)}) {
@@ -66,7 +77,9 @@ bool PointShell::stays_clear(detail::MicroTriangles& surface, Free& point, Vec3d
 void PointShell::work_on(detail::MicroTriangles& surface, std::size_t k, Vec3d now, Ease ease) noexcept {
   Proxy& proxy = proxies_[k];
   Free& point = free_[k];
-  if (!proxy.held() && stays_clear(surface, point, now)) {
+  // A point that was near the surface follows it when it is changed.
+  const bool follows = followed_[k] != 0 && point.room < 0;
+  if (!proxy.held() && !follows && stays_clear(surface, point, now)) {
     followed_[k] = 0;
     return;
   }
@@ -91,7 +104,7 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   const std::size_t count = points_.size();
   if (!known_ || model.number() != model_) {
     for (std::size_t k = 0; k < count; ++k) {
-      free_[k].room = 0;
+      free_[k].room = known_ ? -1 : 0;
       if (!known_) free_[k].last = pose.place(points_[k]);
     }
     model_ = model.number();

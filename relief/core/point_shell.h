@@ -40,13 +40,13 @@ class PointShell {
   /// Lets go of everything. The next pose is taken to be in the open.
   void reset() noexcept;
   /// Whether no point is inside the solid at this pose, as far as it is known: points below all slabs are looked for a
-  /// few at a time, so that the answer is yes only after some ticks of asking.
+  /// few at a time, so that where there may be such points the answer is yes only after some ticks of asking.
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept;
   /// One tick: the tool has moved to `pose`, and the model may have changed. Whether a point is held.
   bool step(const Snapshot& model, const ToolPose& pose, Ease ease) noexcept;
 
-  /// How the surface rose under a held point at most in this tick, model units; and whether a point was let go because
-  /// its slab was exchanged.
+  /// How the surface rose under a held point, or past a free one, at most in this tick, model units; and whether a
+  /// point was let go because its slab was exchanged.
   [[nodiscard]] double rise() const noexcept { return rise_; }
   [[nodiscard]] bool lost() const noexcept { return lost_; }
   /// How many points are held, and how many were worked on in this tick.
@@ -67,7 +67,7 @@ class PointShell {
 
  private:
   /// What is known of a point that is not held: from `last` it may go as far as `room` and not meet the surface of the
-  /// model of the last tick.
+  /// model of the last tick; below 0 it was not yet looked at in that model.
   struct Free {
     Vec3d last;
     double room = 0;
@@ -80,6 +80,7 @@ class PointShell {
   std::vector<Free> free_;
   std::vector<Proxy> proxies_;
   std::vector<std::uint8_t> followed_;  ///< the proxy knows of the point's last place
+  LocateHint hint_;
   bool known_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
   std::size_t next_ = 0;     ///< the point that is dealt with first in the next tick

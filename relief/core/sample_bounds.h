@@ -43,8 +43,8 @@ class SampleBounds {
     std::int16_t slope_i, slope_j;
   };
   [[nodiscard]] std::size_t index(int level, int i, int j) const noexcept {
-    const int m = squares(level);
-    return static_cast<std::size_t>(begin_[static_cast<std::size_t>(level)] + j * m - j * (j - 1) / 2 + i);
+    const int m = squares(level), before = j * m - j * (j - 1) / 2;
+    return static_cast<std::size_t>(begin_[static_cast<std::size_t>(level)]) + static_cast<std::size_t>(before + i);
   }
   /// What bounds the samples of a square of level 0.
   [[nodiscard]] Packed bound(const float* samples, int i, int j) const noexcept;

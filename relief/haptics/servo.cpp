@@ -233,7 +233,7 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
 Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
   Touch now;
   now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
-  now.jumped = risen(ball_.rise());
+  now.jumped = ball_.lost() || risen(ball_.rise());
   if (!now.touching) return now;
   now.surface = ball_.surface();
   now.depth = now.push = ball_.depth();
@@ -249,7 +249,8 @@ Servo::Touch Servo::shell_touch(const Snapshot& model, const ToolPose& tool, Pro
   const bool held = shell_.step(model, tool, ease);
   now.jumped = shell_.lost() || risen(shell_.rise());
   now.push = length(shell_.push());
-  now.touching = held && now.push > 0 && std::isfinite(now.push);
+  if (held && shell_.surface().slab >= model.slab_mesh().slab_count()) now.jumped = true;  // another cage
+  now.touching = held && !now.jumped && now.push > 0 && std::isfinite(now.push);
   if (!now.touching) return now;
   now.surface = shell_.surface();
   now.depth = shell_.depth();

@@ -648,6 +648,7 @@ class Touch(Case):
             points.write_text(text)
             self.assert_failed(Run(*touch, "--tool-points", points), 1, "bad_tool.csv", word)
         self.assert_failed(Run(*touch, "--tool-radius", 1000), 1, "--tool-radius", "5 %")
+        self.assert_failed(Run(*touch, "--tool-radius", 1e-9), 1, "--tool-radius", "a millionth")
         self.assert_failed(Run(*touch, "--tool-radius", -1), 2)
         self.assert_failed(Run(*touch, "--tool-radius", 1, "--tool-points", points), 2)
         self.assert_failed(Run(*touch, "--tool-radius", 1, "--paper-contact"), 2)

@@ -198,13 +198,30 @@ TEST(BallProxy, ARisingSurfacePushesItOutGently) {
 TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
   const auto mesh = plane_shell(4, 8);
   const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
-  const SnapshotPtr high = displaced(mesh, [](Vec3d) { return 0.9; });
+  for (const double alpha :
+       {0.83, 0.9, 0.99}) {  // to 0.066, 0.08 and 0.098: within the radius above the centre, and beyond
+    const SnapshotPtr high = displaced(mesh, [=](Vec3d) { return alpha; });
+    BallProxy ball;
+    const double radius = 0.03;
+    ball.step(*low, {0.5, 0.09, 0.5}, radius, kAtOnce);
+    lead(ball, *low, {0.5, 0.09, 0.5}, {0.5, 0.02, 0.5}, radius, 10);
+    EXPECT_FALSE(ball.lost());
+    ball.step(*high, {0.5, 0.02, 0.5}, radius, kAtOnce);
+    EXPECT_TRUE(ball.lost()) << alpha;
+  }
+}
+
+TEST(BallProxy, ALateBallInTheAirIsNoContact) {
+  const SnapshotPtr model = flat_plane();
   BallProxy ball;
-  const double radius = 0.05;
-  ball.step(*low, {0.5, 0.1, 0.5}, radius, kAtOnce);
-  lead(ball, *low, {0.5, 0.1, 0.5}, {0.5, 0.04, 0.5}, radius, 10);
-  ball.step(*high, {0.5, 0.04, 0.5}, radius, kAtOnce);
-  EXPECT_GE(ball.rise(), radius);
+  const double radius = 1e-3;
+  ball.step(*model, {0.1, 2e-3, 0.5}, radius, kAtOnce);
+  ball.step(*model, {0.1, 5e-4, 0.5}, radius, kAtOnce);
+  EXPECT_TRUE(ball.held());
+  // Up, and then so fast along the plane, just above it, that a tick is not enough.
+  ball.step(*model, {0.1, 1.2e-3, 0.5}, radius, kAtOnce);
+  EXPECT_FALSE(ball.held());
+  EXPECT_FALSE(ball.step(*model, {0.9, 1.2e-3, 0.5}, radius, kAtOnce));
 }
 
 }  // namespace

@@ -126,6 +126,20 @@ TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
   EXPECT_FALSE(clear({2, 0.9, 0}));
 }
 
+TEST(PointShell, ASurfaceThatRisesPastFreePointsIsSeen) {
+  const auto mesh = testing::plane_shell(4, 8);
+  const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
+  const SnapshotPtr high = displaced(mesh, [](Vec3d) { return 0.8; });  // from 0 to 0.06
+  PointShell shell(sphere_points(50, 0.02));
+  for (int k = 0; k < 5; ++k) shell.step(*low, {{0.5, 0.03, 0.5}, {}}, kAtOnce);
+  double rise = 0;
+  for (int k = 0; k < 5; ++k) {
+    shell.step(*high, {{0.5, 0.03, 0.5}, {}}, kAtOnce);
+    rise = std::max(rise, shell.rise());
+  }
+  EXPECT_NEAR(rise, 0.05, 0.01) << "the lowest point, at 0.01";
+}
+
 TEST(PointShell, PointsBeyondTheMostAreLeftOut) {
   EXPECT_EQ(PointShell(sphere_points(1200, 1)).size(), PointShell::kMostPoints);
   EXPECT_EQ(PointShell({}).size(), 0U);
