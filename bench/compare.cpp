@@ -2,6 +2,7 @@
 
 #include "paper/paper_algorithm.h"
 #include "peers.h"
+#include "support/tools.h"
 #include "timing.h"
 
 #include <relief/core/query.h>
@@ -209,12 +210,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   }
 
   // The servo with a point, with a ball of 1 % of the diagonal, and with a rigid tool: points all over a sphere of 5 %.
-  std::vector<Vec3d> shell;
-  for (std::size_t k = 0; k < PointShell::kMostPoints; ++k) {
-    const double y = 1 - 2 * (static_cast<double>(k) + 0.5) / static_cast<double>(PointShell::kMostPoints);
-    const double round = std::sqrt(1 - y * y), turn = 2.399963 * static_cast<double>(k);
-    shell.push_back(Vec3d{round * std::cos(turn), y, round * std::sin(turn)} * (0.05 * scale));
-  }
+  const std::vector<Vec3d> shell = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
   std::vector<Workload> fewer = works;
   for (Workload& work : fewer) work.cursors.resize(std::min<std::size_t>(1000, work.cursors.size()));
   struct Held {

@@ -1,8 +1,8 @@
 // A tree over boxes that lie in an order which keeps neighbours together.
 #pragma once
 
+#include <relief/base/lanes.h>
 #include <relief/base/vec.h>
-#include <relief/convert/lanes.h>
 #include <relief/convert/parallel.h>
 
 #include <algorithm>

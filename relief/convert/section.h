@@ -1,7 +1,7 @@
 // Whether the source keeps clear of a slab's ends and runs through it as a section of its fibres.
 #pragma once
 
-#include <relief/convert/lanes.h>
+#include <relief/base/lanes.h>
 #include <relief/convert/lattice.h>
 
 #include <algorithm>

@@ -39,11 +39,10 @@ void PointShell::reset() noexcept {
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
   // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   LocateHint hint;
-  bool all = true;
-  for (const Vec3d own : points_) {
+  bool all = std::ranges::none_of(points_, [&](Vec3d own) {
     const auto contact = probe(model, pose.place(own), hint);
-    all = all && !(contact && contact->touching());
-  }
+    return contact && contact->touching();
+  });
   const Box3d& bounds = model.slab_mesh().bounds();
   for (std::size_t rays = 0; all && clean_ < points_.size() && rays < kRays; ++clean_) {
     const Vec3d place = pose.place(points_[clean_]);

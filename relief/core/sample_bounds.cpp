@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/lanes.h>
 #include <relief/core/grid.h>
 #include <relief/core/sample_bounds.h>
 
@@ -33,7 +34,7 @@ SampleBounds::Packed SampleBounds::bound(const float* samples, int i, int j) con
   float low = 1, high = 0;
   if (i0 + j0 + 2 * kSide <= n_) {
     // A whole square: a slope through three of its corners, then the least and the greatest height above that.
-    using Four [[gnu::vector_size(16)]] = float;
+    using detail::Four;
     const auto steps = [](float rise) noexcept {
       return static_cast<std::int16_t>(rise * static_cast<float>(kSlopes / kSide));
     };
@@ -41,19 +42,17 @@ SampleBounds::Packed SampleBounds::bound(const float* samples, int i, int j) con
     constexpr auto kSlope = static_cast<float>(1 / kSlopes);
     const float by_i = slope_i * kSlope, by_j = slope_j * kSlope;
     const Four left = {-2 * by_i, -by_i, 0, by_i}, right = left + by_i;
-    Four least = {1, 1, 1, 1}, most = {};
+    Four lowest = {1, 1, 1, 1}, highest = {};
     for (int r = 0; r <= kSide; ++r) {
       const float* row = at(0, r);
       const float down = static_cast<float>(r - 2) * by_j;
       const Four a = Four{row[0], row[1], row[2], row[3]} - left - down;
       const Four b = Four{row[1], row[2], row[3], row[4]} - right - down;
-      least = a < least ? a : least;
-      least = b < least ? b : least;
-      most = a > most ? a : most;
-      most = b > most ? b : most;
+      lowest = detail::least(lowest, detail::least(a, b));
+      highest = detail::greatest(highest, detail::greatest(a, b));
     }
-    low = std::min({least[0], least[1], least[2], least[3]});
-    high = std::max({most[0], most[1], most[2], most[3]});
+    low = std::min({lowest[0], lowest[1], lowest[2], lowest[3]});
+    high = std::max({highest[0], highest[1], highest[2], highest[3]});
     constexpr float kRounding = 1e-6F;
     low -= kRounding;
     high += kRounding;

@@ -1,5 +1,6 @@
 // A rigid tool made of points: one point is as a point, many push together, turned tools turn back.
 #include "support/driver.h"
+#include "support/tools.h"
 
 #include <relief/core/point_shell.h>
 #include <relief/core/query.h>
@@ -14,19 +15,10 @@ namespace {
 
 using testing::displaced;
 using testing::flat_plane;
+using testing::sphere_points;
 using testing::torus_shell;
 
 constexpr PointShell::Ease kAtOnce = {};
-
-/// Points all over a sphere around the origin.
-std::vector<Vec3d> sphere_points(int count, double radius) {
-  std::vector<Vec3d> points;
-  for (int k = 0; k < count; ++k) {
-    const double y = 1 - 2 * (k + 0.5) / count, r = std::sqrt(1 - y * y), turn = 2.399963229728653 * k;
-    points.push_back(Vec3d{r * std::cos(turn), y, r * std::sin(turn)} * radius);
-  }
-  return points;
-}
 
 SnapshotPtr rough_torus() {
   return displaced(torus_shell(24, 12, 24), [](Vec3d p) {
