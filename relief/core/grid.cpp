@@ -6,8 +6,8 @@
 namespace relief {
 
 GridCell cell_at(int n, double u, double v) noexcept {
-  u = std::clamp(u, 0.0, 1.0);
-  v = std::clamp(v, 0.0, 1.0);
+  u = std::min(std::max(u, 0.0), 1.0);
+  v = std::min(std::max(v, 0.0), 1.0);
   if (u + v > 1) {
     // The nearest point of the long edge: both weights give way alike.
     const double excess = (u + v - 1) / 2;

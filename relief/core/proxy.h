@@ -37,14 +37,6 @@ struct SurfacePlace {
 
 namespace detail {
 class MicroTriangles;
-
-/// The normals at the samples of the cell in hand, and the samples that they were made from.
-struct CellNormals {
-  SlabId slab = kNoSlab;
-  std::array<GridPoint, 3> corners;
-  std::array<float, 12> heights;
-  std::array<Vec3d, 3> normals;
-};
 }  // namespace detail
 
 /// The surface contact point of one cursor. It goes from micro-triangle to micro-triangle towards the cursor, never

@@ -13,7 +13,8 @@ namespace relief {
 
 namespace {
 
-using detail::cell_normal;
+using detail::CellNormals;
+using detail::corner_normals;
 using detail::LinearForm;
 using detail::on_grid;
 using detail::sample_position;
@@ -184,6 +185,11 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
+/// The unit normal in a cell.
+Vec3d blend(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
+  return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
+}
+
 /// The holes of one slab, for many questions.
 class Holes {
  public:
@@ -305,20 +311,35 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
 }
 
 /// The normals at the three samples of a cell whose samples all lie inside the slab, from the samples around them.
-std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, int n, const std::array<GridPoint, 3>& cell,
-                                   GridPoint base, const std::array<GridPoint, 12>& around,
-                                   const std::array<float, 12>& heights) noexcept {
+std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, const float* d, int n,
+                                   const std::array<GridPoint, 3>& cell) noexcept {
+  const auto& [a, b, c] = cell;
+  const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
+  const bool stands = base == a || base == b || base == c;
   std::array<std::array<Vec3d, 4>, 4> window;  // columns and rows -1 to 2
   const auto at = [&](GridPoint p) -> Vec3d& {
     return window[static_cast<std::size_t>(p.j - base.j + 1)][static_cast<std::size_t>(p.i - base.i + 1)];
   };
-  for (std::size_t k = 0; k < 12; ++k)
-    at(base + around[k]) = sample_position(corners, n, base + around[k], double{heights[k]});
+  for (const GridPoint step : kAroundCell[stands ? 0 : 1]) {
+    const GridPoint p = base + step;
+    at(p) = sample_position(corners, n, p, double{d[sample_index(n, p)]});
+  }
   std::array<Vec3d, 3> normals;
   for (std::size_t k = 0; k < 3; ++k)
     normals[k] = normalized(
         ring_sum(cell[k], at, [](GridPoint) { return true; }, [](const std::array<GridPoint, 3>&) { return false; }));
   return normals;
+}
+
+/// The surface point at (u, v), which lies in the given cell.
+SurfacePoint point_in(const Snapshot& model, SlabId slab, double u, double v, const GridCell& cell,
+                      CellNormals& known) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
+  return {slab,  u,
+          v,     alpha,
+          mesh.corners(slab).point(weights_of(u, v), alpha),
+          blend(corner_normals(model, slab, cell.corners, known), cell.weights)};
 }
 
 /// The surface point at given weights of a micro-triangle that visit_cells() has shown.
@@ -333,7 +354,8 @@ SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Ve
     point.v += cell.weights[k] * cell.corners[k].j / n;
   }
   point.alpha = blend(model.displacement(slab), n, cell);
-  point.normal = cell_normal(model, slab, cell);
+  CellNormals none;
+  point.normal = blend(corner_normals(model, slab, cell.corners, none), cell.weights);
   return point;
 }
 
@@ -344,40 +366,23 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 
 }  // namespace
 
-Vec3d detail::cell_normal(const Snapshot& model, SlabId slab, const GridCell& cell) noexcept {
-  Vec3d sum;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (cell.weights[k] != 0) sum += shading_normal(model, slab, cell.corners[k]) * cell.weights[k];
-  return normalized(sum);
-}
-
 const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId slab,
                                                    const std::array<GridPoint, 3>& cell, CellNormals& known) noexcept {
+  if (known.model == model.number() && known.slab == slab && known.corners == cell) return known.normals;
+  known = {model.number(), slab, cell, {}};
   const int n = model.slab_mesh().intervals(slab);
   const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
-  const auto& [a, b, c] = cell;
-  if (!inside(a) || !inside(b) || !inside(c) || model.has(Layer::Void)) {
-    known = {.slab = kNoSlab, .corners = cell, .heights = {}, .normals = {}};
+  if (std::ranges::all_of(cell, inside) && !model.has(Layer::Void))
+    known.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
+  else
     for (std::size_t k = 0; k < 3; ++k) known.normals[k] = shading_normal(model, slab, cell[k]);
-    return known.normals;
-  }
-  const GridPoint base = {std::min({a.i, b.i, c.i}), std::min({a.j, b.j, c.j})};
-  const bool stands = base == a || base == b || base == c;
-  const auto& around = kAroundCell[stands ? 0 : 1];
-  const float* d = model.displacement(slab);
-  std::array<float, 12> heights;
-  for (std::size_t k = 0; k < 12; ++k) heights[k] = d[sample_index(n, base + around[k])];
-  if (slab != known.slab || cell != known.corners || heights != known.heights)
-    known = {slab, cell, heights, inner_normals(model.slab_mesh().corners(slab), n, cell, base, around, heights)};
   return known.normals;
 }
 
 SurfacePoint detail::point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
   const SlabCoord at = surface.coordinates(place);
   const auto& normals = corner_normals(surface.model(), at.slab, place.triangle.corners, known);
-  const Weights& w = place.weights;
-  const Vec3d normal = normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
-  return {at.slab, at.u, at.v, at.alpha, place.position, normal};
+  return {at.slab, at.u, at.v, at.alpha, place.position, blend(normals, place.weights)};
 }
 
 std::optional<SlabCoord> coordinates_in(const SlabMesh& mesh, SlabId slab, Vec3d point, double margin) noexcept {
@@ -485,19 +490,18 @@ bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
 }
 
 SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const GridCell cell = cell_at(mesh.intervals(slab), u, v);
-  const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
-  return {slab, u, v, alpha, mesh.corners(slab).point(weights_of(u, v), alpha), cell_normal(model, slab, cell)};
+  CellNormals none;
+  return point_in(model, slab, u, v, cell_at(model.slab_mesh().intervals(slab), u, v), none);
 }
 
 std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept {
   const auto at = locate(model.slab_mesh(), cursor, hint);
   if (!at) return std::nullopt;
+  const GridCell cell = cell_at(model.slab_mesh().intervals(at->slab), at->u, at->v);
   Contact contact{.at = *at,
-                  .surface = surface_point(model, at->slab, at->u, at->v),
+                  .surface = point_in(model, at->slab, at->u, at->v, cell, hint.normals),
                   .depth = 0,
-                  .hole = hole_at(model, at->slab, at->u, at->v)};
+                  .hole = model.is_hole(at->slab, cell.corners)};
   if (!contact.hole && at->alpha < contact.surface.alpha) contact.depth = length(contact.surface.position - cursor);
   return contact;
 }

@@ -14,9 +14,20 @@ struct SlabCoord {
   double u = 0, v = 0, alpha = 0;
 };
 
+namespace detail {
+/// The unit normals at the samples of one cell of one snapshot.
+struct CellNormals {
+  std::uint64_t model = 0;  ///< the snapshot's number
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<Vec3d, 3> normals;
+};
+}  // namespace detail
+
 /// What the last query found; makes the next one quick, never different.
 struct LocateHint {
   SlabCoord last;
+  detail::CellNormals normals = {};  ///< of probe()
 };
 
 /// Which slab holds the point, and where in it; empty outside all slabs (paper, Sec. 3.1). The slab found last and its

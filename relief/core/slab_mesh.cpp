@@ -110,20 +110,6 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
   return mesh;
 }
 
-SlabCorners SlabMesh::corners(SlabId s) const noexcept {
-  const auto& id = slabs_[s].fibres;
-  SlabCorners c{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    c.inner[k] = fibres_[id[k]].inner;
-    c.outer[k] = fibres_[id[k]].outer;
-  }
-  c.order = {0, 1, 2};
-  if (id[c.order[0]] > id[c.order[1]]) std::swap(c.order[0], c.order[1]);
-  if (id[c.order[1]] > id[c.order[2]]) std::swap(c.order[1], c.order[2]);
-  if (id[c.order[0]] > id[c.order[1]]) std::swap(c.order[0], c.order[1]);
-  return c;
-}
-
 int SlabMesh::mirror_edge(SlabId s, int edge) const noexcept {
   const auto k = static_cast<std::size_t>(edge);
   const FibreId from = slabs_[s].fibres[(k + 1) % 3];

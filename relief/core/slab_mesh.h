@@ -80,7 +80,17 @@ class SlabMesh {
   [[nodiscard]] std::span<const Slab> slabs() const noexcept { return slabs_; }
   [[nodiscard]] SlabId slab_count() const noexcept { return static_cast<SlabId>(slabs_.size()); }
   [[nodiscard]] int intervals(SlabId s) const noexcept { return slabs_[s].intervals; }
-  [[nodiscard]] SlabCorners corners(SlabId s) const noexcept;
+  [[nodiscard]] SlabCorners corners(SlabId s) const noexcept {
+    const auto& [a, b, c] = slabs_[s].fibres;
+    // How many of the others come before each.
+    const auto at_a = static_cast<std::size_t>((b < a) + (c < a)), at_b = static_cast<std::size_t>((a < b) + (c < b));
+    SlabCorners corners = {.inner = {fibres_[a].inner, fibres_[b].inner, fibres_[c].inner},
+                           .outer = {fibres_[a].outer, fibres_[b].outer, fibres_[c].outer},
+                           .order = {2, 2, 2}};
+    corners.order[at_a] = 0;
+    corners.order[at_b] = 1;
+    return corners;
+  }
   /// The box of the six corners, which bounds the slab and every displaced surface in it.
   [[nodiscard]] const Box3d& box(SlabId s) const noexcept { return boxes_[s]; }
   /// The box of all slabs.
