@@ -209,7 +209,15 @@ bool solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept {
 /// The first entry of a straight way into the surface.
 class Sweep {
  public:
-  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept : surface_(surface), from_(from), way_(to - from) {}
+  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept
+      : surface_(surface), from_(from), way_(to - from), per_way_{1 / way_.x, 1 / way_.y, 1 / way_.z} {
+    const Box3d& all = surface.mesh().bounds();
+    const Vec3d slack = all.extent() * 1e-9;
+    for (const Vec3d end : {from, to}) {
+      span_.add(end - slack);
+      span_.add(end + slack);
+    }
+  }
 
   /// Empty where the way does not go in.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
@@ -240,17 +248,17 @@ class Sweep {
 
   /// The part of the way in the box, widened a little for rounding.
   [[nodiscard]] bool clip(const Box3d& box, double& enter, double& leave) const noexcept {
+    if (!span_.meets(box)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double slack = 1e-9 * (box.high[k] - box.low[k]) + 1e-15 * std::abs(from_[k]);
-      const double low = box.low[k] - slack - from_[k], high = box.high[k] + slack - from_[k];
+      const double low = box.low[k] - from_[k], high = box.high[k] - from_[k];
+      const double slack = 1e-9 * (high - low) + 1e-15 * std::abs(from_[k]);
       if (way_[k] == 0) {
-        if (low > 0 || high < 0) return false;
+        if (low > slack || high < -slack) return false;
         continue;
       }
-      double t0 = low / way_[k], t1 = high / way_[k];
-      if (t0 > t1) std::swap(t0, t1);
-      enter = std::max(enter, t0);
-      leave = std::min(leave, t1);
+      const double t0 = (low - slack) * per_way_[k], t1 = (high + slack) * per_way_[k];
+      enter = std::max(enter, std::min(t0, t1));
+      leave = std::min(leave, std::max(t0, t1));
     }
     return enter <= leave;
   }
@@ -354,30 +362,87 @@ class Sweep {
   /// The cells within `pad` cells of the line from a to b whose samples are not all above or below it.
   void cells(const SlabCoord& a, const SlabCoord& b, double pad, double alpha_pad) noexcept {
     const int n = surface_.intervals();
-    const double x0 = a.u * n, y0 = a.v * n, x1 = b.u * n, y1 = b.v * n;
-    const double low = std::min(a.alpha, b.alpha) - alpha_pad, high = std::max(a.alpha, b.alpha) + alpha_pad;
-    const auto row = [&](double y) { return std::clamp(static_cast<int>(std::floor(y)), 0, n - 1); };
-    const int last = row(std::max(y0, y1) + pad);
-    for (int j = row(std::min(y0, y1) - pad); j <= last; ++j) {
-      // The line's stretch over this row.
-      double left = std::min(x0, x1), right = std::max(x0, x1);
-      if (std::abs(y1 - y0) > 1e-9) {
-        const double s0 = std::clamp((j - pad - y0) / (y1 - y0), 0.0, 1.0);
-        const double s1 = std::clamp((j + 1 + pad - y0) / (y1 - y0), 0.0, 1.0);
-        const double xa = x0 + (x1 - x0) * s0, xb = x0 + (x1 - x0) * s1;
-        left = std::min(xa, xb);
-        right = std::max(xa, xb);
+    const double x = a.u * n, y = a.v * n, dx = b.u * n - x, dy = b.v * n - y, rise = b.alpha - a.alpha;
+    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights) {
+      // The line's part over the square.
+      double from = 0, to = 1;
+      if (!narrow(x, dx, at.i - pad, at.i + side + pad, from, to) ||
+          !narrow(y, dy, at.j - pad, at.j + side + pad, from, to))
+        return false;
+      const double first = a.alpha + rise * from, last = a.alpha + rise * to;
+      const double low = std::min(first, last) - alpha_pad, high = std::max(first, last) + alpha_pad;
+      const double slope = (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * side / 2;
+      const double least = heights.low - slope, most = heights.high + slope, bent = cell_twist_ * (most - least);
+      if (most + bent < low || least - bent > high) return false;
+      for (int row = at.j; level == 0 && row < std::min(n, at.j + side); ++row) {
+        double enter = from, leave = to;
+        if (!narrow(y, dy, row - pad, row + 1 + pad, enter, leave)) continue;
+        const double xa = x + dx * enter, xb = x + dx * leave;
+        const int left = std::max(at.i, static_cast<int>(std::floor(std::max(std::min(xa, xb) - pad, -1.0))));
+        const int right = std::min({at.i + side - 1, n - 1 - row,
+                                    static_cast<int>(std::floor(std::min(std::max(xa, xb) + pad, double(n))))});
+        for (int column = left; column <= right; ++column) both(column, row, low, high);
       }
-      const int first_i = std::max(0, static_cast<int>(std::floor(std::max(left - pad, -1.0))));
-      const int last_i = std::min(n - 1 - j, static_cast<int>(std::floor(std::min(right + pad, double(n)))));
-      for (int i = first_i; i <= last_i; ++i) both(i, j, low, high);
+      return true;
+    });
+  }
+  /// Leaves of the stretch between `from` and `to` of x + t dx what lies between low and high; false where nothing does.
+  [[nodiscard]] static bool narrow(double x, double dx, double low, double high, double& from, double& to) noexcept {
+    if (std::abs(dx) > 1e-9) {
+      const double t0 = (low - x) / dx, t1 = (high - x) / dx;
+      from = std::max(from, std::min(t0, t1));
+      to = std::min(to, std::max(t0, t1));
+    } else if (x < low || x > high) {
+      return false;
     }
+    return from <= to;
   }
 
+  /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between the bounds of
+  /// a square is in the hull of eight corners.
   void all_cells() noexcept {
-    const int n = surface_.intervals();
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i + j < n; ++i) both(i, j, -1, 2);
+    squares([&](int level, GridPoint low, int side, const SampleBounds::Between& heights) {
+      const double n = surface_.intervals(), middle = side / 2.0, pad = surface_.stretch();
+      Box3d hull;
+      for (const double i : {-pad, side + pad})
+        for (const double j : {-pad, side + pad}) {
+          const double slope = heights.slope_i * (i - middle) + heights.slope_j * (j - middle);
+          const double u = (low.i + i) / n, v = (low.j + j) / n;
+          for (const double alpha : {heights.low + slope, heights.high + slope})
+            hull.add(surface_.corners().point({1 - u - v, u, v}, alpha));
+        }
+      double enter = 0, leave = 1;
+      if (!clip(hull, enter, leave) || enter > best_) return false;
+      for (int j = low.j; level == 0 && j < low.j + side; ++j)
+        for (int i = low.i; i < low.i + side && i + j < surface_.intervals(); ++i) both(i, j, -1, 2);
+      return true;
+    });
+  }
+  /// Calls look(level, first sample, side, bounds) for the squares of the slab in hand, from the whole to the smallest;
+  /// where it says false, the square's parts are left out.
+  template <typename Look>
+  void squares(Look&& look) noexcept {
+    const int n = surface_.intervals(), stretch = surface_.stretch();
+    const SampleBounds& bounds = surface_.model().tile(Layer::Displacement, slab_).bounds();
+    struct Square {
+      int level, i, j;
+    };
+    std::array<Square, 32> stack;
+    std::size_t depth = 0;
+    stack[depth++] = {bounds.levels() - 1, 0, 0};
+    while (depth > 0) {
+      const auto [level, i, j] = stack[--depth];
+      const int side = SampleBounds::side(level);
+      const GridPoint low = {i * side, j * side};
+      // Stitching draws corners along the slab's edges, to samples outside the square.
+      const bool stitched = stretch > 0 && (i == 0 || j == 0 || low.i + low.j + 2 * side >= n);
+      const SampleBounds::Between anything = {.low = 0, .high = 1, .slope_i = 0, .slope_j = 0};
+      if (!look(level, low, side, stitched ? anything : bounds.between(level, i, j)) || level == 0) continue;
+      const int along = bounds.squares(level - 1);
+      for (int k = 3; k >= 0; --k)
+        if (const Square part = {level - 1, 2 * i + (k & 1), 2 * j + (k >> 1)}; part.i + part.j < along)
+          stack[depth++] = part;
+    }
   }
   /// The cell that stands on a grid point and the one to the right of it.
   void both(int i, int j, double low, double high) noexcept {
@@ -410,7 +475,8 @@ class Sweep {
   static constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
 
   MicroTriangles& surface_;
-  Vec3d from_, way_;
+  Vec3d from_, way_, per_way_;
+  Box3d span_;  ///< of the way, widened a little
   SlabId slab_ = kNoSlab;
   bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
   double cell_twist_ = 0;  ///< alpha by which the flat micro-triangles of a cell from 0 to 1 may leave the slab's own
