@@ -265,8 +265,8 @@ class Sweep {
 
   void search(SlabId slab, double enter, double leave) noexcept {
     surface_.enter(slab);
-    if (!clip_to_sides(enter, leave) || enter > best_) return;
     slab_ = slab;
+    if (!clip_to_sides(enter, leave) || enter > best_) return;
     whole_ = false;
     const LinearForm form(surface_.corners(), from_);
     const End a = end(form, enter, middle_);
@@ -333,16 +333,25 @@ class Sweep {
     piece(form, middle, b, depth + 1);
   }
 
-  /// The part of the way between the planes along the slab's floor, ceiling and walls; false where there is none.
+  /// The part of the way where the surface of the slab in hand may be: between planes along floor and ceiling of what
+  /// its samples take up of the slab, and along its walls; false where there is none.
   [[nodiscard]] bool clip_to_sides(double& enter, double& leave) const noexcept {
     const SlabCorners& c = surface_.corners();
+    const auto [low, high] = surface_.model().tile(Layer::Displacement, slab_).bounds().range();
+    std::array<Vec3d, 6> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d inner = c.inner[k] - from_, along = c.outer[k] - c.inner[k];
+      corners[2 * k] = inner + along * (low - kPad);
+      corners[2 * k + 1] = inner + along * (high + kPad);
+    }
+    const auto& [a0, a1, b0, b1, c0, c1] = corners;
     const auto between = [&](Vec3d normal) noexcept {
       double least = kAnywhere, most = -kAnywhere;
-      for (std::size_t k = 0; k < 3; ++k)
-        for (const Vec3d corner : {c.inner[k], c.outer[k]}) {
-          least = std::min(least, dot(normal, corner - from_));
-          most = std::max(most, dot(normal, corner - from_));
-        }
+      for (const Vec3d corner : corners) {
+        const double height = dot(normal, corner);
+        least = std::min(least, height);
+        most = std::max(most, height);
+      }
       const double slack = 1e-9 * (most - least), speed = dot(normal, way_);
       if (speed == 0) return least <= slack && most >= -slack;
       double t0 = (least - slack) / speed, t1 = (most + slack) / speed;
@@ -351,12 +360,8 @@ class Sweep {
       leave = std::min(leave, t1);
       return enter <= leave;
     };
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t m = (k + 1) % 3;
-      if (!between(cross(c.outer[m] - c.inner[k], c.outer[k] - c.inner[m]))) return false;
-    }
-    return between(cross(c.inner[1] - c.inner[0], c.inner[2] - c.inner[0])) &&
-           between(cross(c.outer[1] - c.outer[0], c.outer[2] - c.outer[0]));
+    return between(cross(b1 - a1, c1 - a1)) && between(cross(b0 - a0, c0 - a0)) && between(cross(b1 - a0, a1 - b0)) &&
+           between(cross(c1 - b0, b1 - c0)) && between(cross(a1 - c0, c1 - a0));
   }
 
   /// The cells within `pad` cells of the line from a to b whose samples are not all above or below it.
@@ -717,11 +722,12 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
   normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
-  alpha_ = surface_.alpha;
-  SlabCoord at = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
-  if (surface.mesh().box(at.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, at) &&
-      std::min({at.u, at.v, 1 - at.u - at.v}) >= 0 && at.alpha >= 0 && at.alpha <= 1)
-    alpha_ = at.alpha;
+  if (under_.slab != surface_.slab) under_ = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
+  const bool inside = surface.mesh().box(surface_.slab).contains(cursor) &&
+                      solve(LinearForm(corners_, cursor), {}, under_) &&
+                      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 && under_.alpha <= 1;
+  if (!inside) under_.slab = kNoSlab;
+  alpha_ = inside ? under_.alpha : surface_.alpha;
 }
 
 }  // namespace relief

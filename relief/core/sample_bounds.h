@@ -1,6 +1,7 @@
 // Between which sloping planes the samples of a tile lie, square by square: what lets a search skip most of a slab.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,13 @@ class SampleBounds {
   [[nodiscard]] Between between(int level, int i, int j) const noexcept {
     const Packed& p = squares_[index(level, i, j)];
     return {p.low / kSteps, p.high / kSteps, p.slope_i / kSlopes, p.slope_j / kSlopes};
+  }
+  /// Least and greatest of all samples, or a little beyond.
+  [[nodiscard]] std::array<double, 2> range() const noexcept {
+    const auto [low, high, slope_i, slope_j] = between(levels_ - 1, 0, 0);
+    const double half = side(levels_ - 1) / 2.0, far = n_ - half;
+    const double a = -(slope_i + slope_j) * half, b = slope_i * far - slope_j * half, c = slope_j * far - slope_i * half;
+    return {std::max(0.0, low + std::min({a, b, c})), std::min(1.0, high + std::max({a, b, c}))};
   }
   [[nodiscard]] std::size_t bytes() const noexcept { return squares_.size() * sizeof(Packed); }
 
