@@ -12,8 +12,8 @@ namespace relief::detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
 
-/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones); those known where
-/// they are of the same cell of the same snapshot.
+/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones); those known
+/// where they are of the same cell of the same snapshot.
 [[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
                                                          const std::array<GridPoint, 3>& cell,
                                                          CellNormals& known) noexcept;

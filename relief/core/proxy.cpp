@@ -384,14 +384,15 @@ class Sweep {
         if (!narrow(y, dy, row - pad, row + 1 + pad, enter, leave)) continue;
         const double xa = x + dx * enter, xb = x + dx * leave;
         const int left = std::max(at.i, static_cast<int>(std::floor(std::max(std::min(xa, xb) - pad, -1.0))));
-        const int right = std::min({at.i + side - 1, n - 1 - row,
-                                    static_cast<int>(std::floor(std::min(std::max(xa, xb) + pad, double(n))))});
+        const int right = std::min(
+            {at.i + side - 1, n - 1 - row, static_cast<int>(std::floor(std::min(std::max(xa, xb) + pad, double(n))))});
         for (int column = left; column <= right; ++column) both(column, row, low, high);
       }
       return true;
     });
   }
-  /// Leaves of the stretch between `from` and `to` of x + t dx what lies between low and high; false where nothing does.
+  /// Leaves of the stretch between `from` and `to` of x + t dx what lies between low and high; false where nothing
+  /// does.
   [[nodiscard]] static bool narrow(double x, double dx, double low, double high, double& from, double& to) noexcept {
     if (std::abs(dx) > 1e-9) {
       const double t0 = (low - x) / dx, t1 = (high - x) / dx;
@@ -723,9 +724,9 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
   if (under_.slab != surface_.slab) under_ = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
-  const bool inside = surface.mesh().box(surface_.slab).contains(cursor) &&
-                      solve(LinearForm(corners_, cursor), {}, under_) &&
-                      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 && under_.alpha <= 1;
+  const bool inside =
+      surface.mesh().box(surface_.slab).contains(cursor) && solve(LinearForm(corners_, cursor), {}, under_) &&
+      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 && under_.alpha <= 1;
   if (!inside) under_.slab = kNoSlab;
   alpha_ = inside ? under_.alpha : surface_.alpha;
 }

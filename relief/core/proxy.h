@@ -129,7 +129,7 @@ class Proxy {
   Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
   SurfacePoint surface_;
   Vec3d normal_, way_out_;
-  Vec3d side_;  ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
+  Vec3d side_;       ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   SlabCoord under_;  ///< the cursor's coordinates, where it lies in the point's slab
   double depth_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   int samples_placed_ = 0;

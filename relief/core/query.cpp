@@ -336,8 +336,10 @@ SurfacePoint point_in(const Snapshot& model, SlabId slab, double u, double v, co
                       CellNormals& known) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
-  return {slab,  u,
-          v,     alpha,
+  return {slab,
+          u,
+          v,
+          alpha,
           mesh.corners(slab).point(weights_of(u, v), alpha),
           blend(corner_normals(model, slab, cell.corners, known), cell.weights)};
 }

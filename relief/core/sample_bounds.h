@@ -39,7 +39,8 @@ class SampleBounds {
   [[nodiscard]] std::array<double, 2> range() const noexcept {
     const auto [low, high, slope_i, slope_j] = between(levels_ - 1, 0, 0);
     const double half = side(levels_ - 1) / 2.0, far = n_ - half;
-    const double a = -(slope_i + slope_j) * half, b = slope_i * far - slope_j * half, c = slope_j * far - slope_i * half;
+    const double a = -(slope_i + slope_j) * half, b = slope_i * far - slope_j * half,
+                 c = slope_j * far - slope_i * half;
     return {std::max(0.0, low + std::min({a, b, c})), std::min(1.0, high + std::max({a, b, c}))};
   }
   [[nodiscard]] std::size_t bytes() const noexcept { return squares_.size() * sizeof(Packed); }
