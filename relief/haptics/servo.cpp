@@ -181,6 +181,7 @@ bool Servo::inside(const Snapshot& model, const ToolPose& tool) noexcept {
 
 void Servo::start_contact_anew() noexcept {
   proxy_.reset();
+  fade_.reset();
   ball_.reset();
   shell_.reset();
 }
@@ -216,7 +217,10 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
       proxy_.step(model, cursor, ease, settings_.force.exact_normals ? Proxy::Look::Around : Proxy::Look::Here);
   now.jumped = proxy_.lost() ? inside(model, {cursor, {}}) : risen(proxy_.rise());
   now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
-  if (!now.touching) return now;
+  if (!now.touching) {
+    fade_.reset();
+    return now;
+  }
   now.surface = proxy_.surface();
   now.depth = now.push = proxy_.depth();
   now.grown = proxy_.grown();
@@ -227,6 +231,11 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
   const double faces = dot(proxy_.way_out(), proxy_.normal());
   const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
   now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
+  if (const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal); fade.share > 0) {
+    const double off = fade.share * dot(fade.above, proxy_.way_out());
+    now.depth = now.push = std::clamp(now.depth - off, 0.0, 2 * now.depth);
+    now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
+  }
   return now;
 }
 

@@ -7,6 +7,7 @@
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
+#include <relief/haptics/texture_fade.h>
 
 #include <cstdint>
 #include <span>
@@ -159,6 +160,7 @@ class Servo {
   LocateHint hint_;
   // Of these the one that the settings name is in use.
   Proxy proxy_;
+  TextureFade fade_;
   BallProxy ball_;
   PointShell shell_;
   bool first_ = true;

@@ -1,0 +1,48 @@
+// Texture that is too fine for the speed of the tip is faded out.
+#pragma once
+
+#include <relief/core/query.h>
+
+#include <array>
+#include <cstddef>
+
+namespace relief {
+
+/// Watches what a surface contact point runs over. Waves of which more than one goes by in two ticks cannot be felt as
+/// they are: sampled once per tick they come back at another pitch, as a buzz that is not in the surface. Where they
+/// prevail, the surface is to be felt without them. It looks along the way between two ticks, twice per cell, and only
+/// where that is longer than a cell; a way within a cell costs next to nothing. No allocation, no lock.
+class TextureFade {
+ public:
+  /// What is to be taken off.
+  struct Fade {
+    double share = 0;  ///< 0..1; 0 while the texture can be felt as it is
+    Vec3d above;       ///< model units: how far the surface at the point stands above what it ran over lately
+    Vec3d normal;      ///< unit, of what it ran over lately
+  };
+  /// One tick: the point is now at `at`, and the contact's normal is `normal`.
+  Fade step(const Snapshot& model, const SurfacePoint& at, Vec3d normal) noexcept;
+  /// The point was let go.
+  void reset() noexcept { *this = {}; }
+
+ private:
+  /// Takes in the surface's height at the end of a piece of the way; there are so many pieces in this tick.
+  void run_over(double way, double height, int pieces) noexcept;
+  /// How far the last height is above the straight line through those of the last ticks.
+  [[nodiscard]] double above_line() const noexcept;
+
+  static constexpr std::size_t kTicks = 20;
+  SlabCoord last_;  ///< where the point was
+  Vec3d last_position_;
+  double fibre_ = 0;                     ///< the length of the fibre there, model units
+  double height_ = 0;                    ///< of the surface there over the inner end of its fibre, model units
+  std::array<double, kTicks> heights_{};  ///< means of the last ticks
+  std::size_t tick_ = 0;                 ///< the number of the oldest
+  double slope_ = 0;                     ///< along the way, mean of lately
+  double unevenness_ = 0;                ///< mean square of the slope's difference from that
+  bool rising_ = false;                  ///< the side of the mean on which the slope was last
+  double turns_ = 0;                     ///< changes of that side per tick: two for each wave
+  Vec3d normal_;                         ///< mean of lately
+};
+
+}  // namespace relief
