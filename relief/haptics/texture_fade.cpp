@@ -7,11 +7,11 @@
 namespace relief {
 
 namespace {
-constexpr double kFelt = 0.87, kFaded = 0.97; // turns per tick up to which all is felt, and from which nothing is
-constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns
-constexpr double kTrend = 8;               // ticks over which the means of slopes and normals go
-constexpr double kClear = 0.5;             // of the root mean square that a slope must be off the mean to be on a side
-constexpr int kMostPieces = 32;            // of one tick's way
+constexpr double kFelt = 0.87, kFaded = 0.97;  // turns per tick up to which all is felt, and from which nothing is
+constexpr double kCount = 1.0 / 32;            // share of the last tick in the mean of turns
+constexpr double kTrend = 8;                   // ticks over which the means of slopes and normals go
+constexpr double kClear = 0.5;   // of the root mean square that a slope must be off the mean to be on a side
+constexpr int kMostPieces = 32;  // of one tick's way
 }  // namespace
 
 TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& at, Vec3d normal) noexcept {

@@ -34,15 +34,15 @@ class TextureFade {
   static constexpr std::size_t kTicks = 20;
   SlabCoord last_;  ///< where the point was
   Vec3d last_position_;
-  double fibre_ = 0;                     ///< the length of the fibre there, model units
-  double height_ = 0;                    ///< of the surface there over the inner end of its fibre, model units
+  double fibre_ = 0;                      ///< the length of the fibre there, model units
+  double height_ = 0;                     ///< of the surface there over the inner end of its fibre, model units
   std::array<double, kTicks> heights_{};  ///< means of the last ticks
-  std::size_t tick_ = 0;                 ///< the number of the oldest
-  double slope_ = 0;                     ///< along the way, mean of lately
-  double unevenness_ = 0;                ///< mean square of the slope's difference from that
-  bool rising_ = false;                  ///< the side of the mean on which the slope was last
-  double turns_ = 0;                     ///< changes of that side per tick: two for each wave
-  Vec3d normal_;                         ///< mean of lately
+  std::size_t tick_ = 0;                  ///< the number of the oldest
+  double slope_ = 0;                      ///< along the way, mean of lately
+  double unevenness_ = 0;                 ///< mean square of the slope's difference from that
+  bool rising_ = false;                   ///< the side of the mean on which the slope was last
+  double turns_ = 0;                      ///< changes of that side per tick: two for each wave
+  Vec3d normal_;                          ///< mean of lately
 };
 
 }  // namespace relief
