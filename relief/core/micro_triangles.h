@@ -12,11 +12,16 @@ namespace relief::detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
 
-/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones); those known
-/// where they are of the same cell of the same snapshot.
-[[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
-                                                         const std::array<GridPoint, 3>& cell,
-                                                         CellNormals& known) noexcept;
+/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones).
+[[nodiscard]] CellNormals normals_of(const Snapshot& model, SlabId slab, const std::array<GridPoint, 3>& cell) noexcept;
+/// The same; those known where they are of the same cell of the same snapshot.
+[[nodiscard]] inline const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
+                                                                const std::array<GridPoint, 3>& cell,
+                                                                CellNormals& known) noexcept {
+  if (known.model != model.number() || known.slab != slab || known.corners != cell)
+    known = normals_of(model, slab, cell);
+  return known.normals;
+}
 
 /// Where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {

@@ -16,6 +16,7 @@ namespace {
 using detail::CellNormals;
 using detail::corner_normals;
 using detail::LinearForm;
+using detail::normals_of;
 using detail::on_grid;
 using detail::sample_position;
 
@@ -48,7 +49,8 @@ bool refine(const LinearForm& s, double& u, double& v, double& alpha) noexcept {
     v -= dv;
     alpha -= da;
     if (!(std::abs(du) + std::abs(dv) + std::abs(da) < 1)) return false;
-    if (std::abs(du) + std::abs(dv) + std::abs(da) < 1e-15) return true;
+    // The next step would be this one squared, times the slab's twist.
+    if (std::abs(du) + std::abs(dv) + std::abs(da) < 1e-9) return true;
   }
   const Vec3d miss = s.a + s.b * u + s.c * v + (s.d + s.e * u + s.f * v) * alpha;
   return dot(miss, miss) <= s.size2 * 1e-20;
@@ -356,8 +358,7 @@ SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Ve
     point.v += cell.weights[k] * cell.corners[k].j / n;
   }
   point.alpha = blend(model.displacement(slab), n, cell);
-  CellNormals none;
-  point.normal = blend(corner_normals(model, slab, cell.corners, none), cell.weights);
+  point.normal = blend(normals_of(model, slab, cell.corners).normals, cell.weights);
   return point;
 }
 
@@ -368,17 +369,15 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 
 }  // namespace
 
-const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId slab,
-                                                   const std::array<GridPoint, 3>& cell, CellNormals& known) noexcept {
-  if (known.model == model.number() && known.slab == slab && known.corners == cell) return known.normals;
-  known = {model.number(), slab, cell, {}};
+CellNormals detail::normals_of(const Snapshot& model, SlabId slab, const std::array<GridPoint, 3>& cell) noexcept {
+  CellNormals made = {model.number(), slab, cell, {}};
   const int n = model.slab_mesh().intervals(slab);
   const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
   if (std::ranges::all_of(cell, inside) && !model.has(Layer::Void))
-    known.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
+    made.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
   else
-    for (std::size_t k = 0; k < 3; ++k) known.normals[k] = shading_normal(model, slab, cell[k]);
-  return known.normals;
+    for (std::size_t k = 0; k < 3; ++k) made.normals[k] = shading_normal(model, slab, cell[k]);
+  return made;
 }
 
 SurfacePoint detail::point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
