@@ -284,7 +284,7 @@ void add_touch(CLI::App& app, Context& context) {
                          "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
                          "rate clamped, 64 setting clamped,\n"
                          "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped,\n"
-                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled.");
+                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled, 65536 late ticks.");
   c->add_option("MODEL", o->model, "The model")->required();
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");

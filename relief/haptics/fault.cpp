@@ -38,6 +38,8 @@ std::string_view name(ServoFault fault) noexcept {
       return "speed limited";
     case ServoFault::Stalled:
       return "stalled";
+    case ServoFault::LateTicks:
+      return "late ticks";
   }
   return "unknown";
 }

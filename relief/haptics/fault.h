@@ -28,6 +28,7 @@ enum class ServoFault : std::uint32_t {
   LoadLimited = 1U << 13U,   ///< limited by what the motors bear for long, or by the work that the force may do
   SpeedLimited = 1U << 14U,  ///< braked, because the hand was faster than the device's max_speed
   Stalled = 1U << 15U,       ///< the servo itself stood still for over 50 ms
+  LateTicks = 1U << 16U,  ///< stiffness was lowered, because more than one tick in a thousand comes over 0.25 ms late
 };
 [[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
 [[nodiscard]] std::string_view name(ServoFault fault) noexcept;

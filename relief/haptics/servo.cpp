@@ -20,6 +20,9 @@ constexpr double kSurfaceJump = 3e-3;     // m
 constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
+constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
+constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
+constexpr double kRare = 1e-3;            // share of ticks that may be later than it
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
 constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 
@@ -63,9 +66,7 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
   settings_ = settings;
-  const double before = limits_.stiffness;
   limit_settings();
-  gift_ += in_spring(limits_.stiffness, last_depth_) - in_spring(before, last_depth_);
   if (!moved && !other_law) return;
   let_go();
   first_ = true;
@@ -74,10 +75,15 @@ void Servo::set(const ServoSettings& settings) noexcept {
 
 void Servo::limit_settings() noexcept {
   const ForceSettings& wanted = settings_.force;
+  const double before = limits_.stiffness;
   constexpr double kAny = 1e9;  // for a device that states no limit worth the name
   const double stiffest = at_most(device_.max_stiffness, kAny), dampest = at_most(device_.max_damping, kAny);
-  limits_.stiffness = at_most(wanted.stiffness, stiffest / shell_.most_stiffening());
-  limits_.damping = at_most(wanted.damping, dampest);
+  // What a spring makes of late ticks grows with stiffness times period: less of the one, and damping for the rest.
+  const double late = wanted.guard ? std::max(0.0, period_ - kInTime) : 0;
+  const double allowed = stiffest / shell_.most_stiffening();
+  limits_.stiffness = at_most(wanted.stiffness, allowed * kInTime / (kInTime + late));
+  limits_.damping = at_most(at_most(wanted.damping, dampest) + limits_.stiffness * late / 2, dampest);
+  limits_.lowered = limits_.stiffness < at_most(wanted.stiffness, allowed);
   limits_.friction = at_most(wanted.friction, 4);
   limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
   guard_.set({.max_force = limits_.max_force,
@@ -89,7 +95,15 @@ void Servo::limit_settings() noexcept {
               .max_speed = at_most(device_.max_speed, kAny),
               .delay_ticks = device_.delay_ticks},
              wanted.guard);
-  limits_.clamped = wanted.stiffness > limits_.stiffness || wanted.damping > dampest;
+  limits_.clamped = wanted.stiffness > allowed || wanted.damping > dampest;
+  gift_ += in_spring(limits_.stiffness, last_depth_) - in_spring(before, last_depth_);
+}
+
+void Servo::judge_period(double dt) noexcept {
+  const double before = period_;
+  period_ += dt > period_ ? std::min(kSlowStep, dt - period_) * (1 - kRare) : -kSlowStep * kRare;
+  period_ = std::max(period_, kInTime);
+  if (period_ != before) limit_settings();
 }
 
 void Servo::let_go() noexcept {
@@ -108,10 +122,12 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
     if (has_time_) {
       const double dt = reading.t - last_t_;
       timed = dt > 0 && dt <= kMaxGap;
-      if (timed)
+      if (timed) {
         now.dt = dt;
-      else
+        judge_period(dt);
+      } else {
         now.faults |= bit(ServoFault::BadTime);
+      }
     }
     last_t_ = reading.t;
     has_time_ = true;
@@ -387,6 +403,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const double normal_force = std::max(0.0, outwards);
   const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
+  if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   const double stored = in_spring(stiffness, felt.depth * metres);
   const double before = in_spring(stiffness, (felt.depth - felt.grown) * metres);
   const Wrench given =

@@ -110,6 +110,7 @@ class Servo {
   struct Limits {
     double stiffness = 0, damping = 0, friction = 0, max_force = 0;
     bool clamped = false;
+    bool lowered = false;  ///< stiffness, because ticks come late
   };
   /// What step() needs of a reading once it has been compared with the one before.
   struct Admitted {
@@ -119,6 +120,8 @@ class Servo {
     double travel = 0;          ///< m, since the last reading
   };
   void limit_settings() noexcept;
+  /// Takes in the time between two ticks; limits the settings anew where ticks come late.
+  void judge_period(double dt) noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
   /// What the tool touches in this tick.
   struct Touch {
@@ -168,8 +171,9 @@ class Servo {
   bool start_inside_ = false;
   bool has_time_ = false, has_position_ = false;
   double last_t_ = 0;
-  Vec3d last_position_;                   ///< m
-  Vec3d last_cursor_;                     ///< model units
+  double period_ = 0;    ///< s: one tick in a thousand comes later than that after the one before, or none
+  Vec3d last_position_;  ///< m
+  Vec3d last_cursor_;    ///< model units
   Quatd orientation_, last_orientation_;  ///< the last good one, and that of the tick before
   double last_depth_ = 0;                 ///< m
   bool was_in_slab_ = false;              ///< and not in a hole of the surface

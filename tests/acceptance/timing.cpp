@@ -135,13 +135,13 @@ void deadlines(Report& report) {
   hand.set_state({0, 0.025, 0.052}, {});
   Servo servo({.workspace = {.metres_per_unit = 0.05}, .force = {.friction = 0.3}}, hand.info());
   const int periods = report.long_form() ? 3'000'000 : 60'000;
-  int ticks = 0, skipped = 0, over_limit = 0, too_quick = 0, flagged = 0, lost = 0, unsafe = 0, stalls = 0;
+  int ticks = 0, skipped = 0, over_limit = 0, too_quick = 0, flagged = 0, lowered = 0, lost = 0, unsafe = 0, stalls = 0;
   Vec3d last;
   double last_t = 0;
   std::uint32_t random = 1;
   bool after_stall = false;
-  constexpr std::uint32_t kLimits =
-      bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) | bit(ServoFault::Passivity);
+  constexpr std::uint32_t kLimits = bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) |
+                                    bit(ServoFault::Passivity) | bit(ServoFault::LateTicks);
   for (int k = 0; k < periods; ++ticks) {
     DeviceState state;
     static_cast<void>(hand.read(state));
@@ -156,6 +156,7 @@ void deadlines(Report& report) {
       unsafe += size > 0 || (felt.flags & bit(ServoFault::BadTime)) == 0 ? 1 : 0;
     } else if (stalls == 0) {
       flagged += (felt.flags & ~kLimits) != 0 ? 1 : 0;
+      lowered += (felt.flags & bit(ServoFault::LateTicks)) != 0 ? 1 : 0;
       lost += state.t > 0.5 && !felt.contact ? 1 : 0;
     }
     last = felt.force;
@@ -175,6 +176,7 @@ void deadlines(Report& report) {
   report.at_least("periods skipped, of all", double(skipped) / periods, 0.05);
   report.at_most("forces above the device's", over_limit, 0);
   report.at_most("forces that grew faster than it allows", too_quick, 0);
+  report.shown("share of ticks in which stiffness was lowered for the late ones", double(lowered) / ticks, "");
   report.at_most("ticks up to 40 ms late that were taken for faults", flagged, 0);
   report.at_most("of them without contact", lost, 0);
   report.at_least("stalls of 80 ms", stalls, 3);

@@ -189,6 +189,46 @@ TEST(Force, LimitsHoldAndAreFlagged) {
   EXPECT_EQ(hand.at(*model, {0.5, 0.01, 0.5}).force, Vec3d{}) << "letting go is never delayed";
 }
 
+TEST(Force, LateTicksLowerTheStiffnessThatIsAllowed) {
+  const SnapshotPtr model = flat_plane();
+  const DeviceInfo device = {
+      .name = "device", .max_force = 10, .max_stiffness = 1000, .max_damping = 5, .max_force_rate = 1e6};
+  ServoSettings settings = settings_with(1000);
+  settings.force.guard = true;
+  Driver hand(settings, device);
+  static_cast<void>(hand.at(*model, {0.5, 0.005, 0.5}));
+  // 0.5 mm deep; the gentle first contact is over after the first ticks.
+  const auto press = [&](int ticks, double dt) {
+    ServoSample felt;
+    for (int k = 0; k < ticks; ++k) felt = hand.at(*model, {0.5, -0.005, 0.5}, dt);
+    return felt;
+  };
+  EXPECT_NEAR(press(1000, 1e-3).force.y, 0.5, 1e-9);
+  const ServoSample slow = press(200, 3e-3);
+  EXPECT_NEAR(slow.force.y, 0.5 * 1.25 / 3, 1e-4);
+  EXPECT_TRUE(slow.flags & bit(ServoFault::LateTicks));
+  EXPECT_FALSE(slow.flags & bit(ServoFault::StiffnessClamped));
+  // One late tick in a thousand counts as none, several do.
+  EXPECT_NEAR(press(12'000, 1e-3).force.y, 0.5, 1e-9);
+  for (int k = 0; k < 5; ++k) {
+    static_cast<void>(press(1, 1.5e-3));
+    EXPECT_NEAR(press(1999, 1e-3).force.y, 0.5, 1e-9);
+  }
+  for (int k = 0; k < 20; ++k) {
+    static_cast<void>(press(1, 5e-3));
+    static_cast<void>(press(99, 1e-3));
+  }
+  EXPECT_LT(press(1, 1e-3).force.y, 0.25);
+  // A spring that is soft enough for such ticks stays as it is.
+  settings.force.stiffness = 300;
+  Driver soft(settings, device);
+  static_cast<void>(soft.at(*model, {0.5, 0.005, 0.5}));
+  ServoSample felt;
+  for (int k = 0; k < 500; ++k) felt = soft.at(*model, {0.5, -0.005, 0.5}, 3e-3);
+  EXPECT_NEAR(felt.force.y, 0.15, 1e-9);
+  EXPECT_FALSE(felt.flags & bit(ServoFault::LateTicks));
+}
+
 TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {
   // A bead of 4 mm radius: one tick takes the tool from its front to its back, faster than the force may turn.
   const SnapshotPtr model = fine_sphere();
