@@ -454,6 +454,13 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
   return RayHit{point_of(surface, *place, none), std::max(0.0, sweep.share())};
 }
 
+void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at) noexcept {
+  let_go();
+  known_ = true;
+  last_ = place;
+  if (at) above_ = Above{*at, mesh.corners(at->slab)};
+}
+
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look) noexcept {
   rise_ = grown_ = 0;
   Vec3d eased;  // by which the felt surface comes nearer to the surface

@@ -71,6 +71,9 @@ class Proxy {
 
   /// Lets go. The next cursor is taken to be in the open.
   void reset() noexcept { *this = {}; }
+  /// Lets go. The next way starts at a place in the open, or one that the surface has just risen past, which is `at` in
+  /// its slab. Unlike step(), it does not look for the slab.
+  void start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at = {}) noexcept;
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
   /// Under a cursor that moves by s the point moves by at most 10 s and a fiftieth of its distance from the cursor,
   /// unless it leaves the surface and meets it again on the way to the cursor.
