@@ -15,7 +15,7 @@ constexpr double kReach = 0.01;     // of the tool's diagonal: and so far at lea
 constexpr std::uint8_t kClose = 3;  // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 16;   // points in a tick that are looked for below the slabs
 // What takes how long, in the time that a sample takes: each with the samples that it places, or squares it looks at.
-constexpr int kCheck = 32, kFirst = 70, kStep = 18;
+constexpr int kCheck = 32, kFirst = 85, kStep = 10;
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -103,7 +103,7 @@ void PointShell::work_on(detail::MicroTriangles& surface, Point& point, Proxy& p
     proxy.start(surface.mesh(), point.last, risen);
     work_ += kFirst;
   }
-  point.held = proxy.step(surface.model(), point.now, ease);
+  point.held = proxy.step(surface.model(), point.now, ease, Proxy::Look::Here, Proxy::Tell::WayOut);
   point.last = point.now;
   point.room = 0;
   point.way_out = proxy.way_out();
@@ -166,11 +166,11 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   };
   in_turn(true, next_light_, kWork / 4);
   in_turn(false, next_, kWork);
-  sum(pose.origin);
+  sum(model, pose.origin);
   return held_ > 0;
 }
 
-void PointShell::sum(const Vec3d& origin) noexcept {
+void PointShell::sum(const Snapshot& model, Vec3d origin) noexcept {
   most_depth_ = 0;
   std::size_t deepest = 0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -183,7 +183,7 @@ void PointShell::sum(const Vec3d& origin) noexcept {
   }
   if (!(most_depth_ > 0)) return;
   deepest_ = points_[deepest].now;
-  surface_ = proxies_[deepest].surface();
+  surface_ = proxies_[deepest].told_surface(model);
   double norm = 0;
   for (const Point& point : points_) {
     if (!point.held) continue;

@@ -97,7 +97,7 @@ class PointShell {
   [[nodiscard]] bool stays_clear(detail::MicroTriangles& surface, Point& point,
                                  std::optional<SlabCoord>& risen) noexcept;
   void work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept;
-  void sum(const Vec3d& origin) noexcept;
+  void sum(const Snapshot& model, Vec3d origin) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
