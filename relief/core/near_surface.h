@@ -44,12 +44,53 @@ class NearSlab {
     }
   }
 
+  /// Lowers `reach` until no micro-triangle is nearer, but looks no further once it is `enough` or less; by no more
+  /// than to half of the distance where the bounds tell it, to the distance itself where they do not.
+  void keep_clear(double& reach, double enough) const noexcept {
+    struct Candidate {
+      Number at;
+      double least;
+    };
+    std::array<Candidate, 32> stack;
+    std::size_t depth = 0;
+    const auto look = [&](const Number& at) noexcept {
+      surface_.add_placed(1);
+      const Square square(*this, at.level, at.i, at.j, reaches_edge(at));
+      const double least = square.least();
+      if (least >= reach) return;
+      // How near it is at most: the surface is over all of a whole square, and over the middle of any.
+      const bool whole = (at.i + at.j + 2) * SampleBounds::side(at.level) <= n_;
+      const double most = whole ? least + 2 * square.off : length(square.centre) + square.off;
+      if (least > enough && 2 * least >= most) {
+        reach = least;
+        return;
+      }
+      std::size_t k = depth++;
+      for (; k > 0 && stack[k - 1].at.level == at.level && stack[k - 1].least < least; --k) stack[k] = stack[k - 1];
+      stack[k] = {at, least};
+    };
+    look({bounds_.levels() - 1, 0, 0});
+    while (depth > 0 && reach > enough) {
+      const Candidate nearest = stack[--depth];
+      if (nearest.least >= reach) continue;
+      if (nearest.at.level > 0) {
+        for_each_child(nearest.at, look);
+      } else {
+        const bool stitched = reaches_edge(nearest.at);
+        const Square square(*this, 0, nearest.at.i, nearest.at.j, stitched);
+        double reach2 = reach * reach;
+        triangles(square, nearest.at.i * SampleBounds::kSide, nearest.at.j * SampleBounds::kSide, stitched || pierced_,
+                  reach2, [&](const NearTriangle& near) noexcept {
+                    reach2 = near.distance2;
+                    reach = std::sqrt(reach2);
+                  });
+      }
+    }
+  }
+
   /// Calls visit(NearTriangle) for each with distance2 < reach2, which visit may lower.
   template <typename Visit>
   void search(double& reach2, Visit&& visit) const noexcept {
-    struct Number {
-      int level, i, j;
-    };
     std::array<Number, 32> stack;
     std::size_t depth = 0;
     stack[depth++] = {bounds_.levels() - 1, 0, 0};
@@ -59,7 +100,7 @@ class NearSlab {
       const int side = SampleBounds::side(at.level);
       const int i0 = at.i * side, j0 = at.j * side;
       const bool whole = i0 + j0 + 2 * side <= n_;
-      const bool stitched = stretch_ > 0 && (at.i == 0 || at.j == 0 || i0 + j0 + 2 * side >= n_);
+      const bool stitched = reaches_edge(at);
       const Square square(*this, at.level, at.i, at.j, stitched);
       if (reach2 != known) {
         known = reach2;
@@ -71,16 +112,29 @@ class NearSlab {
       } else if (at.level == 0) {
         triangles(square, i0, j0, stitched || pierced_, reach2, visit);
       } else {
-        const int m = bounds_.squares(at.level - 1);
-        for (int k = 0; k < 4; ++k) {
-          const Number child = {at.level - 1, 2 * at.i + (k & 1), 2 * at.j + (k >> 1)};
-          if (child.i + child.j < m) stack[depth++] = child;
-        }
+        for_each_child(at, [&](const Number& child) { stack[depth++] = child; });
       }
     }
   }
 
  private:
+  /// Of a square.
+  struct Number {
+    int level, i, j;
+  };
+  /// Whether stitching may draw triangles into the square or out of it.
+  [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
+    return stretch_ > 0 && (at.i == 0 || at.j == 0 || (at.i + at.j + 2) * SampleBounds::side(at.level) >= n_);
+  }
+  template <typename Visit>
+  void for_each_child(const Number& at, Visit&& visit) const noexcept {
+    const int m = bounds_.squares(at.level - 1);
+    for (int k = 0; k < 4; ++k) {
+      const Number child = {at.level - 1, 2 * at.i + (k & 1), 2 * at.j + (k >> 1)};
+      if (child.i + child.j < m) visit(child);
+    }
+  }
+
   [[nodiscard]] Vec3d fibre(double i, double j) const noexcept { return d_ + e_ * i + f_ * j; }
   [[nodiscard]] Vec3d at(double i, double j, double alpha) const noexcept {
     return (a_ + b_ * i + c_ * j) + fibre(i, j) * alpha;
@@ -114,6 +168,16 @@ class NearSlab {
     [[nodiscard]] double longest2() const noexcept {
       const double along = std::sqrt(std::max({dot(u, u), dot(v, v), dot(u - v, u - v)})) + 2 * off;
       return along * along;
+    }
+    /// No micro-triangle is nearer than this.
+    [[nodiscard]] double least() const noexcept {
+      const Vec3d n = cross(u, v);
+      const double n2 = dot(n, n), high = dot(centre, n);
+      if (!(n2 > 0)) return 0;
+      const double u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), to_u = dot(centre, u), to_v = dot(centre, v);
+      const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
+      const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
+      return std::sqrt((high * high + std::max(past_u * past_u / v2, past_v * past_v / u2)) / n2) - off;
     }
     /// Whether a micro-triangle may be nearer than `reach`.
     [[nodiscard]] bool near(double reach) const noexcept {
@@ -213,6 +277,27 @@ void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach
                               NearSlab(surface, s, point, flat).search(reach2, visit);
                               return false;
                             });
+}
+
+/// Up to `reach` no micro-triangle is nearer to the point than this, and, where it is less than `reach`, one is nearer
+/// than about twice this; where it is `enough` or less, no more than that is said. `nearest`: the slab to look at
+/// first, and then the one to look at first for a place near by. Cost: the slabs whose boxes are that near, a square or
+/// a few of each, and the micro-triangles of one square where the point is nearer to them than they are long.
+[[nodiscard]] inline double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
+                                         SlabId& nearest) noexcept {
+  const SlabId first = nearest;
+  const auto is_near = [&](const Box3d& box) { return box.distance2(point) < reach * reach; };
+  const auto search = [&](SlabId s) {
+    const double before = reach;
+    surface.enter(s);
+    NearSlab(surface, s, point, 0).keep_clear(reach, enough);
+    if (reach < before) nearest = s;
+    return reach <= enough;
+  };
+  const bool known = first < surface.mesh().slab_count() && is_near(surface.mesh().box(first));
+  if (!(known && search(first)))
+    surface.mesh().visit_tree(is_near, [&](SlabId s) { return !(known && s == first) && search(s); });
+  return reach * (1 - 1e-9);
 }
 
 /// Whether no micro-triangle is nearer to the point than `reach`. Cost: as visit_near(), up to the first that is.

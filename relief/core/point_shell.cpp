@@ -9,9 +9,13 @@ namespace relief {
 
 namespace {
 constexpr double kNorm = 16;
-constexpr double kForesight = 4;   // lengths of its way for which a point is told at once that it is clear
-constexpr std::size_t kRays = 16;  // points in a tick that are looked for below the slabs
-constexpr int kSearch = 30;        // samples placed that a search, or whatever else a point takes, is worth
+constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
+constexpr double kForesight = 3;    // lengths of its way for which a point is told at once that it is clear
+constexpr double kReach = 0.01;     // of the tool's diagonal: and so far at least
+constexpr std::uint8_t kClose = 3;  // ticks in which a point that is not is not asked again
+constexpr std::size_t kRays = 16;   // points in a tick that are looked for below the slabs
+// What takes how long, in the time that a sample takes: each with the samples that it places, or squares it looks at.
+constexpr int kCheck = 32, kFirst = 85, kStep = 10;
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -20,32 +24,34 @@ double to_the_15th(double x) noexcept {
 }  // namespace
 
 PointShell::PointShell(std::span<const Vec3d> points)
-    : points_(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(std::min(points.size(), kMostPoints))),
-      free_(points_.size()),
-      proxies_(points_.size()),
-      followed_(points_.size(), 0) {}
+    : points_(std::min(points.size(), kMostPoints)), proxies_(points_.size()) {
+  Box3d box;
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    points_[k].own = points[k];
+    box.add(points[k]);
+  }
+  least_reach_ = kReach * diagonal(box);
+}
 
 double PointShell::most_stiffening() const noexcept {
   return std::pow(static_cast<double>(std::max<std::size_t>(points_.size(), 1)), 2 / kNorm);
 }
 
 void PointShell::reset() noexcept {
-  std::fill(followed_.begin(), followed_.end(), std::uint8_t{0});
-  for (Proxy& proxy : proxies_) proxy.reset();
-  known_ = false;
+  started_ = false;
   held_ = 0;
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
   // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   LocateHint hint;
-  bool all = std::ranges::none_of(points_, [&](Vec3d own) {
-    const auto contact = probe(model, pose.place(own), hint);
+  bool all = std::ranges::none_of(points_, [&](const Point& point) {
+    const auto contact = probe(model, pose.place(point.own), hint);
     return contact && contact->touching();
   });
   const Box3d& bounds = model.slab_mesh().bounds();
   for (std::size_t rays = 0; all && clean_ < points_.size() && rays < kRays; ++clean_) {
-    const Vec3d place = pose.place(points_[clean_]);
+    const Vec3d place = pose.place(points_[clean_].own);
     if (!bounds.contains(place)) continue;
     ++rays;
     all = !inside(model, place, hint);
@@ -55,107 +61,142 @@ bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
   return done;
 }
 
-bool PointShell::stays_clear(detail::MicroTriangles& surface, Free& point, Vec3d now) noexcept {
-  if (point.room < 0) {  // another model: has its surface risen past the point?
-    work_ += kSearch;
+bool PointShell::stays_clear(detail::MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept {
+  if (point.old_model) {
+    point.old_model = false;
+    work_ += kCheck;
     const auto contact = probe(surface.model(), point.last, hint_);
-    if (contact && contact->touching()) rise_ = std::max(rise_, contact->depth);
-    point.room = 0;
+    if (contact && contact->touching()) {
+      risen = contact->at;
+      return false;
+    }
   }
-  const double way = length(now - point.last);
-  if (way < point.room) return true;
-  for (const double reach : {kForesight * way, way * (1 + 1e-9)}) {
-    work_ += kSearch;
-    if (!detail::nothing_near(surface, now, reach)) continue;
-    point = {now, reach};
-    return true;
+  const double way = length(point.now - point.last);
+  if (way < point.room || way == 0) return true;
+  if (point.close > 0) {
+    --point.close;
+    return false;
   }
-  return false;
+  work_ += kCheck;
+  // A ball around the middle of the way that has the way in it.
+  const double half = 0.5 * way * (1 + 1e-9);
+  const double room = detail::clear_around(surface, (point.now + point.last) * 0.5, half,
+                                           std::max(kForesight * way, least_reach_), point.nearest);
+  if (!(room > half)) {
+    point.close = kClose;
+    return false;
+  }
+  point.last = point.now;
+  point.room = room - half;
+  return true;
 }
 
-void PointShell::work_on(detail::MicroTriangles& surface, std::size_t k, Vec3d now, Ease ease) noexcept {
-  Proxy& proxy = proxies_[k];
-  Free& point = free_[k];
-  // A point that was near the surface follows it when it is changed.
-  const bool follows = followed_[k] != 0 && point.room < 0;
-  if (!proxy.held() && !follows && stays_clear(surface, point, now)) {
-    followed_[k] = 0;
-    return;
+void PointShell::work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept {
+  if (!point.light) waited_ = std::max(waited_, static_cast<int>(tick_ - point.dealt_with) - 1);
+  point.dealt_with = tick_;
+  const int placed = surface.placed();
+  if (!point.held) {
+    std::optional<SlabCoord> risen;
+    const bool clear = stays_clear(surface, point, risen);
+    work_ += surface.placed() - placed;
+    if (clear) return;
+    proxy.start(surface.mesh(), point.last, risen);
+    work_ += kFirst;
   }
-  if (followed_[k] == 0) {
-    proxy.reset();
-    static_cast<void>(proxy.step(surface.model(), point.last, ease));
-    followed_[k] = 1;
-  }
-  static_cast<void>(proxy.step(surface.model(), now, ease));
-  point = {now, 0};
-  work_ += kSearch + proxy.samples_placed();
+  point.held = proxy.step(surface.model(), point.now, ease, Proxy::Look::Here, Proxy::Tell::WayOut);
+  point.last = point.now;
+  point.room = 0;
+  point.way_out = proxy.way_out();
+  point.depth = proxy.depth();
+  point.grown = proxy.grown();
+  work_ += kStep + proxy.samples_placed();
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   lost_ = lost_ || proxy.lost();
 }
 
+void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
+  started_ = true;
+  model_ = model.number();
+  most_depth_ = 0;
+  for (Point& point : points_) {
+    const Vec3d place = pose.place(point.own);
+    point = {.own = point.own, .now = place, .last = place, .dealt_with = tick_};
+  }
+}
+
+void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
+  const bool other = model.number() != model_;
+  model_ = model.number();
+  for (Point& point : points_) {
+    if (other && !point.held) {
+      if (length(point.now - point.last) < point.room) point.last = point.now;
+      point.room = 0;
+      point.close = 0;
+      point.old_model = true;
+    }
+    point.now = pose.place(point.own);
+    point.grown = 0;
+    point.light = point.held && point.depth_now() < kLight * most_depth_;
+  }
+}
+
 bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) noexcept {
   rise_ = grown_ = depth_ = 0;
   lost_ = false;
-  worked_ = work_ = 0;
+  held_ = worked_ = work_ = waited_ = 0;
   push_ = twist_ = {};
-  const std::size_t count = points_.size();
-  if (!known_ || model.number() != model_) {
-    for (std::size_t k = 0; k < count; ++k) {
-      free_[k].room = known_ ? -1 : 0;
-      if (!known_) free_[k].last = pose.place(points_[k]);
-    }
-    model_ = model.number();
+  ++tick_;
+  if (!started_) {
+    start(model, pose);
+    return false;
   }
-  if (!std::exchange(known_, true)) return false;
+  move(model, pose);
   detail::MicroTriangles surface(model);
-  const std::size_t first = next_;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t number = (first + k) % count;
-    if (work_ >= kWork) {
-      next_ = number;
-      break;
+  const auto in_turn = [&](bool light, std::size_t& next, int most) noexcept {
+    const std::size_t count = points_.size();
+    for (std::size_t k = 0, number = next; k < count; ++k, number = number + 1 < count ? number + 1 : 0) {
+      if (points_[number].light != light) continue;
+      if (work_ >= most) {
+        next = number;
+        return;
+      }
+      work_on(surface, points_[number], proxies_[number], ease);
     }
-    work_on(surface, number, pose.place(points_[number]), ease);
-  }
-  sum(pose);
+  };
+  in_turn(true, next_light_, kWork / 4);
+  in_turn(false, next_, kWork);
+  sum(model, pose.origin);
   return held_ > 0;
 }
 
-void PointShell::sum(const ToolPose& pose) noexcept {
-  // The way out of a point that was not worked on in this tick stays as it was; only the point has moved.
-  const auto depth_of = [&](std::size_t k) noexcept {
-    const Proxy& proxy = proxies_[k];
-    const Vec3d moved = pose.place(points_[k]) - free_[k].last;
-    return std::max(0.0, proxy.depth() - dot(moved, proxy.way_out()));
-  };
-  double deepest = 0;
-  held_ = 0;
+void PointShell::sum(const Snapshot& model, Vec3d origin) noexcept {
+  most_depth_ = 0;
+  std::size_t deepest = 0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (!proxies_[k].held()) continue;
+    if (!points_[k].held) continue;
     ++held_;
-    if (const double depth = depth_of(k); depth > deepest) {
-      deepest = depth;
-      deepest_ = pose.place(points_[k]);
-      surface_ = proxies_[k].surface();
+    if (const double depth = points_[k].depth_now(); depth > most_depth_) {
+      most_depth_ = depth;
+      deepest = k;
     }
   }
-  if (!(deepest > 0)) return;
+  if (!(most_depth_ > 0)) return;
+  deepest_ = points_[deepest].now;
+  surface_ = proxies_[deepest].told_surface(model);
   double norm = 0;
-  for (std::size_t k = 0; k < points_.size(); ++k) {
-    const Proxy& proxy = proxies_[k];
-    if (!proxy.held()) continue;
-    const double share = depth_of(k) / deepest, weight = to_the_15th(share);
-    const Vec3d push = proxy.way_out() * weight;
+  for (const Point& point : points_) {
+    if (!point.held) continue;
+    const double share = point.depth_now() / most_depth_, weight = to_the_15th(share);
+    const Vec3d push = point.way_out * weight;
     norm += weight * share;
     push_ += push;
-    twist_ += cross(pose.place(points_[k]) - pose.origin, push);
-    grown_ += weight * proxy.grown();
+    twist_ += cross(point.now - origin, push);
+    grown_ += weight * point.grown;
   }
   // The gradient of D^2 / 2, where D is the norm: D (depth / D)^15 along each way out.
-  depth_ = deepest * std::pow(norm, 1 / kNorm);
-  const double scale = deepest * std::pow(norm, 2 / kNorm - 1);
+  depth_ = most_depth_ * std::pow(norm, 1 / kNorm);
+  const double scale = most_depth_ * std::pow(norm, 2 / kNorm - 1);
   push_ *= scale;
   twist_ *= scale;
   grown_ *= scale / std::max(depth_, 1e-300);

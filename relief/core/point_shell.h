@@ -28,7 +28,7 @@ class PointShell {
  public:
   using Ease = Proxy::Ease;
   static constexpr std::size_t kMostPoints = 1000;
-  static constexpr int kWork = 3500;
+  static constexpr int kWork = 7000;
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
   explicit PointShell(std::span<const Vec3d> points);
@@ -52,6 +52,9 @@ class PointShell {
   /// How many points are held, and how many were worked on in this tick.
   [[nodiscard]] int held() const noexcept { return held_; }
   [[nodiscard]] int worked() const noexcept { return worked_; }
+  /// For how many ticks a point that was dealt with in this one had waited for that, at most; those that hardly push
+  /// not counted.
+  [[nodiscard]] int waited() const noexcept { return waited_; }
   /// The rest is for a tool with a held point.
   [[nodiscard]] double depth() const noexcept { return depth_; }
   /// The force of a spring of stiffness 1: its length is about depth(). Model units.
@@ -66,28 +69,48 @@ class PointShell {
   [[nodiscard]] Vec3d deepest() const noexcept { return deepest_; }
 
  private:
-  /// What is known of a point that is not held: from `last` it may go as far as `room` and not meet the surface of the
-  /// model of the last tick; below 0 it was not yet looked at in that model.
-  struct Free {
-    Vec3d last;
-    double room = 0;
-  };
-  [[nodiscard]] bool stays_clear(detail::MicroTriangles& surface, Free& point, Vec3d now) noexcept;
-  void work_on(detail::MicroTriangles& surface, std::size_t k, Vec3d now, Ease ease) noexcept;
-  void sum(const ToolPose& pose) noexcept;
+  /// What is known of a point.
+  struct Point {
+    Vec3d own;   ///< in the tool's frame
+    Vec3d now;   ///< model units
+    Vec3d last;  ///< where it was dealt with last
+    bool held = false;
+    // Of a held one:
+    bool light = false;  ///< pushes next to nothing
+    Vec3d way_out = {};
+    double depth = 0;  ///< at `last`
+    double grown = 0;  ///< in this tick
+    // Of a free one:
+    double room = 0;           ///< so far it may go from `last` and not meet the surface of the last tick's model
+    SlabId nearest = kNoSlab;  ///< where the surface was nearest when it was looked for last
+    std::uint8_t close = 0;    ///< ticks for which it is taken to be too near the surface to be told that it is clear
+    bool old_model = false;    ///< it was not yet looked at in the last tick's model
+    std::uint32_t dealt_with = 0;  ///< number of the tick
 
-  std::vector<Vec3d> points_;  ///< in the tool's frame
-  std::vector<Free> free_;
+    /// The way out of a point that was not worked on in this tick stays as it was; only the point has moved.
+    [[nodiscard]] double depth_now() const noexcept { return std::max(0.0, depth - dot(now - last, way_out)); }
+  };
+  void start(const Snapshot& model, const ToolPose& pose) noexcept;
+  /// Takes in where the tool is now, and which model it is in.
+  void move(const Snapshot& model, const ToolPose& pose) noexcept;
+  /// Whether a free point is sure not to have met the surface, or else where the surface has risen past it.
+  [[nodiscard]] bool stays_clear(detail::MicroTriangles& surface, Point& point,
+                                 std::optional<SlabCoord>& risen) noexcept;
+  void work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept;
+  void sum(const Snapshot& model, Vec3d origin) noexcept;
+
+  std::vector<Point> points_;
   std::vector<Proxy> proxies_;
-  std::vector<std::uint8_t> followed_;  ///< the proxy knows of the point's last place
+  double least_reach_ = 0;  ///< model units
   LocateHint hint_;
-  bool known_ = false;
+  bool started_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
-  std::size_t next_ = 0;     ///< the point that is dealt with first in the next tick
-  std::size_t clean_ = 0;    ///< points that were found not to be below the slabs, one after the other
-  double rise_ = 0, depth_ = 0, grown_ = 0;
+  std::uint32_t tick_ = 0;
+  std::size_t next_ = 0, next_light_ = 0;  ///< the points that are dealt with first in the next tick
+  std::size_t clean_ = 0;                  ///< points that were found not to be below the slabs, one after the other
+  double rise_ = 0, depth_ = 0, grown_ = 0, most_depth_ = 0;
   bool lost_ = false;
-  int held_ = 0, worked_ = 0, work_ = 0;
+  int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
   Vec3d push_, twist_, deepest_;
   SurfacePoint surface_;
 };

@@ -526,7 +526,14 @@ std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) n
   return RayHit{point_of(surface, *place, none), std::max(0.0, sweep.share())};
 }
 
-bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look) noexcept {
+void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at) noexcept {
+  let_go();
+  known_ = true;
+  last_ = place;
+  if (at) above_ = Above{*at, mesh.corners(at->slab)};
+}
+
+bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell tell) noexcept {
   rise_ = grown_ = 0;
   Vec3d eased;  // by which the felt surface comes nearer to the surface
   lost_ = fresh_ = has_left_ = false;
@@ -553,7 +560,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look) noex
     lost_ = true;
     look_below(model, cursor);
   }
-  if (held_ && !pursue(surface, cursor, travel, look)) {
+  if (held_ && !pursue(surface, cursor, travel, look, tell)) {
     let_go();
     look_below(model, cursor);
   }
@@ -576,7 +583,7 @@ void Proxy::hold(detail::MicroTriangles& surface, const SurfacePlace& place) noe
   held_ = fresh_ = true;
   place_ = place;
   corners_ = surface.mesh().corners(place.triangle.slab);
-  surface_ = point_of(surface, place, normals_);
+  tell_surface(surface);
   side_ = surface_.normal;
   above_.reset();
 }
@@ -623,6 +630,7 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   surface.measure(now.triangle);
   if (now.triangle.positions == place_.triangle.positions) return true;
   now.position = now.triangle.point(now.weights);
+  if (!told_) tell_surface(surface);
   const Vec3d change = now.position - place_.position;
   lag_ -= change;
   rise_ = dot(change, surface_.normal);
@@ -660,7 +668,7 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
   return tries > 0;
 }
 
-bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look) noexcept {
+bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look, Tell tell) noexcept {
   Vec3d goal = cursor - lag_;
   const Vec3d out = place_.position - goal, move = cursor - last_;
   // Where would the point come to rest?
@@ -685,6 +693,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
         if (dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), aside.turn);
       }
     } else {
+      if (!told_) tell_surface(surface);
       walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
       off = leaves(surface, place_, goal);
@@ -700,7 +709,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
     }
     if (has_left_ && landing) {
       place_ = *landing;
-      surface_ = point_of(surface, place_, normals_);
+      tell_surface(surface);
       side_ = surface_.normal;
     }
   }
@@ -712,14 +721,33 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
     has_left_ = false;
   }
   corners_ = surface.mesh().corners(place_.triangle.slab);
-  describe(surface, goal, cursor, length(move));
+  describe(surface, goal, cursor, length(move), tell);
   return true;
 }
 
-void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept {
+void Proxy::tell_surface(detail::MicroTriangles& surface) noexcept {
   surface_ = point_of(surface, place_, normals_);
+  told_ = true;
+}
+
+const SurfacePoint& Proxy::told_surface(const Snapshot& model) noexcept {
+  if (told_) return surface_;
+  MicroTriangles surface(model);
+  surface_.normal = surface.has(place_.triangle) ? point_of(surface, place_, normals_).normal : way_out_;
+  return surface_;
+}
+
+void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, Tell tell) noexcept {
   const Vec3d out = place_.position - goal;
   depth_ = length(out);
+  if (tell == Tell::WayOut && depth_ > 0) {
+    const SlabCoord at = surface.coordinates(place_);
+    surface_ = {at.slab, at.u, at.v, at.alpha, place_.position, {}};
+    told_ = false;
+    way_out_ = out / depth_;
+    return;
+  }
+  tell_surface(surface);
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
   normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;

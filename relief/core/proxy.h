@@ -61,12 +61,21 @@ class Proxy {
              ///< nearest place whichever way it came. Costs another triangle or a few per tick
   };
 
+  /// What of the place where the point comes to rest a tick works out.
+  enum class Tell {
+    All,
+    WayOut  ///< not the normals, nor alpha(): they stay as they are. A third cheaper
+  };
+
   /// Lets go. The next cursor is taken to be in the open.
   void reset() noexcept { *this = {}; }
+  /// Lets go. The next way starts at a place in the open, or one that the surface has just risen past, which is `at` in
+  /// its slab. Unlike step(), it does not look for the slab.
+  void start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at = {}) noexcept;
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
   /// Under a cursor that moves by s the point moves by at most 10 s and a fiftieth of its distance from the cursor,
   /// unless it leaves the surface and meets it again on the way to the cursor.
-  bool step(const Snapshot& model, Vec3d cursor, Ease ease, Look look = Look::Here) noexcept;
+  bool step(const Snapshot& model, Vec3d cursor, Ease ease, Look look = Look::Here, Tell tell = Tell::All) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
   /// Samples whose positions the last tick worked out: its cost, whatever the machine.
@@ -76,6 +85,9 @@ class Proxy {
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
   /// The rest is for a held point.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
+  /// surface(), its normal worked out if the last tick did not: as it is in this model, or the way out where that has
+  /// no such place.
+  [[nodiscard]] const SurfacePoint& told_surface(const Snapshot& model) noexcept;
   /// From the cursor to the point, model units; less than that after the surface has risen, until it is taken over.
   [[nodiscard]] double depth() const noexcept { return depth_; }
   /// Unit, outwards: the surface's normal, but turning no faster than the cursor moves.
@@ -108,17 +120,20 @@ class Proxy {
   [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
                                 std::optional<SurfacePlace>& over) noexcept;
   /// Towards the cursor; false when the way to it is free.
-  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look) noexcept;
+  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look, Tell tell) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   void let_go() noexcept;
-  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel) noexcept;
+  /// Puts where the point is into surface_, with the normal there.
+  void tell_surface(detail::MicroTriangles& surface) noexcept;
+  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, Tell tell) noexcept;
 
   bool known_ = false;  ///< last_ holds a cursor
   bool held_ = false;
   bool fresh_ = false;  ///< held since this tick
   bool lost_ = false;
   bool has_left_ = false;
-  Vec3d last_;  ///< the cursor of the last tick
+  bool told_ = false;  ///< surface_ has its normal
+  Vec3d last_;         ///< the cursor of the last tick
   Vec3d left_at_;
   LocateHint hint_;
   std::optional<Above> above_;
