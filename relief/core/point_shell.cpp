@@ -182,18 +182,27 @@ void PointShell::sum(const Snapshot& model, Vec3d origin) noexcept {
     }
   }
   if (!(most_depth_ > 0)) return;
-  deepest_ = points_[deepest].now;
   surface_ = proxies_[deepest].told_surface(model);
-  double norm = 0;
+  double norm = 0, weights = 0, around = 0;
+  Vec3d mean;  // from the deepest point
+  const Vec3d centre = points_[deepest].now, across = points_[deepest].way_out;
   for (const Point& point : points_) {
     if (!point.held) continue;
     const double share = point.depth_now() / most_depth_, weight = to_the_15th(share);
     const Vec3d push = point.way_out * weight;
     norm += weight * share;
+    const Vec3d from = point.now - centre, aside = from - across * dot(from, across);
+    weights += weight;
+    mean += from * weight;
+    around += dot(aside, aside) * weight;
     push_ += push;
     twist_ += cross(point.now - origin, push);
     grown_ += weight * point.grown;
   }
+  mean = mean / weights;
+  touched_ = centre + mean;
+  const Vec3d aside = mean - across * dot(mean, across);
+  spread_ = std::sqrt(std::max(0.0, around / weights - dot(aside, aside)));
   // The gradient of D^2 / 2, where D is the norm: D (depth / D)^15 along each way out.
   depth_ = most_depth_ * std::pow(norm, 1 / kNorm);
   const double scale = most_depth_ * std::pow(norm, 2 / kNorm - 1);

@@ -65,8 +65,10 @@ class PointShell {
   [[nodiscard]] double grown() const noexcept { return grown_; }
   /// The surface contact point of the deepest point.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
-  /// Where the deepest point is, model units.
-  [[nodiscard]] Vec3d deepest() const noexcept { return deepest_; }
+  /// Where the tool touches: the mean of the points that push, by their parts of the push; and how far around that,
+  /// root mean square across the push. Model units.
+  [[nodiscard]] Vec3d touched() const noexcept { return touched_; }
+  [[nodiscard]] double spread() const noexcept { return spread_; }
 
  private:
   /// What is known of a point.
@@ -111,7 +113,8 @@ class PointShell {
   double rise_ = 0, depth_ = 0, grown_ = 0, most_depth_ = 0;
   bool lost_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
-  Vec3d push_, twist_, deepest_;
+  Vec3d push_, twist_, touched_;
+  double spread_ = 0;
   SurfacePoint surface_;
 };
 

@@ -282,15 +282,17 @@ Servo::Touch Servo::shell_touch(const Snapshot& model, const ToolPose& tool, Pro
   now.grown = shell_.grown();
   now.normal = shell_.push() / now.push;
   now.twist = shell_.twist();
-  now.arm = shell_.deepest() - tool.origin;
+  now.arm = shell_.touched() - tool.origin;
+  now.spread = shell_.spread();
   now.contact_point = now.surface.position;
   now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
   return now;
 }
 
-// Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters.
-Vec3d Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
-                      double normal_force) noexcept {
+// Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters. A
+// rigid tool has a second one, against turning on the spot, over the radius that its points touch at.
+Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position, Vec3d turn, double stiffness,
+                                double normal_force) noexcept {
   if (!(limits_.friction > 0) || !(stiffness > 0)) {
     has_anchor_ = false;
     return {};
@@ -303,20 +305,33 @@ Vec3d Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position,
   const double still = std::max(kinetic, coefficient(Layer::StaticFriction));
   if (!has_anchor_) {
     anchor_ = position;
+    spin_ = 0;
     has_anchor_ = true;
     sliding_ = false;
+  } else {
+    // It is where the tool touches that moves over the surface.
+    anchor_ -= cross(turn, touch.arm * settings_.workspace.metres_per_unit);
+    spin_ += dot(turn, touch.normal);
+  }
+  Friction now;
+  const double radius = touch.spread * settings_.workspace.metres_per_unit;
+  if (radius > 0) {
+    const double most = kinetic * normal_force / (stiffness * radius);  // rad
+    spin_ = std::clamp(spin_, -most, most);
+    now.torque = touch.normal * (-stiffness * radius * radius * spin_);
+    now.stored = 0.5 * stiffness * radius * radius * spin_ * spin_;
   }
   const Vec3d gap = position - anchor_;
-  const Vec3d stretch = gap - touch.normal * dot(gap, touch.normal);
+  Vec3d stretch = gap - touch.normal * dot(gap, touch.normal);
   const double pull = stiffness * length(stretch);
-  if (pull <= (sliding_ ? kinetic : still) * normal_force) {
-    sliding_ = false;
-    return stretch * -stiffness;
+  sliding_ = pull > (sliding_ ? kinetic : still) * normal_force;
+  if (sliding_) {
+    stretch *= kinetic * normal_force / pull;
+    anchor_ = position - stretch;
   }
-  const Vec3d held = stretch * (kinetic * normal_force / pull);
-  anchor_ = position - held;
-  sliding_ = true;
-  return held * -stiffness;
+  now.force = stretch * -stiffness;
+  now.stored += 0.5 * stiffness * dot(stretch, stretch);
+  return now;
 }
 
 // The spring's force ends at the greatest one.
@@ -338,9 +353,9 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   sample.orientation = orientation_;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
-  if (now.faults == 0)
-    guard_.observe({reading.position, velocity_, now.dt,
-                    turn_between(std::exchange(last_orientation_, orientation_), orientation_)});
+  const Vec3d turn =
+      now.faults == 0 ? turn_between(std::exchange(last_orientation_, orientation_), orientation_) : Vec3d{};
+  if (now.faults == 0) guard_.observe({reading.position, velocity_, now.dt, turn});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
@@ -401,18 +416,18 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const double spring = stiffness * felt.push * metres;
   const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
   const double normal_force = std::max(0.0, outwards);
-  const Vec3d sideways = friction(model, felt, reading.position, stiffness, normal_force);
+  const Friction sideways = friction(model, felt, reading.position, turn, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   const double stored = in_spring(stiffness, felt.depth * metres);
   const double before = in_spring(stiffness, (felt.depth - felt.grown) * metres);
-  const Wrench given =
-      guard_.wrench({.force = felt.normal * normal_force + sideways,
-                     .torque = felt.twist * (stiffness * metres * metres) + cross(felt.arm * metres, sideways),
-                     .normal = felt.normal,
-                     .stored = stored + 0.5 * dot(sideways, sideways) / std::max(stiffness, 1e-300),
-                     .gift = gift + stored - before},
-                    sample.flags);
+  const Wrench given = guard_.wrench({.force = felt.normal * normal_force + sideways.force,
+                                      .torque = felt.twist * (stiffness * metres * metres) +
+                                                cross(felt.arm * metres, sideways.force) + sideways.torque,
+                                      .normal = felt.normal,
+                                      .stored = stored + sideways.stored,
+                                      .gift = gift + stored - before},
+                                     sample.flags);
   sample.force = given.force;
   sample.torque = given.torque;
   sample.leak = guard_.leak();

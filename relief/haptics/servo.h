@@ -135,6 +135,7 @@ class Servo {
     double grown = 0;     ///< model units of the depth that the surface added in this tick, not the hand
     Vec3d twist;          ///< torque of the spring about the tool's origin at stiffness 1, model units squared
     Vec3d arm;            ///< from there to where it touches, model units
+    double spread = 0;    ///< how far around that place it touches, model units
     bool jumped = false;  ///< material came to the tool rather than the tool to the material
   };
   [[nodiscard]] Touch touch(const Snapshot& model, const ToolPose& tool, const Admitted& now) noexcept;
@@ -151,8 +152,13 @@ class Servo {
   [[nodiscard]] bool inside(const Snapshot& model, const ToolPose& tool) noexcept;
   /// Forgets what the tool touches.
   void start_contact_anew() noexcept;
-  [[nodiscard]] Vec3d friction(const Snapshot& model, const Touch& touch, Vec3d position, double stiffness,
-                               double normal_force) noexcept;
+  struct Friction {
+    Vec3d force, torque;  ///< N; N*m about where the tool touches
+    double stored = 0;    ///< J in its springs
+  };
+  /// `turn`: of the tool since the last tick, rad.
+  [[nodiscard]] Friction friction(const Snapshot& model, const Touch& touch, Vec3d position, Vec3d turn,
+                                  double stiffness, double normal_force) noexcept;
   /// J in the spring at a depth in m.
   [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
   void let_go() noexcept;
@@ -184,7 +190,8 @@ class Servo {
   bool stalled_ = false;
   double frozen_ = 0;  ///< s, for which the device's velocity says that it moves and its position stays
   bool has_anchor_ = false, sliding_ = false;
-  Vec3d anchor_;  ///< m, where friction holds the tool
+  Vec3d anchor_;     ///< m, where friction holds the tool
+  double spin_ = 0;  ///< rad about the normal, from where friction holds it
 };
 
 }  // namespace relief

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -122,6 +124,38 @@ TEST(Tool, ATiltedBarIsTurnedBackByItsTorque) {
   // The left end alone touches: arm times force, in metres.
   const double arm = 0.2 * std::cos(2 * half) * 0.1;
   EXPECT_NEAR(s.torque.z, -arm * s.force.y, 0.05 * arm * s.force.y);
+}
+
+TEST(Tool, FrictionHoldsAPlateAgainstTurningOnTheSpot) {
+  const SnapshotPtr model = flat_plane();
+  std::vector<Vec3d> ring;  // of radius 0.1, lying flat
+  for (int k = 0; k < 24; ++k)
+    ring.push_back({0.1 * std::cos(k * std::numbers::pi / 12), 0, 0.1 * std::sin(k * std::numbers::pi / 12)});
+  ServoSettings settings = settings_with(400, 0, 0.5);
+  settings.tool.points = ring;
+  PoseDriver drive(settings, strong_device());
+  for (double y = 0.05; y > -0.01; y -= 5e-4) static_cast<void>(drive.at(*model, {0.5, y, 0.5}, {}));
+  const auto turned = [&](double angle) {
+    return drive.at(*model, {0.5, -0.01, 0.5}, {std::cos(angle / 2), 0, std::sin(angle / 2), 0});
+  };
+  // 0.1 units are 0.01 m.
+  const double normal_force = turned(0).force.y, most = 0.5 * normal_force * 0.01;
+  EXPECT_GT(normal_force, 0.3);
+  ServoSample s;
+  for (double angle = 0; angle < 0.5; angle += 1e-4) {
+    s = turned(angle);
+    ASSERT_LE(s.torque.y, 0) << angle;
+    ASSERT_GE(s.torque.y, -most * (1 + 1e-6)) << angle;
+  }
+  EXPECT_NEAR(s.torque.y, -most, 1e-3 * most) << "it slides";
+  // Where the hand turns back, the spring gives way at once and holds the other way.
+  for (double angle = 0.5; angle > 0.3; angle -= 1e-4) s = turned(angle);
+  EXPECT_NEAR(s.torque.y, most, 1e-3 * most);
+  // A hand at rest: no drift.
+  const double before = s.torque.y;
+  for (int k = 0; k < 5000; ++k) s = turned(0.3);
+  EXPECT_NEAR(s.torque.y, before, 1e-3 * most);
+  EXPECT_NEAR(s.force.x, 0, 1e-3 * normal_force);
 }
 
 TEST(Tool, TorqueStaysWithinTheDevicesLimitAndBadOrientationsLatch) {
