@@ -121,8 +121,37 @@ class Bench {
                      {"locate_from_nothing_ns", percentiles(cold, 1e9)},
                      {"paper_in_sequence_ns", percentiles(theirs, 1e9)},
                      {"check", sum}};
+    out_["query"]["growth"] = ordered_json::object();
+    for (const int levels : thorough_ ? std::vector{3, 5, 7, 9} : std::vector{3, 7})
+      out_["query"]["growth"].update(growth(levels));
     RELIEF_TRY(out_["query"]["same_surface"], same_surface());
     return {};
+  }
+
+  /// The tracked query on spheres of more and more slabs, each a micro-triangle, 1e-4 of the diagonal per frame: of
+  /// each frame the least of three passes.
+  ordered_json growth(int levels) {
+    const SnapshotPtr model = testing::displaced(testing::sphere_shell(levels, 1, 0.97, 1.03), [](Vec3d p) {
+      return 0.5 + 0.05 * std::sin(7 * p.x) * std::cos(5 * p.y);
+    });
+    const double size = diagonal(model->slab_mesh().bounds());
+    const CallTimer timer;
+    LocateHint located, probed;
+    std::vector<double> locates(20'000, 1), probes(locates.size(), 1);
+    double sum = 0;
+    for (int pass = 0; pass < 3; ++pass)
+      for (std::size_t k = 0; k < locates.size(); ++k) {
+        const double a = static_cast<double>(k) * 1e-4 * size;
+        const Vec3d way = normalized(Vec3d{std::cos(a), 0.3 * std::sin(1.7 * a), std::sin(a)});
+        const Vec3d p = way * (1 - 0.003 * size);
+        locates[k] =
+            std::min(locates[k], timer([&] { sum += locate(model->slab_mesh(), p, located).has_value() ? 1 : 0; }));
+        probes[k] = std::min(probes[k], timer([&] { sum += probe(*model, p, probed).has_value() ? 1 : 0; }));
+      }
+    return {{fmt::format("{} slabs", model->slab_mesh().slab_count()),
+             {{"locate_ns", percentiles(locates, 1e9)},
+              {"probe_with_normal_ns", percentiles(probes, 1e9)},
+              {"check", sum}}}};
   }
 
   /// One whole tick of the force law, and contact on the same surfaces as the peers.
