@@ -226,7 +226,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
     double t = 0;
     std::size_t ticks = 0, latched = 0, touching = 0;
     const auto tick = [&](Vec3d p, bool coherent) {
-      t += coherent ? 1e-3 : 0.05;
+      t += coherent ? 1e-3 : 0.045;
       const ServoSample felt =
           servo->step(model, {.t = t, .position = settings.workspace.to_device(p), .velocity = {}});
       ++ticks;

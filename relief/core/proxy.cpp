@@ -307,8 +307,10 @@ class Sweep {
         // which alpha goes from 0 to 1.
         const Vec3d twist = (form.e * (b.at.u - a.at.u) + form.f * (b.at.v - a.at.v)) * (b.at.alpha - a.at.alpha);
         const double n = surface_.intervals();
-        const double bend = across(twist) * n + (across(form.e) + across(form.f)) / 2 + kPad;  // cells
-        cell_twist_ = (upwards(form.e) + upwards(form.f)) / n;
+        // A stitched triangle is as long as the edge's intervals are apart.
+        const double longest = 1 + 2 * surface_.stretch();  // cells
+        const double bend = across(twist) * n + longest * (across(form.e) + across(form.f)) / 2 + kPad;
+        cell_twist_ = longest * (upwards(form.e) + upwards(form.f)) / n;
         const double bend_alpha = upwards(twist) + kPad;
         // Wholly on the far side of a wall, floor or ceiling?
         const Weights wa = weights_of(a.at), wb = weights_of(b.at);
@@ -376,8 +378,8 @@ class Sweep {
         return false;
       const double first = a.alpha + rise * from, last = a.alpha + rise * to;
       const double low = std::min(first, last) - alpha_pad, high = std::max(first, last) + alpha_pad;
-      const double slope = (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * side / 2;
-      const double least = heights.low - slope, most = heights.high + slope, bent = cell_twist_ * (most - least);
+      const auto [least, most] = range_over(heights, side);
+      const double bent = cell_twist_ * (most - least);
       if (most + bent < low || least - bent > high) return false;
       for (int row = at.j; level == 0 && row < std::min(n, at.j + side); ++row) {
         double enter = from, leave = to;
@@ -404,18 +406,17 @@ class Sweep {
     return from <= to;
   }
 
-  /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between the bounds of
-  /// a square is in the hull of eight corners.
+  /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
+  /// over a square is in the hull of eight corners. (Not so between sloping planes, where fibres lean.)
   void all_cells() noexcept {
     squares([&](int level, GridPoint low, int side, const SampleBounds::Between& heights) {
-      const double n = surface_.intervals(), middle = side / 2.0, pad = surface_.stretch();
+      const double n = surface_.intervals(), pad = surface_.stretch();
+      const auto [least, most] = range_over(heights, side);
       Box3d hull;
       for (const double i : {-pad, side + pad})
         for (const double j : {-pad, side + pad}) {
-          const double slope = heights.slope_i * (i - middle) + heights.slope_j * (j - middle);
           const double u = (low.i + i) / n, v = (low.j + j) / n;
-          for (const double alpha : {heights.low + slope, heights.high + slope})
-            hull.add(surface_.corners().point({1 - u - v, u, v}, alpha));
+          for (const double alpha : {least, most}) hull.add(surface_.corners().point({1 - u - v, u, v}, alpha));
         }
       double enter = 0, leave = 1;
       if (!clip(hull, enter, leave) || enter > best_) return false;
@@ -423,6 +424,11 @@ class Sweep {
         for (int i = low.i; i < low.i + side && i + j < surface_.intervals(); ++i) both(i, j, -1, 2);
       return true;
     });
+  }
+  /// Least and greatest alpha over a square.
+  [[nodiscard]] static std::array<double, 2> range_over(const SampleBounds::Between& heights, int side) noexcept {
+    const double slope = (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * side / 2;
+    return {heights.low - slope, heights.high + slope};
   }
   /// Calls look(level, first sample, side, bounds) for the squares of the slab in hand, from the whole to the smallest;
   /// where it says false, the square's parts are left out.
@@ -576,6 +582,7 @@ void Proxy::let_go() noexcept {
   depth_ = 0;
   above_.reset();
   ahead_.reset();
+  under_.slab = kNoSlab;
   normals_ = {};
 }
 

@@ -12,7 +12,7 @@ enum class ServoFault : std::uint32_t {
   None = 0,
   /// Not finite, denormal, over 10 m from the workspace's origin, or frozen; or an orientation that is no rotation.
   BadPosition = 1U << 0U,
-  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by more than 50 ms
+  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by 50 ms or more
   TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
   Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
   ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum

@@ -10,7 +10,7 @@ namespace {
 constexpr double kReach = 10;            // m from the workspace's origin; no device's arm is longer
 constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
 constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
-constexpr double kMaxGap = 0.05 + 1e-6;  // s; a reading's neighbours may be rounded
+constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s
 constexpr double kFrozenTime = 20e-3;     // s
@@ -23,6 +23,8 @@ constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
 constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
 constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
 constexpr double kRare = 1e-3;            // share of ticks that may be later than it
+constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
+constexpr double kUnfelt = 1e-4;          // N; texture whose force is less from top to bottom is none
 constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
 constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 
@@ -78,11 +80,10 @@ void Servo::limit_settings() noexcept {
   const double before = limits_.stiffness;
   constexpr double kAny = 1e9;  // for a device that states no limit worth the name
   const double stiffest = at_most(device_.max_stiffness, kAny), dampest = at_most(device_.max_damping, kAny);
-  // What a spring makes of late ticks grows with stiffness times period: less of the one, and damping for the rest.
-  const double late = wanted.guard ? std::max(0.0, period_ - kInTime) : 0;
   const double allowed = stiffest / shell_.most_stiffening();
-  limits_.stiffness = at_most(wanted.stiffness, allowed * kInTime / (kInTime + late));
-  limits_.damping = at_most(at_most(wanted.damping, dampest) + limits_.stiffness * late / 2, dampest);
+  limits_.stiffness = at_most(wanted.stiffness, wanted.guard ? allowed * softer_ : allowed);
+  limits_.damping =
+      at_most(at_most(wanted.damping, dampest) + (wanted.guard ? limits_.stiffness * late_ / 2 : 0), dampest);
   limits_.lowered = limits_.stiffness < at_most(wanted.stiffness, allowed);
   limits_.friction = at_most(wanted.friction, 4);
   limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
@@ -96,14 +97,21 @@ void Servo::limit_settings() noexcept {
               .delay_ticks = device_.delay_ticks},
              wanted.guard);
   limits_.clamped = wanted.stiffness > allowed || wanted.damping > dampest;
-  gift_ += in_spring(limits_.stiffness, last_depth_) - in_spring(before, last_depth_);
+  if (last_depth_ > 0 && before > 0)
+    gift_ += in_spring(limits_.stiffness * last_share_, last_depth_) - in_spring(before * last_share_, last_depth_) +
+             last_stored_ * (limits_.stiffness / before - 1);
 }
 
 void Servo::judge_period(double dt) noexcept {
-  const double before = period_;
   period_ += dt > period_ ? std::min(kSlowStep, dt - period_) * (1 - kRare) : -kSlowStep * kRare;
   period_ = std::max(period_, kInTime);
-  if (period_ != before) limit_settings();
+  // A single late tick is none. What a spring makes of many grows with stiffness times period: less of the one, and
+  // damping for the rest.
+  const double late = std::max(0.0, period_ - kInTime - kSlowStep), softer = kInTime / (kInTime + late);
+  if (late == late_ && softer == softer_) return;
+  late_ = late;
+  softer_ += std::clamp(softer - softer_, -kSoften, kSoften);
+  limit_settings();
 }
 
 void Servo::let_go() noexcept {
@@ -247,10 +255,12 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
   const double faces = dot(proxy_.way_out(), proxy_.normal());
   const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
   now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
-  if (const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal); fade.share > 0) {
+  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
+  const double unfelt = force_per_unit > 0 ? kUnfelt / force_per_unit : 1e300;
+  if (const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal, unfelt); fade.share > 0) {
     const double off = fade.share * dot(fade.above, proxy_.way_out());
     now.depth = now.push = std::clamp(now.depth - off, 0.0, 2 * now.depth);
-    now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
+    if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
   }
   return now;
 }
@@ -396,6 +406,8 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   first_ = false;
   last_cursor_ = cursor;
   last_depth_ = felt.depth * settings_.workspace.metres_per_unit;
+  last_share_ = 1;
+  last_stored_ = 0;
   last_model_ = &model;
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
@@ -419,8 +431,10 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const Friction sideways = friction(model, felt, reading.position, turn, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
+  last_share_ = at_most(share, 1);
+  last_stored_ = sideways.stored;
   const double stored = in_spring(stiffness, felt.depth * metres);
-  const double before = in_spring(stiffness, (felt.depth - felt.grown) * metres);
+  const double before = in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres);
   const Wrench given = guard_.wrench({.force = felt.normal * normal_force + sideways.force,
                                       .torque = felt.twist * (stiffness * metres * metres) +
                                                 cross(felt.arm * metres, sideways.force) + sideways.torque,

@@ -178,10 +178,14 @@ class Servo {
   bool has_time_ = false, has_position_ = false;
   double last_t_ = 0;
   double period_ = 0;    ///< s: one tick in a thousand comes later than that after the one before, or none
+  double late_ = 0;      ///< s: how much of that is too late
+  double softer_ = 1;    ///< share of the device's stiffness that is good for such ticks
   Vec3d last_position_;  ///< m
   Vec3d last_cursor_;    ///< model units
   Quatd orientation_, last_orientation_;  ///< the last good one, and that of the tick before
   double last_depth_ = 0;                 ///< m
+  double last_share_ = 1;                 ///< of the stiffness, by the model's layer
+  double last_stored_ = 0;                ///< J in the springs of friction
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
   Vec3d velocity_;                        ///< m/s

@@ -7,20 +7,23 @@
 namespace relief {
 
 namespace {
-constexpr double kFelt = 0.87, kFaded = 0.97;  // turns per tick up to which all is felt, and from which nothing is
-constexpr double kCount = 1.0 / 32;            // share of the last tick in the mean of turns
-constexpr double kTrend = 8;                   // ticks over which the means of slopes and normals go
-constexpr double kClear = 0.5;   // of the root mean square that a slope must be off the mean to be on a side
-constexpr int kMostPieces = 32;  // of one tick's way
+constexpr double kMost = 1.1;              // turns per tick: more than that count as so many
+constexpr double kFelt = 0.9, kFaded = 1;  // turns per tick up to which all is felt, and from which nothing is
+constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns
+constexpr double kTrend = 8;               // ticks over which the means of slopes and normals go
+constexpr double kClear = 0.5;             // of the root mean square that a slope must be off the mean to be on a side
+constexpr int kMostPieces = 32;            // of one tick's way
+constexpr int kMostTurns = 2;              // that count in one tick
+constexpr double kWave = 0.25;             // share of the last turn in the mean of their heights
 }  // namespace
 
-TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& at, Vec3d normal) noexcept {
+TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& at, Vec3d normal,
+                                    double unfelt) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const SlabCorners corners = mesh.corners(at.slab);
   const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
   const Vec3d fibre = corners.weighted(corners.outer, w) - corners.weighted(corners.inner, w);
   const double thick = length(fibre), height = at.alpha * thick;
-  turns_ -= turns_ * kCount;
   if (last_.slab == kNoSlab) {
     heights_.fill(height);
     normal_ = normal;
@@ -33,14 +36,17 @@ TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& a
     const int pieces = std::clamp(static_cast<int>(2 * cells), 1, kMostPieces);
     const double way = length(at.position - last_position_);
     double sum = (height_ + height) / 2;
+    int turns = 0;
     for (int k = 1; k < pieces; ++k) {
       const double part = double(k) / pieces;
       const double there = displacement_at(model, at.slab, last_.u + du * part, last_.v + dv * part) *
                            (fibre_ + (thick - fibre_) * part);
       sum += there;
-      run_over(way / pieces, there, pieces);
+      turns += run_over(way / pieces, there, pieces, unfelt) ? 1 : 0;
     }
-    if (pieces > 1) run_over(way / pieces, height, pieces);
+    if (pieces > 1) turns += run_over(way / pieces, height, pieces, unfelt) ? 1 : 0;
+    // What lies between two slabs is not looked at.
+    if (same_slab) turns_ = std::min(turns_ + (std::min(turns, kMostTurns) - turns_) * kCount, kMost);
     heights_[tick_] = sum / pieces;
     tick_ = (tick_ + 1) % kTicks;
     normal_ = normalized(normal_ + (normal - normal_) / kTrend);
@@ -50,19 +56,25 @@ TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& a
   fibre_ = thick;
   height_ = height;
   const double share = std::clamp((turns_ - kFelt) / (kFaded - kFelt), 0.0, 1.0);
-  return {share, share > 0 && thick > 0 ? fibre * (above_line() / thick) : Vec3d{}, normal_};
+  if (!(share > 0 && thick > 0)) return {0, {}, normal_};
+  return {share, fibre * (std::clamp(above_line(), -wave_, wave_) / thick), normal_};
 }
 
-void TextureFade::run_over(double way, double height, int pieces) noexcept {
-  if (!(way > 0)) return;
+bool TextureFade::run_over(double way, double height, int pieces, double unfelt) noexcept {
+  if (!(way > 0)) return false;
   const double slope = (height - std::exchange(height_, height)) / way;
   slope_ += (slope - slope_) / (kTrend * pieces);
   const double off = slope - slope_;
   unevenness_ += (off * off - unevenness_) / (kTrend * pieces);
-  if (off * off > kClear * kClear * unevenness_ && (off > 0) != rising_) {
-    rising_ = off > 0;
-    turns_ += kCount;
+  if ((off > 0) == rising_ || !(off * off > kClear * kClear * unevenness_)) {
+    swing_ += off * way;
+    return false;
   }
+  rising_ = off > 0;
+  const double high = std::abs(std::exchange(swing_, off * way));
+  // A single step of the surface is no wave: the mean grows by a quarter of itself per turn at most.
+  wave_ += (std::min(high, 2 * std::max(wave_, unfelt)) - wave_) * kWave;
+  return high > unfelt;
 }
 
 double TextureFade::above_line() const noexcept {

@@ -17,17 +17,20 @@ class TextureFade {
   /// What is to be taken off.
   struct Fade {
     double share = 0;  ///< 0..1; 0 while the texture can be felt as it is
-    Vec3d above;       ///< model units: how far the surface at the point stands above what it ran over lately
-    Vec3d normal;      ///< unit, of what it ran over lately
+    /// Model units: how far the surface at the point stands above what it ran over lately, up to a wave's height.
+    Vec3d above;
+    Vec3d normal;  ///< unit, of what it ran over lately
   };
-  /// One tick: the point is now at `at`, and the contact's normal is `normal`.
-  Fade step(const Snapshot& model, const SurfacePoint& at, Vec3d normal) noexcept;
+  /// One tick: the point is now at `at`, and the contact's normal is `normal`. Waves that are lower than `unfelt` from
+  /// top to bottom (model units) are none.
+  Fade step(const Snapshot& model, const SurfacePoint& at, Vec3d normal, double unfelt) noexcept;
   /// The point was let go.
   void reset() noexcept { *this = {}; }
 
  private:
-  /// Takes in the surface's height at the end of a piece of the way; there are so many pieces in this tick.
-  void run_over(double way, double height, int pieces) noexcept;
+  /// Takes in the surface's height at the end of a piece of the way; there are so many pieces in this tick. Whether a
+  /// wave has turned there.
+  bool run_over(double way, double height, int pieces, double unfelt) noexcept;
   /// How far the last height is above the straight line through those of the last ticks.
   [[nodiscard]] double above_line() const noexcept;
 
@@ -41,7 +44,9 @@ class TextureFade {
   double slope_ = 0;                      ///< along the way, mean of lately
   double unevenness_ = 0;                 ///< mean square of the slope's difference from that
   bool rising_ = false;                   ///< the side of the mean on which the slope was last
-  double turns_ = 0;                      ///< changes of that side per tick: two for each wave
+  double swing_ = 0;                      ///< height gained against the mean slope on this side, model units
+  double wave_ = 0;                       ///< mean of that per turn: the waves' height, model units
+  double turns_ = 0;                      ///< changes of side per tick: two for each wave
   Vec3d normal_;                          ///< mean of lately
 };
 

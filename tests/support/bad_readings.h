@@ -30,7 +30,7 @@ inline std::vector<BadReading> bad_readings() {
       {"OutOfReach", [](DeviceState& s) { s.position.z = 11; }, ServoFault::BadPosition},
       {"TimeStands", [](DeviceState& s) { s.t = 1.010; }, ServoFault::BadTime},
       {"TimeRunsBack", [](DeviceState& s) { s.t = 0.5; }, ServoFault::BadTime},
-      {"TimeJumps", [](DeviceState& s) { s.t += 0.06; }, ServoFault::BadTime},
+      {"TimeJumps", [](DeviceState& s) { s.t += 0.049; }, ServoFault::BadTime},
       {"TimeIsNaN", [](DeviceState& s) { s.t = kNan; }, ServoFault::BadTime},
       {"TimeIsInfinite", [](DeviceState& s) { s.t = kInf; }, ServoFault::BadTime},
       {"TimeIsHuge", [](DeviceState& s) { s.t = 1e30; }, ServoFault::BadTime},

@@ -51,6 +51,44 @@ TEST(FirstEntry, AgreesWithTheRayOnWhereItGoesIn) {
   EXPECT_GT(misses, 500);
 }
 
+TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int hits = 0;
+  for (int round = 0; round < 60; ++round) {
+    // Fibres that flare, and turn about the middle by up to half a right angle from the inner to the outer end.
+    const double flare = 2 * std::abs(unit(random)), turn = 2 * unit(random), lean = 0.4 * unit(random);
+    const auto bent = testing::mapped_shell(*plane_shell(1 + round % 3, 4, 0.15), [=](Vec3d p) {
+      const double x = (p.x - 0.5) * (1 + flare * p.y), z = (p.z - 0.5) * (1 + 2 * flare * p.y), a = turn * p.y;
+      return Vec3d{x * std::cos(a) - z * std::sin(a), p.y * (1 + lean * p.x), x * std::sin(a) + z * std::cos(a)};
+    });
+    const auto mesh = round % 4 == 0   ? testing::mixed_shell(*bent, 1, 6)
+                      : round % 4 == 1 ? testing::mixed_shell(*bent, 3, 3)
+                                       : testing::mixed_shell(*bent, round % 4 == 2 ? 31 : 64, 0);
+    ASSERT_TRUE(mesh);
+    // A nearly level sheet, or waves.
+    const double tilt = 0.3 * unit(random), height = 0.05 * unit(random), waves = 10 + 10 * unit(random);
+    const SnapshotPtr model = displaced(mesh, [=](Vec3d p) {
+      return round % 2 == 0 ? 0.5 + 0.3 * std::sin(waves * p.x) * std::cos(waves * p.z)
+                            : 0.5 + (tilt * p.x + height - p.y) / 0.3;
+    });
+    for (int k = 0; k < 200; ++k) {
+      const SurfacePoint near = closest_point(*model, Vec3d{unit(random), 0.3 * unit(random), unit(random)} * 0.5);
+      const Vec3d side =
+          Vec3d{unit(random), 0.3 * unit(random), unit(random)} * std::pow(10, -2 * std::abs(unit(random)));
+      const Vec3d a = near.position + side, b = near.position - side * std::abs(unit(random));
+      const auto exact = raycast(*model, {a, b - a});
+      // Grazing ways, where the interpolated normal may not tell in from out, are left out.
+      if (!exact || exact->distance > 1 - 1e-6 || dot(exact->point.normal, b - a) > -0.3 * length(b - a)) continue;
+      const auto swept = first_entry(*model, a, b);
+      ASSERT_TRUE(swept) << "round " << round << " way " << k;
+      ASSERT_NEAR(swept->distance, exact->distance, 1e-9);
+      ++hits;
+    }
+  }
+  EXPECT_GT(hits, 2000);
+}
+
 TEST(Proxy, StaysOnTheSurfaceAtTheNearestPlace) {
   const SnapshotPtr model = displaced(sphere_shell(2, 32), [](Vec3d p) {
     return (1 / length(p) - 0.8) / 0.4 + 0.02 * std::sin(20 * p.x) * std::cos(17 * p.y);

@@ -31,7 +31,7 @@ void run(const Snapshot& model, double step, See&& see) {
     if (x + step < 0.05 || x + step > 0.95) step = -step;
     const auto at = probe(model, {x, 0, 0.37}, hint);
     ASSERT_TRUE(at);
-    see(tick, fade.step(model, at->surface, at->surface.normal), x);
+    see(tick, fade.step(model, at->surface, at->surface.normal, 1e-9), x);
   }
 }
 
@@ -65,7 +65,7 @@ TEST(TextureFade, ItEndsWhereTheTipSlowsDown) {
     double share = 0;
     for (int k = 0; k < ticks; ++k, x += step) {
       const auto at = probe(*model, {x, 0, 0.37}, hint);
-      share = at ? fade.step(*model, at->surface, at->surface.normal).share : -1;
+      share = at ? fade.step(*model, at->surface, at->surface.normal, 1e-9).share : -1;
     }
     return share;
   };
