@@ -101,7 +101,10 @@ class PointShell {
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
-  double least_reach_ = 0;  ///< model units
+  struct {
+    Vec3d middle;
+    double radius = 0;
+  } ball_;  ///< around all points, in the tool's frame
   LocateHint hint_;
   bool started_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
