@@ -17,7 +17,7 @@ constexpr double kForesight = 3;         // lengths of its way for which a point
 constexpr double kReach = 0.02;          // radii of the tool: and so far at least
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
-// What takes how long, in the time that a sample takes: each with the samples that it places, or squares it looks at.
+// What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kFirst = 85, kStep = 10;
 
 double to_the_15th(double x) noexcept {
@@ -48,9 +48,8 @@ void PointShell::reset() noexcept {
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
-  // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   LocateHint hint;
-  // No surface in the ball around the tool: it is all on one side.
+  // Where no surface is in the ball around the tool it is all on one side.
   MicroTriangles surface(model);
   SlabId nearest = kNoSlab;
   const Vec3d middle = pose.place(ball_.middle);
@@ -58,6 +57,7 @@ bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
     clean_ = 0;
     return !inside(model, middle, hint);
   }
+  // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   bool all = std::ranges::none_of(points_, [&](const Point& point) {
     const auto contact = probe(model, pose.place(point.own), hint);
     return contact && contact->touching();
