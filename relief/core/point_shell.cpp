@@ -8,13 +8,16 @@
 namespace relief {
 
 namespace {
+using detail::MicroTriangles;
+
 constexpr double kNorm = 16;
 constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
-constexpr double kForesight = 3;    // lengths of its way for which a point is told at once that it is clear
-constexpr double kReach = 0.01;     // of the tool's diagonal: and so far at least
-constexpr std::uint8_t kClose = 3;  // ticks in which a point that is not is not asked again
-constexpr std::size_t kRays = 16;   // points in a tick that are looked for below the slabs
-// What takes how long, in the time that a sample takes: each with the samples that it places, or squares it looks at.
+constexpr std::uint32_t kLightTurn = 4;  // ticks in which such a point has one turn
+constexpr double kForesight = 3;         // lengths of its way for which a point is told at once that it is clear
+constexpr double kReach = 0.02;          // radii of the tool: and so far at least
+constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
+constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
+// What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kFirst = 85, kStep = 10;
 
 double to_the_15th(double x) noexcept {
@@ -30,7 +33,9 @@ PointShell::PointShell(std::span<const Vec3d> points)
     points_[k].own = points[k];
     box.add(points[k]);
   }
-  least_reach_ = kReach * diagonal(box);
+  if (points_.empty()) return;
+  ball_.middle = box.centre();
+  for (const Point& point : points_) ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
 }
 
 double PointShell::most_stiffening() const noexcept {
@@ -43,8 +48,16 @@ void PointShell::reset() noexcept {
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
-  // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   LocateHint hint;
+  // Where no surface is in the ball around the tool it is all on one side.
+  MicroTriangles surface(model);
+  SlabId nearest = kNoSlab;
+  const Vec3d middle = pose.place(ball_.middle);
+  if (detail::clear_around(surface, middle, ball_.radius, 2 * ball_.radius, nearest) > ball_.radius) {
+    clean_ = 0;
+    return !inside(model, middle, hint);
+  }
+  // What is seen in a slab is above its surface in every tick; what is in none may be below them, and only a ray tells.
   bool all = std::ranges::none_of(points_, [&](const Point& point) {
     const auto contact = probe(model, pose.place(point.own), hint);
     return contact && contact->touching();
@@ -61,7 +74,7 @@ bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
   return done;
 }
 
-bool PointShell::stays_clear(detail::MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept {
+bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept {
   if (point.old_model) {
     point.old_model = false;
     work_ += kCheck;
@@ -81,7 +94,7 @@ bool PointShell::stays_clear(detail::MicroTriangles& surface, Point& point, std:
   // A ball around the middle of the way that has the way in it.
   const double half = 0.5 * way * (1 + 1e-9);
   const double room = detail::clear_around(surface, (point.now + point.last) * 0.5, half,
-                                           std::max(kForesight * way, least_reach_), point.nearest);
+                                           std::max(kForesight * way, kReach * ball_.radius), point.nearest);
   if (!(room > half)) {
     point.close = kClose;
     return false;
@@ -91,8 +104,8 @@ bool PointShell::stays_clear(detail::MicroTriangles& surface, Point& point, std:
   return true;
 }
 
-void PointShell::work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept {
-  if (!point.light) waited_ = std::max(waited_, static_cast<int>(tick_ - point.dealt_with) - 1);
+void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept {
+  waited_ = std::max(waited_, static_cast<int>(tick_ - point.dealt_with) - 1);
   point.dealt_with = tick_;
   const int placed = surface.placed();
   if (!point.held) {
@@ -109,7 +122,7 @@ void PointShell::work_on(detail::MicroTriangles& surface, Point& point, Proxy& p
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
   point.grown = proxy.grown();
-  work_ += kStep + proxy.samples_placed();
+  work_ += kStep + proxy.samples_placed() * 4 / 3;
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   lost_ = lost_ || proxy.lost();
@@ -152,20 +165,22 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
     return false;
   }
   move(model, pose);
-  detail::MicroTriangles surface(model);
-  const auto in_turn = [&](bool light, std::size_t& next, int most) noexcept {
+  MicroTriangles surface(model);
+  // From where the last tick came to its end, those first that push or have waited.
+  const auto deal_with = [&](bool light, std::size_t& next) noexcept {
     const std::size_t count = points_.size();
     for (std::size_t k = 0, number = next; k < count; ++k, number = number + 1 < count ? number + 1 : 0) {
-      if (points_[number].light != light) continue;
-      if (work_ >= most) {
+      Point& point = points_[number];
+      if (point.dealt_with == tick_ || (point.light && tick_ - point.dealt_with < kLightTurn) != light) continue;
+      if (work_ >= kWork) {
         next = number;
         return;
       }
-      work_on(surface, points_[number], proxies_[number], ease);
+      work_on(surface, point, proxies_[number], ease);
     }
   };
-  in_turn(true, next_light_, kWork / 4);
-  in_turn(false, next_, kWork);
+  deal_with(false, next_);
+  deal_with(true, next_light_);
   sum(model, pose.origin);
   return held_ > 0;
 }

@@ -104,6 +104,82 @@ TEST(PointShell, ManyPointsStayWithinTheirWorkAndEachKeepsItsSide) {
   EXPECT_GT(most, 100);
 }
 
+TEST(PointShell, FewPointsAreAsManyProxies) {
+  const SnapshotPtr model = rough_torus();
+  const std::vector<Vec3d> points = sphere_points(60, 0.2);
+  PointShell shell(points);
+  std::vector<Proxy> proxies(points.size());
+  int held = 0, apart = 0;
+  for (int k = 0; k < 3000; ++k) {
+    const double t = k * 1e-3;
+    const ToolPose pose = {{2 * std::cos(t), 1.05 + 0.15 * std::cos(5 * t), 2 * std::sin(t)},
+                           {std::cos(t), 0, std::sin(t), 0}};
+    shell.step(*model, pose, kAtOnce);
+    EXPECT_EQ(shell.waited(), 0);
+    double norm = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      proxies[i].step(*model, pose.place(points[i]), kAtOnce);
+      if (!proxies[i].held()) continue;
+      ++count;
+      norm += std::pow(proxies[i].depth(), 16);
+    }
+    const double depth = std::pow(norm, 1.0 / 16);
+    held += shell.held();
+    // A point may meet the surface at another place than its proxy, which goes there in shorter steps.
+    ASSERT_NEAR(shell.held(), count, 3) << k;
+    apart += std::abs(shell.depth() - depth) > 1e-6 ? 1 : 0;
+  }
+  EXPECT_GT(held, 4000);
+  EXPECT_LT(apart, 60);
+}
+
+TEST(PointShell, NoPointWaitsLong) {
+  const SnapshotPtr model = rough_torus();
+  // A hand that shakes the tool through the rough, as deep as it is long: at up to 0.25 m/s, and at more than 1 m/s, if
+  // the torus is as large as the device's workspace of 0.15 m.
+  for (const auto& [speed, longest] : {std::pair{0.3, 25}, std::pair{1.0, 100}}) {
+    PointShell shell(sphere_points(1000, 0.3));
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    Vec3d hand = {2, 1.4, 0}, way;
+    int most = 0, held = 0;
+    double fastest = 0;
+    for (int k = 0; k < 2000; ++k) {
+      way = way * 0.98 + Vec3d{normal(random), normal(random), normal(random)} * (2e-3 * speed) +
+            (Vec3d{2, 0.9, 0} - hand) * (2e-3 * speed * speed);
+      hand += way;
+      fastest = std::max(fastest, length(way));
+      const double turn = 3e-3 * speed * k;
+      shell.step(*model, {hand, {std::cos(turn), 0, std::sin(turn), 0}}, kAtOnce);
+      most = std::max(most, shell.waited());
+      held = std::max(held, shell.held());
+    }
+    EXPECT_GT(held, 500);
+    EXPECT_GT(fastest, 0.03 * speed);
+    EXPECT_LE(most, longest);
+  }
+}
+
+TEST(PointShell, ASurfaceThatRisesSlowlyPastRestingPointsIsFeltAndCountedOnce) {
+  const auto mesh = testing::plane_shell(4, 8);
+  PointShell shell(sphere_points(1000, 0.02));
+  double grown = 0, deepest = 0;
+  for (int k = 0; k <= 300; ++k) {
+    // From 0 to 0.015; the lowest point is at 0.002.
+    const double height = std::min(k, 150) * 1e-4;
+    const SnapshotPtr model = displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; });
+    shell.step(*model, {{0.5, 0.022, 0.5}, {}}, {.share = 0.2});
+    EXPECT_LT(shell.depth() - deepest, 1e-3) << "without a step, " << k;
+    EXPECT_LT(shell.rise(), 1e-3);
+    grown += shell.grown();
+    deepest = shell.depth();
+  }
+  EXPECT_GT(shell.held(), 200);
+  EXPECT_GT(shell.depth(), 0.0125);
+  EXPECT_NEAR(grown, shell.depth(), 0.1 * shell.depth());
+}
+
 TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
   const SnapshotPtr model = rough_torus();
   PointShell shell(sphere_points(100, 0.2));

@@ -226,5 +226,47 @@ TEST(Proxy, OtherSlabsUnderItAreReported) {
   EXPECT_TRUE(proxy.lost());
 }
 
+TEST(Proxy, WithoutItsNormalsItGoesTheSameWay) {
+  const SnapshotPtr model = bumpy_torus();
+  Proxy all, bare;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Vec3d hand = {2, 1.5, 0}, way;
+  int held = 0;
+  for (int k = 0; k < 5000; ++k) {
+    way = way * 0.95 + Vec3d{normal(random), normal(random), normal(random)} * 1e-3 + (Vec3d{2, 0.7, 0} - hand) * 2e-4;
+    hand += way;
+    all.step(*model, hand, {});
+    bare.step(*model, hand, {}, Proxy::Look::Here, Proxy::Tell::WayOut);
+    ASSERT_EQ(all.held(), bare.held()) << k;
+    if (!all.held()) continue;
+    ++held;
+    ASSERT_EQ(all.depth(), bare.depth());
+    ASSERT_EQ(all.way_out(), bare.way_out());
+    ASSERT_EQ(all.surface().position, bare.surface().position);
+    if (k % 7 == 0) {
+      ASSERT_EQ(all.surface().normal, bare.told_surface(*model).normal);
+    }
+  }
+  EXPECT_GT(held, 500);
+}
+
+TEST(Proxy, SetsOffFromAPlaceInTheOpenOrOneThatTheSurfaceHasRisenPast) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  const SnapshotPtr low = level(0), high = level(0.03);
+  Proxy proxy;
+  proxy.start(*mesh, {0.4, 0.01, 0.45});
+  EXPECT_TRUE(proxy.step(*low, {0.4, -0.02, 0.45}, {}));
+  EXPECT_NEAR(proxy.depth(), 0.02, 1e-6);
+  LocateHint hint;
+  const auto below = probe(*high, {0.4, 0.01, 0.45}, hint);
+  ASSERT_TRUE(below && below->touching());
+  proxy.start(*mesh, {0.4, 0.01, 0.45}, below->at);
+  EXPECT_TRUE(proxy.step(*high, {0.4, 0.01, 0.45}, {.share = 0.1}));
+  EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
+  EXPECT_LT(proxy.depth(), 0.003) << "taken over little by little";
+}
+
 }  // namespace
 }  // namespace relief

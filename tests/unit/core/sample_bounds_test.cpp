@@ -106,5 +106,52 @@ TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
   }
 }
 
+/// Of the model's micro-triangles, the slow way.
+double distance_to(const Snapshot& model, Vec3d p) {
+  double least2 = 1e300;
+  const SlabMesh& mesh = model.slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
+      if (model.is_hole(s, c)) return;
+      std::array<Vec3d, 3> v;
+      for (std::size_t k = 0; k < 3; ++k) v[k] = sample_position(model, s, c[k]);
+      const auto w = nearest_in_triangle(p, v[0], v[1], v[2]);
+      const Vec3d way = v[0] * w[0] + v[1] * w[1] + v[2] * w[2] - p;
+      least2 = std::min(least2, dot(way, way));
+    });
+  return std::sqrt(least2);
+}
+
+TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
+  const auto rough = [](Vec3d p) {
+    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
+  };
+  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
+  const auto plain = torus_shell(12, 8, 13);
+  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole)};
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const SnapshotPtr& model : models) {
+    detail::MicroTriangles surface(*model);
+    int tight = 0, tries = 0;
+    SlabId nearest = kNoSlab;
+    for (int k = 0; k < 200; ++k) {
+      const Vec3d foot = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 3.0).position;
+      const Vec3d p = foot + Vec3d{unit(random), unit(random), unit(random)} * std::pow(10, -1.5 + 1.5 * unit(random));
+      const double truth = distance_to(*model, p);
+      for (const double reach : {1e9, 1.5 * truth, 0.5 * truth}) {
+        const double clear = detail::clear_around(surface, p, 0, reach, nearest);
+        ASSERT_LE(clear, std::min(reach, truth * (1 + 1e-9)));
+        tight += clear > 0.49 * std::min(reach, truth) ? 1 : 0;
+        ++tries;
+      }
+      EXPECT_LE(detail::clear_around(surface, p, truth * 1.01, 2 * truth, nearest), truth * 1.01);
+      EXPECT_GT(detail::clear_around(surface, p, truth * 0.99, 2 * truth, nearest), truth * 0.99);
+    }
+    EXPECT_GT(tight, tries * 9 / 10);
+  }
+}
+
 }  // namespace
 }  // namespace relief
