@@ -267,7 +267,9 @@ class Sweep {
     surface_.enter(slab);
     slab_ = slab;
     if (!clip_to_sides(enter, leave) || enter > best_) return;
-    whole_ = false;
+    // Coordinates bend too much within triangles that are as large as the slab.
+    whole_ = surface_.intervals() <= kCoarse || surface_.stretch() > kFarStitched;
+    if (whole_) return all_cells();
     const LinearForm form(surface_.corners(), from_);
     const End a = end(form, enter, middle_);
     piece(form, a, end(form, leave, a.known ? a.at : middle_), 0);
@@ -370,7 +372,7 @@ class Sweep {
   void cells(const SlabCoord& a, const SlabCoord& b, double pad, double alpha_pad) noexcept {
     const int n = surface_.intervals();
     const double x = a.u * n, y = a.v * n, dx = b.u * n - x, dy = b.v * n - y, rise = b.alpha - a.alpha;
-    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights) {
+    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
       // The line's part over the square.
       double from = 0, to = 1;
       if (!narrow(x, dx, at.i - pad, at.i + side + pad, from, to) ||
@@ -409,8 +411,8 @@ class Sweep {
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
   /// over a square is in the hull of eight corners. (Not so between sloping planes, where fibres lean.)
   void all_cells() noexcept {
-    squares([&](int level, GridPoint low, int side, const SampleBounds::Between& heights) {
-      const double n = surface_.intervals(), pad = surface_.stretch();
+    squares([&](int level, GridPoint low, int side, const SampleBounds::Between& heights, double pad) {
+      const double n = surface_.intervals();
       const auto [least, most] = range_over(heights, side);
       Box3d hull;
       for (const double i : {-pad, side + pad})
@@ -430,8 +432,8 @@ class Sweep {
     const double slope = (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * side / 2;
     return {heights.low - slope, heights.high + slope};
   }
-  /// Calls look(level, first sample, side, bounds) for the squares of the slab in hand, from the whole to the smallest;
-  /// where it says false, the square's parts are left out.
+  /// Calls look(level, first sample, side, bounds, how far beyond it its triangles may reach) for the squares of the
+  /// slab in hand, from the whole to the smallest; where it says false, the square's parts are left out.
   template <typename Look>
   void squares(Look&& look) noexcept {
     const int n = surface_.intervals(), stretch = surface_.stretch();
@@ -449,7 +451,8 @@ class Sweep {
       // Stitching draws corners along the slab's edges, to samples outside the square.
       const bool stitched = stretch > 0 && (i == 0 || j == 0 || low.i + low.j + 2 * side >= n);
       const SampleBounds::Between anything = {.low = 0, .high = 1, .slope_i = 0, .slope_j = 0};
-      if (!look(level, low, side, stitched ? anything : bounds.between(level, i, j)) || level == 0) continue;
+      const SampleBounds::Between heights = stitched ? anything : bounds.between(level, i, j);
+      if (!look(level, low, side, heights, stitched ? double(stretch) : 0.0) || level == 0) continue;
       const int along = bounds.squares(level - 1);
       for (int k = 3; k >= 0; --k)
         if (const Square part = {level - 1, 2 * i + (k & 1), 2 * j + (k >> 1)}; part.i + part.j < along)
@@ -483,6 +486,7 @@ class Sweep {
     found_ = {triangle, w, triangle.point(w)};
   }
 
+  static constexpr int kCoarse = 4, kFarStitched = 2;
   static constexpr int kHalvings = 6;
   static constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
 
