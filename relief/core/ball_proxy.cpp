@@ -1,6 +1,6 @@
 #include <relief/core/ball_proxy.h>
 #include <relief/core/half_spaces.h>
-#include <relief/core/near_surface.h>
+#include <relief/core/neighbourhood.h>
 #include <relief/core/pushed_side.h>
 
 #include <algorithm>
@@ -29,6 +29,7 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
+constexpr double kMargin = 0.2;     // of the radius
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -57,14 +58,20 @@ Vec3d area(const NearTriangle& t) noexcept {
 bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
 
 /// Finds what is nearer to a place than the radius and the skin, and the nearest within `far`.
-void look(MicroTriangles& surface, Vec3d at, double radius, double far, Around& found) noexcept {
-  const double near = radius * (1 + kSkin), near2 = near * near;
+void look(MicroTriangles& surface, detail::Neighbourhood& known, Vec3d at, double radius, double far,
+          Around& found) noexcept {
+  const double near = radius * (1 + kSkin), near2 = near * near, reach = std::max(near, far);
   found.count = 0;
-  double reach2 = std::max(near2, far * far);
-  detail::visit_near(surface, at, kFlat * radius, reach2, [&](const NearTriangle& t) noexcept {
+  double reach2 = reach * reach;
+  const auto visit = [&](const NearTriangle& t) noexcept {
     if (t.distance2 < near2) found.add(t);
     reach2 = std::max(near2, t.distance2);
-  });
+  };
+  if (!known.covers(at, reach)) known.gather(surface, at, reach + kMargin * radius, kFlat * radius);
+  if (known.covers(at, reach))
+    known.visit_near(at, reach2, visit);
+  else
+    detail::visit_near(surface, at, kFlat * radius, reach2, visit);
   found.nearest = std::sqrt(reach2);
   for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
 }
@@ -80,10 +87,7 @@ HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
 /// The triangle relative to another place, `from` further on.
 NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
   for (Vec3d& p : t.relative) p -= from;
-  const auto w = nearest_in_triangle({}, t.relative[0], t.relative[1], t.relative[2]);
-  t.nearest = t.relative[0] * w[0] + t.relative[1] * w[1] + t.relative[2] * w[2];
-  t.distance2 = dot(t.nearest, t.nearest);
-  return t;
+  return {t.slab, t.corners, t.relative};
 }
 
 /// How far a ball is driven into the surface.
@@ -174,7 +178,7 @@ class Mover {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
   void look_at(Vec3d at, double beyond_radius, Around& found) noexcept {
-    look(surface_, at, radius_, radius_ + beyond_radius, found);
+    look(surface_, known_, at, radius_, radius_ + beyond_radius, found);
     ++searches_;
   }
   void mind(double share) noexcept {
@@ -203,6 +207,7 @@ class Mover {
 
   static constexpr int kRoom = 3 * kMost;
   MicroTriangles& surface_;
+  detail::Neighbourhood known_;
   Vec3d centre_;
   double radius_;
   Around one_, other_;

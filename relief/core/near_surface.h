@@ -14,14 +14,26 @@ struct NearTriangle {
   SlabId slab = kNoSlab;
   std::array<GridPoint, 3> corners;
   std::array<Vec3d, 3> relative;  ///< the corners' positions relative to the point that was asked about
-  Vec3d nearest;                  ///< the triangle's own point nearest to that, relative to it
-  std::array<double, 3> weights;  ///< of the corners, there
+  std::array<double, 3> weights;  ///< of the corners, at the triangle's own point nearest to that
+  Vec3d nearest;                  ///< this point, relative to the one that was asked about
   double distance2 = 0;
+
+  NearTriangle() = default;
+  NearTriangle(SlabId s, const std::array<GridPoint, 3>& c, const std::array<Vec3d, 3>& p) noexcept
+      : slab(s),
+        corners(c),
+        relative(p),
+        weights(nearest_in_triangle({}, p[0], p[1], p[2])),
+        nearest(p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2]),
+        distance2(dot(nearest, nearest)) {}
 };
 
 /// A slab's grid relative to a point: P(i, j, alpha) = (a + b i + c j) + (d + e i + f j) alpha.
 class NearSlab {
  public:
+  using Corners = std::array<GridPoint, 3>;
+  using Places = std::array<Vec3d, 3>;
+
   /// `surface` has entered the slab. Squares between whose bounds there is no more than `flat` may count as flat, at
   /// the upper bound: the same ones for every point.
   NearSlab(MicroTriangles& surface, SlabId slab, Vec3d point, double flat) noexcept
@@ -44,9 +56,9 @@ class NearSlab {
     }
   }
 
-  /// Calls visit(NearTriangle) for each with distance2 < reach2, which visit may lower.
-  template <typename Visit>
-  void search(double& reach2, Visit&& visit) const noexcept {
+  /// Calls take(corners, positions) for triangles that may be nearer than the root of reach2, which take may lower.
+  template <typename Take>
+  void search(double& reach2, Take&& take) const noexcept {
     struct Number {
       int level, i, j;
     };
@@ -67,9 +79,9 @@ class NearSlab {
       }
       if (!square.near(reach)) continue;
       if (whole && !stitched && !pierced_ && 2 * square.off <= flat_) {
-        flat(square, {i0, j0}, side, reach2, visit);
+        flat(square, {i0, j0}, side, take);
       } else if (at.level == 0) {
-        triangles(square, i0, j0, stitched || pierced_, reach2, visit);
+        triangles(square, i0, j0, stitched || pierced_, reach2, take);
       } else {
         const int m = bounds_.squares(at.level - 1);
         for (int k = 0; k < 4; ++k) {
@@ -133,30 +145,18 @@ class NearSlab {
     }
   };
 
-  template <typename Visit>
-  void test(const std::array<GridPoint, 3>& corners, const std::array<Vec3d, 3>& p, double& reach2,
-            Visit&& visit) const noexcept {
-    const Vec3d area = cross(p[1] - p[0], p[2] - p[0]);
-    const double height = dot(p[0], area);
-    if (height * height >= reach2 * dot(area, area)) return;
-    const std::array<double, 3> w = nearest_in_triangle({}, p[0], p[1], p[2]);
-    const Vec3d nearest = p[0] * w[0] + p[1] * w[1] + p[2] * w[2];
-    const double distance2 = dot(nearest, nearest);
-    if (distance2 < reach2) visit(NearTriangle{slab_, corners, p, nearest, w, distance2});
-  }
-
-  template <typename Visit>
-  void flat(const Square& square, GridPoint low, int side, double& reach2, Visit&& visit) const noexcept {
+  template <typename Take>
+  void flat(const Square& square, GridPoint low, int side, Take&& take) const noexcept {
     const Vec3d centre = square.centre + fibre(low.i + square.half, low.j + square.half) * square.above;
     const Vec3d u = square.u * square.half, v = square.v * square.half;
     const GridPoint right = {low.i + side, low.j}, left = {low.i, low.j + side}, high = {low.i + side, low.j + side};
     const Vec3d at_right = centre + u - v, at_left = centre - u + v;
-    test({low, right, left}, {centre - u - v, at_right, at_left}, reach2, visit);
-    test({right, high, left}, {at_right, centre + u + v, at_left}, reach2, visit);
+    take(Corners{low, right, left}, Places{centre - u - v, at_right, at_left});
+    take(Corners{right, high, left}, Places{at_right, centre + u + v, at_left});
   }
 
-  template <typename Visit>
-  void triangles(const Square& square, int i0, int j0, bool changed, double& reach2, Visit&& visit) const noexcept {
+  template <typename Take>
+  void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
     const auto number = [&](GridPoint g) noexcept { return static_cast<std::size_t>((g.j - j0) * kRow + g.i - i0); };
     std::array<Vec3d, kRow * kRow> place;
@@ -171,17 +171,17 @@ class NearSlab {
     surface_.add_placed(kRow * (rows + 1));
     // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
     const double third = square.longest2() / 3;
-    const auto one = [&](std::array<GridPoint, 3> corners) noexcept {
+    const auto one = [&](Corners corners) noexcept {
       const auto [a, b, c] = std::array{number(corners[0]), number(corners[1]), number(corners[2])};
       if (!changed) {
         if (std::min({distance2[a], distance2[b], distance2[c]}) - third < reach2)
-          test(corners, {place[a], place[b], place[c]}, reach2, visit);
+          take(corners, Places{place[a], place[b], place[c]});
         return;
       }
       if (!surface_.stitch(corners)) return;
-      std::array<Vec3d, 3> p;
+      Places p;
       for (std::size_t k = 0; k < 3; ++k) p[k] = at(corners[k].i, corners[k].j, surface_.displacement(corners[k]));
-      test(corners, p, reach2, visit);
+      take(corners, p);
     };
     for (int j = j0; j < j0 + rows; ++j)
       for (int i = i0; i < i0 + kSide && i + j < n_; ++i) {
@@ -201,18 +201,32 @@ class NearSlab {
   bool pierced_ = false;
 };
 
+/// Calls take(slab, corners, their positions relative to the point) for each triangle that may be nearer to the point
+/// than the root of reach2, which take may lower; see visit_near().
+template <typename Take>
+void gather_near(MicroTriangles& surface, Vec3d point, double flat, double& reach2, Take&& take) noexcept {
+  surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(point) < reach2; },
+                            [&](SlabId s) {
+                              surface.enter(s);
+                              NearSlab(surface, s, point, flat).search(reach2, [&](const auto& corners, const auto& p) {
+                                take(s, corners, p);
+                              });
+                              return false;
+                            });
+}
+
 /// Calls visit(NearTriangle) for each triangle nearer to the point than the root of reach2, which visit may lower. The
 /// micro-triangles of a square between whose bounds there is no more than `flat` (model units) count as two. Cost: the
 /// slabs whose boxes are that near, a few squares each, and some 32 micro-triangles for a square that is near and not
 /// flat.
 template <typename Visit>
 void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach2, Visit&& visit) noexcept {
-  surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(point) < reach2; },
-                            [&](SlabId s) {
-                              surface.enter(s);
-                              NearSlab(surface, s, point, flat).search(reach2, visit);
-                              return false;
-                            });
+  gather_near(surface, point, flat, reach2, [&](SlabId slab, const auto& corners, const auto& p) {
+    const Vec3d area = cross(p[1] - p[0], p[2] - p[0]);
+    const double height = dot(p[0], area);
+    if (height * height >= reach2 * dot(area, area)) return;
+    if (const NearTriangle t(slab, corners, p); t.distance2 < reach2) visit(t);
+  });
 }
 
 /// Whether no micro-triangle is nearer to the point than `reach`. Cost: as visit_near(), up to the first that is.
