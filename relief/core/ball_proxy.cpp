@@ -57,25 +57,6 @@ Vec3d area(const NearTriangle& t) noexcept {
 /// Whether the point that was asked about lies on the triangle's inner side.
 bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
 
-/// Finds what is nearer to a place than the radius and the skin, and the nearest within `far`.
-void look(MicroTriangles& surface, detail::Neighbourhood& known, Vec3d at, double radius, double far,
-          Around& found) noexcept {
-  const double near = radius * (1 + kSkin), near2 = near * near, reach = std::max(near, far);
-  found.count = 0;
-  double reach2 = reach * reach;
-  const auto visit = [&](const NearTriangle& t) noexcept {
-    if (t.distance2 < near2) found.add(t);
-    reach2 = std::max(near2, t.distance2);
-  };
-  if (!known.covers(at, reach)) known.gather(surface, at, reach + kMargin * radius, kFlat * radius);
-  if (known.covers(at, reach))
-    known.visit_near(at, reach2, visit);
-  else
-    detail::visit_near(surface, at, kFlat * radius, reach2, visit);
-  found.nearest = std::sqrt(reach2);
-  for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
-}
-
 /// What place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to. One that
 /// is within the ball asks for a share of what it is too near.
 HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
@@ -112,9 +93,9 @@ bool is_behind(const Around& around, double radius) noexcept {
 /// The ball on its way.
 class Mover {
  public:
-  Mover(MicroTriangles& surface, Vec3d centre, double radius, double far) noexcept
-      : surface_(surface), centre_(centre), radius_(radius) {
-    look_at(centre_, far, *here_);
+  Mover(MicroTriangles& surface, detail::Neighbourhood& known, Vec3d centre, double radius, double far) noexcept
+      : surface_(surface), known_(known), centre_(centre), radius_(radius) {
+    look_at(centre_, radius + far, *here_);
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
@@ -154,7 +135,7 @@ class Mover {
       if (reach > 0) most = std::min(most, reach);
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
-      look_at(next, count_ == 0 ? length(goal - next) : 0, *there_);
+      look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
         continue;
@@ -177,9 +158,27 @@ class Mover {
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
-  void look_at(Vec3d at, double beyond_radius, Around& found) noexcept {
-    look(surface_, known_, at, radius_, radius_ + beyond_radius, found);
+  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, how far it is to the nearest,
+  /// or that it is farther than `far`.
+  void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
+    const double near = radius_ * (1 + kSkin), flat = kFlat * radius_;
+    double reach2 = near * near;
+    found.count = 0;
+    const auto add = [&](const NearTriangle& t) noexcept { found.add(t); };
+    // Once the ball itself leaves what is known, another list is worth its cost.
+    if (!known_.covers(at, near) && !known_.covers(centre_, near + 0.5 * kMargin * radius_))
+      known_.gather(surface_, at, near + kMargin * radius_, flat);
+    if (known_.covers(at, near))
+      known_.visit_near(at, reach2, add);
+    else
+      detail::visit_near(surface_, at, flat, reach2, add);
+    if (found.count == 0 && far > near) {
+      reach2 = far * far;
+      detail::visit_near(surface_, at, flat, reach2, [&](const NearTriangle& t) noexcept { reach2 = t.distance2; });
+    }
+    found.nearest = std::sqrt(reach2);
+    for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
   }
   void mind(double share) noexcept {
     count_ = 0;
@@ -207,7 +206,7 @@ class Mover {
 
   static constexpr int kRoom = 3 * kMost;
   MicroTriangles& surface_;
-  detail::Neighbourhood known_;
+  detail::Neighbourhood& known_;
   Vec3d centre_;
   double radius_;
   Around one_, other_;
@@ -217,6 +216,17 @@ class Mover {
 };
 
 }  // namespace
+
+BallProxy::BallProxy() : BallProxy(std::make_unique<detail::Neighbourhood>()) {}
+BallProxy::BallProxy(std::unique_ptr<detail::Neighbourhood> around) noexcept : around_(std::move(around)) {}
+BallProxy::BallProxy(BallProxy&&) noexcept = default;
+BallProxy& BallProxy::operator=(BallProxy&&) noexcept = default;
+BallProxy::~BallProxy() = default;
+
+void BallProxy::reset() noexcept {
+  around_->forget();
+  *this = BallProxy(std::move(around_));
+}
 
 bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
   MicroTriangles surface(model);
@@ -236,7 +246,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d move = cursor - last_, start = centre_;
   last_ = cursor;
   MicroTriangles surface(model);
-  Mover ball(surface, start, radius, held_ ? 0 : length(move));
+  if (other_model) around_->forget();
+  Mover ball(surface, *around_, start, radius, held_ ? 0 : length(move));
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {

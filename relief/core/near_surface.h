@@ -159,7 +159,7 @@ class NearSlab {
   void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
     const auto number = [&](GridPoint g) noexcept { return static_cast<std::size_t>((g.j - j0) * kRow + g.i - i0); };
-    std::array<Vec3d, kRow * kRow> place;
+    Vec3d place[kRow * kRow];
     std::array<double, kRow * kRow> distance2;
     const int rows = std::min(kSide, n_ - j0);
     for (int j = j0; j <= j0 + rows; ++j)
