@@ -129,19 +129,20 @@ class NearSlab {
     }
     /// Whether a micro-triangle may be nearer than `reach`.
     [[nodiscard]] bool near(double reach) const noexcept {
-      const double slack = reach + off;
+      const double slack2 = (reach + off) * (reach + off);
       const double u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), far2 = dot(centre, centre);
       // The corners are no farther from the centre than this.
-      const double round2 = half * half * (u2 + v2 + 2 * std::abs(uv));
-      if (far2 > slack * slack + round2 + 2 * slack * std::sqrt(round2)) return false;
+      const double round2 = half * half * (u2 + v2 + 2 * std::abs(uv)), over = far2 - slack2 - round2;
+      if (over > 0 && over * over > 4 * slack2 * round2) return false;
       const Vec3d n = cross(u, v);
-      const double n2 = dot(n, n), high = dot(centre, n);
+      const double n2 = dot(n, n), high = dot(centre, n), aside2 = slack2 * n2 - high * high;
       if (!(n2 > 0)) return true;
+      if (aside2 < 0) return false;
       // Along u and v, in parts of n2; how far outside.
       const double to_u = dot(centre, u), to_v = dot(centre, v);
       const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
       const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
-      return high * high + std::max(past_u * past_u / v2, past_v * past_v / u2) <= slack * slack * n2;
+      return past_u * past_u <= aside2 * v2 && past_v * past_v <= aside2 * u2;
     }
   };
 
@@ -158,24 +159,28 @@ class NearSlab {
   template <typename Take>
   void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
-    const auto number = [&](GridPoint g) noexcept { return static_cast<std::size_t>((g.j - j0) * kRow + g.i - i0); };
     Vec3d place[kRow * kRow];
-    std::array<double, kRow * kRow> distance2;
+    double distance2[kRow * kRow];
     const int rows = std::min(kSide, n_ - j0);
-    for (int j = j0; j <= j0 + rows; ++j)
-      for (int i = i0; i <= i0 + kSide && i + j <= n_; ++i) {
-        const std::size_t k = number({i, j});
-        place[k] = at(i, j, surface_.displacement({i, j}));
-        distance2[k] = dot(place[k], place[k]);
+    const auto columns = [&](int j) noexcept { return std::min(kSide, n_ - i0 - j0 - j); };
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i <= columns(j); ++i) {
+        const GridPoint p = {i0 + i, j0 + j};
+        const Vec3d there = at(p.i, p.j, surface_.displacement(p));
+        place[j * kRow + i] = there;
+        distance2[j * kRow + i] = dot(there, there);
       }
     surface_.add_placed(kRow * (rows + 1));
     // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
     const double third = square.longest2() / 3;
-    const auto one = [&](Corners corners) noexcept {
-      const auto [a, b, c] = std::array{number(corners[0]), number(corners[1]), number(corners[2])};
+    // The triangle at corner (i, j) of a cell, or with turn = 1 the one across from it.
+    const auto one = [&](int i, int j, int turn) noexcept {
+      const int a = j * kRow + i + turn, b = j * kRow + i + 1 + turn * kRow, c = j * kRow + i + kRow;
+      if (!changed && std::min({distance2[a], distance2[b], distance2[c]}) - third >= reach2) return;
+      const GridPoint g = {i0 + i, j0 + j};
+      Corners corners = {{{g.i + turn, g.j}, {g.i + 1, g.j + turn}, {g.i, g.j + 1}}};
       if (!changed) {
-        if (std::min({distance2[a], distance2[b], distance2[c]}) - third < reach2)
-          take(corners, Places{place[a], place[b], place[c]});
+        take(corners, Places{place[a], place[b], place[c]});
         return;
       }
       if (!surface_.stitch(corners)) return;
@@ -183,10 +188,10 @@ class NearSlab {
       for (std::size_t k = 0; k < 3; ++k) p[k] = at(corners[k].i, corners[k].j, surface_.displacement(corners[k]));
       take(corners, p);
     };
-    for (int j = j0; j < j0 + rows; ++j)
-      for (int i = i0; i < i0 + kSide && i + j < n_; ++i) {
-        one({{{i, j}, {i + 1, j}, {i, j + 1}}});
-        if (i + j + 1 < n_) one({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}});
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns(j); ++i) {
+        one(i, j, 0);
+        if (i0 + i + j0 + j + 1 < n_) one(i, j, 1);
       }
   }
 
