@@ -35,19 +35,21 @@ constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
   std::array<NearTriangle, kMost> triangles;
-  int count = 0;
+  std::array<double, kMost> distance2;  ///< of each of them
+  int count = 0, farthest = 0;
   double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
   }
-  void add(const NearTriangle& t) noexcept {
-    if (count < kMost) {
-      triangles[static_cast<std::size_t>(count++)] = t;
-      return;
-    }
-    const auto farthest = std::ranges::max_element(triangles, {}, &NearTriangle::distance2);
-    if (t.distance2 < farthest->distance2) *farthest = t;
+  /// `limit2`: what was looked for; comes down to the farthest where there is no more room.
+  void add(const NearTriangle& t, double& limit2) noexcept {
+    const auto place = static_cast<std::size_t>(count < kMost ? count++ : farthest);
+    triangles[place] = t;
+    distance2[place] = t.distance2;
+    if (count < kMost) return;
+    farthest = static_cast<int>(std::ranges::max_element(distance2) - distance2.begin());
+    limit2 = distance2[static_cast<std::size_t>(farthest)];
   }
 };
 
@@ -94,7 +96,7 @@ bool is_behind(const Around& around, double radius) noexcept {
 class Mover {
  public:
   Mover(MicroTriangles& surface, detail::Neighbourhood& known, Vec3d centre, double radius, double far) noexcept
-      : surface_(surface), known_(known), centre_(centre), radius_(radius) {
+      : surface_(surface), known_(known), start_(centre), centre_(centre), radius_(radius) {
     look_at(centre_, radius + far, *here_);
   }
 
@@ -103,6 +105,7 @@ class Mover {
   [[nodiscard]] int searches() const noexcept { return searches_; }
 
   void put_back(Vec3d centre) noexcept {
+    if (centre == centre_) return;
     centre_ = centre;
     look_at(centre_, 0, *here_);
   }
@@ -117,9 +120,12 @@ class Mover {
     const int work = surface_.placed() + kWork;
     Way way = {centre_};
     mind(share);
-    double stride = kStride * radius_, rest = kRest * radius_;
+    double stride = 0.5 * kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches && surface_.placed() < work) {
       const Vec3d target = goal - centre_;
+      // With what is most in the way at first, the rest takes little.
+      const auto first = spaces_.begin(), last = first + count_;
+      if (count_ > 0) std::iter_swap(first, std::ranges::min_element(first, last, {}, [&](const HalfSpace& s) { return s.room(target); }));
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
       if (!step && share > 0) {  // squeezed from two sides
         share = 0;
@@ -148,7 +154,7 @@ class Mover {
       way.settled = next == goal;
       if (way.settled) break;
       share = 0;
-      stride = kStride * radius_;
+      stride = std::min(2 * stride, kStride * radius_);
       mind(0);
     }
     return way;
@@ -162,23 +168,38 @@ class Mover {
   /// or that it is farther than `far`.
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
-    const double near = radius_ * (1 + kSkin), flat = kFlat * radius_;
-    double reach2 = near * near;
+    const double near = radius_ * (1 + kSkin);
+    const double wanted = far < radius_ * (1 + kMargin) ? std::max(near, far) : near;
+    if (!known_.covers(at, wanted)) learn(at, near);
     found.count = 0;
-    const auto add = [&](const NearTriangle& t) noexcept { found.add(t); };
-    // Once the ball itself leaves what is known, another list is worth its cost.
-    if (!known_.covers(at, near) && !known_.covers(centre_, near + 0.5 * kMargin * radius_))
-      known_.gather(surface_, at, near + kMargin * radius_, flat);
-    if (known_.covers(at, near))
-      known_.visit_near(at, reach2, add);
-    else
-      detail::visit_near(surface_, at, flat, reach2, add);
-    if (found.count == 0 && far > near) {
+    double reach2 = near * near;
+    visit(at, near, reach2, [&](const NearTriangle& t) noexcept { found.add(t, reach2); });
+    if (found.count > 0) {
+      const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
+      found.nearest = std::sqrt(*std::ranges::min_element(all));
+      return;
+    }
+    if (far > near) {
       reach2 = far * far;
-      detail::visit_near(surface_, at, flat, reach2, [&](const NearTriangle& t) noexcept { reach2 = t.distance2; });
+      visit(at, far, reach2, [&](const NearTriangle& t) noexcept { reach2 = t.distance2; });
     }
     found.nearest = std::sqrt(reach2);
-    for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
+  }
+  /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will hardly
+  /// look there again.
+  void learn(Vec3d at, double near) noexcept {
+    const double margin = kMargin * radius_;
+    if (const Vec3d middle = (start_ + at) * 0.5; length(at - start_) < 1.6 * margin)
+      known_.gather(surface_, middle, near + margin, kFlat * radius_);
+    else if (!known_.covers(centre_, near))
+      known_.gather(surface_, at, near + margin, kFlat * radius_);
+  }
+  template <typename Visit>
+  void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
+    if (known_.covers(at, reach))
+      known_.visit_near(at, reach2, visit);
+    else
+      detail::visit_near(surface_, at, kFlat * radius_, reach2, visit);
   }
   void mind(double share) noexcept {
     count_ = 0;
@@ -207,7 +228,7 @@ class Mover {
   static constexpr int kRoom = 3 * kMost;
   MicroTriangles& surface_;
   detail::Neighbourhood& known_;
-  Vec3d centre_;
+  Vec3d start_, centre_;
   double radius_;
   Around one_, other_;
   Around *here_ = &one_, *there_ = &other_;
@@ -273,7 +294,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool free = rest == Vec3d{};
     if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || !round)) {
-      if (within != ball.centre()) ball.put_back(within);
+      ball.put_back(within);
       const Vec3d now = within - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     } else {

@@ -41,8 +41,8 @@ class Neighbourhood {
   template <typename Visit>
   void visit_near(Vec3d point, double& reach2, Visit&& visit) const noexcept {
     const Vec3f at = to_float((point - centre_) * scale_);
-    const auto most2 = static_cast<float>(reach2 * scale_ * scale_) + kSlack;
-    for (std::size_t k = 0; k < count_; k += kLanes)
+    for (std::size_t k = 0; k < count_; k += kLanes) {
+      const auto most2 = static_cast<float>(reach2 * scale_ * scale_) + kSlack;
       for (unsigned near = may_be_near(bounds_[k / kLanes], at, most2); near != 0; near &= near - 1) {
         const Triangle& found = triangles_[k + static_cast<std::size_t>(std::countr_zero(near))];
         const Vec3d from = point - centre_;
@@ -50,6 +50,7 @@ class Neighbourhood {
                              {found.places[0] - from, found.places[1] - from, found.places[2] - from});
         if (t.distance2 < reach2) visit(t);
       }
+    }
   }
 
  private:
