@@ -18,6 +18,7 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
+constexpr int kFew = 16;
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
@@ -37,19 +38,24 @@ struct Around {
   std::array<NearTriangle, kMost> triangles;
   std::array<double, kMost> distance2;  ///< of each of them
   int count = 0, farthest = 0;
+  bool deep = false;
   double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
   }
-  /// `limit2`: what was looked for; comes down to the farthest where there is no more room.
-  void add(const NearTriangle& t, double& limit2) noexcept {
-    const auto place = static_cast<std::size_t>(count < kMost ? count++ : farthest);
+  /// Where one is nearer than the root of deep2, a few are enough. `limit2`: what was looked for; comes down to the
+  /// farthest where there is no more room.
+  void add(const NearTriangle& t, double deep2, double& limit2) noexcept {
+    deep = deep || t.distance2 < deep2;
+    const int most = deep ? kFew : kMost;
+    const auto place = static_cast<std::size_t>(count < most ? count++ : farthest);
     triangles[place] = t;
     distance2[place] = t.distance2;
-    if (count < kMost) return;
-    farthest = static_cast<int>(std::ranges::max_element(distance2) - distance2.begin());
-    limit2 = distance2[static_cast<std::size_t>(farthest)];
+    if (count < most) return;
+    const auto all = std::span(distance2).first(static_cast<std::size_t>(count));
+    farthest = static_cast<int>(std::ranges::max_element(all) - all.begin());
+    limit2 = all[static_cast<std::size_t>(farthest)];
   }
 };
 
@@ -172,8 +178,10 @@ class Mover {
     const double wanted = far < radius_ * (1 + kMargin) ? std::max(near, far) : near;
     if (!known_.covers(at, wanted)) learn(at, near);
     found.count = 0;
+    found.deep = false;
+    const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
-    visit(at, near, reach2, [&](const NearTriangle& t) noexcept { found.add(t, reach2); });
+    visit(at, near, reach2, [&](const NearTriangle& t) noexcept { found.add(t, deep2, reach2); });
     if (found.count > 0) {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
       found.nearest = std::sqrt(*std::ranges::min_element(all));
