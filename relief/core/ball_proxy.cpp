@@ -30,7 +30,7 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
-constexpr double kMargin = 0.2;     // of the radius
+constexpr double kMargin = 0.3;     // of the radius
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.

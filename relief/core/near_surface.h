@@ -159,28 +159,31 @@ class NearSlab {
   template <typename Take>
   void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
-    Vec3d place[kRow * kRow];
-    double distance2[kRow * kRow];
+    // Number by number: as vectors they are stored and loaded in pieces of different size, which stalls.
+    constexpr std::size_t kPlaces = kRow * kRow;
+    std::array<double, kPlaces> x, y, z, distance2;
     const int rows = std::min(kSide, n_ - j0);
     const auto columns = [&](int j) noexcept { return std::min(kSide, n_ - i0 - j0 - j); };
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i <= columns(j); ++i) {
         const GridPoint p = {i0 + i, j0 + j};
+        const auto k = static_cast<std::size_t>(j * kRow + i);
         const Vec3d there = at(p.i, p.j, surface_.displacement(p));
-        place[j * kRow + i] = there;
-        distance2[j * kRow + i] = dot(there, there);
+        x[k] = there.x, y[k] = there.y, z[k] = there.z;
+        distance2[k] = dot(there, there);
       }
     surface_.add_placed(kRow * (rows + 1));
     // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
     const double third = square.longest2() / 3;
     // The triangle at corner (i, j) of a cell, or with turn = 1 the one across from it.
     const auto one = [&](int i, int j, int turn) noexcept {
-      const int a = j * kRow + i + turn, b = j * kRow + i + 1 + turn * kRow, c = j * kRow + i + kRow;
+      const auto a = static_cast<std::size_t>(j * kRow + i + turn), c = static_cast<std::size_t>(j * kRow + i + kRow);
+      const auto b = static_cast<std::size_t>(j * kRow + i + 1 + turn * kRow);
       if (!changed && std::min({distance2[a], distance2[b], distance2[c]}) - third >= reach2) return;
       const GridPoint g = {i0 + i, j0 + j};
       Corners corners = {{{g.i + turn, g.j}, {g.i + 1, g.j + turn}, {g.i, g.j + 1}}};
       if (!changed) {
-        take(corners, Places{place[a], place[b], place[c]});
+        take(corners, Places{{{x[a], y[a], z[a]}, {x[b], y[b], z[b]}, {x[c], y[c], z[c]}}});
         return;
       }
       if (!surface_.stitch(corners)) return;

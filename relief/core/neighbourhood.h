@@ -15,7 +15,7 @@ namespace relief::detail {
 /// be near.
 class Neighbourhood {
  public:
-  static constexpr std::size_t kMost = 512;
+  static constexpr std::size_t kMost = 1024;
 
   /// Makes the list anew. Where there are more than kMost it covers nothing. `flat`: see visit_near().
   void gather(MicroTriangles& surface, Vec3d centre, double reach, double flat) noexcept {
@@ -91,11 +91,12 @@ class Neighbourhood {
   [[nodiscard]] bool add(SlabId slab, const std::array<GridPoint, 3>& corners, const std::array<Vec3d, 3>& p) noexcept {
     const Vec3d middle = (p[0] + p[1] + p[2]) * (1.0 / 3), area = cross(p[1] - p[0], p[2] - p[0]);
     const double area2 = dot(area, area), to_plane = dot(middle, area), far2 = dot(middle, middle);
-    if (to_plane * to_plane >= reach_ * reach_ * area2 && area2 > 0) return true;
     double radius2 = 0;
     for (const Vec3d corner : p) radius2 = std::max(radius2, dot(corner - middle, corner - middle));
-    const double over = far2 - reach_ * reach_ - radius2;
-    if (over > 0 && over * over > 4 * reach_ * reach_ * radius2) return true;
+    const double most2 = reach_ * reach_, over = far2 - most2 - radius2;
+    const bool past_plane = (to_plane * to_plane >= most2 * area2) & (area2 > 0);
+    const bool past_rim = (over > 0) & (over * over > 4 * most2 * radius2);
+    if (past_plane | past_rim) return true;
     if (count_ == kMost) return false;
     const bool small = radius2 < reach_ * reach_;
     bound(count_, small ? middle * scale_ : Vec3d{}, small && area2 > 0 ? area / std::sqrt(area2) : Vec3d{},
