@@ -30,7 +30,7 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
-constexpr double kMargin = 0.3;     // of the radius
+constexpr double kMargin = 0.4;     // of the radius
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -175,7 +175,7 @@ class Mover {
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
     const double near = radius_ * (1 + kSkin);
-    const double wanted = far < radius_ * (1 + kMargin) ? std::max(near, far) : near;
+    const double wanted = far < near + margin() ? std::max(near, far) : near;
     if (!known_.covers(at, wanted)) learn(at, near);
     found.count = 0;
     found.deep = false;
@@ -193,14 +193,14 @@ class Mover {
     }
     found.nearest = std::sqrt(reach2);
   }
+  /// How much farther than the radius and the skin the list goes that may be made next.
+  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * known_.share(); }
   /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will hardly
   /// look there again.
   void learn(Vec3d at, double near) noexcept {
-    const double margin = kMargin * radius_;
-    if (const Vec3d middle = (start_ + at) * 0.5; length(at - start_) < 1.6 * margin)
-      known_.gather(surface_, middle, near + margin, kFlat * radius_);
-    else if (!known_.covers(centre_, near))
-      known_.gather(surface_, at, near + margin, kFlat * radius_);
+    const bool both = length(at - start_) < 1.6 * margin();
+    if (!both && known_.covers(centre_, near)) return;
+    known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near, near + kMargin * radius_, kFlat * radius_);
   }
   template <typename Visit>
   void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
