@@ -62,7 +62,7 @@ class Neighbourhood {
 
  private:
   static constexpr std::size_t kLanes = 4;
-  static constexpr std::size_t kMost = 512, kEnough = 200;
+  static constexpr std::size_t kMost = 512, kEnough = 260;
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
   static constexpr float kSlack = 1e-5F;  // of the reach squared: above what floats round
 
