@@ -98,11 +98,27 @@ bool is_behind(const Around& around, double radius) noexcept {
   return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
 }
 
+/// What a ball keeps, and what it works with in a tick.
+struct Room {
+  static constexpr std::size_t kSpaces = 3 * kMost;
+  detail::Neighbourhood list;
+  std::array<Around, 3> around;
+  std::array<HalfSpace, kSpaces> spaces;
+};
+
 /// The ball on its way.
 class Mover {
  public:
-  Mover(MicroTriangles& surface, detail::Neighbourhood& known, Vec3d centre, double radius, double far) noexcept
-      : surface_(surface), known_(known), start_(centre), centre_(centre), radius_(radius) {
+  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far) noexcept
+      : surface_(surface),
+        known_(room.list),
+        spaces_(room.spaces),
+        start_(centre),
+        centre_(centre),
+        radius_(radius),
+        here_(&room.around[0]),
+        there_(&room.around[1]),
+        spare_(&room.around[2]) {
     look_at(centre_, radius + far, *here_);
   }
 
@@ -112,8 +128,11 @@ class Mover {
 
   void put_back(Vec3d centre) noexcept {
     if (centre == centre_) return;
+    if (centre == start_)
+      std::swap(here_, spare_);
+    else
+      look_at(centre, 0, *there_), arrive(centre);
     centre_ = centre;
-    look_at(centre_, 0, *here_);
   }
 
   struct Way {
@@ -152,8 +171,7 @@ class Mover {
         stride = std::max(0.5 * stride, kSkin * radius_);
         continue;
       }
-      centre_ = next;
-      std::swap(here_, there_);
+      arrive(next);
       if (reach > 0) way.within = next;
       reach -= std::min(wanted, most);
       rest = std::max(rest, kEnough * wanted);
@@ -167,6 +185,12 @@ class Mover {
   }
 
  private:
+  /// Takes what was found there for what is here; what was found at the start is spared.
+  void arrive(Vec3d centre) noexcept {
+    std::swap(here_, there_);
+    if (centre_ == start_) std::swap(there_, spare_);
+    centre_ = centre;
+  }
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
@@ -228,33 +252,33 @@ class Mover {
       const HalfSpace space = beyond(here, radius_, share);
       if (space.room(step) >= -2 * kSlack * radius_) continue;
       barred = true;
-      if (count_ < kRoom) spaces_[static_cast<std::size_t>(count_++)] = space;
+      if (count_ < static_cast<int>(Room::kSpaces)) spaces_[static_cast<std::size_t>(count_++)] = space;
     }
     return barred;
   }
 
-  static constexpr int kRoom = 3 * kMost;
   MicroTriangles& surface_;
   detail::Neighbourhood& known_;
+  std::span<HalfSpace, Room::kSpaces> spaces_;
   Vec3d start_, centre_;
   double radius_;
-  Around one_, other_;
-  Around *here_ = &one_, *there_ = &other_;
-  std::array<HalfSpace, kRoom> spaces_;
+  Around *here_, *there_, *spare_;
   int count_ = 0, searches_ = 0;
 };
 
 }  // namespace
 
-BallProxy::BallProxy() : BallProxy(std::make_unique<detail::Neighbourhood>()) {}
-BallProxy::BallProxy(std::unique_ptr<detail::Neighbourhood> around) noexcept : around_(std::move(around)) {}
+struct BallProxy::Memory : Room {};
+
+BallProxy::BallProxy() : BallProxy(std::make_unique<Memory>()) {}
+BallProxy::BallProxy(std::unique_ptr<Memory> memory) noexcept : memory_(std::move(memory)) {}
 BallProxy::BallProxy(BallProxy&&) noexcept = default;
 BallProxy& BallProxy::operator=(BallProxy&&) noexcept = default;
 BallProxy::~BallProxy() = default;
 
 void BallProxy::reset() noexcept {
-  around_->forget();
-  *this = BallProxy(std::move(around_));
+  memory_->list.forget();
+  *this = BallProxy(std::move(memory_));
 }
 
 bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
@@ -275,8 +299,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d move = cursor - last_, start = centre_;
   last_ = cursor;
   MicroTriangles surface(model);
-  if (other_model) around_->forget();
-  Mover ball(surface, *around_, start, radius, held_ ? 0 : length(move));
+  if (other_model) memory_->list.forget();
+  Mover ball(surface, *memory_, start, radius, held_ ? 0 : length(move));
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {

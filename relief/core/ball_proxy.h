@@ -7,10 +7,6 @@
 
 namespace relief {
 
-namespace detail {
-class Neighbourhood;
-}
-
 /// The ball of one spherical tip: a god-object (Zilles and Salisbury 1995) with a radius. Its centre goes towards the
 /// cursor as long as no micro-triangle comes nearer than the radius, and then along the micro-triangles that it
 /// touches, to a place around which none is nearer to the cursor; so it keeps to the side from which the cursor came,
@@ -60,9 +56,10 @@ class BallProxy {
   [[nodiscard]] double grown() const noexcept { return grown_; }
 
  private:
-  explicit BallProxy(std::unique_ptr<detail::Neighbourhood> around) noexcept;
+  struct Memory;
+  explicit BallProxy(std::unique_ptr<Memory> memory) noexcept;
 
-  std::unique_ptr<detail::Neighbourhood> around_;  ///< the list, in memory that is kept for good
+  std::unique_ptr<Memory> memory_;  ///< the list, and room to work in
   bool known_ = false, held_ = false, lost_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick
