@@ -19,6 +19,7 @@ using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
 constexpr int kFew = 16;
+constexpr int kListing = 3;
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
@@ -141,12 +142,12 @@ class Mover {
   };
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share.
   Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
-    searches += searches_;
+    searches += cost_;
     const int work = surface_.placed() + kWork;
     Way way = {centre_};
     mind(share);
     double stride = 0.5 * kStride * radius_, rest = kRest * radius_;
-    while (searches_ < searches && surface_.placed() < work) {
+    while (cost_ < searches && surface_.placed() < work) {
       const Vec3d target = goal - centre_;
       // With what is most in the way at first, the rest takes little.
       const auto first = spaces_.begin(), last = first + count_;
@@ -198,6 +199,7 @@ class Mover {
   /// or that it is farther than `far`.
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
+    ++cost_;
     const double near = radius_ * (1 + kSkin);
     const double wanted = far < near + margin() ? std::max(near, far) : near;
     if (!known_.covers(at, wanted)) learn(at, near);
@@ -224,6 +226,7 @@ class Mover {
   void learn(Vec3d at, double near) noexcept {
     const bool both = length(at - start_) < 1.6 * margin();
     if (!both && known_.covers(centre_, near)) return;
+    cost_ += kListing;
     known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near, near + kMargin * radius_, kFlat * radius_);
   }
   template <typename Visit>
@@ -263,7 +266,7 @@ class Mover {
   Vec3d start_, centre_;
   double radius_;
   Around *here_, *there_, *spare_;
-  int count_ = 0, searches_ = 0;
+  int count_ = 0, searches_ = 0, cost_ = 0;
 };
 
 }  // namespace
