@@ -167,6 +167,7 @@ class Mover {
       if (reach > 0) most = std::min(most, reach);
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
+      if (cost_ + kListing >= searches && near_start(next) && !known_.covers(next, near())) break;
       look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
@@ -200,9 +201,9 @@ class Mover {
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
     ++cost_;
-    const double near = radius_ * (1 + kSkin);
+    const double near = this->near();
     const double wanted = far < near + margin() ? std::max(near, far) : near;
-    if (!known_.covers(at, wanted)) learn(at, near);
+    if (!known_.covers(at, wanted)) learn(at);
     found.count = 0;
     found.deep = false;
     const double deep2 = radius_ * radius_ * (1 - kSkin);
@@ -219,15 +220,19 @@ class Mover {
     }
     found.nearest = std::sqrt(reach2);
   }
-  /// How much farther than the radius and the skin the list goes that may be made next.
+  /// How far a look goes.
+  [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
+  /// How much farther the list goes that may be made next.
   [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * known_.share(); }
+  /// Whether one list holds what is around a place and around the start.
+  [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will hardly
   /// look there again.
-  void learn(Vec3d at, double near) noexcept {
-    const bool both = length(at - start_) < 1.6 * margin();
-    if (!both && known_.covers(centre_, near)) return;
+  void learn(Vec3d at) noexcept {
+    const bool both = near_start(at);
+    if (!both && known_.covers(centre_, near())) return;
     cost_ += kListing;
-    known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near, near + kMargin * radius_, kFlat * radius_);
+    known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near(), near() + kMargin * radius_, kFlat * radius_);
   }
   template <typename Visit>
   void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
