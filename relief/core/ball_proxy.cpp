@@ -18,8 +18,8 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
-constexpr int kFew = 16;
-constexpr int kListing = 3;
+constexpr int kFew = 16;            // of those that the ball is in
+constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
@@ -31,7 +31,7 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
-constexpr double kMargin = 0.4;     // of the radius
+constexpr double kMargin = 0.4;     // of the radius: how much farther than a look a list goes at most
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -39,7 +39,7 @@ struct Around {
   std::array<NearTriangle, kMost> triangles;
   std::array<double, kMost> distance2;  ///< of each of them
   int count = 0, farthest = 0;
-  bool deep = false;
+  bool deep = false;           ///< the ball is in one of them
   double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
@@ -129,11 +129,13 @@ class Mover {
 
   void put_back(Vec3d centre) noexcept {
     if (centre == centre_) return;
-    if (centre == start_)
+    if (centre == start_) {
       std::swap(here_, spare_);
-    else
-      look_at(centre, 0, *there_), arrive(centre);
-    centre_ = centre;
+      centre_ = centre;
+    } else {
+      look_at(centre, 0, *there_);
+      arrive(centre);
+    }
   }
 
   struct Way {
@@ -142,16 +144,17 @@ class Mover {
   };
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share.
   Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
-    searches += cost_;
+    searches += searches_;
     const int work = surface_.placed() + kWork;
     Way way = {centre_};
     mind(share);
-    double stride = 0.5 * kStride * radius_, rest = kRest * radius_;
-    while (cost_ < searches && surface_.placed() < work) {
+    double stride = kStride * radius_, rest = kRest * radius_;
+    while (searches_ < searches && surface_.placed() < work) {
       const Vec3d target = goal - centre_;
       // With what is most in the way at first, the rest takes little.
-      const auto first = spaces_.begin(), last = first + count_;
-      if (count_ > 0) std::iter_swap(first, std::ranges::min_element(first, last, {}, [&](const HalfSpace& s) { return s.room(target); }));
+      const auto in_the_way = [&](const HalfSpace& s) noexcept { return s.room(target); };
+      const auto minded = spaces_.first(static_cast<std::size_t>(count_));
+      if (count_ > 0) std::iter_swap(minded.begin(), std::ranges::min_element(minded, {}, in_the_way));
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
       if (!step && share > 0) {  // squeezed from two sides
         share = 0;
@@ -167,7 +170,8 @@ class Mover {
       if (reach > 0) most = std::min(most, reach);
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
-      if (cost_ + kListing >= searches && near_start(next) && !known_.covers(next, near())) break;
+      // Late in a tick, what takes another list can wait for the next.
+      if (searches_ + kListing >= searches && near_start(next) && !too_many_ && !known_.covers(next, near())) break;
       look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
@@ -196,13 +200,11 @@ class Mover {
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
-  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, how far it is to the nearest,
-  /// or that it is farther than `far`.
+  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, how far it is to the
+  /// nearest, or that it is farther than `far`.
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
-    ++cost_;
-    const double near = this->near();
-    const double wanted = far < near + margin() ? std::max(near, far) : near;
+    const double near = this->near(), wanted = far < near + margin() ? std::max(near, far) : near;
     if (!known_.covers(at, wanted)) learn(at);
     found.count = 0;
     found.deep = false;
@@ -226,13 +228,13 @@ class Mover {
   [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * known_.share(); }
   /// Whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
-  /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will hardly
-  /// look there again.
+  /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will
+  /// hardly look there again.
   void learn(Vec3d at) noexcept {
     const bool both = near_start(at);
-    if (!both && known_.covers(centre_, near())) return;
-    cost_ += kListing;
+    if (too_many_ || (!both && known_.covers(centre_, near()))) return;
     known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near(), near() + kMargin * radius_, kFlat * radius_);
+    too_many_ = !known_.covers(at, near());
   }
   template <typename Visit>
   void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
@@ -271,7 +273,8 @@ class Mover {
   Vec3d start_, centre_;
   double radius_;
   Around *here_, *there_, *spare_;
-  int count_ = 0, searches_ = 0, cost_ = 0;
+  int count_ = 0, searches_ = 0;
+  bool too_many_ = false;  ///< for a list
 };
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace relief {
 /// however deep that goes, and rests in creases on both sides of them. Each step is a projection onto half-spaces:
 /// around each triangle, the one beyond the plane that touches the radius around the triangle's point nearest to the
 /// centre. Their intersection is free of the surface and convex, so that the straight way to any place in it is free.
-/// Cost per tick: a few looks around the centre, at most kSearches and one, whatever the number of triangles. They share a
-/// list of what is near, which is found anew where the centre or the model is another.
+/// Cost per tick: a few looks around the centre, at most kSearches and one, whatever the number of triangles. They
+/// share a list of what is near, which is found anew where the centre or the model is another.
 class BallProxy {
  public:
   using Ease = Proxy::Ease;

@@ -41,12 +41,15 @@ class NearSlab {
         slab_(slab),
         n_(surface.intervals()),
         bounds_(surface.model().tile(Layer::Displacement, slab).bounds()),
-        flat_(flat) {
-    const LinearForm form(surface.corners(), point);
-    const double step = 1.0 / n_;
-    a_ = form.a, b_ = form.b * step, c_ = form.c * step;
-    d_ = form.d, e_ = form.e * step, f_ = form.f * step;
-    const Vec3d second = form.d + form.e, third = form.d + form.f;
+        flat_(flat),
+        step_(1.0 / n_),
+        a_(surface.corners().inner[0] - point),
+        b_((surface.corners().inner[1] - surface.corners().inner[0]) * step_),
+        c_((surface.corners().inner[2] - surface.corners().inner[0]) * step_),
+        d_(surface.corners().fibre(0)),
+        e_((surface.corners().fibre(1) - d_) * step_),
+        f_((surface.corners().fibre(2) - d_) * step_) {
+    const Vec3d second = surface.corners().fibre(1), third = surface.corners().fibre(2);
     thickest_ = std::sqrt(std::max({dot(d_, d_), dot(second, second), dot(third, third)}));
     widening_ = length(e_) + length(f_);
     stretch_ = surface.stretch();
@@ -202,7 +205,7 @@ class NearSlab {
   SlabId slab_;
   int n_;
   const SampleBounds& bounds_;
-  double flat_;
+  double flat_, step_;
   Vec3d a_, b_, c_, d_, e_, f_;
   double thickest_, widening_;
   int stretch_;

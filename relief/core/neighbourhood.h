@@ -31,7 +31,7 @@ class Neighbourhood {
     });
     // The last four are filled up with what is never near.
     for (std::size_t k = count_; k % kLanes != 0; ++k) bounds_[k / kLanes].set(k % kLanes, {3, 0, 0}, {1, 0, 0}, 0);
-    if (count_ > kEnough) share_ *= 0.8;
+    if (count_ > kEnough) share_ = std::max(0.8 * share_, kLeastShare);
     if (count_ < kEnough / 2) share_ = std::min(1.25 * share_, 1.0);
   }
   void forget() noexcept {
@@ -64,7 +64,7 @@ class Neighbourhood {
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kMost = 512, kEnough = 260;
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
-  static constexpr float kSlack = 1e-5F;  // of the reach squared: above what floats round
+  static constexpr float kSlack = 1e-5F;                     // of the reach squared: above what floats round
 
   struct Triangle {
     SlabId slab;
@@ -89,8 +89,8 @@ class Neighbourhood {
     const Four x = d.x.all() - at.x, y = d.y.all() - at.y, z = d.z.all() - at.z, r2 = d.radius2.all();
     const Four far2 = x * x + y * y + z * z, height = x * d.nx.all() + y * d.ny.all() + z * d.nz.all();
     const Four height2 = height * height, aside2 = far2 - height2, over = far2 + r2 - most2;
-    const FourMask far = (height2 > most2) | ((aside2 > r2 + kSlack) & (over > 0) &
-                                              (over * over > 4 * r2 * (aside2 + kSlack)));
+    const FourMask far =
+        (height2 > most2) | ((aside2 > r2 + kSlack) & (over > 0) & (over * over > 4 * r2 * (aside2 + kSlack)));
     return ~bits_of(far) & 15U;
   }
 
