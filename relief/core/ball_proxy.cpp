@@ -18,7 +18,7 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
-constexpr int kFew = 16;            // of those that the ball is in
+constexpr int kFew = 10;            // of those that the ball is in
 constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
