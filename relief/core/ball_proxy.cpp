@@ -1,6 +1,6 @@
 #include <relief/core/ball_proxy.h>
 #include <relief/core/half_spaces.h>
-#include <relief/core/near_surface.h>
+#include <relief/core/neighbourhood.h>
 #include <relief/core/pushed_side.h>
 
 #include <algorithm>
@@ -18,6 +18,8 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
+constexpr int kFew = 10;            // of those that the ball is in
+constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
@@ -29,24 +31,32 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
+constexpr double kMargin = 0.4;     // of the radius: how much farther than a look a list goes at most
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
   std::array<NearTriangle, kMost> triangles;
-  int count = 0;
+  std::array<double, kMost> distance2;  ///< of each of them
+  int count = 0, farthest = 0;
+  bool deep = false;           ///< the ball is in one of them
   double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
   }
-  void add(const NearTriangle& t) noexcept {
-    if (count < kMost) {
-      triangles[static_cast<std::size_t>(count++)] = t;
-      return;
-    }
-    const auto farthest = std::ranges::max_element(triangles, {}, &NearTriangle::distance2);
-    if (t.distance2 < farthest->distance2) *farthest = t;
+  /// Where one is nearer than the root of deep2, a few are enough. `limit2`: what was looked for; comes down to the
+  /// farthest where there is no more room.
+  void add(const NearTriangle& t, double deep2, double& limit2) noexcept {
+    deep = deep || t.distance2 < deep2;
+    const int most = deep ? kFew : kMost;
+    const auto place = static_cast<std::size_t>(count < most ? count++ : farthest);
+    triangles[place] = t;
+    distance2[place] = t.distance2;
+    if (count < most) return;
+    const auto all = std::span(distance2).first(static_cast<std::size_t>(count));
+    farthest = static_cast<int>(std::ranges::max_element(all) - all.begin());
+    limit2 = all[static_cast<std::size_t>(farthest)];
   }
 };
 
@@ -55,19 +65,6 @@ Vec3d area(const NearTriangle& t) noexcept {
 }
 /// Whether the point that was asked about lies on the triangle's inner side.
 bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
-
-/// Finds what is nearer to a place than the radius and the skin, and the nearest within `far`.
-void look(MicroTriangles& surface, Vec3d at, double radius, double far, Around& found) noexcept {
-  const double near = radius * (1 + kSkin), near2 = near * near;
-  found.count = 0;
-  double reach2 = std::max(near2, far * far);
-  detail::visit_near(surface, at, kFlat * radius, reach2, [&](const NearTriangle& t) noexcept {
-    if (t.distance2 < near2) found.add(t);
-    reach2 = std::max(near2, t.distance2);
-  });
-  found.nearest = std::sqrt(reach2);
-  for (const NearTriangle& t : found.all()) found.nearest = std::min(found.nearest, std::sqrt(t.distance2));
-}
 
 /// What place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to. One that
 /// is within the ball asks for a share of what it is too near.
@@ -80,10 +77,7 @@ HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
 /// The triangle relative to another place, `from` further on.
 NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
   for (Vec3d& p : t.relative) p -= from;
-  const auto w = nearest_in_triangle({}, t.relative[0], t.relative[1], t.relative[2]);
-  t.nearest = t.relative[0] * w[0] + t.relative[1] * w[1] + t.relative[2] * w[2];
-  t.distance2 = dot(t.nearest, t.nearest);
-  return t;
+  return {t.slab, t.corners, t.relative};
 }
 
 /// How far a ball is driven into the surface.
@@ -105,12 +99,28 @@ bool is_behind(const Around& around, double radius) noexcept {
   return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
 }
 
+/// What a ball keeps, and what it works with in a tick.
+struct Room {
+  static constexpr std::size_t kSpaces = 3 * kMost;
+  detail::Neighbourhood list;
+  std::array<Around, 3> around;
+  std::array<HalfSpace, kSpaces> spaces;
+};
+
 /// The ball on its way.
 class Mover {
  public:
-  Mover(MicroTriangles& surface, Vec3d centre, double radius, double far) noexcept
-      : surface_(surface), centre_(centre), radius_(radius) {
-    look_at(centre_, far, *here_);
+  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far) noexcept
+      : surface_(surface),
+        known_(room.list),
+        spaces_(room.spaces),
+        start_(centre),
+        centre_(centre),
+        radius_(radius),
+        here_(&room.around[0]),
+        there_(&room.around[1]),
+        spare_(&room.around[2]) {
+    look_at(centre_, radius + far, *here_);
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
@@ -118,8 +128,14 @@ class Mover {
   [[nodiscard]] int searches() const noexcept { return searches_; }
 
   void put_back(Vec3d centre) noexcept {
-    centre_ = centre;
-    look_at(centre_, 0, *here_);
+    if (centre == centre_) return;
+    if (centre == start_) {
+      std::swap(here_, spare_);
+      centre_ = centre;
+    } else {
+      look_at(centre, 0, *there_);
+      arrive(centre);
+    }
   }
 
   struct Way {
@@ -135,6 +151,10 @@ class Mover {
     double stride = kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches && surface_.placed() < work) {
       const Vec3d target = goal - centre_;
+      // With what is most in the way at first, the rest takes little.
+      const auto in_the_way = [&](const HalfSpace& s) noexcept { return s.room(target); };
+      const auto minded = spaces_.first(static_cast<std::size_t>(count_));
+      if (count_ > 0) std::iter_swap(minded.begin(), std::ranges::min_element(minded, {}, in_the_way));
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
       if (!step && share > 0) {  // squeezed from two sides
         share = 0;
@@ -150,32 +170,78 @@ class Mover {
       if (reach > 0) most = std::min(most, reach);
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
-      look_at(next, count_ == 0 ? length(goal - next) : 0, *there_);
+      // Late in a tick, what takes another list can wait for the next.
+      if (searches_ + kListing >= searches && near_start(next) && !too_many_ && !known_.covers(next, near())) break;
+      look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
         continue;
       }
-      centre_ = next;
-      std::swap(here_, there_);
+      arrive(next);
       if (reach > 0) way.within = next;
       reach -= std::min(wanted, most);
       rest = std::max(rest, kEnough * wanted);
       way.settled = next == goal;
       if (way.settled) break;
       share = 0;
-      stride = kStride * radius_;
+      stride = std::min(2 * stride, kStride * radius_);
       mind(0);
     }
     return way;
   }
 
  private:
+  /// Takes what was found there for what is here; what was found at the start is spared.
+  void arrive(Vec3d centre) noexcept {
+    std::swap(here_, there_);
+    if (centre_ == start_) std::swap(there_, spare_);
+    centre_ = centre;
+  }
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
-  void look_at(Vec3d at, double beyond_radius, Around& found) noexcept {
-    look(surface_, at, radius_, radius_ + beyond_radius, found);
+  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, how far it is to the
+  /// nearest, or that it is farther than `far`.
+  void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
+    const double near = this->near(), wanted = far < near + margin() ? std::max(near, far) : near;
+    if (!known_.covers(at, wanted)) learn(at);
+    found.count = 0;
+    found.deep = false;
+    const double deep2 = radius_ * radius_ * (1 - kSkin);
+    double reach2 = near * near;
+    visit(at, near, reach2, [&](const NearTriangle& t) noexcept { found.add(t, deep2, reach2); });
+    if (found.count > 0) {
+      const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
+      found.nearest = std::sqrt(*std::ranges::min_element(all));
+      return;
+    }
+    if (far > near) {
+      reach2 = far * far;
+      visit(at, far, reach2, [&](const NearTriangle& t) noexcept { reach2 = t.distance2; });
+    }
+    found.nearest = std::sqrt(reach2);
+  }
+  /// How far a look goes.
+  [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
+  /// How much farther the list goes that may be made next.
+  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * known_.share(); }
+  /// Whether one list holds what is around a place and around the start.
+  [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
+  /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will
+  /// hardly look there again.
+  void learn(Vec3d at) noexcept {
+    const bool both = near_start(at);
+    if (too_many_ || (!both && known_.covers(centre_, near()))) return;
+    known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near(), near() + kMargin * radius_, kFlat * radius_);
+    too_many_ = !known_.covers(at, near());
+  }
+  template <typename Visit>
+  void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
+    if (known_.covers(at, reach))
+      known_.visit_near(at, reach2, visit);
+    else
+      detail::visit_near(surface_, at, kFlat * radius_, reach2, visit);
   }
   void mind(double share) noexcept {
     count_ = 0;
@@ -196,22 +262,35 @@ class Mover {
       const HalfSpace space = beyond(here, radius_, share);
       if (space.room(step) >= -2 * kSlack * radius_) continue;
       barred = true;
-      if (count_ < kRoom) spaces_[static_cast<std::size_t>(count_++)] = space;
+      if (count_ < static_cast<int>(Room::kSpaces)) spaces_[static_cast<std::size_t>(count_++)] = space;
     }
     return barred;
   }
 
-  static constexpr int kRoom = 3 * kMost;
   MicroTriangles& surface_;
-  Vec3d centre_;
+  detail::Neighbourhood& known_;
+  std::span<HalfSpace, Room::kSpaces> spaces_;
+  Vec3d start_, centre_;
   double radius_;
-  Around one_, other_;
-  Around *here_ = &one_, *there_ = &other_;
-  std::array<HalfSpace, kRoom> spaces_;
+  Around *here_, *there_, *spare_;
   int count_ = 0, searches_ = 0;
+  bool too_many_ = false;  ///< for a list
 };
 
 }  // namespace
+
+struct BallProxy::Memory : Room {};
+
+BallProxy::BallProxy() : BallProxy(std::make_unique<Memory>()) {}
+BallProxy::BallProxy(std::unique_ptr<Memory> memory) noexcept : memory_(std::move(memory)) {}
+BallProxy::BallProxy(BallProxy&&) noexcept = default;
+BallProxy& BallProxy::operator=(BallProxy&&) noexcept = default;
+BallProxy::~BallProxy() = default;
+
+void BallProxy::reset() noexcept {
+  memory_->list.forget();
+  *this = BallProxy(std::move(memory_));
+}
 
 bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
   MicroTriangles surface(model);
@@ -231,7 +310,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d move = cursor - last_, start = centre_;
   last_ = cursor;
   MicroTriangles surface(model);
-  Mover ball(surface, start, radius, held_ ? 0 : length(move));
+  if (other_model) memory_->list.forget();
+  Mover ball(surface, *memory_, start, radius, held_ ? 0 : length(move));
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {
@@ -257,7 +337,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool free = rest == Vec3d{};
     if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || !round)) {
-      if (within != ball.centre()) ball.put_back(within);
+      ball.put_back(within);
       const Vec3d now = within - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     } else {

@@ -3,6 +3,8 @@
 
 #include <relief/core/proxy.h>
 
+#include <memory>
+
 namespace relief {
 
 /// The ball of one spherical tip: a god-object (Zilles and Salisbury 1995) with a radius. Its centre goes towards the
@@ -11,14 +13,20 @@ namespace relief {
 /// however deep that goes, and rests in creases on both sides of them. Each step is a projection onto half-spaces:
 /// around each triangle, the one beyond the plane that touches the radius around the triangle's point nearest to the
 /// centre. Their intersection is free of the surface and convex, so that the straight way to any place in it is free.
-/// Cost per tick: a few searches around the centre, at most kSearches, whatever the number of triangles.
+/// Cost per tick: a few looks around the centre, at most kSearches and one, whatever the number of triangles. They
+/// share a list of what is near, which is found anew where the centre or the model is another.
 class BallProxy {
  public:
   using Ease = Proxy::Ease;
   static constexpr int kSearches = 12;
 
+  BallProxy();
+  BallProxy(BallProxy&&) noexcept;
+  BallProxy& operator=(BallProxy&&) noexcept;
+  ~BallProxy();
+
   /// Lets go. The next cursor is taken to be in the open, with the ball around it.
-  void reset() noexcept { *this = {}; }
+  void reset() noexcept;
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed; the radius is one for good.
   /// Whether the centre is held back. Under a cursor that moves by s the held centre moves by at most 10 s and a
   /// fiftieth of its distance from the cursor, and what `ease` lets it move when the surface has risen.
@@ -48,6 +56,10 @@ class BallProxy {
   [[nodiscard]] double grown() const noexcept { return grown_; }
 
  private:
+  struct Memory;
+  explicit BallProxy(std::unique_ptr<Memory> memory) noexcept;
+
+  std::unique_ptr<Memory> memory_;  ///< the list, and room to work in
   bool known_ = false, held_ = false, lost_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick

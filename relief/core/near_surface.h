@@ -14,14 +14,26 @@ struct NearTriangle {
   SlabId slab = kNoSlab;
   std::array<GridPoint, 3> corners;
   std::array<Vec3d, 3> relative;  ///< the corners' positions relative to the point that was asked about
-  Vec3d nearest;                  ///< the triangle's own point nearest to that, relative to it
-  std::array<double, 3> weights;  ///< of the corners, there
+  std::array<double, 3> weights;  ///< of the corners, at the triangle's own point nearest to that
+  Vec3d nearest;                  ///< this point, relative to the one that was asked about
   double distance2 = 0;
+
+  NearTriangle() = default;
+  NearTriangle(SlabId s, const std::array<GridPoint, 3>& c, const std::array<Vec3d, 3>& p) noexcept
+      : slab(s),
+        corners(c),
+        relative(p),
+        weights(nearest_in_triangle({}, p[0], p[1], p[2])),
+        nearest(p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2]),
+        distance2(dot(nearest, nearest)) {}
 };
 
 /// A slab's grid relative to a point: P(i, j, alpha) = (a + b i + c j) + (d + e i + f j) alpha.
 class NearSlab {
  public:
+  using Corners = std::array<GridPoint, 3>;
+  using Places = std::array<Vec3d, 3>;
+
   /// `surface` has entered the slab. Squares between whose bounds there is no more than `flat` may count as flat, at
   /// the upper bound: the same ones for every point.
   NearSlab(MicroTriangles& surface, SlabId slab, Vec3d point, double flat) noexcept
@@ -29,12 +41,15 @@ class NearSlab {
         slab_(slab),
         n_(surface.intervals()),
         bounds_(surface.model().tile(Layer::Displacement, slab).bounds()),
-        flat_(flat) {
-    const LinearForm form(surface.corners(), point);
-    const double step = 1.0 / n_;
-    a_ = form.a, b_ = form.b * step, c_ = form.c * step;
-    d_ = form.d, e_ = form.e * step, f_ = form.f * step;
-    const Vec3d second = form.d + form.e, third = form.d + form.f;
+        flat_(flat),
+        step_(1.0 / n_),
+        a_(surface.corners().inner[0] - point),
+        b_((surface.corners().inner[1] - surface.corners().inner[0]) * step_),
+        c_((surface.corners().inner[2] - surface.corners().inner[0]) * step_),
+        d_(surface.corners().fibre(0)),
+        e_((surface.corners().fibre(1) - d_) * step_),
+        f_((surface.corners().fibre(2) - d_) * step_) {
+    const Vec3d second = surface.corners().fibre(1), third = surface.corners().fibre(2);
     thickest_ = std::sqrt(std::max({dot(d_, d_), dot(second, second), dot(third, third)}));
     widening_ = length(e_) + length(f_);
     stretch_ = surface.stretch();
@@ -80,17 +95,19 @@ class NearSlab {
         const Square square(*this, 0, nearest.at.i, nearest.at.j, stitched);
         double reach2 = reach * reach;
         triangles(square, nearest.at.i * SampleBounds::kSide, nearest.at.j * SampleBounds::kSide, stitched || pierced_,
-                  reach2, [&](const NearTriangle& near) noexcept {
-                    reach2 = near.distance2;
+                  reach2, [&](const Corners& corners, const Places& places) noexcept {
+                    const double distance2 = NearTriangle(slab_, corners, places).distance2;
+                    if (!(distance2 < reach2)) return;
+                    reach2 = distance2;
                     reach = std::sqrt(reach2);
                   });
       }
     }
   }
 
-  /// Calls visit(NearTriangle) for each with distance2 < reach2, which visit may lower.
-  template <typename Visit>
-  void search(double& reach2, Visit&& visit) const noexcept {
+  /// Calls take(corners, positions) for triangles that may be nearer than the root of reach2, which take may lower.
+  template <typename Take>
+  void search(double& reach2, Take&& take) const noexcept {
     std::array<Number, 32> stack;
     std::size_t depth = 0;
     stack[depth++] = {bounds_.levels() - 1, 0, 0};
@@ -108,9 +125,9 @@ class NearSlab {
       }
       if (!square.near(reach)) continue;
       if (whole && !stitched && !pierced_ && 2 * square.off <= flat_) {
-        flat(square, {i0, j0}, side, reach2, visit);
+        flat(square, {i0, j0}, side, take);
       } else if (at.level == 0) {
-        triangles(square, i0, j0, stitched || pierced_, reach2, visit);
+        triangles(square, i0, j0, stitched || pierced_, reach2, take);
       } else {
         for_each_child(at, [&](const Number& child) { stack[depth++] = child; });
       }
@@ -181,76 +198,72 @@ class NearSlab {
     }
     /// Whether a micro-triangle may be nearer than `reach`.
     [[nodiscard]] bool near(double reach) const noexcept {
-      const double slack = reach + off;
+      const double slack2 = (reach + off) * (reach + off);
       const double u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), far2 = dot(centre, centre);
       // The corners are no farther from the centre than this.
-      const double round2 = half * half * (u2 + v2 + 2 * std::abs(uv));
-      if (far2 > slack * slack + round2 + 2 * slack * std::sqrt(round2)) return false;
+      const double round2 = half * half * (u2 + v2 + 2 * std::abs(uv)), over = far2 - slack2 - round2;
+      if (over > 0 && over * over > 4 * slack2 * round2) return false;
       const Vec3d n = cross(u, v);
-      const double n2 = dot(n, n), high = dot(centre, n);
+      const double n2 = dot(n, n), high = dot(centre, n), aside2 = slack2 * n2 - high * high;
       if (!(n2 > 0)) return true;
+      if (aside2 < 0) return false;
       // Along u and v, in parts of n2; how far outside.
       const double to_u = dot(centre, u), to_v = dot(centre, v);
       const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
       const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
-      return high * high + std::max(past_u * past_u / v2, past_v * past_v / u2) <= slack * slack * n2;
+      return past_u * past_u <= aside2 * v2 && past_v * past_v <= aside2 * u2;
     }
   };
 
-  template <typename Visit>
-  void test(const std::array<GridPoint, 3>& corners, const std::array<Vec3d, 3>& p, double& reach2,
-            Visit&& visit) const noexcept {
-    const Vec3d area = cross(p[1] - p[0], p[2] - p[0]);
-    const double height = dot(p[0], area);
-    if (height * height >= reach2 * dot(area, area)) return;
-    const std::array<double, 3> w = nearest_in_triangle({}, p[0], p[1], p[2]);
-    const Vec3d nearest = p[0] * w[0] + p[1] * w[1] + p[2] * w[2];
-    const double distance2 = dot(nearest, nearest);
-    if (distance2 < reach2) visit(NearTriangle{slab_, corners, p, nearest, w, distance2});
-  }
-
-  template <typename Visit>
-  void flat(const Square& square, GridPoint low, int side, double& reach2, Visit&& visit) const noexcept {
+  template <typename Take>
+  void flat(const Square& square, GridPoint low, int side, Take&& take) const noexcept {
     const Vec3d centre = square.centre + fibre(low.i + square.half, low.j + square.half) * square.above;
     const Vec3d u = square.u * square.half, v = square.v * square.half;
     const GridPoint right = {low.i + side, low.j}, left = {low.i, low.j + side}, high = {low.i + side, low.j + side};
     const Vec3d at_right = centre + u - v, at_left = centre - u + v;
-    test({low, right, left}, {centre - u - v, at_right, at_left}, reach2, visit);
-    test({right, high, left}, {at_right, centre + u + v, at_left}, reach2, visit);
+    take(Corners{low, right, left}, Places{centre - u - v, at_right, at_left});
+    take(Corners{right, high, left}, Places{at_right, centre + u + v, at_left});
   }
 
-  template <typename Visit>
-  void triangles(const Square& square, int i0, int j0, bool changed, double& reach2, Visit&& visit) const noexcept {
+  template <typename Take>
+  void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
-    const auto number = [&](GridPoint g) noexcept { return static_cast<std::size_t>((g.j - j0) * kRow + g.i - i0); };
-    std::array<Vec3d, kRow * kRow> place;
-    std::array<double, kRow * kRow> distance2;
+    // Number by number: as vectors they are stored and loaded in pieces of different size, which stalls.
+    constexpr std::size_t kPlaces = kRow * kRow;
+    std::array<double, kPlaces> x, y, z, distance2;
     const int rows = std::min(kSide, n_ - j0);
-    for (int j = j0; j <= j0 + rows; ++j)
-      for (int i = i0; i <= i0 + kSide && i + j <= n_; ++i) {
-        const std::size_t k = number({i, j});
-        place[k] = at(i, j, surface_.displacement({i, j}));
-        distance2[k] = dot(place[k], place[k]);
+    const auto columns = [&](int j) noexcept { return std::min(kSide, n_ - i0 - j0 - j); };
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i <= columns(j); ++i) {
+        const GridPoint p = {i0 + i, j0 + j};
+        const auto k = static_cast<std::size_t>(j * kRow + i);
+        const Vec3d there = at(p.i, p.j, surface_.displacement(p));
+        x[k] = there.x, y[k] = there.y, z[k] = there.z;
+        distance2[k] = dot(there, there);
       }
     surface_.add_placed(kRow * (rows + 1));
     // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
     const double third = square.longest2() / 3;
-    const auto one = [&](std::array<GridPoint, 3> corners) noexcept {
-      const auto [a, b, c] = std::array{number(corners[0]), number(corners[1]), number(corners[2])};
+    // The triangle at corner (i, j) of a cell, or with turn = 1 the one across from it.
+    const auto one = [&](int i, int j, int turn) noexcept {
+      const auto a = static_cast<std::size_t>(j * kRow + i + turn), c = static_cast<std::size_t>(j * kRow + i + kRow);
+      const auto b = static_cast<std::size_t>(j * kRow + i + 1 + turn * kRow);
+      if (!changed && std::min({distance2[a], distance2[b], distance2[c]}) - third >= reach2) return;
+      const GridPoint g = {i0 + i, j0 + j};
+      Corners corners = {{{g.i + turn, g.j}, {g.i + 1, g.j + turn}, {g.i, g.j + 1}}};
       if (!changed) {
-        if (std::min({distance2[a], distance2[b], distance2[c]}) - third < reach2)
-          test(corners, {place[a], place[b], place[c]}, reach2, visit);
+        take(corners, Places{{{x[a], y[a], z[a]}, {x[b], y[b], z[b]}, {x[c], y[c], z[c]}}});
         return;
       }
       if (!surface_.stitch(corners)) return;
-      std::array<Vec3d, 3> p;
+      Places p;
       for (std::size_t k = 0; k < 3; ++k) p[k] = at(corners[k].i, corners[k].j, surface_.displacement(corners[k]));
-      test(corners, p, reach2, visit);
+      take(corners, p);
     };
-    for (int j = j0; j < j0 + rows; ++j)
-      for (int i = i0; i < i0 + kSide && i + j < n_; ++i) {
-        one({{{i, j}, {i + 1, j}, {i, j + 1}}});
-        if (i + j + 1 < n_) one({{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}});
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns(j); ++i) {
+        one(i, j, 0);
+        if (i0 + i + j0 + j + 1 < n_) one(i, j, 1);
       }
   }
 
@@ -258,12 +271,26 @@ class NearSlab {
   SlabId slab_;
   int n_;
   const SampleBounds& bounds_;
-  double flat_;
+  double flat_, step_;
   Vec3d a_, b_, c_, d_, e_, f_;
   double thickest_, widening_;
   int stretch_;
   bool pierced_ = false;
 };
+
+/// Calls take(slab, corners, their positions relative to the point) for each triangle that may be nearer to the point
+/// than the root of reach2, which take may lower; see visit_near().
+template <typename Take>
+void gather_near(MicroTriangles& surface, Vec3d point, double flat, double& reach2, Take&& take) noexcept {
+  surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(point) < reach2; },
+                            [&](SlabId s) {
+                              surface.enter(s);
+                              NearSlab(surface, s, point, flat).search(reach2, [&](const auto& corners, const auto& p) {
+                                take(s, corners, p);
+                              });
+                              return false;
+                            });
+}
 
 /// Calls visit(NearTriangle) for each triangle nearer to the point than the root of reach2, which visit may lower. The
 /// micro-triangles of a square between whose bounds there is no more than `flat` (model units) count as two. Cost: the
@@ -271,12 +298,12 @@ class NearSlab {
 /// flat.
 template <typename Visit>
 void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach2, Visit&& visit) noexcept {
-  surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(point) < reach2; },
-                            [&](SlabId s) {
-                              surface.enter(s);
-                              NearSlab(surface, s, point, flat).search(reach2, visit);
-                              return false;
-                            });
+  gather_near(surface, point, flat, reach2, [&](SlabId slab, const auto& corners, const auto& p) {
+    const Vec3d area = cross(p[1] - p[0], p[2] - p[0]);
+    const double height = dot(p[0], area);
+    if (height * height >= reach2 * dot(area, area)) return;
+    if (const NearTriangle t(slab, corners, p); t.distance2 < reach2) visit(t);
+  });
 }
 
 /// Up to `reach` no micro-triangle is nearer to the point than this, and, where it is less than `reach`, one is nearer

@@ -53,6 +53,8 @@ struct SlabCorners {
   [[nodiscard]] Vec3d weighted(const std::array<Vec3d, 3>& ends, const std::array<double, 3>& w) const noexcept {
     return (ends[order[0]] * w[order[0]] + ends[order[1]] * w[order[1]]) + ends[order[2]] * w[order[2]];
   }
+  /// From the inner to the outer end of corner k's.
+  [[nodiscard]] Vec3d fibre(std::size_t k) const noexcept { return outer[k] - inner[k]; }
   /// Point on the interpolated fibre: weighted inner + alpha * (weighted outer - weighted inner) (paper, eq. 3).
   [[nodiscard]] Vec3d point(const std::array<double, 3>& w, double alpha) const noexcept {
     const Vec3d in = weighted(inner, w);

@@ -1,7 +1,7 @@
 // Bounds of a tile's samples, and the search for what is near by them.
 #include "support/shells.h"
 
-#include <relief/core/near_surface.h>
+#include <relief/core/neighbourhood.h>
 
 #include <gtest/gtest.h>
 
@@ -151,6 +151,55 @@ TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
     }
     EXPECT_GT(tight, tries * 9 / 10);
   }
+}
+
+TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
+  const auto rough = [](Vec3d p) {
+    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
+  };
+  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
+  const auto plain = torus_shell(12, 8, 13);
+  // Coarse, stitched, with a hole, and so fine that the list has no room for all within its longest reach.
+  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole),
+                                displaced(torus_shell(24, 12, 64), rough)};
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  detail::Neighbourhood list;
+  std::size_t uncovered = 0, most = 0;
+  for (const SnapshotPtr& model : models) {
+    list.forget();
+    std::size_t covered = 0;
+    for (int k = 0; k < 200; ++k) {
+      const Vec3d centre = closest_point(*model, aside() * 3.0).position + aside() * 0.1;
+      const double least = 0.02 + 0.1 * std::abs(unit(random));
+      detail::MicroTriangles surface(*model);
+      list.gather(surface, centre, least, 2 * least, 0);
+      for (int look = 0; look < 10; ++look) {
+        const Vec3d p = centre + aside() * least;
+        const double reach = least * (0.3 + 0.7 * std::abs(unit(random)));
+        if (!list.covers(p, reach)) {
+          ++uncovered;
+          continue;
+        }
+        std::set<Key> found, all;
+        double reach2 = reach * reach;
+        list.visit_near(p, reach2, [&](const detail::NearTriangle& t) {
+          EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
+          EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
+        });
+        detail::visit_near(surface, p, 0, reach2,
+                           [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+        EXPECT_EQ(found, all);
+        most = std::max(most, all.size());
+        ++covered;
+      }
+    }
+    EXPECT_GT(covered, 50U);
+  }
+  EXPECT_GT(uncovered, 500U);
+  EXPECT_GT(most, 100U);
 }
 
 }  // namespace
