@@ -233,7 +233,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
     goal = std::min(most, goal + std::max<std::size_t>(more, 4));
   }
   stopwatch.phase_done("shell");
-  Shell& shell = best.shell;
+  const Shell& shell = best.shell;
   if (shell.faces.empty()) {
     const BaseMesh& base = best.decimated.base;
     const LatticePoint at = base.faces.empty() ? LatticePoint{} : base.points[base.faces.front()[0]];
@@ -476,6 +476,7 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   SnapshotDraft draft(model);
   draft.add_layer(Layer::Colour, m, 1.0F);
   std::vector<Tile*> tiles;
+  tiles.reserve(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) tiles.push_back(&draft.edit(Layer::Colour, s));
   if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
   return draft.finish();

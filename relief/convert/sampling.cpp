@@ -271,7 +271,7 @@ bool settle(Field& field, const SampleSource& source, std::span<const std::size_
   if (!for_all(often.size(), 512, progress, [&](std::size_t o) { chosen[o] = outvoted(field, often[o], source); }))
     return false;
   for (std::size_t o = 0; o < often.size(); ++o)
-    if (chosen[o]) field.take(often[o], *chosen[o], field.line(often[o]).direction);
+    if (const std::optional<Crossing>& c = chosen[o]) field.take(often[o], *c, field.line(often[o]).direction);
   fill(field, never);
   return true;
 }

@@ -123,8 +123,8 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
     std::size_t same = kept;
-    for (std::size_t j = kept; j-- > 0 && found.items[k].t - found.items[j].t < slack / 32;)
-      if (found.items[j].front == found.items[k].front) same = j;
+    for (std::size_t j = kept; j > 0 && found.items[k].t - found.items[j - 1].t < slack / 32; --j)
+      if (found.items[j - 1].front == found.items[k].front) same = j - 1;
     if (same == kept || found.items[k].inside > found.items[same].inside) found.items[same] = found.items[k];
     kept += same == kept;
   }
