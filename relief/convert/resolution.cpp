@@ -71,17 +71,21 @@ std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& sour
 int colour_intervals(const SlabMesh& cage, const SourceSurface& source, const Lattice& lattice,
                      const TriangleMesh& coloured) {
   constexpr double kMostSlabs = 0.95;
-  std::vector<double> wanted(cage.slab_count(), 0);
+  constexpr double kMostSamples = 16;  // per colour of the source: a few dense slabs do not make all tiles large
+  std::vector<double> amounts(cage.slab_count(), 0);
   for_all(cage.slab_count(), 16, {}, [&](std::size_t k) {
     const auto colours = amount_in(cage.corners(static_cast<SlabId>(k)), source, lattice,
                                    [&](std::uint32_t t) { return colours_of(coloured, t); });
-    // m intervals make about m^2 / 2 samples.
-    if (colours) wanted[k] = 2 * std::sqrt(2 * *colours);
+    amounts[k] = colours.value_or(0);
   });
-  if (wanted.empty()) return 1;
-  const auto at = wanted.begin() + static_cast<std::ptrdiff_t>(kMostSlabs * double(wanted.size() - 1));
-  std::nth_element(wanted.begin(), at, wanted.end());
-  return power_of_two(*at, 1);
+  if (amounts.empty()) return 1;
+  double all = 0;
+  for (const double amount : amounts) all += amount;
+  const auto at = amounts.begin() + static_cast<std::ptrdiff_t>(kMostSlabs * double(amounts.size() - 1));
+  std::nth_element(amounts.begin(), at, amounts.end());
+  int m = power_of_two(2 * std::sqrt(2 * *at), 1);  // m intervals make about m^2 / 2 samples
+  while (m > 1 && double(sample_count(m)) * double(amounts.size()) > kMostSamples * all) m /= 2;
+  return m;
 }
 
 int coarsest_intervals(const SlabSamples& samples, double error) {

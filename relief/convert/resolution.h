@@ -12,7 +12,8 @@ namespace relief::detail {
 [[nodiscard]] std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& source);
 
 /// The m, a power of two, at which samples of colour lie at least twice as dense as the colours of the source do, its
-/// corners or the pixels of its images, in all but the few slabs that have most of them; at most 128.
+/// corners or the pixels of its images, in all but the few slabs that have most of them; at most 128, and at most 16
+/// samples for each colour of the source.
 [[nodiscard]] int colour_intervals(const SlabMesh& cage, const SourceSurface& source, const Lattice& lattice,
                                    const TriangleMesh& coloured);
 

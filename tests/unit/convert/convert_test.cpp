@@ -269,7 +269,7 @@ TEST(Convert, ColoursFollowTheSource) {
   expect_sound(result, settings);
   const Snapshot& model = *result->model.head;
   ASSERT_TRUE(model.has(Layer::Colour));
-  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 64) << "twice as dense as the corners about the poles";
+  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 32) << "twice as dense as the corners of the ball";
   for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
     const SurfacePoint p = surface_point(model, s, 0.3, 0.4);
     const Vec3d want = colour(normalized(p.position));
