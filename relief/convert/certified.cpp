@@ -3,6 +3,7 @@
 #include <relief/convert/sort_unique.h>
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -19,17 +20,18 @@ double area_of(const ClosedSource& s, std::size_t f) noexcept {
 struct Start {
   OrderedSource source;
   std::vector<Ends> ends;
-  std::optional<BoxTree> tree;
+  std::unique_ptr<BoxTree> tree;
 };
 
 /// Puts what was mended back into the given source, and brings all into one order where something was cut.
 Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   std::vector<Ends> ends = thin.take_ends();
-  std::optional<BoxTree> tree = thin.take_tree();
+  std::unique_ptr<BoxTree> tree = thin.take_tree();
+  const bool was_cut = mender.was_cut();
   mender.release();
   mender.put_back(given);
   OrderedSource source = std::move(mender).take_source();
-  if (!mender.was_cut()) {
+  if (!was_cut) {
     source.update();
     return {std::move(source), std::move(ends), std::move(tree)};
   }
@@ -39,7 +41,7 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   source = OrderedSource(given.points, given.faces);
   ends.clear();
   for (const std::uint32_t v : source.point_of) ends.push_back(ends_of[v]);
-  tree.emplace(source.faces.size(), [&](std::size_t f) {
+  tree = std::make_unique<BoxTree>(source.faces.size(), [&](std::size_t f) {
     Box3d box;
     for (const std::uint32_t v : source.faces[f])
       for (const LatticePoint p : ends[v]) box.add(to_double(p));
@@ -156,8 +158,7 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
     if (progress.cancelled()) result.obstacle.clear();
     return result;
   }
-  Reducer reducer(start->source, std::move(start->ends), std::move(*start->tree), settings.target, settings.longest);
-  start->tree.reset();
+  Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
   if (!reducer.reduce(progress)) return result;
   for (const double tolerance : settings.tolerances) {
     if (reducer.slab_count() <= settings.target) break;

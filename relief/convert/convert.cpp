@@ -21,6 +21,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <functional>
 #include <new>
 #include <numeric>
 #include <string_view>
@@ -232,7 +233,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
     goal = std::min(most, goal + std::max<std::size_t>(more, 4));
   }
   stopwatch.phase_done("shell");
-  Shell& shell = best.shell;
+  const Shell& shell = best.shell;
   if (shell.faces.empty()) {
     const BaseMesh& base = best.decimated.base;
     const LatticePoint at = base.faces.empty() ? LatticePoint{} : base.points[base.faces.front()[0]];
@@ -409,40 +410,13 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   return *mesh;
 }
 
-/// The source as the file has it, for colours and distances: what is not finite is left out.
-struct AsRead {
-  std::vector<Vec3d> points;
-  std::vector<Face> faces;
-  SourceSurface surface;
-
-  AsRead(const TriangleMesh& source, const Lattice& lattice)
-      : points(points_of(source, lattice)), faces(faces_of(source)), surface(points, faces) {}
-
- private:
-  static std::vector<Vec3d> points_of(const TriangleMesh& source, const Lattice& lattice) {
-    std::vector<Vec3d> points;
-    points.reserve(source.positions.size());
-    for (const Vec3d p : source.positions) points.push_back(is_finite(p) ? lattice.to_lattice(p) : Vec3d{});
-    return points;
-  }
-  static std::vector<Face> faces_of(const TriangleMesh& source) {
-    std::vector<Face> faces = source.triangles;
-    for (Face& f : faces)
-      for (const std::uint32_t v : Face(f))
-        if (!is_finite(source.positions[v])) f = {0, 0, 0};  // keeps the numbers of the others; a point is never met
-    return faces;
-  }
-};
-
-/// How fine the colour layer is: finer than the displacement where images may be, as fine where there are only colours
-/// of vertices; bounded for very many slabs.
-int colour_grid(const ConvertSettings& settings, const TriangleMesh& source, const SlabMesh& mesh) {
+/// How fine the colour layer is: as the source's colours ask for, and as a given n; bounded for very many slabs.
+int colour_grid(const ConvertSettings& settings, const SlabMesh& mesh, const SourceSurface& surface,
+                const Lattice& lattice, const TriangleMesh& source) {
   constexpr std::size_t kMost = 20'000'000;  // samples
   if (settings.colour_intervals > 0) return settings.colour_intervals;
-  int finest = 1;
-  for (const Slab& s : mesh.slabs()) finest = std::max(finest, s.intervals);
-  if (settings.intervals > 0 || !source.uvs.empty()) finest *= 2;
-  int m = std::min(kMaxIntervals, static_cast<int>(std::bit_ceil(static_cast<unsigned>(finest))));
+  const auto given = static_cast<int>(std::bit_ceil(static_cast<unsigned>(settings.intervals)));
+  int m = std::max(given, colour_intervals(mesh, surface, lattice, source));
   while (m > 1 && sample_count(m) * mesh.slab_count() > kMost) m /= 2;
   return m;
 }
@@ -453,55 +427,56 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
                                    double diagonal, ConvertReport& report, const Progress& progress) {
   std::vector<int> intervals(cage.slab_count(), settings.intervals);
   if (settings.intervals == 0) intervals = finest_intervals(cage, source);
-  RELIEF_TRY(const CagePtr fine, with_intervals(cage, intervals));
-  const SampleNumbers numbers(*fine, kOwnIntervals);
-  AlphaField field = sample_alpha(*fine, numbers, source, progress);
+  RELIEF_TRY(const CagePtr finest, with_intervals(cage, intervals));
+  const double error = settings.error * diagonal / source.lattice.step;
+  std::function<int(const SlabSamples&)> choose;
+  if (settings.intervals == 0)
+    choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
+  SampledAlpha sampled = sample_alpha(*finest, source, choose, progress);
   if (progress.cancelled()) return cancelled();
-  CagePtr mesh = fine;
-  if (settings.intervals == 0) {
-    const double error = settings.error * diagonal / source.lattice.step;
-    RELIEF_TRY(mesh, with_intervals(cage, choose_intervals(*fine, numbers, field, error, report.slabs_too_coarse)));
-  }
-  field.steepness = {};  // the tiles take its place
+  for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
+  if (settings.intervals == 0)
+    for (SlabId s = 0; s < cage.slab_count(); ++s) report.slabs_too_coarse += intervals[s] == finest->intervals(s);
+  RELIEF_TRY(const CagePtr mesh, with_intervals(cage, intervals));
+  if (!settle_alpha(*mesh, source, sampled.slabs, progress)) return cancelled();
+
   SnapshotDraft draft(Snapshot::make(mesh));
-  if (std::find(field.is_void.begin(), field.is_void.end(), std::uint8_t{1}) != field.is_void.end())
+  const auto add_marks = [&](Layer layer, SlabId s, auto&& marked) {
+    auto tile = std::make_shared<Tile>(intervals[s], 1, 0.0F);
+    for (std::size_t k = 0; k < tile->size(); ++k) tile->plane()[k] = marked(k) ? 1.0F : 0.0F;
+    constrain(*mesh, layer, s, *tile);
+    draft.put(layer, s, std::move(tile));
+  };
+  const auto any = [&](auto&& has) { return std::any_of(sampled.slabs.begin(), sampled.slabs.end(), has); };
+  if (any([](const SlabAlpha& slab) { return !slab.is_void.empty(); }))
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
-  const bool folds = field.hits.several > 0;
-  if (folds) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
+  if (sampled.hits.several > 0) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-    const int n = mesh->intervals(s), step = fine->intervals(s) / n;
-    const auto put = [&](Layer layer, auto&& value) {
-      Tile& tile = draft.edit(layer, s);
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i)
-          tile.plane()[sample_index(n, {i, j})] = value(numbers.of(s, {i * step, j * step}));
-      constrain(*mesh, layer, s, tile);
-    };
-    bool pierced = false;
-    put(Layer::Displacement, [&](std::size_t number) {
-      pierced = pierced || field.is_void[number] != 0;
-      return field.values[number];
-    });
-    if (folds) put(Layer::Folded, [&](std::size_t number) { return field.folded[number] != 0 ? 1.0F : 0.0F; });
-    if (pierced) put(Layer::Void, [&](std::size_t number) { return field.is_void[number] != 0 ? 1.0F : 0.0F; });
+    SlabAlpha& slab = sampled.slabs[s];
+    constrain(*mesh, Layer::Displacement, s, *slab.tile);
+    draft.put(Layer::Displacement, s, std::move(slab.tile));
+    if (!slab.is_void.empty()) add_marks(Layer::Void, s, [&](std::size_t k) { return slab.is_void[k] != 0; });
+    if (sampled.hits.several > 0 && !slab.met.empty())
+      add_marks(Layer::Folded, s, [&](std::size_t k) { return slab.met[k] == Met::Often; });
   }
-  const HitCount more = count_hits(*mesh, source, field.hits.all(), progress);
+  const HitCount more = count_hits(*mesh, source, sampled.hits.all(), progress);
   if (progress.cancelled()) return cancelled();
-  report.fibres_cast = field.hits.all() + more.all();
-  report.hits_single = field.hits.single + more.single;
-  report.hits_none = field.hits.none + more.none;
-  report.hits_several = field.hits.several + more.several;
+  report.fibres_cast = sampled.hits.all() + more.all();
+  report.hits_single = sampled.hits.single + more.single;
+  report.hits_none = sampled.hits.none + more.none;
+  report.hits_several = sampled.hits.several + more.several;
   return draft.finish();
 }
 
 Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& surface, const Lattice& lattice,
                                 const TriangleMesh& source, const ConvertSettings& settings, const Progress& progress) {
   const SlabMesh& mesh = model->slab_mesh();
-  const int m = colour_grid(settings, source, mesh);
+  const int m = colour_grid(settings, mesh, surface, lattice, source);
   const SampleNumbers numbers(mesh, m);
   SnapshotDraft draft(model);
   draft.add_layer(Layer::Colour, m, 1.0F);
   std::vector<Tile*> tiles;
+  tiles.reserve(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) tiles.push_back(&draft.edit(Layer::Colour, s));
   if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
   return draft.finish();
@@ -562,13 +537,13 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
                                         "; remesh the source as a solid (--remesh), or convert with --mode preview.");
   }
   const Lattice& lattice = ground.lattice;
-  std::vector<Vec3d> points;
-  points.reserve(ground.mesh.positions.size());
-  for (const Vec3d p : ground.mesh.positions) points.push_back(lattice.to_lattice(p));
-  std::optional<SourceSurface> surface(std::in_place, points, ground.mesh.triangles);
+  std::optional<SourceSurface> surface(std::in_place, ground.mesh.positions, ground.mesh.triangles, lattice);
   stopwatch.phase_done("hierarchy");
 
   if (mesh == nullptr) {
+    std::vector<Vec3d> points;
+    points.reserve(ground.mesh.positions.size());
+    for (const Vec3d p : ground.mesh.positions) points.push_back(lattice.to_lattice(p));
     std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
     const CageSettings cage_settings = {target, settings.thickness * diagonal / lattice.step};
@@ -591,19 +566,18 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   const MeasuredSurface made(*result.model.head, lattice);
   report.to_mended = relative(made.to(*surface, progress));
   report.from_mended =
-      relative(made.from(points, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
+      relative(made.from(ground.mesh.positions, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
   if (progress.cancelled()) return cancelled();
   surface.reset();
-  points = {};
-  const AsRead as_read(source, lattice);
-  report.to_source = relative(made.to(as_read.surface, progress));
-  report.from_source = relative(made.from(as_read.points, as_read.faces, progress));
+  const SourceSurface as_read(source.positions, source.triangles, lattice);
+  report.to_source = relative(made.to(as_read, progress));
+  report.from_source = relative(made.from(source.positions, source.triangles, progress));
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
 
   if (source.has_colour()) {
     progress("colour", 0);
-    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read.surface, lattice, source, settings, progress));
+    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read, lattice, source, settings, progress));
     stopwatch.phase_done("colour");
   }
 

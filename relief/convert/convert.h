@@ -18,8 +18,9 @@ struct ConvertSettings {
   int slabs = 200;      ///< target; 4 .. 1,000,000
   int intervals = 0;    ///< n of every slab, 1..128, or 0: chosen per slab by `error`; the paper used 15
   double error = 1e-4;  ///< how far the surface may lie from the source, share of the diagonal; where n = 128 allows it
-  int colour_intervals =
-      0;  ///< m of the colour layer, 0: the power of two at or above 2 n, at most 128; only for coloured sources
+  /// m of the colour layer, only for coloured sources; 0: a power of two, at most 128, at which its samples lie twice
+  /// as dense as the source's colours do in nearly all slabs, and at least as dense as a given n.
+  int colour_intervals = 0;
   double thickness = 0.1;  ///< longest fibre, share of the source's diagonal
   Unit unit = Unit::Millimetre;
   std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the

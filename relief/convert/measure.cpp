@@ -78,7 +78,8 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
                                const Progress& progress) const {
   double area = 0;
   const auto twice_area = [&](const Face& f) {
-    return length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
+    const double size = length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
+    return std::isfinite(size) ? size : 0;
   };
   for (const Face& f : faces) area += twice_area(f);
   // One point per equal share of the area.
@@ -92,7 +93,6 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
       chosen.push_back(points[f[0]] + (points[f[1]] - points[f[0]]) * u + (points[f[2]] - points[f[0]]) * v);
     }
   }
-  for (Vec3d& p : chosen) p = lattice_.origin + p * lattice_.step;
   std::vector<double> distances = each(chosen, progress, [&](Vec3d p) { return distance_within(p); });
   // Points outside all slabs are compared with everything, which takes time; where there are many, some stand for all.
   constexpr std::size_t kMostOutside = 1500;

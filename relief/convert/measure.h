@@ -19,9 +19,9 @@ class MeasuredSurface {
 
   /// From points inside micro-triangles to the nearest points of the other surface.
   [[nodiscard]] Distance to(const SourceSurface& other, const Progress& progress) const;
-  /// From points spread over these triangles, by area, to this surface: to the micro-triangles about the place where
-  /// the point lies in its slab, so never less than it is; points outside all slabs are compared with everything,
-  /// where there are very many a choice of them.
+  /// From points spread over these triangles, by area, to this surface; they are in model units, and what is not finite
+  /// is left out. Compared are the micro-triangles about the place where the point lies in its slab, so never less than
+  /// it is; points outside all slabs are compared with everything, where there are very many a choice of them.
   [[nodiscard]] Distance from(std::span<const Vec3d> points, std::span<const Face> faces,
                               const Progress& progress) const;
 

@@ -309,6 +309,7 @@ bool Mender::close(const std::vector<std::uint32_t>& rim) {
   const auto target = [&](std::uint32_t h) { return source_.faces[h / 3][(h + 1) % 3]; };
   // The rims' loops run against the edges of the faces that stay; one edge begins at each point.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  // its point in the loop, and the half-edge
+  edges.reserve(rim.size());
   for (const std::uint32_t h : rim) edges.emplace_back(target(h), h);
   std::sort(edges.begin(), edges.end());
   const auto edge_at = [&](std::uint32_t v) {
@@ -340,6 +341,7 @@ bool Mender::close(const std::vector<std::uint32_t>& rim) {
   };
   std::vector<Vec3d> places;
   std::vector<Face> faces;
+  places.reserve(numbers.size());
   for (const std::uint32_t v : numbers) places.push_back(to_double(source_.points[v]));
   for (const std::uint32_t f : stay) {
     const Face& t = source_.faces[f];

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <numeric>
 #include <thread>
 #include <utility>
@@ -226,7 +227,7 @@ bool Reducer::reduce(const Progress& progress) {
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_.emplace(source_, *tree_, longest_, std::move(last.cage), everywhere, progress);
+  last_ = std::make_unique<SlabReducer>(source_, *tree_, longest_, std::move(last.cage), everywhere, progress);
   tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }

@@ -9,7 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <vector>
 
 namespace relief::detail {
@@ -20,11 +20,13 @@ namespace relief::detail {
 class Reducer {
  public:
   /// `source` must outlive it. `ends` and `tree` are its thin shell's. `longest`: of a fibre, lattice steps.
-  Reducer(const OrderedSource& source, std::vector<Ends>&& ends, BoxTree&& tree, std::size_t target, double longest)
+  Reducer(const OrderedSource& source, std::vector<Ends>&& ends, std::unique_ptr<BoxTree> tree, std::size_t target,
+          double longest)
       : source_(source), target_(target), longest_(longest), ends_(std::move(ends)), tree_(std::move(tree)) {}
 
   /// False when cancelled.
   bool reduce(const Progress& progress);
+  /// This and all that follows: after reduce().
   [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
   /// Goes on to the target where that share of a slab's area may fold (C6). False when cancelled.
   bool reduce_further(double tolerance, const Progress& progress) {
@@ -40,8 +42,8 @@ class Reducer {
   std::size_t target_;
   double longest_;
   std::vector<Ends> ends_;
-  std::optional<BoxTree> tree_;
-  std::optional<SlabReducer> last_;
+  std::unique_ptr<BoxTree> tree_;
+  std::unique_ptr<SlabReducer> last_;  // once reduce() has come that far
 };
 
 }  // namespace relief::detail

@@ -46,6 +46,7 @@ struct VoxelMesh {
   std::vector<Triangle> triangles;
 
   // What OpenVDB asks for.
+  // NOLINTBEGIN(readability-identifier-naming): its names
   [[nodiscard]] std::size_t polygonCount() const { return triangles.size(); }
   [[nodiscard]] std::size_t pointCount() const { return points.size(); }
   [[nodiscard]] std::size_t vertexCount(std::size_t /*polygon*/) const { return 3; }
@@ -53,6 +54,7 @@ struct VoxelMesh {
     const Vec3d p = points[triangles[polygon][corner]];
     position = {p.x, p.y, p.z};
   }
+  // NOLINTEND(readability-identifier-naming)
 };
 
 /// Lets OpenVDB see that the work was cancelled.
@@ -60,6 +62,7 @@ struct Interrupter {
   const Progress& progress;
   void start(const char* /*name*/ = nullptr) {}
   void end() {}
+  // NOLINTNEXTLINE(readability-identifier-naming): OpenVDB's name
   bool wasInterrupted(int /*percent*/ = -1) { return progress.cancelled(); }
 };
 

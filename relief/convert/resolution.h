@@ -3,7 +3,6 @@
 
 #include <relief/convert/sampling.h>
 
-#include <cstddef>
 #include <vector>
 
 namespace relief::detail {
@@ -12,10 +11,14 @@ namespace relief::detail {
 /// 8 to 128.
 [[nodiscard]] std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& source);
 
-/// Per slab the smallest n, its own over a power of two and at least 4, at which the surface through those samples
-/// stays within `error` (lattice steps, square to the surface) of all samples; its own where a hole begins in it.
-/// `too_coarse` counts the slabs that keep their n, so that finer samples might show more error.
-[[nodiscard]] std::vector<int> choose_intervals(const SlabMesh& fine, const SampleNumbers& numbers,
-                                                const AlphaField& field, double error, std::size_t& too_coarse);
+/// The m, a power of two, at which samples of colour lie at least twice as dense as the colours of the source do, its
+/// corners or the pixels of its images, in all but the few slabs that have most of them; at most 128, and at most 16
+/// samples for each colour of the source.
+[[nodiscard]] int colour_intervals(const SlabMesh& cage, const SourceSurface& source, const Lattice& lattice,
+                                   const TriangleMesh& coloured);
+
+/// The smallest n, that of the samples over a power of two and at least 4, at which the surface through those samples
+/// stays within `error` (lattice steps, square to the surface) of all samples; their own where a hole begins in them.
+[[nodiscard]] int coarsest_intervals(const SlabSamples& samples, double error);
 
 }  // namespace relief::detail

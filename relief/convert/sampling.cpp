@@ -1,11 +1,14 @@
 #include <relief/convert/parallel.h>
 #include <relief/convert/sampling.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/core/query.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <optional>
+#include <utility>
 
 namespace relief::detail {
 namespace {
@@ -21,76 +24,13 @@ Line fibre_at(const SlabCorners& corners, const Lattice& lattice, GridPoint at, 
   return fibre_at(corners, lattice, {double(w[0]) / n, double(w[1]) / n, double(w[2]) / n});
 }
 
-/// The numbers of the samples next to one, by all the slabs that have it, in a fixed order; duplicates remain.
-void neighbours_of(const SampleNumbers& numbers, SampleCopy at, std::vector<std::uint32_t>& out) {
-  out.clear();
-  constexpr std::array<GridPoint, 6> kSteps = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-  numbers.for_each_copy(at.slab, at.at, [&](const SampleCopy& copy) {
-    const int n = numbers.intervals(copy.slab);
-    for (const GridPoint step : kSteps) {
-      const GridPoint p = {copy.at.i + step.i, copy.at.j + step.j};
-      if (p.i >= 0 && p.j >= 0 && p.i + p.j <= n) out.push_back(static_cast<std::uint32_t>(numbers.of(copy.slab, p)));
-    }
-  });
-}
-
-/// What a fibre met; Elsewhere: the number is none of a sample's.
-enum class Met : std::uint8_t { Elsewhere, Never, Beyond, Once, Often };
-
-/// Fills the unknown values from the known ones around them: first ring by ring, then relaxed towards the mean of the
-/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2.
-void fill(const SampleNumbers& numbers, std::vector<Met>& met, std::vector<float>& values) {
-  std::vector<std::uint32_t> unknown, begin = {0}, around, scratch;
-  for (std::uint32_t k = 0; k < values.size(); ++k) {
-    if (met[k] != Met::Never) continue;
-    unknown.push_back(k);
-    neighbours_of(numbers, numbers.place(k), scratch);
-    around.insert(around.end(), scratch.begin(), scratch.end());
-    begin.push_back(static_cast<std::uint32_t>(around.size()));
-  }
-  if (unknown.empty()) return;
-  const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<float> {
-    double sum = 0;
-    int count = 0;
-    for (std::uint32_t e = begin[u]; e < begin[u + 1]; ++e)
-      if (!of_known_only || met[around[e]] != Met::Never) {
-        sum += double(values[around[e]]);
-        ++count;
-      }
-    if (count == 0) return std::nullopt;
-    return static_cast<float>(sum / count);
-  };
-  std::vector<std::uint32_t> front(unknown.size()), later, reached;
-  for (std::uint32_t u = 0; u < unknown.size(); ++u) front[u] = u;
-  while (!front.empty()) {
-    later.clear();
-    reached.clear();
-    for (const std::uint32_t u : front) {
-      const auto value = mean(u, true);
-      if (value) {
-        values[unknown[u]] = *value;
-        reached.push_back(unknown[u]);
-      } else {
-        later.push_back(u);
-      }
-    }
-    if (reached.empty()) break;
-    for (const std::uint32_t k : reached) met[k] = Met::Beyond;
-    std::swap(front, later);
-  }
-  for (const std::uint32_t u : front) values[unknown[u]] = 0.5F;
-  for (int sweep = 0; sweep < 60; ++sweep) {
-    double change = 0;
-    for (std::size_t step = 0; step < unknown.size(); ++step) {
-      const std::size_t u = sweep % 2 == 0 ? step : unknown.size() - 1 - step;
-      const auto value = mean(u, false);
-      if (!value) continue;
-      float& mine = values[unknown[u]];
-      change = std::max(change, std::abs(double(*value) - double(mine)));
-      mine = *value;
-    }
-    if (change < 1e-5) break;
-  }
+constexpr std::array<GridPoint, 6> kSteps = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+constexpr bool on_grid(GridPoint p, int n) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
+/// The place of a sample in its tile.
+constexpr GridPoint grid_point(int n, std::size_t index) noexcept {
+  int left = static_cast<int>(index), row = n + 1, j = 0;
+  for (; left >= row; ++j) left -= row--;
+  return {left, j};
 }
 
 bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 + kRounding; }
@@ -113,6 +53,229 @@ void cross(const SampleSource& source, const Line& line, double from, double to,
   found.count = kept;
 }
 
+/// The crossing that a sample takes.
+struct Choice {
+  Met met = Met::Never;
+  Crossing crossing;
+};
+Choice outermost(const Crossings& crossings) noexcept {
+  std::size_t within = 0;
+  const Crossing* last = nullptr;
+  const Crossing* nearest = nullptr;
+  const auto excess = [](const Crossing& c) { return std::max(-c.t, c.t - 1); };
+  for (const Crossing& c : crossings.all()) {
+    if (inside(c)) {
+      ++within;
+      if (c.front) last = &c;
+    } else if (c.front && (nearest == nullptr || excess(c) < excess(*nearest))) {
+      nearest = &c;
+    }
+  }
+  if (last != nullptr) return {within == 1 ? Met::Once : Met::Often, *last};
+  if (nearest != nullptr && within == 0) return {Met::Beyond, *nearest};
+  return {};
+}
+
+float alpha_of(const Crossing& c) noexcept { return static_cast<float>(std::clamp(c.t, 0.0, 1.0)); }
+
+/// The samples of one slab by index.
+class OwnField {
+ public:
+  OwnField(SlabSamples& samples, const SlabCorners& corners, const SampleSource& source)
+      : samples_(samples), corners_(corners), source_(source) {}
+
+  [[nodiscard]] Met met(std::size_t k) const noexcept { return samples_.met[k]; }
+  [[nodiscard]] float value(std::size_t k) const noexcept { return samples_.alpha[k]; }
+  void set(std::size_t k, float value) noexcept { samples_.alpha[k] = value; }
+  void take(std::size_t k, const Crossing& c, Vec3d direction) noexcept {
+    samples_.alpha[k] = alpha_of(c);
+    samples_.steepness[k] = static_cast<float>(dot(source_.surface.normal(c.triangle), direction));
+    samples_.is_void[k] = c.triangle >= source_.phantom_from;
+  }
+  [[nodiscard]] Line line(std::size_t k) const noexcept {
+    return fibre_at(corners_, source_.lattice, grid_point(samples_.intervals, k), samples_.intervals);
+  }
+  void neighbours(std::size_t k, std::vector<std::size_t>& out) const {
+    out.clear();
+    const GridPoint at = grid_point(samples_.intervals, k);
+    for (const GridPoint step : kSteps)
+      if (const GridPoint p = {at.i + step.i, at.j + step.j}; on_grid(p, samples_.intervals))
+        out.push_back(sample_index(samples_.intervals, p));
+  }
+
+ private:
+  SlabSamples& samples_;
+  const SlabCorners& corners_;
+  const SampleSource& source_;
+};
+
+/// The distinct samples of all slabs by number.
+class WholeField {
+ public:
+  WholeField(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs)
+      : mesh_(mesh), numbers_(mesh, kOwnIntervals), source_(source), slabs_(slabs) {}
+
+  [[nodiscard]] Met met(std::size_t k) const noexcept {
+    const SampleCopy at = numbers_.place(k);
+    const std::vector<Met>& met = slabs_[at.slab].met;
+    return met.empty() ? Met::Once : met[sample_index(mesh_.intervals(at.slab), at.at)];
+  }
+  [[nodiscard]] float value(std::size_t k) const noexcept {
+    const SampleCopy at = numbers_.place(k);
+    return std::as_const(*slabs_[at.slab].tile).plane()[sample_index(mesh_.intervals(at.slab), at.at)];
+  }
+  void set(std::size_t k, float value) noexcept {
+    for_copies(k, [&](SlabAlpha& slab, std::size_t index) { slab.tile->plane()[index] = value; });
+  }
+  void take(std::size_t k, const Crossing& c, Vec3d) {
+    const std::uint8_t is_void = c.triangle >= source_.phantom_from;
+    for_copies(k, [&](SlabAlpha& slab, std::size_t index) {
+      slab.tile->plane()[index] = alpha_of(c);
+      if (is_void != 0) slab.is_void.resize(slab.tile->size());
+      if (!slab.is_void.empty()) slab.is_void[index] = is_void;
+    });
+  }
+  [[nodiscard]] Line line(std::size_t k) const noexcept {
+    const SampleCopy at = numbers_.place(k);
+    return fibre_at(mesh_.corners(at.slab), source_.lattice, at.at, mesh_.intervals(at.slab));
+  }
+  /// By all the slabs that have the sample, in a fixed order; duplicates remain.
+  void neighbours(std::size_t k, std::vector<std::size_t>& out) const {
+    out.clear();
+    const SampleCopy at = numbers_.place(k);
+    numbers_.for_each_copy(at.slab, at.at, [&](const SampleCopy& copy) {
+      for (const GridPoint step : kSteps)
+        if (const GridPoint p = {copy.at.i + step.i, copy.at.j + step.j}; on_grid(p, mesh_.intervals(copy.slab)))
+          out.push_back(numbers_.of(copy.slab, p));
+    });
+  }
+
+ private:
+  template <typename Visit>
+  void for_copies(std::size_t k, Visit&& visit) {
+    const SampleCopy at = numbers_.place(k);
+    numbers_.for_each_copy(at.slab, at.at, [&](const SampleCopy& copy) {
+      visit(slabs_[copy.slab], sample_index(mesh_.intervals(copy.slab), copy.at));
+    });
+  }
+
+  const SlabMesh& mesh_;
+  SampleNumbers numbers_;
+  const SampleSource& source_;
+  std::vector<SlabAlpha>& slabs_;
+};
+
+/// Where the mean of the neighbours that were met once lies nearer to another crossing than to the outermost: that one.
+template <typename Field>
+std::optional<Crossing> outvoted(const Field& field, std::size_t k, const SampleSource& source) {
+  std::vector<std::size_t> around;
+  field.neighbours(k, around);
+  double sum = 0;
+  int votes = 0;
+  for (const std::size_t other : around)
+    if (field.met(other) == Met::Once) {
+      sum += double(field.value(other));
+      ++votes;
+    }
+  if (votes < 2) return std::nullopt;
+  const double mean = sum / votes;
+  double nearest = std::abs(double(field.value(k)) - mean);
+  if (nearest < 0.1) return std::nullopt;
+  Crossings crossings;
+  cross(source, field.line(k), -kRounding, 1 + kRounding, crossings);
+  std::optional<Crossing> chosen;
+  for (const Crossing& c : crossings.all()) {
+    if (!c.front || std::abs(c.t - mean) >= nearest) continue;
+    nearest = std::abs(c.t - mean);
+    chosen = c;
+  }
+  return chosen;
+}
+
+/// Fills the unknown values from the known ones around them: first ring by ring, then relaxed towards the mean of the
+/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2.
+template <typename Field>
+void fill(Field& field, std::span<const std::size_t> unknown) {
+  if (unknown.empty()) return;
+  std::vector<std::size_t> scratch, around, places(unknown.begin(), unknown.end());
+  std::vector<std::size_t> begin = {0};
+  for (const std::size_t k : unknown) {
+    field.neighbours(k, scratch);
+    around.insert(around.end(), scratch.begin(), scratch.end());
+    begin.push_back(around.size());
+  }
+  places.insert(places.end(), around.begin(), around.end());
+  sort_unique(places);
+  const auto place_of = [&](std::size_t k) {
+    return static_cast<std::size_t>(std::lower_bound(places.begin(), places.end(), k) - places.begin());
+  };
+  for (std::size_t& k : around) k = place_of(k);
+  std::vector<float> values;
+  std::vector<std::uint8_t> known;
+  for (const std::size_t k : places) {
+    values.push_back(field.value(k));
+    known.push_back(field.met(k) != Met::Never);
+  }
+  std::vector<std::size_t> mine, front(unknown.size()), later, reached;
+  for (const std::size_t k : unknown) mine.push_back(place_of(k));
+  std::iota(front.begin(), front.end(), 0U);
+
+  const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<float> {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t e = begin[u]; e < begin[u + 1]; ++e)
+      if (!of_known_only || known[around[e]] != 0) {
+        sum += double(values[around[e]]);
+        ++count;
+      }
+    if (count == 0) return std::nullopt;
+    return static_cast<float>(sum / count);
+  };
+  while (!front.empty()) {
+    later.clear();
+    reached.clear();
+    for (const std::size_t u : front) {
+      const auto value = mean(u, true);
+      if (value) {
+        values[mine[u]] = *value;
+        reached.push_back(mine[u]);
+      } else {
+        later.push_back(u);
+      }
+    }
+    if (reached.empty()) break;
+    for (const std::size_t k : reached) known[k] = 1;
+    std::swap(front, later);
+  }
+  for (const std::size_t u : front) values[mine[u]] = 0.5F;
+  for (int sweep = 0; sweep < 60; ++sweep) {
+    double change = 0;
+    for (std::size_t step = 0; step < unknown.size(); ++step) {
+      const std::size_t u = sweep % 2 == 0 ? step : unknown.size() - 1 - step;
+      const auto value = mean(u, false);
+      if (!value) continue;
+      float& old = values[mine[u]];
+      change = std::max(change, std::abs(double(*value) - double(old)));
+      old = *value;
+    }
+    if (change < 1e-5) break;
+  }
+  for (std::size_t u = 0; u < unknown.size(); ++u) field.set(unknown[u], values[mine[u]]);
+}
+
+/// Settles what met the source not once; `often` and `never` are sample numbers, ascending.
+template <typename Field>
+bool settle(Field& field, const SampleSource& source, std::span<const std::size_t> often,
+            std::span<const std::size_t> never, const Progress& progress) {
+  std::vector<std::optional<Crossing>> chosen(often.size());
+  if (!for_all(often.size(), 512, progress, [&](std::size_t o) { chosen[o] = outvoted(field, often[o], source); }))
+    return false;
+  for (std::size_t o = 0; o < often.size(); ++o)
+    if (const std::optional<Crossing>& c = chosen[o]) field.take(often[o], *c, field.line(often[o]).direction);
+  fill(field, never);
+  return true;
+}
+
 }  // namespace
 
 SampleNumbers::SampleNumbers(const SlabMesh& mesh, int m) : mesh_(&mesh), m_(m), begin_(mesh.slab_count() + 1, 0) {
@@ -122,102 +285,91 @@ SampleNumbers::SampleNumbers(const SlabMesh& mesh, int m) : mesh_(&mesh), m_(m),
 SampleCopy SampleNumbers::place(std::size_t number) const noexcept {
   const auto next = std::upper_bound(begin_.begin(), begin_.end(), number);
   const auto s = static_cast<SlabId>(next - begin_.begin() - 1);
-  int left = static_cast<int>(number - begin_[s]), row = intervals(s) + 1, j = 0;
-  for (; left >= row; ++j) left -= row--;
-  return {s, {left, j}};
+  return {s, grid_point(intervals(s), number - begin_[s])};
 }
 
-AlphaField sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers, const SampleSource& source,
-                        const Progress& progress) {
-  std::vector<Met> met(numbers.end(), Met::Elsewhere);
-  AlphaField field;
-  field.values.resize(numbers.end());
-  field.steepness.resize(numbers.end());
-  field.is_void.resize(numbers.end());
-  const auto take = [&](std::size_t k, const Crossing& c, Vec3d direction) {
-    field.values[k] = static_cast<float>(std::clamp(c.t, 0.0, 1.0));
-    field.steepness[k] = static_cast<float>(dot(source.surface.normal(c.triangle), direction));
-    field.is_void[k] = c.triangle >= source.phantom_from;
-  };
-
-  const bool cast = for_all(mesh.slab_count(), 1, progress, [&](std::size_t slab) {
+SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
+                          const std::function<int(const SlabSamples&)>& choose, const Progress& progress) {
+  const SampleNumbers numbers(finest, kOwnIntervals);
+  SampledAlpha sampled;
+  sampled.slabs.resize(finest.slab_count());
+  std::vector<HitCount> hits(finest.slab_count());
+  const bool cast = for_all(finest.slab_count(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
-    const SlabCorners corners = mesh.corners(s);
+    const int most = finest.intervals(s);
+    const SlabCorners corners = finest.corners(s);
+    SlabSamples samples(most);
+    OwnField field(samples, corners, source);
+    std::vector<std::size_t> often, never;
+    std::vector<Crossing> outermost_of_often;
     Crossings crossings;
-    numbers.for_each(s, [&](std::size_t k, GridPoint p) {
-      const Line line = fibre_at(corners, source.lattice, p, numbers.intervals(s));
-      cross(source, line, -kBeyond, 1 + kBeyond, crossings);
-      std::size_t within = 0;
-      const Crossing* outermost = nullptr;
-      const Crossing* nearest = nullptr;
-      const auto excess = [](const Crossing& c) { return std::max(-c.t, c.t - 1); };
-      for (const Crossing& c : crossings.all()) {
-        if (inside(c)) {
-          ++within;
-          if (c.front) outermost = &c;
-        } else if (c.front && (nearest == nullptr || excess(c) < excess(*nearest))) {
-          nearest = &c;
-        }
+    std::size_t k = 0;
+    for (int j = 0; j <= most; ++j)
+      for (int i = 0; i + j <= most; ++i, ++k) {
+        const Line line = fibre_at(corners, source.lattice, {i, j}, most);
+        cross(source, line, -kBeyond, 1 + kBeyond, crossings);
+        const Choice choice = outermost(crossings);
+        samples.met[k] = choice.met;
+        if (choice.met != Met::Never) field.take(k, choice.crossing, line.direction);
+        if (choice.met == Met::Never) never.push_back(k);
+        if (choice.met != Met::Often) continue;
+        often.push_back(k);
+        outermost_of_often.push_back(choice.crossing);
       }
-      met[k] = Met::Never;
-      if (outermost != nullptr) {
-        take(k, *outermost, line.direction);
-        met[k] = within == 1 ? Met::Once : Met::Often;
-      } else if (nearest != nullptr && within == 0) {
-        take(k, *nearest, line.direction);
-        met[k] = Met::Beyond;
-      }
+    numbers.for_each(s, [&](std::size_t, GridPoint p) {
+      const Met met = samples.met[sample_index(most, p)];
+      ++(met == Met::Once ? hits[s].single : met == Met::Often ? hits[s].several : hits[s].none);
     });
-  });
-  if (!cast) return {};
-  progress("sample", 0.6);
-
-  // Several crossings: the outermost, unless the mean of the neighbours that were met once lies nearer to another.
-  std::vector<std::uint32_t> often;
-  for (std::uint32_t k = 0; k < met.size(); ++k)
-    if (met[k] == Met::Often) often.push_back(k);
-  const auto line_of = [&](std::size_t k) {
-    const SampleCopy at = numbers.place(k);
-    return fibre_at(mesh.corners(at.slab), source.lattice, at.at, numbers.intervals(at.slab));
-  };
-  std::vector<Crossing> chosen(often.size());
-  const bool weighed = for_all(often.size(), 512, progress, [&](std::size_t o) {
-    const std::uint32_t k = often[o];
-    chosen[o].t = -1;
-    std::vector<std::uint32_t> around;
-    neighbours_of(numbers, numbers.place(k), around);
-    double sum = 0;
-    int votes = 0;
-    for (const std::uint32_t other : around)
-      if (met[other] == Met::Once) {
-        sum += double(field.values[other]);
-        ++votes;
-      }
-    if (votes < 2) return;
-    const double mean = sum / votes;
-    double nearest = std::abs(double(field.values[k]) - mean);
-    if (nearest < 0.1) return;
-    Crossings crossings;
-    cross(source, line_of(k), -kRounding, 1 + kRounding, crossings);
-    for (const Crossing& c : crossings.all()) {
-      if (!c.front || std::abs(c.t - mean) >= nearest) continue;
-      nearest = std::abs(c.t - mean);
-      chosen[o] = c;
+    int n = most;
+    if (choose) {
+      // What the slab's own samples say serves the choice; in the end its neighbours have a say, too.
+      if (!settle(field, source, often, never, progress)) return;
+      n = choose(samples);
+      for (std::size_t o = 0; o < often.size(); ++o)
+        field.take(often[o], outermost_of_often[o], field.line(often[o]).direction);
+    }
+    SlabAlpha& kept = sampled.slabs[slab];
+    kept.tile = std::make_shared<Tile>(n, 1, 0.0F);
+    const auto every = [&](auto&& take) {
+      const int step = most / n;
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i) take(sample_index(n, {i, j}), sample_index(most, {i * step, j * step}));
+    };
+    bool once = true, closed = true;
+    every([&](std::size_t to, std::size_t from) {
+      kept.tile->plane()[to] = samples.alpha[from];
+      once = once && samples.met[from] == Met::Once;
+      closed = closed && samples.is_void[from] == 0;
+    });
+    if (!once) {
+      kept.met.resize(kept.tile->size());
+      every([&](std::size_t to, std::size_t from) { kept.met[to] = samples.met[from]; });
+    }
+    if (!closed) {
+      kept.is_void.resize(kept.tile->size());
+      every([&](std::size_t to, std::size_t from) { kept.is_void[to] = samples.is_void[from]; });
     }
   });
-  if (!weighed) return {};
-  for (std::size_t o = 0; o < often.size(); ++o)
-    if (chosen[o].t >= -kRounding) take(often[o], chosen[o], line_of(often[o]).direction);
+  if (!cast) return {};
+  for (const HitCount& count : hits) sampled.hits += count;
+  progress("sample", 0.6);
+  return sampled;
+}
 
-  if (!often.empty()) field.folded.resize(met.size());
-  for (const std::uint32_t k : often) field.folded[k] = 1;
-  for (const Met m : met) {
-    field.hits.single += m == Met::Once;
-    field.hits.several += m == Met::Often;
-    field.hits.none += m == Met::Never || m == Met::Beyond;
+bool settle_alpha(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs,
+                  const Progress& progress) {
+  WholeField field(mesh, source, slabs);
+  std::vector<std::size_t> often, never;
+  const SampleNumbers numbers(mesh, kOwnIntervals);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    if (slabs[s].met.empty()) continue;
+    numbers.for_each(s, [&](std::size_t k, GridPoint p) {
+      const Met met = slabs[s].met[sample_index(mesh.intervals(s), p)];
+      if (met == Met::Often) often.push_back(k);
+      if (met == Met::Never) never.push_back(k);
+    });
   }
-  fill(numbers, met, field.values);
-  return field;
+  return settle(field, source, often, never, progress);
 }
 
 HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already, const Progress& progress) {
@@ -242,11 +394,7 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
       }
   });
   if (!cast) return hits;
-  for (const HitCount& count : of_slab) {
-    hits.single += count.single;
-    hits.none += count.none;
-    hits.several += count.several;
-  }
+  for (const HitCount& count : of_slab) hits += count;
   return hits;
 }
 

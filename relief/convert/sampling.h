@@ -9,6 +9,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -76,23 +79,56 @@ struct SampleSource {
 struct HitCount {
   std::size_t single = 0, none = 0, several = 0;
   [[nodiscard]] std::size_t all() const noexcept { return single + none + several; }
+  HitCount& operator+=(const HitCount& b) noexcept {
+    single += b.single;
+    none += b.none;
+    several += b.several;
+    return *this;
+  }
 };
 
-/// By sample number.
-struct AlphaField {
-  std::vector<float> values;
-  std::vector<float> steepness;       ///< lattice steps by which the surface moves along its normal per unit of alpha
+/// How a fibre meets the source: once, several times, just beyond one of its ends, not at all.
+enum class Met : std::uint8_t { Once, Often, Beyond, Never };
+
+/// What the fibres of one slab met on its grid, row by row.
+struct SlabSamples {
+  int intervals;
+  std::vector<float> alpha;
+  std::vector<float> steepness;  ///< lattice steps by which the surface moves along its normal per unit of alpha
+  std::vector<Met> met;
   std::vector<std::uint8_t> is_void;  ///< met a phantom triangle
-  std::vector<std::uint8_t> folded;   ///< met the source several times; empty where none did
-  HitCount hits;
+
+  explicit SlabSamples(int n)
+      : intervals(n),
+        alpha(sample_count(n)),
+        steepness(sample_count(n)),
+        met(sample_count(n)),
+        is_void(sample_count(n)) {}
 };
 
-/// Casts one ray per sample along its fibre. Where it meets the source several times the outermost crossing that leaves
-/// through the front is taken, unless the samples around, met once, speak for another. A fibre that does not meet the
-/// source gets the nearer end where the source passes just beyond that end, else it is filled smoothly from around it.
-/// The same for any number of threads. Values are empty when cancelled.
-[[nodiscard]] AlphaField sample_alpha(const SlabMesh& mesh, const SampleNumbers& numbers, const SampleSource& source,
-                                      const Progress& progress);
+/// What is kept of a slab's samples.
+struct SlabAlpha {
+  std::shared_ptr<Tile> tile;
+  std::vector<Met> met;               ///< empty where all met the source once
+  std::vector<std::uint8_t> is_void;  ///< empty where none is
+};
+struct SampledAlpha {
+  std::vector<SlabAlpha> slabs;
+  HitCount hits;  ///< of all samples that were cast, shared ones once
+};
+
+/// Casts one ray per sample of `finest` along its fibre, and keeps every 2^k-th along the edges so that n becomes what
+/// `choose` gives for the slab. Where a fibre meets the source several times the outermost crossing that leaves through
+/// the front is taken; one that does not meet the source gets the nearer end where the source passes just beyond that
+/// end. Memory: what is kept. Nothing when cancelled.
+[[nodiscard]] SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
+                                        const std::function<int(const SlabSamples&)>& choose, const Progress& progress);
+
+/// Where fibres met the source several times, takes another crossing if the samples around, met once, speak for it;
+/// where they never met it, fills the samples smoothly from around them. The mesh has the n that were chosen. The same
+/// for any number of threads. False when cancelled.
+[[nodiscard]] bool settle_alpha(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs,
+                                const Progress& progress);
 
 /// Casts further fibres, spread evenly over all slabs, until with those `already` cast there are a million.
 [[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,

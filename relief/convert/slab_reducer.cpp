@@ -664,6 +664,17 @@ bool SlabReducer::collapse(std::uint32_t h) {
   return false;
 }
 
+// On a rough source merged fibres must grow nearly each time: then they start higher, so that fewer starts are in vain.
+void SlabReducer::adapt_growth(Fault fault) {
+  constexpr double kUp = 1.1, kDown = 0.97, kMost = 1.5;
+  if (fault == Fault::Outer || fault == Fault::Inner) {
+    double& growth = growth_[fault == Fault::Outer ? kOuter : kInner];
+    growth = std::min(kMost, growth * kUp);
+  } else {
+    for (double& growth : growth_) growth = std::max(1.0, growth * kDown);
+  }
+}
+
 bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   const double shape = quality(at).least;
   if (shape < 0.08 && shape < 0.9 * shape_before) return false;
@@ -681,12 +692,12 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
       const double sign = side == kOuter ? 1 : -1;
       const double mean =
           0.5 * sign * (dot(to_double(cage_.ends[u][side]) - at, d) + dot(to_double(cage_.ends[v][side]) - at, d));
-      heights[side] = std::max(mean, 0.25 * thickness);
+      heights[side] = std::max(mean, 0.25 * thickness) * growth_[side];
     }
   };
   start(directions[0]);
   int shrunk = 0;
-  const bool patient = alive_ < few_;  // each slab is worth more tries
+  const bool patient = alive_ <= few_;  // each slab is worth more tries
   for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
     const double sum = heights[0] + heights[1];
     if (sum > 0.999 * longest_) {
@@ -695,7 +706,9 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
     }
     const Vec3d d = directions[choice];
     trial_.ends = {snap(at - d * heights[kInner]), snap(at + d * heights[kOuter])};
-    switch (evaluate()) {
+    const Fault fault = evaluate();
+    if (attempt == 0) adapt_growth(fault);
+    switch (fault) {
       case Fault::None:
         merge(h, at);
         return true;
@@ -866,6 +879,7 @@ void SlabReducer::flip(std::uint32_t h) {
 bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
   constexpr std::size_t kStride = 7;
+  swept_to_ = stop;
   std::vector<double> costs;
   swept_.assign(out_.size(), 0);
   const double start = double(alive_);
@@ -909,7 +923,11 @@ void SlabReducer::tolerate(double share) {
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
-  few_ = std::max<std::size_t>(16 * target_count, 3200);
+  // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time, and
+  // rounds that take few are not worth theirs.
+  const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
+  const std::size_t in_vain = stuck ? 50 : 200;  // a round that removes less than one in so many is the last
+  few_ = stuck ? alive_ : std::max<std::size_t>(16 * target_count, 3200) - 1;
   // No part can have fewer than four slabs.
   std::uint32_t parts = 0;
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
@@ -954,7 +972,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / 200))) break;
+    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / in_vain))) break;
   }
   return true;
 }

@@ -172,6 +172,7 @@ class SlabReducer {
   bool drop_end(std::uint32_t h, double most);
   bool collapse(std::uint32_t h);
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
+  void adapt_growth(Fault fault);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
   void improve(std::uint32_t v);
@@ -181,6 +182,7 @@ class SlabReducer {
   const OrderedSource& source_;
   double longest_;
   double tolerance_ = 0;
+  std::array<double, 2> growth_{1, 1};  // by Side: how much higher merged fibres start, as the last ones had to
   Box3d room_;
   CageDraft cage_;
   std::vector<std::uint8_t> fixed_;             // per vertex
@@ -190,7 +192,8 @@ class SlabReducer {
   std::vector<std::uint32_t> stamps_, improved_, swept_;
   std::uint32_t clock_ = 1;
   std::size_t listed_ = 0, alive_ = 0, free_ = 0;
-  std::size_t few_ = 0;  // below so many slabs more is tried
+  std::size_t few_ = 0;       // at so many slabs or less more is tried
+  std::size_t swept_to_ = 0;  // where the last sweep was to end
   std::vector<Candidate> queue_;
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;

@@ -1,5 +1,4 @@
 #include <relief/base/triangle.h>
-#include <relief/convert/lattice.h>
 #include <relief/convert/source_surface.h>
 
 #include <embree3/rtcore.h>
@@ -36,6 +35,7 @@ bool has_slivers(std::span<const Vec3d> points, std::span<const Face> faces) {
   constexpr double kMuch = 30;
   double boxes = 0, triangles = 0;
   for (const Face& f : faces) {
+    if (!is_finite(points[f[0]]) || !is_finite(points[f[1]]) || !is_finite(points[f[2]])) continue;
     Box3d box;
     for (const std::uint32_t v : f) box.add(points[v]);
     const Vec3d e = box.extent();
@@ -52,27 +52,33 @@ struct SourceSurface::Scene {
   RTCScene scene = nullptr;
 };
 
-SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces)
-    : points_(points), faces_(faces), scene_(std::make_unique<Scene>()) {
+SourceSurface::SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces, const Lattice& lattice)
+    : points_(points),
+      faces_(faces),
+      origin_(lattice.origin),
+      scale_(1 / lattice.step),
+      scene_(std::make_unique<Scene>()) {
   scene_->device = rtcNewDevice(nullptr);
   if (scene_->device == nullptr) throw std::bad_alloc();
   scene_->scene = rtcNewScene(scene_->device);
-  rtcSetSceneFlags(scene_->scene,
-                   static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+  // Leaves that hold no corners are made in half the time and take 45 bytes less per triangle; rays cost a tenth more.
+  constexpr std::size_t kMany = 300'000;
+  const int compact = faces.size() > kMany ? RTC_SCENE_FLAG_COMPACT : RTC_SCENE_FLAG_NONE;
+  rtcSetSceneFlags(scene_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | compact |
+                                                             RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
   // A hierarchy that cuts triangles apart takes longer to build, and pays where boxes hold little of them.
   const RTCBuildQuality quality = has_slivers(points, faces) ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_LOW;
   rtcSetSceneBuildQuality(scene_->scene, quality);
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* const vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), points.size()));
-  auto* const indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), faces.size()));
-  if (vertices == nullptr || indices == nullptr) throw std::bad_alloc();
+  if (vertices == nullptr) throw std::bad_alloc();
   for (std::size_t v = 0; v < points.size(); ++v) {
-    const Vec3f p = to_scene(points[v]);
+    const Vec3f p = to_scene(point(static_cast<std::uint32_t>(v)));
     for (std::size_t k = 0; k < 3; ++k) vertices[3 * v + k] = p[k];
   }
-  for (std::size_t f = 0; f < faces.size(); ++f) std::copy(faces[f].begin(), faces[f].end(), indices + 3 * f);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, faces.data(), 0, sizeof(Face),
+                             faces.size());
   rtcSetGeometryBuildQuality(geometry, quality);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene_->scene, geometry);
@@ -117,8 +123,8 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
     std::size_t same = kept;
-    for (std::size_t j = kept; j-- > 0 && found.items[k].t - found.items[j].t < slack / 32;)
-      if (found.items[j].front == found.items[k].front) same = j;
+    for (std::size_t j = kept; j > 0 && found.items[k].t - found.items[j - 1].t < slack / 32; --j)
+      if (found.items[j - 1].front == found.items[k].front) same = j - 1;
     if (same == kept || found.items[k].inside > found.items[same].inside) found.items[same] = found.items[k];
     kept += same == kept;
   }
@@ -127,7 +133,7 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
 
 std::optional<Crossing> SourceSurface::crossing_with(std::uint32_t triangle, Vec3d origin, Vec3d direction) const {
   const Face& f = faces_[triangle];
-  const Vec3d a = points_[f[0]] - origin, b = points_[f[1]] - origin, c = points_[f[2]] - origin;
+  const Vec3d a = point(f[0]) - origin, b = point(f[1]) - origin, c = point(f[2]) - origin;
   const Vec3d n = relief::cross(b - a, c - a);
   const double steep = dot(n, direction);
   if (!(std::abs(steep) > 1e-9 * length(n) * length(direction)))
@@ -182,8 +188,7 @@ SourceSurface::Nearest SourceSurface::nearest(Vec3d p) const {
     auto& s = *static_cast<Search*>(arguments->userPtr);
     const Face& f = s.surface->faces_[arguments->primID];
     // From p, so that nothing is lost far from the origin.
-    const Vec3d a = s.surface->points_[f[0]] - s.p, b = s.surface->points_[f[1]] - s.p,
-                c = s.surface->points_[f[2]] - s.p;
+    const Vec3d a = s.surface->point(f[0]) - s.p, b = s.surface->point(f[1]) - s.p, c = s.surface->point(f[2]) - s.p;
     const auto w = nearest_in_triangle({}, a, b, c);
     const double distance = length(a * w[0] + b * w[1] + c * w[2]);
     if (!(distance < s.best.distance)) return false;

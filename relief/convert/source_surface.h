@@ -3,6 +3,7 @@
 
 #include <relief/base/vec.h>
 #include <relief/convert/decimate.h>
+#include <relief/convert/lattice.h>
 
 #include <array>
 #include <cstdint>
@@ -28,12 +29,14 @@ struct Crossings {
   [[nodiscard]] std::span<const Crossing> all() const noexcept { return std::span(items).first(count); }
 };
 
-/// A hierarchy over the source's triangles (Embree). Coordinates are lattice coordinates; the search runs in float
+/// A hierarchy over the source's triangles (Embree). Queries are in lattice coordinates; the search runs in float
 /// about the middle of the lattice, places are computed anew in double. Queries may run on many threads at once.
 class SourceSurface {
  public:
-  /// Points and faces must outlive it. Throws std::bad_alloc.
-  SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces);
+  /// Points are in model units, `lattice` turns them into its coordinates. Points and faces must outlive it; faces with
+  /// a point that is not finite are never met. About 60 bytes per triangle of its own, 100 where these are few. Throws
+  /// std::bad_alloc.
+  SourceSurface(std::span<const Vec3d> points, std::span<const Face> faces, const Lattice& lattice);
   ~SourceSurface();
   SourceSurface(const SourceSurface&) = delete;
   SourceSurface& operator=(const SourceSurface&) = delete;
@@ -68,11 +71,15 @@ class SourceSurface {
   [[nodiscard]] Crossing settle(const Crossing& near, Vec3d origin, Vec3d direction) const;
   [[nodiscard]] Vec3d twice_area(std::uint32_t triangle) const noexcept {
     const Face& f = faces_[triangle];
-    return relief::cross(points_[f[1]] - points_[f[0]], points_[f[2]] - points_[f[0]]);
+    const Vec3d a = point(f[0]);
+    return relief::cross(point(f[1]) - a, point(f[2]) - a);
   }
+  [[nodiscard]] Vec3d point(std::uint32_t v) const noexcept { return (points_[v] - origin_) * scale_; }
   struct Scene;
   std::span<const Vec3d> points_;
   std::span<const Face> faces_;
+  Vec3d origin_;  // of the lattice
+  double scale_;  // lattice steps per model unit
   std::unique_ptr<Scene> scene_;
 };
 

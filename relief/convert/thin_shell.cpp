@@ -42,7 +42,7 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
     std::for_each(gone.begin(), gone.end(), set);
     std::for_each(work.begin(), work.end(), set);
   } else {
-    tree_.emplace(faces, [&](std::size_t f) { return box(static_cast<std::uint32_t>(f)); });
+    tree_ = std::make_unique<BoxTree>(faces, [&](std::size_t f) { return box(static_cast<std::uint32_t>(f)); });
     for (std::uint32_t f = 0; f < faces; ++f)
       if (source_.alive(f)) work.push_back(f);
   }

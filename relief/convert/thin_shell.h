@@ -10,7 +10,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -40,7 +40,7 @@ class ThinShell {
   /// Per point of the source. The shell is of no more use then; the same for the tree.
   [[nodiscard]] std::vector<Ends> take_ends() { return std::move(ends_); }
   /// Over boxes that hold the slabs, in the order of the source's faces.
-  [[nodiscard]] std::optional<BoxTree> take_tree() { return std::move(tree_); }
+  [[nodiscard]] std::unique_ptr<BoxTree> take_tree() { return std::move(tree_); }
 
  private:
   void start(std::uint32_t v);
@@ -60,7 +60,7 @@ class ThinShell {
   std::vector<std::uint8_t> works_, faulty_;
   std::vector<std::uint32_t> faults_, shortest_;  // shortest_: points whose fibres have been cut down to the least
   std::atomic<std::size_t> pairs_ = 0;
-  std::optional<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
+  std::unique_ptr<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
 };
 
 }  // namespace relief::detail

@@ -22,6 +22,26 @@ std::uint64_t next_number() noexcept {
 }
 
 std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
+
+/// Tiles of one value everywhere. Immutable until written, so one serves all slabs of the same n.
+class Blanks {
+ public:
+  Blanks(Layer layer, float value) noexcept : layer_(layer), value_(value) {}
+  [[nodiscard]] const TilePtr& of(int n) {
+    TilePtr& tile = tiles_[static_cast<std::size_t>(n)];
+    if (!tile) {
+      auto made = std::make_shared<Tile>(n, channels(layer_), value_);
+      if (layer_ == Layer::Displacement || layer_ == Layer::Void) made->find_bounds();
+      tile = std::move(made);
+    }
+    return tile;
+  }
+
+ private:
+  Layer layer_;
+  float value_;
+  std::array<TilePtr, kMaxIntervals + 1> tiles_;
+};
 }  // namespace
 
 std::string_view name(Layer layer) noexcept { return kLayerNames[static_cast<std::size_t>(layer)]; }
@@ -87,15 +107,13 @@ Snapshot::Snapshot() : number_(next_number()) {
 
 SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha) {
   const std::shared_ptr<Snapshot> made(new Snapshot);
+  Blanks blanks(Layer::Displacement, alpha);
   auto pages = std::make_shared<PageTable>(page_count(*slab_mesh));
   for (std::size_t p = 0; p < pages->size(); ++p) {
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t) {
       const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t;
-      if (s >= slab_mesh->slab_count()) continue;
-      auto tile = std::make_shared<Tile>(slab_mesh->intervals(s), 1, alpha);
-      tile->find_bounds();
-      page->tiles[t] = std::move(tile);
+      if (s < slab_mesh->slab_count()) page->tiles[t] = blanks.of(slab_mesh->intervals(s));
     }
     (*pages)[p] = std::move(page);
   }
@@ -180,22 +198,12 @@ void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   own.table->assign(page_count(mesh), nullptr);
   own.pages.assign(own.table->size(), {});
   own.own_pages.clear();
-  // Immutable until written, so one tile serves all slabs of the same n.
-  std::array<TilePtr, kMaxIntervals + 1> blanks;
-  const auto blank = [&](int n) {
-    TilePtr& tile = blanks[static_cast<std::size_t>(n)];
-    if (!tile) {
-      auto made = std::make_shared<Tile>(n, channels(layer), value);
-      if (layer == Layer::Void) made->find_bounds();
-      tile = std::move(made);
-    }
-    return tile;
-  };
+  Blanks blanks(layer, value);
   for (std::size_t p = 0; p < own.table->size(); ++p) {
     auto page = std::make_shared<Page>();
     for (SlabId t = 0; t < kTilesPerPage; ++t)
       if (const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t; s < mesh.slab_count())
-        page->tiles[t] = blank(own_intervals ? mesh.intervals(s) : m);
+        page->tiles[t] = blanks.of(own_intervals ? mesh.intervals(s) : m);
     (*own.table)[p] = std::move(page);
   }
 }

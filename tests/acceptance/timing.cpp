@@ -21,6 +21,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <thread>
 #include <utility>
@@ -92,7 +93,7 @@ SessionStats live_session(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
   done.store(true);
   drawing.join();
-  static_cast<void>(session.stop());
+  if (const Status stopped = session.stop(); !stopped) std::fprintf(stderr, "%s\n", stopped.error().message.c_str());
   return session.stats();
 }
 
@@ -129,7 +130,7 @@ void work_per_tick(Report& report) {
 void deadlines(Report& report) {
   // On a virtual clock: ticks come late by a trace, whole periods are skipped, and the device holds the last force.
   const SnapshotPtr model = testing::fine_sphere();
-  PlantPreset preset = plant_presets().front();
+  const PlantPreset preset = plant_presets().front();
   SimulatedHand hand(preset, {.max_force = 1},
                      [](double t) { return HandTarget{{0.03 * std::sin(2 * t), 0.02, 0.03 * std::cos(2 * t)}, 0}; });
   hand.set_state({0, 0.025, 0.052}, {});

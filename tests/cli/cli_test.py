@@ -486,6 +486,16 @@ class Workflow(Case):
         self.assertIn(b"property double x", mended.read_bytes()[:400])
         self.assertEqual(Run("info", model, "--json").json()["unit"], "cm")
 
+    @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
+    def test_peak_memory_of_coloured_samples(self):
+        for name, options in (("pumpkin", ["--samples", 63]), ("pumpkin", []), ("bowl", ["--samples", 63])):
+            mesh = self.folder / f"{name}.ply"
+            self.ok("sample", name, "-o", mesh, "--triangles", 100_000)
+            json_out = Run("convert", mesh, "-o", self.folder / "peak.relief", "--force", *options, "--json").json()
+            self.assertIn("colour", json_out["phases"], "the sample has colours")
+            limit = 64 + 300 * json_out["source_triangles"] / 2**20
+            self.assertLess(json_out["peak_mib"], limit, f"{name} {options}")
+
     def test_strokes_are_not_lost_by_converting_again(self):
         model = self.folder / "strokes.relief"
         shutil.copy(self.model, model)

@@ -39,7 +39,7 @@ class Driver {
 
 /// A snapshot whose surface is where field(p) is 0: below 0 inside, so that it grows along every fibre.
 template <typename Field>
-SnapshotPtr shaped(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
+SnapshotPtr shaped(const std::shared_ptr<const SlabMesh>& mesh, Field&& field) {
   SnapshotDraft draft(Snapshot::make(mesh));
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     const int n = mesh->intervals(s);

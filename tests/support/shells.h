@@ -34,8 +34,10 @@ inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double in
     faces = std::move(finer);
   }
   std::vector<Fibre> fibres;
+  fibres.reserve(points.size());
   for (const Vec3d p : points) fibres.push_back({centre + p * inner, centre + p * outer});
   std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(faces.size());
   for (const auto& f : faces) slabs.push_back({f, n});
   auto mesh = SlabMesh::make(std::move(fibres), slabs);
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
@@ -133,7 +135,7 @@ void fill(SnapshotDraft& draft, Layer layer, Field&& field) {
 /// A snapshot whose displacement is field(p).
 template <typename Field>
 SnapshotPtr displaced(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
-  SnapshotDraft draft(Snapshot::make(mesh));
+  SnapshotDraft draft(Snapshot::make(std::move(mesh)));
   fill(draft, Layer::Displacement, field);
   return draft.finish();
 }

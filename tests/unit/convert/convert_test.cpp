@@ -269,7 +269,7 @@ TEST(Convert, ColoursFollowTheSource) {
   expect_sound(result, settings);
   const Snapshot& model = *result->model.head;
   ASSERT_TRUE(model.has(Layer::Colour));
-  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 32) << "the power of two at or above 2 n";
+  EXPECT_EQ(model.tile(Layer::Colour, 0).intervals(), 32) << "twice as dense as the corners of the ball";
   for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
     const SurfacePoint p = surface_point(model, s, 0.3, 0.4);
     const Vec3d want = colour(normalized(p.position));
@@ -360,6 +360,18 @@ TEST(Convert, ImagesArriveAtTheResolutionOfTheColours) {
     EXPECT_GT(std::min(above, below), 20'000U);
     EXPECT_LT(worst, 0.06);
   }
+}
+
+TEST(Convert, ColoursAreAsFineAsTheSourceHasThem) {
+  const auto colours_at_n = [](const TriangleMesh& source, int n) {
+    return convert(source, few(60, n))->model.head->tile(Layer::Colour, 0).intervals();
+  };
+  TriangleMesh coarse = testing::ball(10);
+  coarse.colours.assign(coarse.positions.size(), {200, 100, 50, 255});
+  EXPECT_LE(colours_at_n(coarse, 0), 8) << "the displacement is finer";
+  EXPECT_EQ(colours_at_n(coarse, 15), 16) << "as fine as the n that was asked for";
+  // As few triangles, and about 500 pixels to a slab.
+  EXPECT_EQ(colours_at_n(pictured_ball(10, [](double u, double v) { return Vec3d{u, v, 0}; }, {}), 0), 128);
 }
 
 TEST(Convert, StopsWhenAsked) {

@@ -45,9 +45,7 @@ bool is_closed(const TriangleMesh& mesh) {
 /// The greatest distance from a vertex of one mesh to the surface of the other.
 double farthest(const TriangleMesh& from, const TriangleMesh& to) {
   const detail::Lattice lattice = detail::Lattice::around(bounds(from), 0.1);
-  std::vector<Vec3d> points;
-  for (const Vec3d p : to.positions) points.push_back(lattice.to_lattice(p));
-  const detail::SourceSurface surface(points, to.triangles);
+  const detail::SourceSurface surface(to.positions, to.triangles, lattice);
   double most = 0;
   for (const Vec3d p : from.positions) most = std::max(most, surface.nearest(lattice.to_lattice(p)).distance);
   return most * lattice.step;

@@ -30,7 +30,7 @@ TEST(SourceSurface, NextToASteepEdgeTheFaceThatIsCrossedIsMet) {
                                                                         {90'001, 12'300'003},
                                                                         {90'001, 12'400'007}})
     add(across, y);
-  const detail::SourceSurface surface(points, faces);
+  const detail::SourceSurface surface(points, faces, {});
   std::mt19937 random(3);
   std::uniform_real_distribution<double> off(-4, 4), along(12'310'000, 12'390'000);
   for (int trial = 0; trial < 20'000; ++trial) {
