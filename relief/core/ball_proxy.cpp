@@ -281,8 +281,17 @@ class Mover {
 
 struct BallProxy::Memory : Room {};
 
-BallProxy::BallProxy() : BallProxy(std::make_unique<Memory>()) {}
-BallProxy::BallProxy(std::unique_ptr<Memory> memory) noexcept : memory_(std::move(memory)) {}
+BallProxy::OwnMemory::OwnMemory() : memory_(std::make_unique<Memory>()) {}
+BallProxy::OwnMemory::OwnMemory(const OwnMemory& other) : memory_(std::make_unique<Memory>(*other.memory_)) {}
+BallProxy::OwnMemory::OwnMemory(OwnMemory&&) noexcept = default;
+BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(const OwnMemory& other) { return *this = OwnMemory(other); }
+BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(OwnMemory&&) noexcept = default;
+BallProxy::OwnMemory::~OwnMemory() = default;
+
+BallProxy::BallProxy() : BallProxy(OwnMemory()) {}
+BallProxy::BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
+BallProxy::BallProxy(const BallProxy& other) = default;
+BallProxy& BallProxy::operator=(const BallProxy& other) = default;
 BallProxy::BallProxy(BallProxy&&) noexcept = default;
 BallProxy& BallProxy::operator=(BallProxy&&) noexcept = default;
 BallProxy::~BallProxy() = default;

@@ -20,8 +20,11 @@ class BallProxy {
   using Ease = Proxy::Ease;
   static constexpr int kSearches = 12;
 
+  /// Allocates, as copies do.
   BallProxy();
+  BallProxy(const BallProxy& other);
   BallProxy(BallProxy&&) noexcept;
+  BallProxy& operator=(const BallProxy& other);
   BallProxy& operator=(BallProxy&&) noexcept;
   ~BallProxy();
 
@@ -57,9 +60,24 @@ class BallProxy {
 
  private:
   struct Memory;
-  explicit BallProxy(std::unique_ptr<Memory> memory) noexcept;
+  /// Copied with the ball.
+  class OwnMemory {
+   public:
+    OwnMemory();
+    OwnMemory(const OwnMemory& other);
+    OwnMemory(OwnMemory&&) noexcept;
+    OwnMemory& operator=(const OwnMemory& other);
+    OwnMemory& operator=(OwnMemory&&) noexcept;
+    ~OwnMemory();
+    Memory* operator->() const noexcept { return memory_.get(); }
+    Memory& operator*() const noexcept { return *memory_; }
 
-  std::unique_ptr<Memory> memory_;  ///< the list, and room to work in
+   private:
+    std::unique_ptr<Memory> memory_;
+  };
+  explicit BallProxy(OwnMemory memory) noexcept;
+
+  OwnMemory memory_;  ///< the list, and room to work in
   bool known_ = false, held_ = false, lost_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick
