@@ -21,7 +21,7 @@ using detail::point_of;
 using detail::same_side;
 using detail::turned_by;
 
-constexpr int kTries = 128;          // micro-triangles that one walk looks at
+constexpr int kTries = 64;           // micro-triangles that one walk looks at
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
 constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off

@@ -43,7 +43,7 @@ class MicroTriangles;
 /// through material, to a place around which none is nearer; so it keeps to the side from which the cursor came,
 /// however deep that goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is
 /// deeper than the surface is curved, that place runs away to another side (round a rim, say); the point then goes
-/// along with the cursor instead. Cost per tick: usually a few micro-triangles, at most some four hundred; a way into
+/// along with the cursor instead. Cost per tick: usually a few micro-triangles, at most some two hundred; a way into
 /// the surface or off it costs a sweep.
 class Proxy {
  public:
