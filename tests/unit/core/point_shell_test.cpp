@@ -1,6 +1,7 @@
 // A rigid tool made of points: one point is as a point, many push together, turned tools turn back.
 #include "support/driver.h"
 #include "support/tools.h"
+#include "support/wandering_hand.h"
 
 #include <relief/core/point_shell.h>
 #include <relief/core/query.h>
@@ -31,13 +32,10 @@ TEST(PointShell, OnePointIsAsAProxy) {
   const Vec3d own[] = {{0.1, -0.2, 0.05}};
   PointShell shell(own);
   Proxy proxy;
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  Vec3d hand = {2, 1.5, 0}, way;
+  testing::WanderingHand wandering;
   int held = 0;
   for (int k = 0; k < 5000; ++k) {
-    way = way * 0.95 + Vec3d{normal(random), normal(random), normal(random)} * 1e-3 + (Vec3d{2, 0.7, 0} - hand) * 2e-4;
-    hand += way;
+    const Vec3d hand = wandering.next();
     shell.step(*model, {hand, {}}, kAtOnce);
     proxy.step(*model, hand + own[0], kAtOnce);
     ASSERT_EQ(shell.held() > 0, proxy.held()) << k;

@@ -1,5 +1,6 @@
 // The surface contact point: entry, the walk, release, rims, and a surface that changes under it.
 #include "support/shells.h"
+#include "support/wandering_hand.h"
 
 #include <relief/core/proxy.h>
 
@@ -244,13 +245,10 @@ TEST(Proxy, OtherSlabsUnderItAreReported) {
 TEST(Proxy, WithoutItsNormalsItGoesTheSameWay) {
   const SnapshotPtr model = bumpy_torus();
   Proxy all, bare;
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  Vec3d hand = {2, 1.5, 0}, way;
+  testing::WanderingHand wandering;
   int held = 0;
   for (int k = 0; k < 5000; ++k) {
-    way = way * 0.95 + Vec3d{normal(random), normal(random), normal(random)} * 1e-3 + (Vec3d{2, 0.7, 0} - hand) * 2e-4;
-    hand += way;
+    const Vec3d hand = wandering.next();
     all.step(*model, hand, {});
     bare.step(*model, hand, {}, Proxy::Look::Here, Proxy::Tell::WayOut);
     ASSERT_EQ(all.held(), bare.held()) << k;

@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 #include <tuple>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -59,9 +60,9 @@ Key key(SlabId slab, const std::array<GridPoint, 3>& c) {
   return {slab, c[0].i, c[0].j, c[1].i, c[1].j, c[2].i, c[2].j};
 }
 
-/// Every micro-triangle within reach, the slow way.
-std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
-  std::set<Key> found;
+/// Calls visit(slab, corners, the triangle's own point nearest to p) for all micro-triangles, one after the other.
+template <typename Visit>
+void for_each_nearest(const Snapshot& model, Vec3d p, Visit&& visit) {
   const SlabMesh& mesh = model.slab_mesh();
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
     for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
@@ -69,22 +70,33 @@ std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
       std::array<Vec3d, 3> v;
       for (std::size_t k = 0; k < 3; ++k) v[k] = sample_position(model, s, c[k]);
       const auto w = nearest_in_triangle(p, v[0], v[1], v[2]);
-      if (length(v[0] * w[0] + v[1] * w[1] + v[2] * w[2] - p) < reach) found.insert(key(s, c));
+      visit(s, c, v[0] * w[0] + v[1] * w[1] + v[2] * w[2]);
     });
+}
+
+/// Every micro-triangle within reach, the slow way.
+std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
+  std::set<Key> found;
+  for_each_nearest(model, p, [&](SlabId s, const std::array<GridPoint, 3>& c, Vec3d nearest) {
+    if (length(nearest - p) < reach) found.insert(key(s, c));
+  });
   return found;
 }
 
-TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
-  const auto rough = [](Vec3d p) {
-    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
-  };
-  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
+double rough(Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y); }
+
+/// Coarse, stitched, and stitched with a hole.
+std::vector<SnapshotPtr> rough_tori() {
   const auto plain = torus_shell(12, 8, 13);
-  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
-                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole)};
+  return {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+          with_hole(displaced(mixed_shell(*plain, 2, 2), rough),
+                    [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; })};
+}
+
+TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> unit(-1, 1);
-  for (const SnapshotPtr& model : models) {
+  for (const SnapshotPtr& model : rough_tori()) {
     std::size_t most = 0;
     for (int k = 0; k < 60; ++k) {
       const Vec3d p = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 3.0).position +
@@ -109,30 +121,16 @@ TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
 /// Of the model's micro-triangles, the slow way.
 double distance_to(const Snapshot& model, Vec3d p) {
   double least2 = 1e300;
-  const SlabMesh& mesh = model.slab_mesh();
-  for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
-      if (model.is_hole(s, c)) return;
-      std::array<Vec3d, 3> v;
-      for (std::size_t k = 0; k < 3; ++k) v[k] = sample_position(model, s, c[k]);
-      const auto w = nearest_in_triangle(p, v[0], v[1], v[2]);
-      const Vec3d way = v[0] * w[0] + v[1] * w[1] + v[2] * w[2] - p;
-      least2 = std::min(least2, dot(way, way));
-    });
+  for_each_nearest(model, p, [&](SlabId, const std::array<GridPoint, 3>&, Vec3d nearest) {
+    least2 = std::min(least2, dot(nearest - p, nearest - p));
+  });
   return std::sqrt(least2);
 }
 
 TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
-  const auto rough = [](Vec3d p) {
-    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
-  };
-  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
-  const auto plain = torus_shell(12, 8, 13);
-  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
-                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole)};
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
-  for (const SnapshotPtr& model : models) {
+  for (const SnapshotPtr& model : rough_tori()) {
     detail::MicroTriangles surface(*model);
     int tight = 0, tries = 0;
     SlabId nearest = kNoSlab;
@@ -154,15 +152,9 @@ TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
 }
 
 TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
-  const auto rough = [](Vec3d p) {
-    return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y);
-  };
-  const auto hole = [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; };
-  const auto plain = torus_shell(12, 8, 13);
-  // Coarse, stitched, with a hole, and so fine that the list has no room for all within its longest reach.
-  const SnapshotPtr models[] = {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
-                                with_hole(displaced(mixed_shell(*plain, 2, 2), rough), hole),
-                                displaced(torus_shell(24, 12, 64), rough)};
+  // And so fine that the list has no room for all within its longest reach.
+  std::vector<SnapshotPtr> models = rough_tori();
+  models.push_back(displaced(torus_shell(24, 12, 64), rough));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
