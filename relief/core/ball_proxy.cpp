@@ -288,14 +288,6 @@ BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(const OwnMemory& other) { 
 BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(OwnMemory&&) noexcept = default;
 BallProxy::OwnMemory::~OwnMemory() = default;
 
-BallProxy::BallProxy() : BallProxy(OwnMemory()) {}
-BallProxy::BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
-BallProxy::BallProxy(const BallProxy& other) = default;
-BallProxy& BallProxy::operator=(const BallProxy& other) = default;
-BallProxy::BallProxy(BallProxy&&) noexcept = default;
-BallProxy& BallProxy::operator=(BallProxy&&) noexcept = default;
-BallProxy::~BallProxy() = default;
-
 void BallProxy::reset() noexcept {
   memory_->list.forget();
   *this = BallProxy(std::move(memory_));

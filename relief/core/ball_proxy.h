@@ -21,12 +21,7 @@ class BallProxy {
   static constexpr int kSearches = 12;
 
   /// Allocates, as copies do.
-  BallProxy();
-  BallProxy(const BallProxy& other);
-  BallProxy(BallProxy&&) noexcept;
-  BallProxy& operator=(const BallProxy& other);
-  BallProxy& operator=(BallProxy&&) noexcept;
-  ~BallProxy();
+  BallProxy() = default;
 
   /// Lets go. The next cursor is taken to be in the open, with the ball around it.
   void reset() noexcept;
@@ -75,7 +70,7 @@ class BallProxy {
    private:
     std::unique_ptr<Memory> memory_;
   };
-  explicit BallProxy(OwnMemory memory) noexcept;
+  explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
 
   OwnMemory memory_;  ///< the list, and room to work in
   bool known_ = false, held_ = false, lost_ = false;

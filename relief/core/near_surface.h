@@ -186,14 +186,19 @@ class NearSlab {
       const double along = std::sqrt(std::max({dot(u, u), dot(v, v), dot(u - v, u - v)})) + 2 * off;
       return along * along;
     }
+    /// How far the point is outside along u and along v, in parts of n2, the square of cross(u, v).
+    [[nodiscard]] std::array<double, 2> past(double u2, double v2, double uv, double n2) const noexcept {
+      const double to_u = dot(centre, u), to_v = dot(centre, v);
+      return {std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2),
+              std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2)};
+    }
     /// No micro-triangle is nearer than this.
     [[nodiscard]] double least() const noexcept {
       const Vec3d n = cross(u, v);
       const double n2 = dot(n, n), high = dot(centre, n);
       if (!(n2 > 0)) return 0;
-      const double u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), to_u = dot(centre, u), to_v = dot(centre, v);
-      const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
-      const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
+      const double u2 = dot(u, u), v2 = dot(v, v);
+      const auto [past_u, past_v] = past(u2, v2, dot(u, v), n2);
       return std::sqrt((high * high + std::max(past_u * past_u / v2, past_v * past_v / u2)) / n2) - off;
     }
     /// Whether a micro-triangle may be nearer than `reach`.
@@ -207,10 +212,7 @@ class NearSlab {
       const double n2 = dot(n, n), high = dot(centre, n), aside2 = slack2 * n2 - high * high;
       if (!(n2 > 0)) return true;
       if (aside2 < 0) return false;
-      // Along u and v, in parts of n2; how far outside.
-      const double to_u = dot(centre, u), to_v = dot(centre, v);
-      const double past_u = std::max(0.0, std::abs(to_u * v2 - to_v * uv) - half * n2);
-      const double past_v = std::max(0.0, std::abs(to_v * u2 - to_u * uv) - half * n2);
+      const auto [past_u, past_v] = past(u2, v2, uv, n2);
       return past_u * past_u <= aside2 * v2 && past_v * past_v <= aside2 * u2;
     }
   };

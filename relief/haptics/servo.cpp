@@ -227,9 +227,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
 }
 
 Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Admitted& admitted) noexcept {
-  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
-  const Proxy::Ease ease = {.share = 1 - std::exp(-admitted.dt / kEaseTime),
-                            .most = force_per_unit > 0 ? kEaseForce / force_per_unit : 1e300};
+  const Proxy::Ease ease = {.share = 1 - std::exp(-admitted.dt / kEaseTime), .most = depth_for(kEaseForce)};
   if (shell_.size() > 0) return shell_touch(model, tool, ease);
   if (settings_.tool.radius > 0) return ball_touch(model, tool.origin, ease);
   return point_touch(model, tool.origin, ease);
@@ -255,9 +253,8 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
   const double faces = dot(proxy_.way_out(), proxy_.normal());
   const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
   now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
-  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
-  const double unfelt = force_per_unit > 0 ? kUnfelt / force_per_unit : 1e300;
-  if (const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal, unfelt); fade.share > 0) {
+  const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal, depth_for(kUnfelt));
+  if (fade.share > 0) {
     const double off = fade.share * dot(fade.above, proxy_.way_out());
     now.depth = now.push = std::clamp(now.depth - off, 0.0, 2 * now.depth);
     if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
@@ -342,6 +339,11 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
   now.force = stretch * -stiffness;
   now.stored += 0.5 * stiffness * dot(stretch, stretch);
   return now;
+}
+
+double Servo::depth_for(double force) const noexcept {
+  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
+  return force_per_unit > 0 ? force / force_per_unit : 1e300;
 }
 
 // The spring's force ends at the greatest one.

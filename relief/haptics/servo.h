@@ -159,6 +159,8 @@ class Servo {
   /// `turn`: of the tool since the last tick, rad.
   [[nodiscard]] Friction friction(const Snapshot& model, const Touch& touch, Vec3d position, Vec3d turn,
                                   double stiffness, double normal_force) noexcept;
+  /// By how much such a force bends the spring, model units; without end where there is none.
+  [[nodiscard]] double depth_for(double force) const noexcept;
   /// J in the spring at a depth in m.
   [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
   void let_go() noexcept;
