@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 
 #if defined(__SSE2__)
 #include <xmmintrin.h>
@@ -26,6 +27,15 @@ struct Lanes {
 #else
   return (static_cast<unsigned>(mask[0]) & 1U) | (static_cast<unsigned>(mask[1]) & 2U) |
          (static_cast<unsigned>(mask[2]) & 4U) | (static_cast<unsigned>(mask[3]) & 8U);
+#endif
+}
+
+/// The square roots.
+[[nodiscard]] inline Four root(Four a) noexcept {
+#if defined(__SSE2__)
+  return std::bit_cast<Four>(_mm_sqrt_ps(std::bit_cast<__m128>(a)));
+#else
+  return {std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
 #endif
 }
 

@@ -31,7 +31,8 @@ constexpr double kBehind =
 constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
-constexpr double kMargin = 0.4;     // of the radius: how much farther than a look a list goes at most
+constexpr double kMargin = 1.0;     // of the radius: how much farther than a look the list at the start goes at most
+constexpr double kAway = 0.3;       // the same, farther off
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -40,7 +41,7 @@ struct Around {
   std::array<double, kMost> distance2;  ///< of each of them
   int count = 0, farthest = 0;
   bool deep = false;           ///< the ball is in one of them
-  double nearest = kAnywhere;  ///< of all, or how far was looked when there is none
+  double nearest = kAnywhere;  ///< of all; where there is none, they are no nearer than this
 
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept {
     return std::span(triangles).first(static_cast<std::size_t>(count));
@@ -102,9 +103,16 @@ bool is_behind(const Around& around, double radius) noexcept {
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = 3 * kMost;
-  detail::Neighbourhood list;
+  detail::Neighbourhood home, away;  ///< around where it is, and around where it looks from farther off
+  detail::Patches patches;
   std::array<Around, 3> around;
   std::array<HalfSpace, kSpaces> spaces;
+
+  void forget() noexcept {
+    home.forget();
+    away.forget();
+    patches.forget();
+  }
 };
 
 /// The ball on its way.
@@ -112,7 +120,7 @@ class Mover {
  public:
   Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far) noexcept
       : surface_(surface),
-        known_(room.list),
+        room_(room),
         spaces_(room.spaces),
         start_(centre),
         centre_(centre),
@@ -171,7 +179,7 @@ class Mover {
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
       // Late in a tick, what takes another list can wait for the next.
-      if (searches_ + kListing >= searches && near_start(next) && !too_many_ && !known_.covers(next, near())) break;
+      if (searches_ + kListing >= searches && !known(next, near())) break;
       look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
@@ -200,48 +208,53 @@ class Mover {
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
-  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, how far it is to the
-  /// nearest, or that it is farther than `far`.
+  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, up to which distance there
+  /// is none, at most `far`.
   void look_at(Vec3d at, double far, Around& found) noexcept {
     ++searches_;
-    const double near = this->near(), wanted = far < near + margin() ? std::max(near, far) : near;
-    if (!known_.covers(at, wanted)) learn(at);
+    const double near = this->near();
     found.count = 0;
     found.deep = false;
+    const detail::Neighbourhood* list = known(at, near);
+    if (!list && far > near) {
+      found.nearest = detail::clear_around(surface_, at, near, far, nearest_);
+      if (found.nearest > near) return;
+    }
+    if (!list) list = learn(at);
     const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
-    visit(at, near, reach2, [&](const NearTriangle& t) noexcept { found.add(t, deep2, reach2); });
+    const auto add = [&](const NearTriangle& t) noexcept { found.add(t, deep2, reach2); };
+    if (list)
+      list->visit_near(surface_, room_.patches, at, reach2, add);
+    else
+      detail::visit_near(surface_, at, kFlat * radius_, reach2, add);
+    found.nearest = near;
     if (found.count > 0) {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
       found.nearest = std::sqrt(*std::ranges::min_element(all));
-      return;
+    } else if (list && far > near) {
+      found.nearest = std::max(near, list->covers(at, far) ? list->clear_around(at, far)
+                                                           : detail::clear_around(surface_, at, near, far, nearest_));
     }
-    if (far > near) {
-      reach2 = far * far;
-      visit(at, far, reach2, [&](const NearTriangle& t) noexcept { reach2 = t.distance2; });
-    }
-    found.nearest = std::sqrt(reach2);
   }
   /// How far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
   /// How much farther the list goes that may be made next.
-  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * known_.share(); }
+  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * room_.home.share(); }
   /// Whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
-  /// Makes a list of what is around a place, and around the start where that is not too far; unless the ball will
-  /// hardly look there again.
-  void learn(Vec3d at) noexcept {
-    const bool both = near_start(at);
-    if (too_many_ || (!both && known_.covers(centre_, near()))) return;
-    known_.gather(surface_, both ? (start_ + at) * 0.5 : at, near(), near() + kMargin * radius_, kFlat * radius_);
-    too_many_ = !known_.covers(at, near());
+  /// A list of what is as near as that to a place.
+  [[nodiscard]] const detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
+    if (room_.home.covers(at, distance)) return &room_.home;
+    return room_.away.covers(at, distance) ? &room_.away : nullptr;
   }
-  template <typename Visit>
-  void visit(Vec3d at, double reach, double& reach2, Visit&& visit) const noexcept {
-    if (known_.covers(at, reach))
-      known_.visit_near(at, reach2, visit);
-    else
-      detail::visit_near(surface_, at, kFlat * radius_, reach2, visit);
+  /// Makes one, with what is around the start where that is not too far; none where there is too much.
+  [[nodiscard]] const detail::Neighbourhood* learn(Vec3d at) noexcept {
+    const bool home = near_start(at);
+    auto& list = home ? room_.home : room_.away;
+    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), near() + (home ? kMargin : kAway) * radius_,
+                kFlat * radius_);
+    return list.covers(at, near()) ? &list : nullptr;
   }
   void mind(double share) noexcept {
     count_ = 0;
@@ -268,13 +281,13 @@ class Mover {
   }
 
   MicroTriangles& surface_;
-  detail::Neighbourhood& known_;
+  Room& room_;
   std::span<HalfSpace, Room::kSpaces> spaces_;
   Vec3d start_, centre_;
   double radius_;
   Around *here_, *there_, *spare_;
   int count_ = 0, searches_ = 0;
-  bool too_many_ = false;  ///< for a list
+  SlabId nearest_ = kNoSlab;  ///< where to look first in the open
 };
 
 }  // namespace
@@ -289,7 +302,7 @@ BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(OwnMemory&&) noexcept = de
 BallProxy::OwnMemory::~OwnMemory() = default;
 
 void BallProxy::reset() noexcept {
-  memory_->list.forget();
+  memory_->forget();
   *this = BallProxy(std::move(memory_));
 }
 
@@ -311,7 +324,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d move = cursor - last_, start = centre_;
   last_ = cursor;
   MicroTriangles surface(model);
-  if (other_model) memory_->list.forget();
+  if (other_model) memory_->forget();
   Mover ball(surface, *memory_, start, radius, held_ ? 0 : length(move));
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);

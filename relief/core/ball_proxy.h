@@ -14,7 +14,7 @@ namespace relief {
 /// around each triangle, the one beyond the plane that touches the radius around the triangle's point nearest to the
 /// centre. Their intersection is free of the surface and convex, so that the straight way to any place in it is free.
 /// Cost per tick: a few looks around the centre, at most kSearches and one, whatever the number of triangles. They
-/// share a list of what is near, which is found anew where the centre or the model is another.
+/// share lists of what is near, which are made anew where the centre leaves them or the model is another.
 class BallProxy {
  public:
   using Ease = Proxy::Ease;
@@ -72,7 +72,7 @@ class BallProxy {
   };
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
 
-  OwnMemory memory_;  ///< the list, and room to work in
+  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 0.8 MiB
   bool known_ = false, held_ = false, lost_ = false;
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick

@@ -79,8 +79,15 @@ class MicroTriangles {
   [[nodiscard]] int stretch() const noexcept { return n_ / std::min({edges_[0], edges_[1], edges_[2]}) / 2; }
   /// Stitches a cell; false where no triangle remains of it or it is a hole.
   [[nodiscard]] bool stitch(std::array<GridPoint, 3>& cell) const noexcept {
-    for (GridPoint& p : cell)
-      if (!inside(p)) p = edge_place(n_, edges_, p).nearer();
+    for (GridPoint& p : cell) p = stitched(p);
+    return has_triangle(cell);
+  }
+  /// The sample that stands for this one in triangles.
+  [[nodiscard]] GridPoint stitched(GridPoint p) const noexcept {
+    return inside(p) ? p : edge_place(n_, edges_, p).nearer();
+  }
+  /// Whether there is a triangle of a stitched cell: something remains of it, and it is no hole.
+  [[nodiscard]] bool has_triangle(const std::array<GridPoint, 3>& cell) const noexcept {
     return cell[0] != cell[1] && cell[1] != cell[2] && cell[2] != cell[0] && !(holes_ && model_.is_hole(slab_, cell));
   }
 

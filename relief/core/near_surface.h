@@ -1,11 +1,15 @@
 // The micro-triangles near a point, by the bounds of the tiles.
 #pragma once
 
+#include <relief/base/lanes.h>
 #include <relief/core/micro_triangles.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 namespace relief::detail {
 
@@ -26,6 +30,91 @@ struct NearTriangle {
         weights(nearest_in_triangle({}, p[0], p[1], p[2])),
         nearest(p[0] * weights[0] + p[1] * weights[1] + p[2] * weights[2]),
         distance2(dot(nearest, nearest)) {}
+};
+
+/// A square of a slab's grid, see SampleBounds.
+struct GridSquare {
+  SlabId slab;
+  int level, i, j;
+  bool flat;  ///< its micro-triangles count as two
+
+  bool operator==(const GridSquare&) const = default;
+};
+
+/// A vector in each of four lanes.
+using FourVectors = Vec3<Four>;
+
+/// Four squares, each by the parallelogram half-way between its bounds. In floats, relative to a point, in units of
+/// about the distance that is asked about.
+struct Sheets {
+  /// Four pairs of planes, alike on both sides of the centre.
+  struct Strips {
+    FourVectors across;  ///< unit, or zero where the planes are not known
+    Four half{};         ///< how far from the centre they are
+
+    /// `corner`: a point of the planes is so far along `way`.
+    Strips(FourVectors way, Four corner, FourMask known) noexcept {
+      const Four none = {}, by = known ? 1 / root(dot(way, way)) : none;
+      across = way * by;
+      half = corner * by;
+    }
+    Strips() = default;
+    /// How far outside a place is, squared.
+    [[nodiscard]] Four past2(FourVectors place) const noexcept {
+      const Four along = dot(across, place), past = greatest(along, -along) - half, none = {};
+      return past > 0 ? past * past : none;
+    }
+  };
+
+  FourVectors centre;
+  Four off{};                    ///< how far the squares' triangles may be off the parallelograms
+  Four round{};                  ///< no corner is farther from the centre
+  std::array<Strips, 3> strips;  ///< the plane, and between two opposite sides each
+
+  Sheets() = default;
+  /// `u`, `v`: from the centre half-way to the corners.
+  Sheets(FourVectors middle, FourVectors u, FourVectors v, Four deviation) noexcept
+      : centre(middle), off(deviation + kRounding) {
+    const FourVectors n = cross(u, v);
+    const Four n2 = dot(n, n), u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v), none = {};
+    round = root(u2 + v2 + 2 * greatest(uv, -uv));
+    const FourMask known = (n2 > kNeedle * u2 * v2) & (u2 < kLarge2) & (v2 < kLarge2);
+    strips = {Strips(n, none, known), Strips(cross(v, n), n2, known), Strips(cross(n, u), n2, known)};
+  }
+  /// A bit for each square that is not known to be farther than `reach` from a place; `least`: the triangles of those
+  /// are no nearer.
+  [[nodiscard]] unsigned may_be_near(Vec3f place, float reach, Four& least) const noexcept {
+    const FourVectors from = {centre.x - place.x, centre.y - place.y, centre.z - place.z};
+    const Four sheet2 = strips[0].past2(from) + greatest(strips[1].past2(from), strips[2].past2(from));
+    const Four centre2 = dot(from, from), most = off + reach, rim = most + round;
+    const unsigned near = bits_of((sheet2 < most * most) & (centre2 < rim * rim));
+    if (near != 0) least = greatest(root(sheet2), root(centre2) - round) - off;
+    return near;
+  }
+  /// Takes over one of others.
+  void take(std::size_t lane, const Sheets& from, std::size_t other) noexcept {
+    const auto move = [&](Four& to, const Four& of) noexcept { to[lane] = of[other]; };
+    const auto move_all = [&](FourVectors& to, const FourVectors& of) noexcept {
+      for (std::size_t k = 0; k < 3; ++k) move(to[k], of[k]);
+    };
+    move_all(centre, from.centre);
+    move(off, from.off);
+    move(round, from.round);
+    for (std::size_t k = 0; k < strips.size(); ++k) {
+      move_all(strips[k].across, from.strips[k].across);
+      move(strips[k].half, from.strips[k].half);
+    }
+  }
+  void set_never_near(std::size_t lane) noexcept {
+    centre.x[lane] = kFar;
+    off[lane] = round[lane] = 0;
+  }
+
+ private:
+  // Floats are too coarse for what is large (half a side, squared) and for needles (an angle's squared sine).
+  static constexpr float kLarge2 = 16, kNeedle = 1e-2F;
+  static constexpr float kRounding = 1e-4F;  // of a distance, for the rest: above what floats round
+  static constexpr float kFar = 1e9F;
 };
 
 /// A slab's grid relative to a point: P(i, j, alpha) = (a + b i + c j) + (d + e i + f j) alpha.
@@ -105,6 +194,24 @@ class NearSlab {
     }
   }
 
+  /// Calls take(square, sheets, lane) for the squares that may be nearer than `reach`: flat ones of any size, and of
+  /// the others the largest of those that are no larger than `size` nor of more than kMostParts smallest ones, or the
+  /// smallest there are. `scale`: 1 over the sheets' unit.
+  template <typename Take>
+  void squares(double reach, double size, double scale, Take&& take) const noexcept {
+    const double step = std::sqrt(std::max(dot(b_, b_), dot(c_, c_)));
+    int level = 0;
+    while (level < kMostParted && SampleBounds::side(level + 1) * step <= size) ++level;
+    const Number all = {bounds_.levels() - 1, 0, 0};
+    descend({all}, 1, level, reach, scale, take);
+  }
+  static constexpr int kMostParted = 2, kMostParts = 1 << (2 * kMostParted);
+  /// The same for all the smallest squares in a larger one.
+  template <typename Take>
+  void parts(const GridSquare& square, double scale, Take&& take) const noexcept {
+    const auto [four, count] = children({square.level, square.i, square.j});
+    descend(four, count, 0, std::numeric_limits<double>::infinity(), scale, take);
+  }
   /// Calls take(corners, positions) for triangles that may be nearer than the root of reach2, which take may lower.
   template <typename Take>
   void search(double& reach2, Take&& take) const noexcept {
@@ -116,15 +223,14 @@ class NearSlab {
       const Number at = stack[--depth];
       const int side = SampleBounds::side(at.level);
       const int i0 = at.i * side, j0 = at.j * side;
-      const bool whole = i0 + j0 + 2 * side <= n_;
       const bool stitched = reaches_edge(at);
-      const Square square(*this, at.level, at.i, at.j, stitched);
+      const Square square = this->square(at);
       if (reach2 != known) {
         known = reach2;
         reach = std::sqrt(reach2);
       }
       if (!square.near(reach)) continue;
-      if (whole && !stitched && !pierced_ && 2 * square.off <= flat_) {
+      if (is_flat(at, square)) {
         flat(square, {i0, j0}, side, take);
       } else if (at.level == 0) {
         triangles(square, i0, j0, stitched || pierced_, reach2, take);
@@ -134,10 +240,63 @@ class NearSlab {
     }
   }
 
+  /// A square's samples by rows, of kRow each, relative to the point; of a flat one the corners, as if it were a cell.
+  struct Samples {
+    static constexpr std::size_t kRow = SampleBounds::kSide + 1, kPlaces = kRow * kRow;
+    static constexpr std::uint32_t kWhole = 0b01111'01111'01111'01111;  // all triangles of a whole square
+    std::array<double, kPlaces> x{}, y{}, z{};
+    std::array<GridPoint, kPlaces> corners;  ///< which they are
+    /// Bit k: whether there is a triangle of samples k, k + 1 and k + kRow, and whether one across from it.
+    std::array<std::uint32_t, 2> triangles{};
+
+    /// The samples of triangle k, or of the one across from it.
+    [[nodiscard]] static constexpr std::array<std::size_t, 3> of(std::size_t k, std::size_t across) noexcept {
+      return {k + across, k + 1 + across * kRow, k + kRow};
+    }
+    void put(std::size_t k, GridPoint corner, Vec3d place) noexcept {
+      x[k] = place.x, y[k] = place.y, z[k] = place.z;
+      corners[k] = corner;
+    }
+    [[nodiscard]] Vec3d place(std::size_t k) const noexcept { return {x[k], y[k], z[k]}; }
+  };
+  [[nodiscard]] Samples samples(const GridSquare& square) const noexcept {
+    Samples made;
+    const Number at = {square.level, square.i, square.j};
+    const int side = SampleBounds::side(at.level), i0 = at.i * side, j0 = at.j * side;
+    if (square.flat) {
+      std::size_t across = 0;
+      flat(this->square(at), {i0, j0}, side, [&](const Corners& corners, const Places& places) noexcept {
+        for (std::size_t k = 0; k < 3; ++k) made.put(Samples::of(0, across)[k], corners[k], places[k]);
+        made.triangles[across++] = 1;
+      });
+      return made;
+    }
+    const bool stitched = reaches_edge(at), whole = i0 + j0 + 2 * side <= n_ && !stitched && !pierced_;
+    const auto columns = [&](int j) noexcept { return std::min(side, n_ - i0 - j0 - j); };
+    const int rows = std::min(side, n_ - j0);
+    for (int j = 0; j <= rows; ++j)
+      for (int i = 0; i <= columns(j); ++i) {
+        const GridPoint p = {i0 + i, j0 + j}, corner = stitched ? surface_.stitched(p) : p;
+        made.put(static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i), corner,
+                 this->at(corner.i, corner.j, surface_.displacement(corner)));
+      }
+    surface_.add_placed(static_cast<int>(Samples::kRow) * (rows + 1));
+    if (whole) made.triangles.fill(Samples::kWhole);
+    for (int j = 0; j < rows && !whole; ++j)
+      for (int i = 0; i < columns(j); ++i)
+        for (std::size_t across = 0; across < (i0 + i + j0 + j + 1 < n_ ? 2U : 1U); ++across) {
+          const auto k = static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i);
+          const auto [a, b, c] = Samples::of(k, across);
+          if (surface_.has_triangle({made.corners[a], made.corners[b], made.corners[c]}))
+            made.triangles[across] |= 1U << k;
+        }
+    return made;
+  }
+
  private:
   /// Of a square.
   struct Number {
-    int level, i, j;
+    int level = 0, i = 0, j = 0;
   };
   /// Whether stitching may draw triangles into the square or out of it.
   [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
@@ -214,6 +373,99 @@ class NearSlab {
       if (aside2 < 0) return false;
       const auto [past_u, past_v] = past(u2, v2, uv, n2);
       return past_u * past_u <= aside2 * v2 && past_v * past_v <= aside2 * u2;
+    }
+  };
+
+  [[nodiscard]] Square square(const Number& at) const noexcept {
+    return Square(*this, at.level, at.i, at.j, reaches_edge(at));
+  }
+  struct Children {
+    std::array<Number, 4> squares;
+    std::size_t count = 0;
+  };
+  [[nodiscard]] Children children(const Number& at) const noexcept {
+    Children found;
+    for_each_child(at, [&](const Number& child) { found.squares[found.count++] = child; });
+    return found;
+  }
+  /// Calls take() for what there is in so many squares, down to a level.
+  template <typename Take>
+  void descend(const std::array<Number, 4>& squares, std::size_t count, int level, double reach, double scale,
+               Take&& take) const noexcept {
+    const FloatSlab slab(*this, scale);
+    const auto near = static_cast<float>(reach * scale);
+    std::array<Number, 32> stack;
+    std::size_t depth = 0;
+    const auto look = [&](const std::array<Number, 4>& four, std::size_t present) noexcept {
+      const Sheets sheets = slab.sheets(*this, four, present);
+      Four least;
+      for (unsigned bits = sheets.may_be_near({}, near, least) & ((1U << present) - 1); bits != 0; bits &= bits - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+        const Number& at = four[lane];
+        const bool flat = slab.may_be_flat(sheets.off[lane]) && is_flat(at, square(at));
+        if (flat || at.level <= level)
+          take(GridSquare{slab_, at.level, at.i, at.j, flat}, sheets, lane);
+        else
+          stack[depth++] = at;
+      }
+    };
+    look(squares, count);
+    while (depth > 0) {
+      const auto [four, present] = children(stack[--depth]);
+      look(four, present);
+    }
+  }
+  /// Whether its micro-triangles may count as two.
+  [[nodiscard]] bool is_flat(const Number& at, const Square& square) const noexcept {
+    const bool whole = (at.i + at.j + 2) * SampleBounds::side(at.level) <= n_;
+    return whole && !reaches_edge(at) && !pierced_ && 2 * square.off <= flat_;
+  }
+
+  /// The slab in floats.
+  struct FloatSlab {
+    FourVectors a, b, c, d, e, f;
+    float thickest, widening, stretch, rounding, flat;  ///< rounding: more than floats may be off
+
+    FloatSlab(const NearSlab& slab, double scale) noexcept
+        : thickest(static_cast<float>(slab.thickest_ * scale)),
+          widening(static_cast<float>(slab.widening_ * scale)),
+          stretch(static_cast<float>(slab.stretch_)),
+          rounding(static_cast<float>(
+              1e-6 * scale * (length(slab.a_) + (length(slab.b_) + length(slab.c_)) * slab.n_ + 3 * slab.thickest_))),
+          flat(static_cast<float>(slab.flat_ * scale)) {
+      const auto in_all = [scale](Vec3d v) noexcept {
+        const Vec3f single = to_float(v * scale);
+        return FourVectors{Four{} + single.x, Four{} + single.y, Four{} + single.z};
+      };
+      a = in_all(slab.a_), b = in_all(slab.b_), c = in_all(slab.c_);
+      d = in_all(slab.d_), e = in_all(slab.e_), f = in_all(slab.f_);
+    }
+
+    [[nodiscard]] bool may_be_flat(float off) const noexcept { return off <= flat + 3 * rounding; }
+    /// As Square, four at a time.
+    [[nodiscard]] Sheets sheets(const NearSlab& slab, const std::array<Number, 4>& four,
+                                std::size_t count) const noexcept {
+      Lanes ci, cj, halves, lows, highs, slopes_i, slopes_j;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Number& at = four[k];
+        const float half = 0.5F * static_cast<float>(SampleBounds::side(at.level));
+        const bool stitched = slab.reaches_edge(at);
+        ci.of[k] = static_cast<float>(2 * at.i + 1) * half;
+        cj.of[k] = static_cast<float>(2 * at.j + 1) * half;
+        halves.of[k] = stitched ? half + stretch : half;
+        const SampleBounds::Between heights =
+            stitched ? SampleBounds::Between{0, 1, 0, 0} : slab.bounds_.between(at.level, at.i, at.j);
+        lows.of[k] = static_cast<float>(heights.low);
+        highs.of[k] = static_cast<float>(heights.high);
+        slopes_i.of[k] = static_cast<float>(heights.slope_i);
+        slopes_j.of[k] = static_cast<float>(heights.slope_j);
+      }
+      const Four i = ci.all(), j = cj.all(), half = halves.all(), low = lows.all(), high = highs.all();
+      const Four slope_i = slopes_i.all(), slope_j = slopes_j.all(), middle = (low + high) * 0.5F;
+      const FourVectors along = d + e * i + f * j;
+      const Four bend = widening * (greatest(slope_i, -slope_i) + greatest(slope_j, -slope_j)) * half * half;
+      return {a + b * i + c * j + along * middle, (b + e * middle + along * slope_i) * half,
+              (c + f * middle + along * slope_j) * half, (high - low) * (0.5F * thickest) + bend + rounding};
     }
   };
 

@@ -33,7 +33,7 @@ class SampleBounds {
   [[nodiscard]] static constexpr int side(int level) noexcept { return kSide << level; }
   [[nodiscard]] Between between(int level, int i, int j) const noexcept {
     const Packed& p = squares_[index(level, i, j)];
-    return {p.low / kSteps, p.high / kSteps, p.slope_i / kSlopes, p.slope_j / kSlopes};
+    return {p.low * (1 / kSteps), p.high * (1 / kSteps), p.slope_i * (1 / kSlopes), p.slope_j * (1 / kSlopes)};
   }
   /// Least and greatest of all samples, or a little beyond.
   [[nodiscard]] std::array<double, 2> range() const noexcept {

@@ -127,7 +127,7 @@ TEST(BallProxy, IsNeverInTheMaterial) {
       ball.step(*model, hand, radius, kAtOnce);
       held += ball.held();
       const double distance = length(closest_point(*model, ball.centre()).position - ball.centre());
-      ASSERT_GE(distance, radius * (1 - 1e-6)) << "tick " << k << ", radius " << radius;
+      ASSERT_GE(distance, radius * (1 - 1e-8)) << "tick " << k << ", radius " << radius;
       ASSERT_LE(ball.searches(), BallProxy::kSearches + 1);
       ASSERT_TRUE(ball.held() || ball.centre() == hand);
     }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 #include <set>
 #include <tuple>
@@ -155,19 +156,25 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   // And so fine that the list has no room for all within its longest reach.
   std::vector<SnapshotPtr> models = rough_tori();
   models.push_back(displaced(torus_shell(24, 12, 64), rough));
+  // And with whole squares that are nearly flat.
+  models.push_back(displaced(torus_shell(24, 12, 32), [](Vec3d p) { return p.x > 0 ? 0.5 : rough(p); }));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
   detail::Neighbourhood list;
-  std::size_t uncovered = 0, most = 0;
+  const auto patches = std::make_unique<detail::Patches>();
+  std::size_t uncovered = 0, most = 0, halves = 0;
   for (const SnapshotPtr& model : models) {
     list.forget();
+    patches->forget();
     std::size_t covered = 0;
     for (int k = 0; k < 200; ++k) {
       const Vec3d centre = closest_point(*model, aside() * 3.0).position + aside() * 0.1;
-      const double least = 0.02 + 0.1 * std::abs(unit(random));
+      // Also so large that the list has squares of several levels.
+      const double least = k % 5 == 0 ? 0.3 : k % 3 == 0 ? 0.05 : 0.02 + 0.1 * std::abs(unit(random));
+      const double flat = k % 2 == 0 ? 0 : 1e-3;
       detail::MicroTriangles surface(*model);
-      list.gather(surface, centre, least, 2 * least, 0);
+      list.gather(surface, centre, least, 2 * least, flat);
       for (int look = 0; look < 10; ++look) {
         const Vec3d p = centre + aside() * least;
         const double reach = least * (0.3 + 0.7 * std::abs(unit(random)));
@@ -176,14 +183,22 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
           continue;
         }
         std::set<Key> found, all;
-        double reach2 = reach * reach;
-        list.visit_near(p, reach2, [&](const detail::NearTriangle& t) {
+        double reach2 = reach * reach, nearest2 = reach2;
+        list.visit_near(surface, *patches, p, reach2, [&](const detail::NearTriangle& t) {
           EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
           EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
+          const auto [low, high] = std::minmax({t.corners[0].i, t.corners[1].i, t.corners[2].i});
+          halves += high - low >= SampleBounds::kSide ? 1 : 0;
         });
-        detail::visit_near(surface, p, 0, reach2,
-                           [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+        detail::visit_near(surface, p, flat, reach2, [&](const detail::NearTriangle& t) {
+          all.insert(key(t.slab, t.corners));
+          nearest2 = std::min(nearest2, t.distance2);
+        });
         EXPECT_EQ(found, all);
+        EXPECT_LE(list.clear_around(p, reach), std::sqrt(nearest2));
+        // Lowered by what is found, it comes down to the nearest.
+        list.visit_near(surface, *patches, p, reach2, [&](const detail::NearTriangle& t) { reach2 = t.distance2; });
+        EXPECT_NEAR(reach2, nearest2, 1e-12);
         most = std::max(most, all.size());
         ++covered;
       }
@@ -192,6 +207,7 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   }
   EXPECT_GT(uncovered, 500U);
   EXPECT_GT(most, 100U);
+  EXPECT_GT(halves, 100U);
 }
 
 }  // namespace

@@ -1,0 +1,248 @@
+// The micro-triangles of squares that were asked about of late.
+#pragma once
+
+#include <relief/core/near_surface.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace relief::detail {
+
+/// Four triangles in discs. In floats, relative to a place near them, in units of about the distance that is asked
+/// about.
+struct Discs {
+  FourVectors middle, normal;  ///< normal: unit, or zero where it is not known
+  Four radius2{};
+
+  void set_always_near(std::size_t lane) noexcept { set(lane, 0, 1e30F); }
+  void set_never_near(std::size_t lane) noexcept { set(lane, 1e9F, 0); }
+  /// A bit for each that is not known to be farther from a place than the root of reach2. The distance from a disc is
+  /// at least the height over its plane, and where the foot is outside, at least that and the way from the rim.
+  [[nodiscard]] unsigned may_be_near(Vec3f place, float reach2) const noexcept {
+    const FourVectors from = {middle.x - place.x, middle.y - place.y, middle.z - place.z};
+    const Four height = dot(from, normal), height2 = height * height, far2 = dot(from, from), aside2 = far2 - height2;
+    const Four most2 = Four{} + (reach2 + kRounding), over = far2 + radius2 - most2;
+    const FourMask far = (height2 > most2) | ((aside2 > radius2 + kRounding) & (over > 0) &
+                                              (over * over > 4 * radius2 * (aside2 + kRounding)));
+    return ~bits_of(far) & 15U;
+  }
+
+ private:
+  static constexpr float kRounding = 3e-5F;  // of a square of distances: more than floats may be off
+  void set(std::size_t lane, float x, float r2) noexcept {
+    middle.x[lane] = x, middle.y[lane] = middle.z[lane] = 0;
+    normal.x[lane] = normal.y[lane] = normal.z[lane] = 0;
+    radius2[lane] = r2;
+  }
+};
+
+/// Squares and their sheets, relative to a place.
+template <std::size_t kMost>
+class SquareList {
+ public:
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+  void clear() noexcept { count_ = 0; }
+  void add(const GridSquare& at, const Sheets& sheets, std::size_t lane) noexcept {
+    sheets_[count_ / kLanes].take(count_ % kLanes, sheets, lane);
+    squares_[count_++] = at;
+  }
+  /// Comes after the last.
+  void close() noexcept {
+    for (std::size_t k = count_; k % kLanes != 0; ++k) sheets_[k / kLanes].set_never_near(k % kLanes);
+  }
+  /// Keeps those that may be nearer to the place than `reach`; not closed afterwards.
+  void keep_near(float reach) noexcept {
+    const std::size_t all = std::exchange(count_, 0);
+    for (std::size_t k = 0; k < all; k += kLanes) {
+      const Sheets sheets = sheets_[k / kLanes];
+      Four least;
+      for (unsigned near = sheets.may_be_near({}, reach, least); near != 0; near &= near - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+        add(squares_[k + lane], sheets, lane);
+      }
+    }
+  }
+  /// Calls visit(square, least) for those that may be nearer than `reach`, which may come down; `least`: their
+  /// triangles are no nearer.
+  template <typename Visit>
+  void each_near(Vec3f place, const float& reach, Visit&& visit) const noexcept {
+    for (std::size_t k = 0; k < count_; k += kLanes) {
+      Four least;
+      for (unsigned near = sheets_[k / kLanes].may_be_near(place, reach, least); near != 0; near &= near - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+        visit(squares_[k + lane], least[lane]);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kLanes = 4;
+  std::size_t count_ = 0;
+  std::array<Sheets, kMost / kLanes> sheets_;
+  std::array<GridSquare, kMost> squares_;
+};
+
+/// The smallest squares of a larger one.
+class Block {
+ public:
+  /// See Patch::make().
+  void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
+    square_ = square;
+    origin_ = origin;
+    scale_ = scale;
+    parts_.clear();
+    surface.enter(square.slab);
+    NearSlab(surface, square.slab, origin, flat)
+        .parts(square, scale, [&](const auto& at, const auto& sheets, std::size_t k) { parts_.add(at, sheets, k); });
+    parts_.close();
+  }
+  [[nodiscard]] bool is(const GridSquare& square, double scale) const noexcept {
+    return square_ == square && scale_ == scale;
+  }
+  /// See SquareList::each_near().
+  template <typename Visit>
+  void each_near(Vec3d point, const float& reach, Visit&& visit) const noexcept {
+    parts_.each_near(to_float((point - origin_) * scale_), reach, visit);
+  }
+
+ private:
+  GridSquare square_{};
+  double scale_ = 0;
+  Vec3d origin_;
+  SquareList<NearSlab::kMostParts> parts_;
+};
+
+/// The triangles of a square.
+class Patch {
+ public:
+  /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
+  void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
+    surface.enter(square.slab);
+    samples_ = NearSlab(surface, square.slab, origin, flat).samples(square);
+    square_ = square;
+    origin_ = origin;
+    scale_ = scale;
+    bound(0);
+    bound(1);
+  }
+  [[nodiscard]] bool is(const GridSquare& square, double scale) const noexcept {
+    return square_ == square && scale_ == scale;
+  }
+  /// As visit_near(), for these triangles.
+  template <typename Visit>
+  void visit_near(Vec3d point, double& reach2, Visit&& visit) const noexcept {
+    const Vec3d from = point - origin_;
+    const Vec3f place = to_float(from * scale_);
+    const std::size_t rows = square_.flat ? 1 : SampleBounds::kSide;
+    for (std::size_t k = 0; k < 2 * rows; ++k) {
+      const auto most2 = static_cast<float>(reach2 * scale_ * scale_);
+      for (unsigned near = discs_[k].may_be_near(place, most2); near != 0; near &= near - 1) {
+        const auto of = Samples::of(k / 2 * Samples::kRow + static_cast<std::size_t>(std::countr_zero(near)), k % 2);
+        const NearTriangle t(
+            square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
+            {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
+        if (t.distance2 < reach2) visit(t);
+      }
+    }
+  }
+
+ private:
+  using Samples = NearSlab::Samples;
+  static constexpr std::size_t kLanes = 4;
+  static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
+  static constexpr float kSliver = 1e-30F;  // squared area, up to which a triangle's plane is not known
+  static_assert(SampleBounds::kSide == kLanes);
+
+  /// Finds the discs; `across`: of triangles across from those that the samples number.
+  void bound(std::size_t across) noexcept {
+    // Number by number, in doubles: so it becomes vectors, and the planes of thin triangles are right.
+    struct Cells {
+      std::array<float, kCells> x, y, z;
+      [[nodiscard]] FourVectors row(std::size_t k) const noexcept { return {four(x, k), four(y, k), four(z, k)}; }
+      static Four four(const std::array<float, kCells>& of, std::size_t k) noexcept {
+        Four found;
+        std::memcpy(&found, &of[k], sizeof found);
+        return found;
+      }
+    };
+    Cells middles, areas;
+    std::array<float, kCells> radii2;
+    const auto [first, second, third] = Samples::of(0, across);
+    for (std::size_t k = 0; k < kCells; ++k) {
+      const Vec3d p = samples_.place(k + first) * scale_, q = samples_.place(k + second) * scale_ - p,
+                  r = samples_.place(k + third) * scale_ - p;
+      const Vec3d middle = (q + r) * (1.0 / 3), area = cross(q, r);
+      const double p2 = dot(middle, middle), q2 = dot(q - middle, q - middle), r2 = dot(r - middle, r - middle);
+      const double more = p2 > q2 ? p2 : q2;
+      middles.x[k] = static_cast<float>(p.x + middle.x);
+      middles.y[k] = static_cast<float>(p.y + middle.y);
+      middles.z[k] = static_cast<float>(p.z + middle.z);
+      areas.x[k] = static_cast<float>(area.x);
+      areas.y[k] = static_cast<float>(area.y);
+      areas.z[k] = static_cast<float>(area.z);
+      radii2[k] = static_cast<float>(more > r2 ? more : r2);
+    }
+    for (std::size_t row = 0; row < SampleBounds::kSide; ++row) {
+      Discs& discs = discs_[2 * row + across];
+      const std::size_t k = row * Samples::kRow;
+      const FourVectors area = areas.row(k);
+      const Four area2 = dot(area, area), none = {};
+      discs.middle = middles.row(k);
+      discs.normal = area * (area2 > kSliver ? 1 / root(area2) : none);
+      discs.radius2 = Cells::four(radii2, k);
+      const unsigned there = samples_.triangles[across] >> k & 15U;
+      // Floats are too coarse for a large one.
+      for (unsigned large = bits_of(discs.radius2 >= 1) & there; large != 0; large &= large - 1)
+        discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
+      for (unsigned none_there = ~there & 15U; none_there != 0; none_there &= none_there - 1)
+        discs.set_never_near(static_cast<std::size_t>(std::countr_zero(none_there)));
+    }
+  }
+
+  GridSquare square_{};
+  double scale_ = 0;
+  Vec3d origin_;
+  Samples samples_;                                   ///< relative to the origin
+  std::array<Discs, 2 * SampleBounds::kSide> discs_;  ///< of a row of triangles, then of those across from them
+};
+
+/// What was asked about of late, of one snapshot and for one distance.
+template <typename Item, unsigned kBits>
+class Recent {
+ public:
+  void forget() noexcept { ++snapshot_; }
+  /// See Patch::make().
+  const Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
+    const std::uint64_t number = (std::uint64_t{square.slab} << 16U) ^ static_cast<std::uint64_t>(square.level << 14) ^
+                                 static_cast<std::uint64_t>(square.j << 8) ^ static_cast<std::uint64_t>(square.i);
+    Entry& entry = entries_[number * 0x9E3779B97F4A7C15U >> (64 - kBits)];
+    if (entry.snapshot != snapshot_ || !entry.item.is(square, scale)) {
+      entry.item.make(surface, square, origin, scale, flat);
+      entry.snapshot = snapshot_;
+    }
+    return entry.item;
+  }
+
+ private:
+  struct Entry {
+    std::uint64_t snapshot = 0;  ///< 0: none yet
+    Item item;
+  };
+  std::uint64_t snapshot_ = 1;
+  std::array<Entry, 1U << kBits> entries_;
+};
+
+/// Cost: a few nanoseconds for what was asked about of late, some three hundred for another.
+struct Patches {
+  Recent<Patch, 8> patches;
+  Recent<Block, 7> blocks;
+  void forget() noexcept {
+    patches.forget();
+    blocks.forget();
+  }
+};
+
+}  // namespace relief::detail
