@@ -66,36 +66,78 @@ std::vector<PartObstacle> parts_of(Mender& mender, std::span<const std::uint32_t
   return parts;
 }
 
-/// Smooths and cuts until a thin shell stands on the source; nothing when cancelled or with an obstacle.
-std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& settings, const Progress& progress) {
-  constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
-  constexpr double kLeast = 0.02;
-  constexpr int kSmoothings = 3, kCuts = 12;
-  constexpr double kMostReplaced = 0.03;  // of the area, and of the faces where there are many
-  ClosedSource& s = result.source;
-  double area = 0, replaced = 0;
-  std::size_t scanned_faces = 0;
-  for (std::size_t f = 0; f < s.faces.size(); ++f) {
-    if (s.patch[f] != 0) continue;
-    area += area_of(s, f);
-    ++scanned_faces;
+constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
+constexpr double kLeast = 0.02;
+constexpr double kMostReplaced = 0.03;  // of the area, and of the faces where there are many
+constexpr int kMostCuts = 12;
+
+/// What was scanned of a source, and how much of it patches have replaced.
+class Replaced {
+ public:
+  explicit Replaced(const ClosedSource& s) {
+    for (std::size_t f = 0; f < s.faces.size(); ++f) {
+      if (s.patch[f] != 0) continue;
+      area_ += area_of(s, f);
+      ++faces_;
+    }
   }
-  const std::vector<LatticePoint> start = s.points;
-  result.parted_points = part_touching(s, settings.farthest);
+  void add(const Mender::Loss& loss) {
+    lost_.area += loss.area;
+    lost_.faces += loss.faces;
+    lost_.parts += loss.parts;
+  }
+  [[nodiscard]] bool is_too_much() const noexcept {
+    return lost_.area > kMostReplaced * area_ || share_of(lost_.faces) > kMostReplaced;
+  }
+  [[nodiscard]] double share_of(std::size_t faces) const noexcept { return double(faces) / double(faces_ + 2000); }
+  [[nodiscard]] const Mender::Loss& lost() const noexcept { return lost_; }
+
+ private:
+  double area_ = 0;  // square lattice steps
+  std::size_t faces_ = 0;
+  Mender::Loss lost_;
+};
+
+/// Notes what was done to the source, and hands it over with its shell.
+Start succeed(CertifiedShell& result, Mender&& mender, ThinShell&& thin, const Replaced& replaced) {
+  const Mender::Moves moves = mender.moves();
+  result.moved_points = moves.points;
+  result.moved_most = moves.most;
+  result.replaced_faces = replaced.lost().faces;
+  result.vanished_parts = replaced.lost().parts;
+  result.obstacle.clear();
+  result.bad_parts.clear();
+  return finish(std::move(mender), std::move(thin), result.source);
+}
+
+std::vector<std::uint32_t> faces_around(const Mender& mender, std::span<const std::uint32_t> points) {
+  std::vector<std::uint32_t> faces;
+  for (const std::uint32_t v : points) mender.rings().around(v, [&](std::uint32_t h) { faces.push_back(h / 3); });
+  sort_unique(faces);
+  return faces;
+}
+
+/// Smooths and cuts until a thin shell stands on the source: for few faults, far from each other. Nothing when
+/// cancelled or with an obstacle; the source is then as it was given. `start`: where its points lay at first.
+std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
+                                    const CertifiedSettings& settings, const Progress& progress) {
+  constexpr int kSmoothings = 3;
+  constexpr std::size_t kFewFolds = 256;
+  const ClosedSource& s = result.source;
+  Replaced replaced(s);
   Mender mender(s, start, settings.farthest);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
-  for (int cut = 0; cut <= kCuts; ++cut) {
-    progress("shell", double(cut) / kCuts);
+  for (int cut = 0; cut <= kMostCuts; ++cut) {
+    progress("shell", double(cut) / kMostCuts);
     std::vector<std::uint32_t> trouble, bad;
     // Smoothing settles a few crossings; many do not yield to it.
-    for (int round = 0; round < (cut == 0 ? kSmoothings : 1); ++round) {
+    const int rounds = cut == 0 ? kSmoothings : 1;
+    for (int round = 0; round < rounds; ++round) {
       const auto singular = mender.smooth(trouble, kWanted, kLeast, progress);
       if (!singular) return std::nullopt;
-      bad.clear();
       if (!singular->empty()) {
-        for (const std::uint32_t v : *singular)
-          mender.rings().around(v, [&](std::uint32_t h) { bad.push_back(h / 3); });
+        bad = faces_around(mender, *singular);
         result.place = source.points[singular->front()];
         result.obstacle = std::to_string(singular->size()) +
                           (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
@@ -105,35 +147,105 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
       }
       const Mender::Changes changes = mender.take_changes();
       if (!thin.update(changes.points, changes.gone, progress)) return std::nullopt;
-      if (thin.faults().empty()) {
-        const Mender::Moves moves = mender.moves();
-        result.moved_points = moves.points;
-        result.moved_most = moves.most;
-        result.obstacle.clear();
-        result.bad_parts.clear();
-        return finish(std::move(mender), std::move(thin), s);
-      }
       bad = thin.faults();
+      // Folds are smoothed, or cut out with the faults: cuts for their sake alone make new ones.
+      const bool last = round + 1 == rounds;
+      if ((!bad.empty() || !last) && thin.folds().size() <= kFewFolds)
+        bad.insert(bad.end(), thin.folds().begin(), thin.folds().end());
+      if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
       trouble.clear();
-      for (const std::uint32_t f : bad) {
+      for (const std::uint32_t f : bad)
         trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
-        if (cut == 0) result.bad_faces.push_back(source.face_of[f]);
-      }
+      if (cut == 0)
+        for (const std::uint32_t f : thin.faults()) result.bad_faces.push_back(source.face_of[f]);
       result.place = source.points[trouble.front()];
-      result.obstacle = std::to_string(bad.size()) + " triangles of the source meet others";
+      result.obstacle = std::to_string(thin.faults().size()) + " triangles of the source meet others";
       result.bad_parts = parts_of(mender, bad, " triangles meet others");
       if (bad.size() > 200 + s.faces.size() / 200) break;
     }
-    if (cut == kCuts) break;
-    const auto loss = mender.cut_and_close(bad);
+    if (cut == kMostCuts) break;
+    const auto loss = mender.cut_and_close(bad, 1);
     if (!loss) break;
-    replaced += loss->area;
-    result.replaced_faces += loss->faces;
-    result.vanished_parts += loss->parts;
-    const double share = std::max(replaced / area, double(result.replaced_faces) / double(scanned_faces + 2000));
-    if (share > kMostReplaced) break;
+    replaced.add(*loss);
+    if (replaced.is_too_much()) break;
   }
   return std::nullopt;
+}
+
+/// Pushes apart what meets until a thin shell stands on the source: for sheets that cross or touch along many faces,
+/// and the folds among them. Where that leads no further, points may first lie farther from where they were, twice and
+/// then four times as far as the settings say; then the least that is still bad is cut out. As smooth_and_cut() else.
+std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
+                                  const CertifiedSettings& settings, const Progress& progress) {
+  constexpr int kRounds = 60, kVain = 3;
+  constexpr double kGain = 0.95;  // a round that leaves more of the bad faces was in vain
+  constexpr double kFarther = 4;
+  constexpr double kMostNear = 0.09;  // of the scanned faces: parts that lie in each other cannot be pushed out of it
+  Replaced replaced(result.source);
+  double farthest = settings.farthest;
+  Mender mender(result.source, start, farthest);
+  const OrderedSource& source = mender.source();
+  ThinShell thin(source, mender.rings(), settings.longest);
+  ThinShell room(source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
+  Mender::Changes changes;  // since the thin shell was made
+  std::size_t fewest = source.faces.size();
+  int vain = 0, cuts = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    progress("shell", double(round) / kRounds);
+    const auto singular = mender.smooth({}, kWanted, kLeast, progress);
+    if (!singular) return std::nullopt;
+    const Mender::Changes latest = mender.take_changes();
+    if (!room.update(latest.points, latest.gone, progress)) return std::nullopt;
+    changes.points.insert(changes.points.end(), latest.points.begin(), latest.points.end());
+    changes.gone.insert(changes.gone.end(), latest.gone.begin(), latest.gone.end());
+    const std::vector<std::uint32_t> folded = faces_around(mender, *singular);
+    const auto with_folded = [&](std::vector<std::uint32_t> bad) {
+      bad.insert(bad.end(), folded.begin(), folded.end());
+      sort_unique(bad);
+      return bad;
+    };
+    const std::vector<std::uint32_t> near = with_folded(room.faults());
+    const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return mender.is_scanned(f); });
+    const double share = replaced.share_of(static_cast<std::size_t>(scanned));
+    if (share > kMostNear) return std::nullopt;
+    if (round == 0 && result.bad_faces.empty())
+      for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
+    vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
+    fewest = std::min(fewest, near.size());
+    if (!near.empty() && (vain < kVain || farthest < kFarther * settings.farthest)) {
+      if (vain == kVain) {
+        if (share > kMostReplaced) return std::nullopt;
+        farthest *= 2;
+        mender.allow(farthest);
+        vain = 0;
+      }
+      if (!mender.push_apart(near, progress)) return std::nullopt;
+      continue;
+    }
+    sort_unique(changes.points);
+    sort_unique(changes.gone);
+    if (!thin.update(changes.points, changes.gone, progress)) return std::nullopt;
+    changes = {};
+    const std::vector<std::uint32_t> bad = with_folded(thin.faults());
+    if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
+    if (++cuts > kMostCuts) return std::nullopt;
+    const auto loss = mender.cut_and_close(bad, 0);
+    if (!loss) return std::nullopt;
+    replaced.add(*loss);
+    if (replaced.is_too_much()) return std::nullopt;
+    fewest = source.faces.size();
+    vain = 0;
+  }
+  return std::nullopt;
+}
+
+/// A thin shell on the source once it is mended; nothing when cancelled or with an obstacle.
+std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& settings, const Progress& progress) {
+  const std::vector<LatticePoint> start = result.source.points;
+  result.parted_points = part_touching(result.source, settings.farthest);
+  std::optional<Start> mended = smooth_and_cut(result, start, settings, progress);
+  if (!mended && !progress.cancelled()) mended = push_and_cut(result, start, settings, progress);
+  return mended;
 }
 
 }  // namespace

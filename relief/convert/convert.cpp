@@ -306,7 +306,8 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const Parts& part
 std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
                                         ConvertReport& report, const Progress& progress) {
   report.parts = {};
-  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal.
+  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal; more where
+  // sheets have to be pushed apart.
   constexpr double kFarthest = 2e-3;
   // Shares of a slab's area in which a tolerant shell may fold.
   constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};

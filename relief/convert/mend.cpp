@@ -4,6 +4,7 @@
 #include <relief/convert/parallel.h>
 #include <relief/convert/sort_unique.h>
 #include <relief/convert/thin_shell.h>
+#include <relief/convert/winding.h>
 
 #include <algorithm>
 #include <bit>
@@ -35,6 +36,8 @@ std::vector<std::uint8_t> find_touching(std::span<const LatticePoint> points) {
   }
   return touches;
 }
+
+std::int8_t sign_of(int sum) noexcept { return static_cast<std::int8_t>(int(sum > 0) - int(sum < 0)); }
 
 }  // namespace
 
@@ -118,11 +121,11 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
     for (std::uint32_t v = 0; v < count; ++v)
       if (sight_[v] != Sight::Well) poor_.push_back(v);
   }
-  std::vector<std::uint32_t> look = std::move(pending_), seen, marked(given.begin(), given.end()), movers, turned;
+  std::vector<std::uint32_t> look = std::move(pending_), seen, marked(given.begin(), given.end()), movers;
   pending_ = {};
   look.insert(look.end(), poor_.begin(), poor_.end());
   sort_unique(look);
-  std::vector<Vec3d> goals;
+  std::vector<std::pair<std::uint32_t, LatticePoint>> moves;
   for (int round = 0; round < kRounds; ++round) {
     if (progress.cancelled()) return std::nullopt;
     for (const std::uint32_t v : look) {
@@ -130,14 +133,16 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
       if (sight_[v] != Sight::Well) marked.push_back(v);
     }
     seen.insert(seen.end(), look.begin(), look.end());
-    look.clear();
     sort_unique(marked);
-    if (marked.empty()) break;
+    if (marked.empty()) {
+      look.clear();
+      break;
+    }
     movers = marked;
     for (const std::uint32_t v : marked)
       rings_.around(v, [&](std::uint32_t h) { movers.push_back(source_.faces[h / 3][(h + 1) % 3]); });
     sort_unique(movers);
-    goals.clear();
+    moves.clear();
     for (const std::uint32_t v : movers) {
       Vec3d mean;
       double around = 0;
@@ -145,29 +150,11 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
         mean += to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]);
         ++around;
       });
-      const Vec3d p = to_double(source_.points[v]), start = to_double(start_[v]);
+      const Vec3d p = to_double(source_.points[v]);
       const bool is_marked = std::binary_search(marked.begin(), marked.end(), v);
-      Vec3d goal = p + (mean / around - p) * (is_marked ? 0.5 : 0.1);
-      if (const double far = length(goal - start); far > farthest_ && free_[v] == 0)
-        goal = start + (goal - start) * (farthest_ / far);
-      goals.push_back(goal);
+      moves.emplace_back(v, within_reach(v, p + (mean / around - p) * (is_marked ? 0.5 : 0.1)));
     }
-    turned.clear();
-    for (std::size_t k = 0; k < movers.size(); ++k) {
-      const std::uint32_t v = movers[k];
-      const LatticePoint to = snap(goals[k]);
-      if (to == source_.points[v]) continue;
-      source_.points[v] = to;
-      look.push_back(v);
-      rings_.around(v, [&](std::uint32_t h) {
-        look.push_back(source_.faces[h / 3][(h + 1) % 3]);
-        turned.push_back(h / 3);
-      });
-    }
-    sort_unique(turned);
-    for (const std::uint32_t f : turned) source_.update_normal(f);
-    sort_unique(look);
-    changes_.points.insert(changes_.points.end(), look.begin(), look.end());
+    look = move_to(moves);
     marked.clear();
     if (look.empty()) break;
     // What did not move is seen as before.
@@ -184,6 +171,120 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
     if (sight_[v] == Sight::Singular) singular.push_back(v);
   }
   return singular;
+}
+
+/// Which way points of bad faces have to go that were not asked before: what lies before a face must not be solid, and
+/// what lies behind it must be.
+bool Mender::find_ways(std::span<const std::uint32_t> bad, const Progress& progress) {
+  constexpr double kNear = 0.15;  // of the face's shortest edge: beyond the room that a stiff shell asks for
+  std::vector<std::uint32_t> ask;
+  for (const std::uint32_t f : bad)
+    if (std::ranges::any_of(source_.faces[f], [&](std::uint32_t v) { return asked_[v] == 0; })) ask.push_back(f);
+  if (ask.empty()) return true;
+  std::vector<Vec3d> places;
+  std::vector<Face> faces;
+  places.reserve(source_.points.size());
+  faces.reserve(alive_);
+  for (const LatticePoint p : source_.points) places.push_back(to_double(p));
+  for (std::uint32_t f = 0; f < source_.faces.size(); ++f)
+    if (source_.alive(f)) faces.push_back(source_.faces[f]);
+  const WindingNumber winding(places, std::move(faces));
+  std::vector<std::array<std::int8_t, 3>> votes(ask.size());  // by corner
+  if (!for_all(ask.size(), 64, progress, [&](std::size_t k) {
+        const Face& t = source_.faces[ask[k]];
+        const std::array<Vec3d, 3> p = {places[t[0]], places[t[1]], places[t[2]]};
+        const double shortest = std::min({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
+        const Vec3d ahead = source_.normal(ask[k]) * std::max(4 * kLeastHeight, kNear * shortest);
+        for (std::size_t c = 0; c < 3; ++c) {
+          const Vec3d at = p[c] * 0.7 + (p[0] + p[1] + p[2]) * 0.1;
+          const bool hollow = winding.at(at - ahead) < 0.5, buried = winding.at(at + ahead) > 0.5;
+          votes[k][c] = static_cast<std::int8_t>(int(hollow) - int(buried));
+        }
+      }))
+    return false;
+  std::vector<std::pair<std::uint32_t, std::int8_t>> found;  // point and vote
+  for (std::size_t k = 0; k < ask.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (const std::uint32_t v = source_.faces[ask[k]][c]; asked_[v] == 0) found.emplace_back(v, votes[k][c]);
+  std::sort(found.begin(), found.end());
+  for (std::size_t k = 0; k < found.size();) {
+    const std::uint32_t v = found[k].first;
+    int sum = 0;
+    for (; k < found.size() && found[k].first == v; ++k) sum += found[k].second;
+    way_[v] = sign_of(sum);
+    asked_[v] = 1;
+  }
+  return true;
+}
+
+bool Mender::push_apart(std::span<const std::uint32_t> bad, const Progress& progress) {
+  constexpr float kFirst = 0.02F, kGrowth = 1.3F, kLast = 0.3F;  // of the mean edge
+  constexpr int kSweeps = 3;
+  way_.resize(source_.points.size(), 0);
+  asked_.resize(source_.points.size(), 0);
+  stride_.resize(source_.points.size(), 0);
+  if (!find_ways(bad, progress)) return false;
+  std::vector<std::uint32_t> points;
+  for (const std::uint32_t f : bad) points.insert(points.end(), source_.faces[f].begin(), source_.faces[f].end());
+  sort_unique(points);
+  // Points that cannot tell follow their neighbours.
+  std::vector<std::pair<std::uint32_t, std::int8_t>> followers;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    followers.clear();
+    for (const std::uint32_t v : points) {
+      if (way_[v] != 0) continue;
+      int sum = 0;
+      rings_.around(v, [&](std::uint32_t h) { sum += way_[source_.faces[h / 3][(h + 1) % 3]]; });
+      followers.emplace_back(v, sign_of(sum));
+    }
+    for (const auto& [v, way] : followers) way_[v] = way;
+  }
+  // All are moved away from where they lay, not one after the other.
+  std::vector<std::pair<std::uint32_t, LatticePoint>> moves;
+  std::vector<Vec3d> normals;
+  for (const std::uint32_t v : points) {
+    if (way_[v] == 0) continue;
+    const Vec3d at = to_double(source_.points[v]);
+    double edges = 0;
+    normals.clear();
+    rings_.around(v, [&](std::uint32_t h) {
+      normals.push_back(source_.normal(h / 3));
+      edges += length(to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]) - at);
+    });
+    stride_[v] = std::clamp(stride_[v] * kGrowth, kFirst, kLast);
+    const double by = double(stride_[v]) * edges / double(normals.size());
+    moves.emplace_back(v, within_reach(v, at + best_direction(normals).d * (by * way_[v])));
+  }
+  const std::vector<std::uint32_t> touched = move_to(moves);
+  pending_.insert(pending_.end(), touched.begin(), touched.end());
+  return true;
+}
+
+/// The place, or the nearest one to it that the point may come to lie at.
+LatticePoint Mender::within_reach(std::uint32_t v, Vec3d place) const {
+  const Vec3d start = to_double(start_[v]);
+  if (const double far = length(place - start); far > farthest_ && free_[v] == 0)
+    place = start + (place - start) * (farthest_ / far);
+  return snap(place);
+}
+
+/// Moves points; those that this gives other faces, ascending.
+std::vector<std::uint32_t> Mender::move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves) {
+  std::vector<std::uint32_t> touched, turned;
+  for (const auto& [v, to] : moves) {
+    if (to == source_.points[v]) continue;
+    source_.points[v] = to;
+    touched.push_back(v);
+    rings_.around(v, [&](std::uint32_t h) {
+      touched.push_back(source_.faces[h / 3][(h + 1) % 3]);
+      turned.push_back(h / 3);
+    });
+  }
+  sort_unique(turned);
+  for (const std::uint32_t f : turned) source_.update_normal(f);
+  sort_unique(touched);
+  changes_.points.insert(changes_.points.end(), touched.begin(), touched.end());
+  return touched;
 }
 
 void Mender::find_parts_once() {
@@ -209,7 +310,7 @@ void Mender::cut(std::uint32_t f, std::uint8_t level) {
 }
 
 /// The bad faces and the rings around them.
-void Mender::mark_rings(std::span<const std::uint32_t> bad) {
+void Mender::mark_rings(std::span<const std::uint32_t> bad, std::size_t rings) {
   std::vector<std::vector<std::uint32_t>> fronts;  // by level
   const auto mark = [&](std::uint32_t f, std::size_t level) {
     if (level_[f] >= level) return;
@@ -218,9 +319,9 @@ void Mender::mark_rings(std::span<const std::uint32_t> bad) {
     fronts[level].push_back(f);
   };
   for (const std::uint32_t f : bad) {
-    std::size_t rings = 1;
-    for (const std::uint32_t v : source_.faces[f]) rings = std::max(rings, std::size_t{heat_[v]} + 1);
-    mark(f, rings + 1);
+    std::size_t heat = 0;
+    for (const std::uint32_t v : source_.faces[f]) heat = std::max(heat, std::size_t{heat_[v]});
+    mark(f, rings + heat + 1);
   }
   for (std::size_t level = fronts.size(); level-- > 2;)
     for (std::size_t k = 0; k < fronts[level].size(); ++k)
@@ -279,11 +380,11 @@ bool Mender::cut_crumbs() {
   return any;
 }
 
-std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad) {
+std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad, std::size_t rings) {
   find_parts_once();
   was_cut_ = true;
   cut_.clear();
-  mark_rings(bad);
+  mark_rings(bad, rings);
   while (cut_pinched() || cut_crumbs()) {
   }
   alive_ -= cut_.size();
@@ -454,6 +555,9 @@ void Mender::release() {
   rings_.out = {};
   start_ = {};
   sight_ = {};
+  way_ = {};
+  asked_ = {};
+  stride_ = {};
   parts_ = {};
 }
 

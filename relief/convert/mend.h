@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace relief::detail {
@@ -50,15 +51,23 @@ class Mender {
   std::optional<std::vector<std::uint32_t>> smooth(std::span<const std::uint32_t> given, double wanted, double least,
                                                    const Progress& progress);
 
+  /// Moves the points of faces that meet others, or come too near to them, off these: into the solid where it overlaps
+  /// itself, out of it where it is inside out. By 2 % of the edges there, and more each time that a point is moved.
+  /// False when cancelled.
+  bool push_apart(std::span<const std::uint32_t> bad, const Progress& progress);
+
+  /// From now on scanned points may come to lie this far from where they were.
+  void allow(double farthest) noexcept { farthest_ = farthest; }
+
   struct Loss {
     double area = 0;  ///< of scanned faces, square lattice steps
     std::size_t faces = 0, parts = 0;
   };
-  /// Takes the faces out with the ring around them, and with one ring more each time that a place is cut again, then
-  /// closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A patch is phantom where
-  /// what lay at its rim was. Nothing when no face would be left or a rim cannot be closed: the mender is of no more
-  /// use then.
-  std::optional<Loss> cut_and_close(std::span<const std::uint32_t> bad);
+  /// Takes the faces out with so many rings around them, and with one ring more each time that a place is cut again,
+  /// then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A patch is phantom
+  /// where what lay at its rim was. Nothing when no face would be left or a rim cannot be closed: the mender is of no
+  /// more use then.
+  std::optional<Loss> cut_and_close(std::span<const std::uint32_t> bad, std::size_t rings);
 
   /// What has changed since the last call: points that faces around them have moved, come or gone, and the faces that
   /// are no more.
@@ -78,12 +87,16 @@ class Mender {
   };
   /// Scanned points that have moved.
   [[nodiscard]] Moves moves() const;
+  [[nodiscard]] bool is_scanned(std::uint32_t f) const noexcept { return patch_[f] == 0; }
   [[nodiscard]] bool was_cut() const noexcept { return was_cut_; }
 
  private:
   void find_parts_once();
   void look_at(std::uint32_t v, double wanted, double least);
-  void mark_rings(std::span<const std::uint32_t> bad);
+  void mark_rings(std::span<const std::uint32_t> bad, std::size_t rings);
+  bool find_ways(std::span<const std::uint32_t> bad, const Progress& progress);
+  [[nodiscard]] LatticePoint within_reach(std::uint32_t v, Vec3d place) const;
+  std::vector<std::uint32_t> move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves);
   bool cut_pinched();
   bool cut_crumbs();
   [[nodiscard]] bool is_cut(std::uint32_t f) const noexcept { return level_[f] != 0; }
@@ -104,6 +117,9 @@ class Mender {
   std::vector<std::uint32_t> pending_;  // points to look at in the next smoothing
   bool looked_ = false, was_cut_ = false;
   Changes changes_;
+  std::vector<std::int8_t> way_;               // per point: 1 out of the solid, -1 into it, 0 not known
+  std::vector<std::uint8_t> asked_;            // per point: whether its way was looked for
+  std::vector<float> stride_;                  // per point: how far it was last pushed, share of its edges
   std::vector<std::uint8_t> patch_, phantom_;  // per face
   std::vector<std::uint8_t> heat_;             // per point: how often its place was cut
   std::vector<std::uint8_t> level_;            // per face: 0 stays; else one more than the rings to cut around it

@@ -197,27 +197,39 @@ std::optional<Crossing> outvoted(const Field& field, std::size_t k, const Sample
 template <typename Field>
 void fill(Field& field, std::span<const std::size_t> unknown) {
   if (unknown.empty()) return;
-  std::vector<std::size_t> scratch, around, places(unknown.begin(), unknown.end());
-  std::vector<std::size_t> begin = {0};
+  // Places are the unknown samples and the known ones at their rim; there are fewer than 2^32.
+  std::vector<std::size_t> scratch, places;
   for (const std::size_t k : unknown) {
     field.neighbours(k, scratch);
-    around.insert(around.end(), scratch.begin(), scratch.end());
-    begin.push_back(around.size());
+    for (const std::size_t other : scratch)
+      if (field.met(other) != Met::Never) places.push_back(other);
   }
-  places.insert(places.end(), around.begin(), around.end());
   sort_unique(places);
+  const auto rim = static_cast<std::ptrdiff_t>(places.size());
+  places.insert(places.end(), unknown.begin(), unknown.end());
+  std::inplace_merge(places.begin(), places.begin() + rim, places.end());
   const auto place_of = [&](std::size_t k) {
-    return static_cast<std::size_t>(std::lower_bound(places.begin(), places.end(), k) - places.begin());
+    return static_cast<std::uint32_t>(std::lower_bound(places.begin(), places.end(), k) - places.begin());
   };
-  for (std::size_t& k : around) k = place_of(k);
+  std::vector<std::uint32_t> around, begin = {0}, mine, front(unknown.size()), later, reached;
+  around.reserve(6 * unknown.size());
+  begin.reserve(unknown.size() + 1);
+  mine.reserve(unknown.size());
+  for (const std::size_t k : unknown) {
+    field.neighbours(k, scratch);
+    for (const std::size_t other : scratch) around.push_back(place_of(other));
+    begin.push_back(static_cast<std::uint32_t>(around.size()));
+    mine.push_back(place_of(k));
+  }
   std::vector<float> values;
   std::vector<std::uint8_t> known;
+  values.reserve(places.size());
+  known.reserve(places.size());
   for (const std::size_t k : places) {
     values.push_back(field.value(k));
     known.push_back(field.met(k) != Met::Never);
   }
-  std::vector<std::size_t> mine, front(unknown.size()), later, reached;
-  for (const std::size_t k : unknown) mine.push_back(place_of(k));
+  places = {};
   std::iota(front.begin(), front.end(), 0U);
 
   const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<float> {
@@ -234,7 +246,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
   while (!front.empty()) {
     later.clear();
     reached.clear();
-    for (const std::size_t u : front) {
+    for (const std::uint32_t u : front) {
       const auto value = mean(u, true);
       if (value) {
         values[mine[u]] = *value;
@@ -244,10 +256,10 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
       }
     }
     if (reached.empty()) break;
-    for (const std::size_t k : reached) known[k] = 1;
+    for (const std::uint32_t k : reached) known[k] = 1;
     std::swap(front, later);
   }
-  for (const std::size_t u : front) values[mine[u]] = 0.5F;
+  for (const std::uint32_t u : front) values[mine[u]] = 0.5F;
   for (int sweep = 0; sweep < 60; ++sweep) {
     double change = 0;
     for (std::size_t step = 0; step < unknown.size(); ++step) {

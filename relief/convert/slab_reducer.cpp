@@ -923,10 +923,9 @@ void SlabReducer::tolerate(double share) {
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
-  // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time, and
-  // rounds that take few are not worth theirs.
+  constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last
+  // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
-  const std::size_t in_vain = stuck ? 50 : 200;  // a round that removes less than one in so many is the last
   few_ = stuck ? alive_ : std::max<std::size_t>(16 * target_count, 3200) - 1;
   // No part can have fewer than four slabs.
   std::uint32_t parts = 0;
@@ -972,7 +971,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / in_vain))) break;
+    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / kInVain))) break;
   }
   return true;
 }
@@ -990,10 +989,17 @@ void SlabReducer::lengthen(std::uint32_t v, double share) {
 
 // Room to carve and to add.
 bool SlabReducer::thicken(const Progress& progress) {
-  for (const double share : {0.5, 0.5, 0.5, 0.5, 0.15, 0.15, 0.15, 0.15}) {
-    if (progress.cancelled()) return false;
-    for (std::uint32_t v = 0; v < out_.size(); ++v)
-      if (out_[v] != kNone) lengthen(v, share);
+  for (const double share : {0.5, 0.15}) {
+    // Where nothing has changed since it would fail again.
+    std::fill(improved_.begin(), improved_.end(), 0U);
+    for (int round = 0; round < 4; ++round) {
+      if (progress.cancelled()) return false;
+      for (std::uint32_t v = 0; v < out_.size(); ++v) {
+        if (out_[v] == kNone || touched_[v] <= improved_[v]) continue;
+        improved_[v] = clock_;
+        lengthen(v, share);
+      }
+    }
   }
   return true;
 }

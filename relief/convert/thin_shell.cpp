@@ -58,14 +58,15 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
       if (!for_all(std::min(kChunk, work.size() - begin), 256, progress,
                    [&](std::size_t k) { test(work[begin + k], round == 0); }))
         return false;
-    for (; begin < work.size(); ++begin) faulty_[work[begin]] = 1;
+    for (; begin < work.size(); ++begin) faulty_[work[begin]] = kFault;
     for (const std::uint32_t f : work) works_[f] = 0;
     if (!shrink(work) || pairs_ >= most_pairs) break;
   }
   for (const std::uint32_t f : work) works_[f] = 0;
   faults_.clear();
+  folds_.clear();
   for (std::uint32_t f = 0; f < faces; ++f)
-    if (faulty_[f] != 0) faults_.push_back(f);
+    if (faulty_[f] != 0) ((faulty_[f] & kFault) != 0 ? faults_ : folds_).push_back(f);
   return true;
 }
 
@@ -79,7 +80,7 @@ void ThinShell::start(std::uint32_t v) {
     shortest = std::min(shortest, length(to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]) - at));
   });
   directions_[v] = to_float(best_direction(normals).d);
-  heights_[v].fill(static_cast<float>(std::clamp(0.3 * shortest, kLeastHeight, tallest_)));
+  heights_[v].fill(static_cast<float>(std::clamp((stiff_ ? kStiff : kTall) * shortest, kLeastHeight, tallest_)));
   place(v);
 }
 
@@ -104,10 +105,27 @@ Box3d ThinShell::box(std::uint32_t f) const noexcept {
 void ThinShell::test(std::uint32_t f, bool source_is_new) {
   const SlabShape mine(triangle(f, kInner), triangle(f, kOuter));
   const SourceTriangle own = source_.triangle(f);
+  const auto adjacent = [&](std::uint32_t face, std::uint32_t other) {
+    return std::ranges::any_of(source_.faces[face], [&](std::uint32_t v) {
+      const Face& corners = source_.faces[other];
+      return v == corners[0] || v == corners[1] || v == corners[2];
+    });
+  };
   const auto found = [&](std::uint32_t face, Side side) {
     for (const std::uint32_t v : source_.faces[face])
       std::atomic_ref(blamed_[v]).fetch_or(static_cast<std::uint8_t>(1U << side), std::memory_order_relaxed);
-    std::atomic_ref(faulty_[face]).store(1, std::memory_order_relaxed);
+    std::atomic_ref(faulty_[face]).fetch_or(kFault, std::memory_order_relaxed);
+  };
+  const auto judge = [&](std::uint32_t face, std::uint32_t triangle, Meeting meeting) {
+    if (meeting == Meeting::Outer) found(face, kOuter);
+    if (meeting == Meeting::Inner) found(face, kInner);
+    if (meeting != Meeting::Folded) return;
+    if (face == triangle || can_shrink(face, adjacent(face, triangle) ? face : triangle)) {
+      found(face, kOuter);
+      found(face, kInner);
+    } else {
+      std::atomic_ref(faulty_[face]).fetch_or(kFold, std::memory_order_relaxed);
+    }
   };
   const JacobianFault jacobian = jacobian_fault(mine.triangle(kInner), mine.triangle(kOuter));
   if (jacobian != JacobianFault::None) {
@@ -117,24 +135,17 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
   std::size_t pairs = 0;
   tree_->query(mine.box(), [&](std::uint32_t g) {
     ++pairs;
-    const Meeting meeting = mine.meet(g == f ? own : source_.triangle(g));
-    if (meeting == Meeting::Outer || (meeting == Meeting::Folded && g == f)) found(f, kOuter);
-    if (meeting == Meeting::Inner || (meeting == Meeting::Folded && g == f)) found(f, kInner);
+    judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
     if (works_[g] != 0 && g < f) return true;  // the pair is tested from the other slab
-    if (works_[g] == 0 && source_is_new) {
-      const Meeting other = SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own);
-      if (other == Meeting::Outer) found(g, kOuter);
-      if (other == Meeting::Inner) found(g, kInner);
-    }
-    bool adjacent = false;
-    for (const std::uint32_t v : source_.faces[f])
-      for (const std::uint32_t w : source_.faces[g]) adjacent = adjacent || v == w;
+    if (works_[g] == 0 && source_is_new)
+      judge(g, f, SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own));
+    const bool joined = adjacent(f, g);
     std::array<Box3d, 2> boxes;
     for (const Side side : {kInner, kOuter})
       for (const std::uint32_t v : source_.faces[g]) boxes[side].add(to_double(ends_[v][side]));
     for (const Side mine_side : {kInner, kOuter})
       for (const Side side : {kInner, kOuter}) {
-        if ((side == mine_side && adjacent) || !boxes[side].meets(mine.box(mine_side))) continue;
+        if ((side == mine_side && joined) || !boxes[side].meets(mine.box(mine_side))) continue;
         if (!triangles_meet(mine.triangle(mine_side), triangle(g, side))) continue;
         found(f, mine_side);
         found(g, side);
@@ -144,9 +155,29 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
   pairs_ += pairs;
 }
 
-/// Halves what is to blame, and leaves in `work` the faces that this changes; false when all of it is at the least.
+/// Whether the slab of a face may still be made thinner for the sake of another triangle that folds in it: down to a share
+/// of the shortest edge of it and of what it might swallow. Beside a needle less does not help: the lower a fibre, the
+/// more rounding turns it.
+bool ThinShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexcept {
+  if (stiff_) return false;
+  double shortest = Box3d::kFar, tallest = 0;
+  for (const std::uint32_t face : {f, swallowed})
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Face& corners = source_.faces[face];
+      shortest = std::min(shortest, length(to_double(source_.points[corners[k]] - source_.points[corners[(k + 1) % 3]])));
+    }
+  for (const std::uint32_t v : source_.faces[f])
+    for (const float height : heights_[v]) tallest = std::max(tallest, double(height));
+  return tallest > std::max(kLeastHeight, 0.1 * shortest);
+}
+
+/// Halves what is to blame, and leaves in `work` the faces that this changes; false when none of it may be halved.
 bool ThinShell::shrink(std::vector<std::uint32_t>& work) {
   work.clear();
+  if (stiff_) {
+    std::fill(blamed_.begin(), blamed_.end(), 0);
+    return false;
+  }
   bool shrunk = false;
   for (std::uint32_t v = 0; v < blamed_.size(); ++v) {
     if (blamed_[v] == 0) continue;

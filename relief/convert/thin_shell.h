@@ -22,14 +22,19 @@ using Ends = std::array<LatticePoint, 2>;  ///< of a fibre, by Side
 /// The least fibre half that the thin shell may have, lattice steps.
 inline constexpr double kLeastHeight = 12;
 
-/// Each fibre runs through its vertex in the direction that sees all the faces there, so C2, C6 and C7 hold by
-/// construction; heights are halved where C1, C3 or C5 fail. Where the source changes, only what lies there is made
+/// Each fibre runs through its vertex in the direction that sees all the faces there, so C2, C6 of its own triangle and
+/// C7 hold by construction; heights are halved where C1, C3, C5 or C6 of another triangle fail. They start as high as
+/// the edges are long, or nearly: on a rough source collapses need that. Where the source changes, only what lies there is made
 /// anew. Runs on all threads; the result does not depend on their number.
 class ThinShell {
  public:
+  enum class Heights : std::uint8_t {
+    Shrinking,  ///< 0.8 of the shortest edge at the point, halved as long as that helps
+    Stiff       ///< 0.05 of it for good: the faults are where the source does not have that much room
+  };
   /// Both must outlive it. `longest`: of a fibre, lattice steps.
-  ThinShell(const OrderedSource& source, const Rings& rings, double longest)
-      : source_(source), rings_(rings), tallest_(0.49 * longest) {}
+  ThinShell(const OrderedSource& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking)
+      : source_(source), rings_(rings), tallest_(0.49 * longest), stiff_(heights == Heights::Stiff) {}
 
   /// Makes the shell, or makes it anew where the source has changed: `changed` are the points that faces around them
   /// have moved, come or gone, and `gone` the faces that are no more. False when cancelled; it is of no use then.
@@ -37,28 +42,36 @@ class ThinShell {
 
   /// Faces of the source that cannot be made valid, ascending.
   [[nodiscard]] const std::vector<std::uint32_t>& faults() const noexcept { return faults_; }
+  /// Further faces in whose slabs another triangle folds however thin they are, ascending: they hinder collapses, and
+  /// are against C6 if nothing is collapsed there.
+  [[nodiscard]] const std::vector<std::uint32_t>& folds() const noexcept { return folds_; }
   /// Per point of the source. The shell is of no more use then; the same for the tree.
   [[nodiscard]] std::vector<Ends> take_ends() { return std::move(ends_); }
   /// Over boxes that hold the slabs, in the order of the source's faces.
   [[nodiscard]] std::unique_ptr<BoxTree> take_tree() { return std::move(tree_); }
 
  private:
+  static constexpr double kTall = 0.8, kStiff = 0.05;  // heights at the start, of the shortest edge
+  static constexpr std::uint8_t kFault = 1, kFold = 2;
+
   void start(std::uint32_t v);
   void place(std::uint32_t v);
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t f, Side side) const noexcept;
   [[nodiscard]] Box3d box(std::uint32_t f) const noexcept;
   void test(std::uint32_t f, bool source_is_new);
+  [[nodiscard]] bool can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexcept;
   bool shrink(std::vector<std::uint32_t>& work);
 
   const OrderedSource& source_;
   const Rings& rings_;
   double tallest_;  // fibre half
+  bool stiff_;
   std::vector<Vec3f> directions_;
   std::vector<std::array<float, 2>> heights_;  // by Side
   std::vector<Ends> ends_;
   std::vector<std::uint8_t> blamed_;  // per point, a bit per Side
   std::vector<std::uint8_t> works_, faulty_;
-  std::vector<std::uint32_t> faults_, shortest_;  // shortest_: points whose fibres have been cut down to the least
+  std::vector<std::uint32_t> faults_, folds_, shortest_;  // shortest_: points whose fibres have been cut down to the least
   std::atomic<std::size_t> pairs_ = 0;
   std::unique_ptr<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
 };

@@ -3,6 +3,7 @@
 
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/directions.h>
 #include <relief/convert/section.h>
 #include <relief/core/query.h>
 #include <relief/verify/verify.h>
@@ -97,6 +98,25 @@ TEST(Certified, PartsNestedAndApart) {
   append(parts, testing::turned(testing::ball(10)), {}, 0.6);  // a cavity
   append(parts, testing::torus(30, 16), {6, 0, 0});
   expect_certified(convert(parts, certified(90)), 150);
+}
+
+TEST(Certified, SpecksBesideLargeTrianglesAreNotSwallowed) {
+  // Far smaller than a slab could be thick there, outside and, as cavities, inside.
+  TriangleMesh parts = testing::box({1, 1, 1});
+  Box3d box;
+  for (const Vec3d p : parts.positions) box.add(p);
+  const Vec3d middle = box.low + box.extent() * 0.5;
+  for (const double sign : {-1.0, 1.0})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double face = sign * box.extent()[axis] * 0.5;
+      Vec3d outside = middle, inside = middle;
+      outside[axis] += face + sign * 0.02;
+      inside[axis] += face - sign * 0.02;
+      inside[(axis + 1) % 3] += 0.2;
+      append(parts, testing::ball(4), outside, 0.005);
+      append(parts, testing::turned(testing::ball(4)), inside, 0.005);
+    }
+  expect_certified(convert(parts, certified(100)), 400);
 }
 
 TEST(Certified, FarFromTheOriginAndAtAnyScale) {
@@ -236,6 +256,120 @@ TEST(Certified, ASpikeThroughTheSurfaceIsCutOut) {
   EXPECT_LT(result->report.replaced_triangles, 200U);
   EXPECT_EQ(result->report.phantom_triangles, 0U);
   for (const Vec3d p : result->mended.positions) EXPECT_LT(length(p), 1.05);
+}
+
+/// Points whose faces no direction sees.
+std::size_t count_singular(const TriangleMesh& mesh) {
+  std::vector<std::vector<Vec3d>> normals(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a = mesh.positions[t[0]];
+    for (const std::uint32_t v : t)
+      normals[v].push_back(normalized(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a)));
+  }
+  return static_cast<std::size_t>(
+      std::ranges::count_if(normals, [](const auto& n) { return detail::best_direction(n).visibility <= 0; }));
+}
+
+/// The greatest distance between points of the same number, share of the source's diagonal, and how many moved.
+std::pair<double, std::size_t> moves_between(const TriangleMesh& source, const Conversion& made) {
+  double most = 0;
+  std::size_t count = 0;
+  EXPECT_EQ(made.mended.positions.size(), source.positions.size());
+  for (std::size_t v = 0; v < source.positions.size(); ++v) {
+    const double far = length(made.mended.positions[v] - source.positions[v]) / made.model.info.source_diagonal;
+    most = std::max(most, far);
+    count += far > 1e-7;  // more than rounding to the lattice
+  }
+  return {most, count};
+}
+
+TEST(Certified, FoldsAtRandomPlacesAreMendedAndMovesAreTrue) {
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::size_t singular = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    TriangleMesh mesh = trial % 2 == 0 ? testing::ball(40, 0.05) : testing::torus(90, 40);
+    for (int fold = 0; fold < 5 + 5 * trial; ++fold) {
+      // One and a half edges aside: across its neighbours.
+      const Triangle& t = mesh.triangles[random() % mesh.triangles.size()];
+      const Vec3d edge = mesh.positions[t[1]] - mesh.positions[t[0]];
+      mesh.positions[t[0]] += edge * 1.5 + Vec3d{unit(random), unit(random), unit(random)} * (0.1 * length(edge));
+    }
+    singular += count_singular(mesh);
+    const auto result = convert(mesh, certified(150));
+    SCOPED_TRACE("trial " + std::to_string(trial));
+    expect_certified(result, 1000, 4);
+    const ConvertReport& report = result->report;
+    EXPECT_GT(report.moved_vertices, 0U);
+    EXPECT_LE(report.moved_most, 8.1e-3);
+    EXPECT_LT(report.replaced_triangles, 60U * static_cast<std::size_t>(5 + 5 * trial));
+    if (report.replaced_triangles > 0) continue;
+    const auto [most, count] = moves_between(mesh, *result);
+    EXPECT_NEAR(report.moved_most, most, 1e-6);
+    EXPECT_EQ(report.moved_vertices, count);
+  }
+  EXPECT_GT(singular, 20U) << "these models are too easy for the test";
+}
+
+/// A round body with a slot along its equator, whose banks swell so far that they cross by `depth` in places.
+TriangleMesh slotted_ball(double depth, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> turn(0, 2 * std::numbers::pi);
+  const double above = turn(random), below = turn(random);
+  TriangleMesh mesh = testing::bent_grid(160, 90, true, false, [&](double u, double v) {
+    // Along the profile: the lower half of the ball, the lower bank inwards, the slot's floor, and back.
+    const double a = 2 * std::numbers::pi * u, side = v < 0.5 ? -1 : 1, s = 1 - std::abs(2 * v - 1);  // 0 pole, 1 floor
+    if (s == 0) return Vec3d{0, 0, side};
+    double rho = 0, z = 0;
+    if (s < 0.5) {
+      const double b = 0.04 + (0.5 * std::numbers::pi - 0.04) * (1 - 2 * s);
+      rho = std::cos(b), z = std::sin(b);
+    } else {
+      const double in = 2 * s - 1, swell = std::sin(std::numbers::pi * in);  // 0 at the rim, 1 in the floor
+      rho = std::cos(0.04) - 0.4 * in;
+      const double wave = 0.6 + 0.4 * std::sin(3 * a + (side > 0 ? above : below));
+      z = 0.04 * (1 - swell * swell) * (1 - std::pow(in, 16)) - 0.5 * depth * wave * swell * swell;
+    }
+    return Vec3d{rho * std::cos(a), rho * std::sin(a), side * z};
+  });
+  return mesh;
+}
+
+TEST(Certified, SheetsThatCrossArePushedApart) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const TriangleMesh mesh = slotted_ball(6e-3, seed);
+    const auto result = convert(mesh, certified(200));
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    expect_certified(result, 4000, 2);
+    const ConvertReport& report = result->report;
+    EXPECT_GT(report.moved_vertices, 1000U);
+    EXPECT_EQ(report.parted_vertices, 0U);
+    EXPECT_LT(report.replaced_triangles, 50U);
+    EXPECT_LE(report.moved_most, 8.1e-3);
+  }
+}
+
+TEST(Certified, WhatIsInsideOutIsPushedOut) {
+  // A plate whose two sides have changed places over a disc: its solid is thinner than nothing there.
+  TriangleMesh plate = testing::ball(60);
+  for (Vec3d& p : plate.positions) {
+    const double x = p.x - 0.45;
+    p.z *= 0.1 - 0.104 * std::exp(-std::pow((x * x + p.y * p.y) / 0.09, 3));
+  }
+  const auto result = convert(plate, certified(100));
+  expect_certified(result, 200, 10);
+  const ConvertReport& report = result->report;
+  EXPECT_EQ(report.replaced_triangles, 0U);
+  const auto [most, count] = moves_between(plate, *result);
+  EXPECT_NEAR(report.moved_most, most, 1e-6);
+  EXPECT_EQ(report.moved_vertices, count);
+  EXPECT_GT(count, 100U);
+  // There and nowhere else.
+  for (std::size_t v = 0; v < plate.positions.size(); ++v) {
+    const Vec3d p = plate.positions[v];
+    if (std::hypot(p.x - 0.45, p.y) < 0.45) continue;
+    EXPECT_LT(length(result->mended.positions[v] - p), 1e-6);
+  }
 }
 
 TEST(Certified, WhatCannotBeProvedIsRefusedOrLeftToPreview) {
