@@ -154,8 +154,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
         bad.insert(bad.end(), thin.folds().begin(), thin.folds().end());
       if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
       trouble.clear();
-      for (const std::uint32_t f : bad)
-        trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
+      for (const std::uint32_t f : bad) trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
       if (cut == 0)
         for (const std::uint32_t f : thin.faults()) result.bad_faces.push_back(source.face_of[f]);
       result.place = source.points[trouble.front()];

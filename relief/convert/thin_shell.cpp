@@ -137,8 +137,7 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
     ++pairs;
     judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
     if (works_[g] != 0 && g < f) return true;  // the pair is tested from the other slab
-    if (works_[g] == 0 && source_is_new)
-      judge(g, f, SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own));
+    if (works_[g] == 0 && source_is_new) judge(g, f, SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own));
     const bool joined = adjacent(f, g);
     std::array<Box3d, 2> boxes;
     for (const Side side : {kInner, kOuter})
@@ -155,16 +154,17 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
   pairs_ += pairs;
 }
 
-/// Whether the slab of a face may still be made thinner for the sake of another triangle that folds in it: down to a share
-/// of the shortest edge of it and of what it might swallow. Beside a needle less does not help: the lower a fibre, the
-/// more rounding turns it.
+/// Whether the slab of a face may still be made thinner for the sake of another triangle that folds in it: down to a
+/// share of the shortest edge of it and of what it might swallow. Beside a needle less does not help: the lower a
+/// fibre, the more rounding turns it.
 bool ThinShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexcept {
   if (stiff_) return false;
   double shortest = Box3d::kFar, tallest = 0;
   for (const std::uint32_t face : {f, swallowed})
     for (std::size_t k = 0; k < 3; ++k) {
       const Face& corners = source_.faces[face];
-      shortest = std::min(shortest, length(to_double(source_.points[corners[k]] - source_.points[corners[(k + 1) % 3]])));
+      shortest =
+          std::min(shortest, length(to_double(source_.points[corners[k]] - source_.points[corners[(k + 1) % 3]])));
     }
   for (const std::uint32_t v : source_.faces[f])
     for (const float height : heights_[v]) tallest = std::max(tallest, double(height));

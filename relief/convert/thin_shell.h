@@ -24,8 +24,8 @@ inline constexpr double kLeastHeight = 12;
 
 /// Each fibre runs through its vertex in the direction that sees all the faces there, so C2, C6 of its own triangle and
 /// C7 hold by construction; heights are halved where C1, C3, C5 or C6 of another triangle fail. They start as high as
-/// the edges are long, or nearly: on a rough source collapses need that. Where the source changes, only what lies there is made
-/// anew. Runs on all threads; the result does not depend on their number.
+/// the edges are long, or nearly: on a rough source collapses need that. Where the source changes, only what lies there
+/// is made anew. Runs on all threads; the result does not depend on their number.
 class ThinShell {
  public:
   enum class Heights : std::uint8_t {
@@ -71,7 +71,8 @@ class ThinShell {
   std::vector<Ends> ends_;
   std::vector<std::uint8_t> blamed_;  // per point, a bit per Side
   std::vector<std::uint8_t> works_, faulty_;
-  std::vector<std::uint32_t> faults_, folds_, shortest_;  // shortest_: points whose fibres have been cut down to the least
+  std::vector<std::uint32_t> faults_, folds_,
+      shortest_;  // shortest_: points whose fibres have been cut down to the least
   std::atomic<std::size_t> pairs_ = 0;
   std::unique_ptr<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
 };
