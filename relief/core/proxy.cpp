@@ -1,4 +1,5 @@
 #include <relief/core/micro_triangles.h>
+#include <relief/core/near_surface.h>
 #include <relief/core/proxy.h>
 #include <relief/core/pushed_side.h>
 
@@ -6,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace relief {
 
@@ -581,7 +583,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
 }
 
 void Proxy::let_go() noexcept {
-  held_ = false;
+  held_ = open_ = false;
   lag_ = {};
   depth_ = 0;
   above_.reset();
@@ -615,10 +617,28 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
       }
     }
   }
-  if (const auto place = Sweep(surface, last_, cursor).run())
-    hold(surface, *place);
-  else
+  if (is_clear(surface, cursor)) {
     look_below(model, cursor);
+  } else if (const auto place = Sweep(surface, last_, cursor).run()) {
+    hold(surface, *place);
+  } else {
+    open_ = true;
+    look_below(model, cursor);
+  }
+}
+
+bool Proxy::is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
+  constexpr double kFar = 16;  // ways like this one
+  const std::uint64_t number = surface.model().number();
+  const double way = length(cursor - last_);
+  if (clear_.model == number && std::max(length(cursor - clear_.centre), length(last_ - clear_.centre)) < clear_.radius)
+    return true;
+  // Beside the surface it would be in vain: after a way that had to be swept it is tried again.
+  if (!std::exchange(open_, false)) return false;
+  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kFar * way, clear_.nearest), clear_.nearest};
+  open_ = clear_.radius > way;
+  if (!open_) clear_.radius = 0;  // it is not known
+  return open_;
 }
 
 void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {

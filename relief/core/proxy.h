@@ -110,7 +110,16 @@ class Proxy {
     SlabCoord at;
     SlabCorners corners;
   };
+  /// A ball without a micro-triangle.
+  struct Clear {
+    std::uint64_t model = 0;  ///< number of the snapshot
+    Vec3d centre;
+    double radius = 0;
+    SlabId nearest = kNoSlab;
+  };
   void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
+  /// Whether the way to the cursor lies in a ball that is known to be clear, or that this finds.
+  bool is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Notes where the free cursor is above the surface.
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
   /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
@@ -137,6 +146,8 @@ class Proxy {
   Vec3d left_at_;
   LocateHint hint_;
   std::optional<Above> above_;
+  Clear clear_;
+  bool open_ = false;  ///< the last way was free, and a clear ball may be found
   SurfacePlace place_;
   std::optional<SurfacePlace> ahead_;  ///< how far the look ahead has come that took more than this tick
   SlabCorners corners_{};              ///< of the point's slab
