@@ -177,7 +177,9 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
     const std::optional<Contact> at = probe(model, p, hint);
     if (!at) return std::nullopt;
     const double depth = length(p - at->surface.position);
-    return Nearest{at->surface.position, at->surface.normal, at->touching() ? -depth : depth};
+    // In place: a copy of what was just written would add a tenth to the query's time.
+    return std::optional<Nearest>(std::in_place, at->surface.position, at->surface.normal,
+                                  at->touching() ? -depth : depth);
   });
   // From nothing and over the whole surface, it takes longer.
   std::vector<Workload> few = works;

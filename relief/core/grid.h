@@ -97,5 +97,18 @@ struct GridCell {
   std::array<double, 3> weights;     ///< add up to 1
 };
 [[nodiscard]] GridCell cell_at(int n, double u, double v) noexcept;
+/// The weights that cell_at(n, u, v) gives if it gives these corners, which it has given before. False if it gives
+/// others, and in the cells along the edge opposite corner 0.
+[[nodiscard]] constexpr bool weights_in(int n, const std::array<GridPoint, 3>& cell, double u, double v,
+                                        std::array<double, 3>& w) noexcept {
+  const int i = cell[2].i, j = cell[0].j;
+  const double a = u * n - i, b = v * n - j;
+  if (!(a >= 0 && a < 1 && b >= 0 && b < 1 && i + j < n - 1)) return false;
+  const bool stands = a + b <= 1;
+  w[0] = stands ? 1 - a - b : 1 - b;
+  w[1] = stands ? a : a + b - 1;
+  w[2] = stands ? b : 1 - a;
+  return stands == (cell[0].i == i);
+}
 
 }  // namespace relief

@@ -12,38 +12,17 @@ namespace relief::detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
 
-/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones).
-[[nodiscard]] CellNormals normals_of(const Snapshot& model, SlabId slab, const std::array<GridPoint, 3>& cell) noexcept;
-/// The same; those known where they are of the same cell of the same snapshot.
-[[nodiscard]] inline const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
-                                                                const std::array<GridPoint, 3>& cell,
-                                                                CellNormals& known) noexcept {
-  if (known.model != model.number() || known.slab != slab || known.corners != cell)
-    known = normals_of(model, slab, cell);
-  return known.normals;
-}
+/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones): those known
+/// where they are of the same snapshot. Then they are the known ones.
+[[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
+                                                         const std::array<GridPoint, 3>& cell,
+                                                         CellNormals& known) noexcept;
 
 /// Where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
   const auto w = weights(n, at);
   return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
 }
-
-/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to the point that is asked for, so that nothing is
-/// lost far from the origin.
-struct LinearForm {
-  Vec3d a, b, c, d, e, f;
-  double size2;  ///< squared length scale of the slab
-
-  LinearForm(const SlabCorners& k, Vec3d point) noexcept
-      : a(k.inner[0] - point),
-        b(k.inner[1] - k.inner[0]),
-        c(k.inner[2] - k.inner[0]),
-        d(k.outer[0] - k.inner[0]),
-        e((k.outer[1] - k.inner[1]) - d),
-        f((k.outer[2] - k.inner[2]) - d),
-        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
-};
 
 /// The micro-triangles of one snapshot, stitched where n differs across an edge and without those that are holes;
 /// remembers the slab in hand.

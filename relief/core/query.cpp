@@ -15,10 +15,11 @@ namespace {
 
 using detail::CellNormals;
 using detail::corner_normals;
+using detail::KnownCell;
 using detail::LinearForm;
-using detail::normals_of;
 using detail::on_grid;
 using detail::sample_position;
+using detail::SlabShape;
 
 using Weights = std::array<double, 3>;
 
@@ -31,13 +32,14 @@ double least(const Weights& w) noexcept { return std::min({w[0], w[1], w[2]}); }
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 
-/// Joint Newton in (u, v, alpha) from a start near the answer. False when it does not settle in a few steps; then the
-/// cold solve decides.
-bool refine(const LinearForm& s, double& u, double& v, double& alpha) noexcept {
+/// Joint Newton in (u, v, alpha) for a point, relative to that of the form, from a start near the answer. False when it
+/// does not settle in a few steps; then the cold solve decides.
+inline bool refine(const LinearForm& s, Vec3d point, double& u, double& v, double& alpha) noexcept {
+  const Vec3d a = s.a - point;
   const double goal2 = s.size2 * 1e-26;
   for (int step = 0; step < 6; ++step) {
     const Vec3d along = s.d + s.e * u + s.f * v;
-    const Vec3d miss = s.a + s.b * u + s.c * v + along * alpha;
+    const Vec3d miss = a + s.b * u + s.c * v + along * alpha;
     if (dot(miss, miss) <= goal2) return true;
     const Vec3d ju = s.b + s.e * alpha, jv = s.c + s.f * alpha;
     const Vec3d uv = cross(ju, jv);
@@ -52,7 +54,7 @@ bool refine(const LinearForm& s, double& u, double& v, double& alpha) noexcept {
     // The next step would be this one squared, times the slab's twist.
     if (std::abs(du) + std::abs(dv) + std::abs(da) < 1e-9) return true;
   }
-  const Vec3d miss = s.a + s.b * u + s.c * v + (s.d + s.e * u + s.f * v) * alpha;
+  const Vec3d miss = a + s.b * u + s.c * v + (s.d + s.e * u + s.f * v) * alpha;
   return dot(miss, miss) <= s.size2 * 1e-20;
 }
 
@@ -129,10 +131,19 @@ std::optional<SlabCoord> solve_cold(const SlabCorners& corners, SlabId slab, Vec
   // One polish in all three unknowns: bisection alone leaves the weights with the error of alpha times the fibre's
   // slant.
   double u = best.u, v = best.v, alpha = best.alpha;
-  if (refine(LinearForm(corners, point), u, v, alpha) &&
+  if (refine(LinearForm(corners, point), {}, u, v, alpha) &&
       std::abs(u - best.u) + std::abs(v - best.v) + std::abs(alpha - best.alpha) < 1e-6)
     best = {slab, u, v, alpha};
   return best;
+}
+
+/// The shape of a slab; that known where it is of the same slab of the same cage.
+inline const SlabShape& shape_of(const SlabMesh& mesh, SlabId slab, SlabShape& known) noexcept {
+  if (known.cage != mesh.number() || known.slab != slab) {
+    const SlabCorners corners = mesh.corners(slab);
+    known = {mesh.number(), slab, corners, LinearForm(corners, {})};
+  }
+  return known;
 }
 
 /// On or between the inner and the outer triangle; a point on one of them is inside whichever way it was found.
@@ -180,6 +191,57 @@ std::optional<SlabCoord> settle(const SlabMesh& mesh, const SlabCoord& near, Vec
   return fallback;
 }
 
+/// What is left of locate() when the slab found last does not plainly hold the point: `near` is the place in it where
+/// it may still be the owner, else kNoSlab.
+bool search(const SlabMesh& mesh, Vec3d point, const SlabCoord& near, LocateHint& hint) noexcept {
+  const auto accept = [&](const SlabCoord& at) {
+    std::optional<SlabCoord> owner = at;
+    if (least(weights_of(at.u, at.v)) <= kWallBand) owner = settle(mesh, at, point);
+    if (!owner) return false;
+    owner->alpha = std::clamp(owner->alpha, 0.0, 1.0);
+    hint.last = *owner;
+    return true;
+  };
+  if (near.slab != kNoSlab && accept(near)) return true;
+  if (hint.last.slab < mesh.slab_count())
+    for (const SlabId next : mesh.slabs()[hint.last.slab].neighbours) {
+      if (next == kNoSlab || !mesh.box(next).contains(point)) continue;
+      const auto found = coordinates_in(mesh, next, point, kWallBand);
+      if (found && inside_alpha(found->alpha) && accept(*found)) return true;
+    }
+  return mesh.visit_tree([&](const Box3d& box) { return box.contains(point); },
+                         [&](SlabId s) {
+                           const auto found = coordinates_in(mesh, s, point, kWallBand);
+                           return found && inside_alpha(found->alpha) && accept(*found);
+                         });
+}
+
+/// locate(); the answer is hint.last and, number by number, `at`. Here and in probe() nothing is copied as a whole that
+/// was just written in parts: the processor waits for each such copy; together that was over a quarter of a tracked
+/// query.
+inline bool find(const SlabMesh& mesh, Vec3d point, LocateHint& hint, SlabCoord& at) noexcept {
+  if (!mesh.bounds().contains(point)) return false;
+  SlabCoord& last = hint.last;
+  SlabCoord near;
+  if (last.slab < mesh.slab_count()) {
+    double u = last.u, v = last.v, alpha = last.alpha;
+    if (refine(shape_of(mesh, last.slab, hint.shape).form, point, u, v, alpha) && inside_alpha(alpha)) {
+      const double inside = least(weights_of(u, v));
+      if (inside > kWallBand) {
+        at.slab = last.slab;
+        at.u = last.u = u;
+        at.v = last.v = v;
+        at.alpha = last.alpha = std::clamp(alpha, 0.0, 1.0);
+        return true;
+      }
+      if (inside >= -kWallBand) near = {last.slab, u, v, alpha};
+    }
+  }
+  if (!search(mesh, point, near, hint)) return false;
+  at = last;
+  return true;
+}
+
 /// Value of a one-channel plane in a cell.
 double blend(const float* plane, int n, const GridCell& cell) noexcept {
   double sum = 0;
@@ -187,8 +249,12 @@ double blend(const float* plane, int n, const GridCell& cell) noexcept {
   return sum;
 }
 
+inline double blend(const std::array<double, 3>& values, const Weights& w) noexcept {
+  return 0.0 + w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
+}
+
 /// The unit normal in a cell.
-Vec3d blend(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
+inline Vec3d blend(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
   return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
 }
 
@@ -333,17 +399,23 @@ std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, const float* d, i
   return normals;
 }
 
-/// The surface point at (u, v), which lies in the given cell.
-SurfacePoint point_in(const Snapshot& model, SlabId slab, double u, double v, const GridCell& cell,
-                      CellNormals& known) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
-  return {slab,
-          u,
-          v,
-          alpha,
-          mesh.corners(slab).point(weights_of(u, v), alpha),
-          blend(corner_normals(model, slab, cell.corners, known), cell.weights)};
+/// Makes another cell the known one; its weights.
+Weights change_cell(const Snapshot& model, SlabId slab, const GridCell& cell, KnownCell& known) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  const float* displacement = model.displacement(slab);
+  static_cast<void>(corner_normals(model, slab, cell.corners, known.normals));
+  for (std::size_t k = 0; k < 3; ++k) known.alphas[k] = double{displacement[sample_index(n, cell.corners[k])]};
+  known.hole = model.is_hole(slab, cell.corners);
+  return cell.weights;
+}
+
+/// Makes the cell that holds (u, v) the known one; w are the weights in it.
+inline void enter_cell(const Snapshot& model, SlabId slab, double u, double v, KnownCell& known, Weights& w) noexcept {
+  const int n = model.slab_mesh().intervals(slab);
+  if (known.normals.model == model.number() && known.normals.slab == slab &&
+      weights_in(n, known.normals.corners, u, v, w))
+    return;
+  w = change_cell(model, slab, cell_at(n, u, v), known);
 }
 
 /// The surface point at given weights of a micro-triangle that visit_cells() has shown.
@@ -358,7 +430,8 @@ SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Ve
     point.v += cell.weights[k] * cell.corners[k].j / n;
   }
   point.alpha = blend(model.displacement(slab), n, cell);
-  point.normal = blend(normals_of(model, slab, cell.corners).normals, cell.weights);
+  CellNormals none;
+  point.normal = blend(corner_normals(model, slab, cell.corners, none), cell.weights);
   return point;
 }
 
@@ -369,15 +442,28 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 
 }  // namespace
 
-CellNormals detail::normals_of(const Snapshot& model, SlabId slab, const std::array<GridPoint, 3>& cell) noexcept {
+const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId slab,
+                                                   const std::array<GridPoint, 3>& cell, CellNormals& known) noexcept {
+  const bool same_slab = known.model == model.number() && known.slab == slab;
+  if (same_slab && known.corners == cell) return known.normals;
   CellNormals made = {model.number(), slab, cell, {}};
+  // From a cell to the next one two of the samples stay.
+  std::array<bool, 3> have{};
+  for (std::size_t k = 0; same_slab && k < 3; ++k)
+    for (std::size_t old = 0; old < 3; ++old)
+      if (known.corners[old] == cell[k]) {
+        made.normals[k] = known.normals[old];
+        have[k] = true;
+      }
   const int n = model.slab_mesh().intervals(slab);
   const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
-  if (std::ranges::all_of(cell, inside) && !model.has(Layer::Void))
+  if (have == std::array{false, false, false} && std::ranges::all_of(cell, inside) && !model.has(Layer::Void))
     made.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
   else
-    for (std::size_t k = 0; k < 3; ++k) made.normals[k] = shading_normal(model, slab, cell[k]);
-  return made;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!have[k]) made.normals[k] = shading_normal(model, slab, cell[k]);
+  known = made;
+  return known.normals;
 }
 
 SurfacePoint detail::point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
@@ -419,39 +505,9 @@ bool owns(const SlabMesh& mesh, SlabId slab, Vec3d point) noexcept {
 }
 
 std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& hint) noexcept {
-  if (!mesh.bounds().contains(point)) return std::nullopt;
-  const auto accept = [&](const SlabCoord& at) -> std::optional<SlabCoord> {
-    std::optional<SlabCoord> owner = at;
-    if (least(weights_of(at.u, at.v)) <= kWallBand) owner = settle(mesh, at, point);
-    if (owner) {
-      owner->alpha = std::clamp(owner->alpha, 0.0, 1.0);
-      hint.last = *owner;
-    }
-    return owner;
-  };
-  if (hint.last.slab < mesh.slab_count()) {
-    // The slab found last, from the coordinates found last; then those around it.
-    SlabCoord at = hint.last;
-    if (refine(LinearForm(mesh.corners(at.slab), point), at.u, at.v, at.alpha)) {
-      const double inside = least(weights_of(at.u, at.v));
-      if (inside >= -kWallBand && inside_alpha(at.alpha))
-        if (const auto owner = accept(at)) return owner;
-    }
-    for (const SlabId next : mesh.slabs()[hint.last.slab].neighbours) {
-      if (next == kNoSlab || !mesh.box(next).contains(point)) continue;
-      const auto found = coordinates_in(mesh, next, point, kWallBand);
-      if (!found || !inside_alpha(found->alpha)) continue;
-      if (const auto owner = accept(*found)) return owner;
-    }
-  }
-  std::optional<SlabCoord> answer;
-  mesh.visit_tree([&](const Box3d& box) { return box.contains(point); },
-                  [&](SlabId s) {
-                    const auto found = coordinates_in(mesh, s, point, kWallBand);
-                    if (found && inside_alpha(found->alpha)) answer = accept(*found);
-                    return answer.has_value();
-                  });
-  return answer;
+  SlabCoord at;
+  if (!find(mesh, point, hint, at)) return std::nullopt;
+  return at;
 }
 
 Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept {
@@ -491,20 +547,30 @@ bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
 }
 
 SurfacePoint surface_point(const Snapshot& model, SlabId slab, double u, double v) noexcept {
+  const SlabMesh& mesh = model.slab_mesh();
+  const GridCell cell = cell_at(mesh.intervals(slab), u, v);
+  const double alpha = blend(model.displacement(slab), mesh.intervals(slab), cell);
   CellNormals none;
-  return point_in(model, slab, u, v, cell_at(model.slab_mesh().intervals(slab), u, v), none);
+  return {slab,
+          u,
+          v,
+          alpha,
+          mesh.corners(slab).point(weights_of(u, v), alpha),
+          blend(corner_normals(model, slab, cell.corners, none), cell.weights)};
 }
 
 std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hint) noexcept {
-  const auto at = locate(model.slab_mesh(), cursor, hint);
-  if (!at) return std::nullopt;
-  const GridCell cell = cell_at(model.slab_mesh().intervals(at->slab), at->u, at->v);
-  Contact contact{.at = *at,
-                  .surface = point_in(model, at->slab, at->u, at->v, cell, hint.normals),
-                  .depth = 0,
-                  .hole = model.is_hole(at->slab, cell.corners)};
-  if (!contact.hole && at->alpha < contact.surface.alpha) contact.depth = length(contact.surface.position - cursor);
-  return contact;
+  const SlabMesh& mesh = model.slab_mesh();
+  SlabCoord at;
+  if (!find(mesh, cursor, hint, at)) return std::nullopt;
+  Weights w;
+  enter_cell(model, at.slab, at.u, at.v, hint.cell, w);
+  const double alpha = blend(hint.cell.alphas, w);
+  const Vec3d position = shape_of(mesh, at.slab, hint.shape).corners.point(weights_of(at.u, at.v), alpha);
+  const bool touching = !hint.cell.hole && at.alpha < alpha;
+  return std::optional<Contact>(std::in_place, SlabCoord{at.slab, at.u, at.v, at.alpha},
+                                SurfacePoint{at.slab, at.u, at.v, alpha, position, blend(hint.cell.normals.normals, w)},
+                                touching ? length(position - cursor) : 0.0, hint.cell.hole);
 }
 
 SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept {

@@ -3,6 +3,9 @@
 
 #include <relief/core/snapshot.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <optional>
 
 namespace relief {
@@ -15,6 +18,31 @@ struct SlabCoord {
 };
 
 namespace detail {
+/// The slab as p = A + B u + C v + (D + E u + F v) alpha, relative to a point. Who asks for another takes it off A
+/// first, so that nothing is lost far from the origin.
+struct LinearForm {
+  Vec3d a, b, c, d, e, f;
+  double size2 = 0;  ///< squared length scale of the slab
+
+  LinearForm() = default;
+  LinearForm(const SlabCorners& k, Vec3d point) noexcept
+      : a(k.inner[0] - point),
+        b(k.inner[1] - k.inner[0]),
+        c(k.inner[2] - k.inner[0]),
+        d(k.outer[0] - k.inner[0]),
+        e((k.outer[1] - k.inner[1]) - d),
+        f((k.outer[2] - k.inner[2]) - d),
+        size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
+};
+
+/// One slab of one cage.
+struct SlabShape {
+  std::uint64_t cage = 0;  ///< its number
+  SlabId slab = kNoSlab;
+  SlabCorners corners = {};
+  LinearForm form;  ///< relative to the origin
+};
+
 /// The unit normals at the samples of one cell of one snapshot.
 struct CellNormals {
   std::uint64_t model = 0;  ///< the snapshot's number
@@ -22,12 +50,20 @@ struct CellNormals {
   std::array<GridPoint, 3> corners;
   std::array<Vec3d, 3> normals;
 };
+
+/// All that probe() reads of one cell of one snapshot.
+struct KnownCell {
+  CellNormals normals;
+  std::array<double, 3> alphas = {};
+  bool hole = false;
+};
 }  // namespace detail
 
 /// What the last query found; makes the next one quick, never different.
 struct LocateHint {
   SlabCoord last;
-  detail::CellNormals normals = {};  ///< of probe()
+  detail::SlabShape shape = {};  ///< of last.slab, or of one before
+  detail::KnownCell cell = {};   ///< of probe()
 };
 
 /// Which slab holds the point, and where in it; empty outside all slabs (paper, Sec. 3.1). The slab found last and its

@@ -2,6 +2,7 @@
 #include <relief/core/slab_mesh.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <numeric>
 #include <string>
@@ -22,6 +23,11 @@ struct Side {
   bool forward;  ///< runs from the lower to the higher fibre number
 };
 
+std::uint64_t next_number() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 }  // namespace
 
 Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face> faces) {
@@ -32,6 +38,7 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
       return fail(Errc::Corrupt, "fibre " + std::to_string(f) + " has no length or is not finite");
 
   SlabMesh mesh;
+  mesh.number_ = next_number();
   mesh.fibres_ = std::move(fibres);
   mesh.slabs_.resize(faces.size());
   mesh.boxes_.resize(faces.size());

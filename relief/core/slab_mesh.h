@@ -174,6 +174,8 @@ class SlabMesh {
     }
   }
 
+  /// Another one for each cage that this process has made, its copies have the same; never 0.
+  [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   /// Hash of fibres and slabs.
   [[nodiscard]] std::uint64_t content_hash() const noexcept;
 
@@ -214,6 +216,7 @@ class SlabMesh {
   SlabMesh() = default;
   void build_tree();
 
+  std::uint64_t number_ = 0;
   std::vector<Fibre> fibres_;
   std::vector<Slab> slabs_;
   std::vector<Box3d> boxes_;

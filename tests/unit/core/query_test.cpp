@@ -101,6 +101,24 @@ TEST(Locate, AWallPointBelongsToExactlyOneSlab) {
   }
 }
 
+// Two cages whose slabs differ little in place and not in number, asked by turns.
+TEST(Locate, AHintFromAnotherCageMisleadsNobody) {
+  const std::array cages = {sphere_shell(2, 8, 0.8, 1.2), sphere_shell(2, 8, 0.81, 1.22)};
+  Places places;
+  LocateHint hint;
+  for (int k = 0; k < 2000; ++k) {
+    const auto w = places.weights();
+    const Vec3d p = cages[0]->corners(places.slab(*cages[0])).point(w, 0.2 + 0.6 * places.unit());
+    for (const auto& cage : cages) {
+      LocateHint none;
+      const auto at = locate(*cage, p, hint), afresh = locate(*cage, p, none);
+      ASSERT_TRUE(at && afresh);
+      ASSERT_EQ(at->slab, afresh->slab);
+      ASSERT_NEAR(at->alpha, afresh->alpha, 1e-9);
+    }
+  }
+}
+
 TEST(Locate, BeyondAnOpenRimIsOutside) {
   const auto mesh = plane_shell(2, 4);
   LocateHint hint;
@@ -234,6 +252,76 @@ TEST(Probe, CrossesABorderOfDifferentNWithoutAStep) {
     last = now;
   }
   EXPECT_GE(borders, 3U);
+}
+
+/// Everything the hint remembers (slab, cell, normals) must give what is found without it, to the bit.
+TEST(Probe, RemembersNothingThatChangesAnAnswer) {
+  const auto relief = [](Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x + 5 * p.y * p.z); };
+  const auto other = [](Vec3d p) { return 0.6 + 0.1 * std::cos(7 * p.y - 4 * p.z); };
+  const auto hole = [](Vec3d p) { return std::sin(5 * p.x) * std::cos(6 * p.z) > 0.6; };
+  LocateHint hint, located;  // carried over from model to model and from cage to cage
+  int holes = 0, outside = 0, slabs = 0;
+  for (const auto& mesh : {sphere_shell(2, 1), sphere_shell(2, 8), torus_shell(14, 9, 15, 0.3), plane_shell(6, 32),
+                           mixed_shell(*plane_shell(3, 1, 0.25), 1, 4), mixed_shell(*sphere_shell(2, 1), 3, 3),
+                           mixed_shell(*torus_shell(14, 9, 1, 0.3), 1, 4)}) {
+    const std::array<SnapshotPtr, 3> models = {displaced(mesh, relief), displaced(mesh, other),
+                                               with_hole(displaced(mesh, relief), hole)};
+    Places places;
+    SlabCoord hand = {.slab = 0, .u = 0.3, .v = 0.3, .alpha = 0.5};
+    std::array<double, 2> way = {1, 0};
+    for (int k = 0; k < 20000; ++k) {
+      const int n = mesh->intervals(hand.slab);
+      if (k % 100 == 0) way = {places.unit() - 0.5, places.unit() - 0.5};
+      if (k % 500 == 0) {
+        const auto w = places.weights();
+        hand = {places.slab(*mesh), w[1], w[2], places.unit()};
+      }
+      // Some steps of a fraction of a cell; now and then onto a line of the grid.
+      hand.u += way[0] / n;
+      hand.v += way[1] / n;
+      if (k % 7 == 0) hand.u = std::round(hand.u * n) / n;
+      if (k % 11 == 0) hand.v = std::round(hand.v * n) / n;
+      hand.alpha = std::clamp(hand.alpha + 0.02 * (places.unit() - 0.5), 0.0, 1.0);
+      const Vec3d p = mesh->corners(hand.slab).point({1 - hand.u - hand.v, hand.u, hand.v}, hand.alpha);
+      const Snapshot& model = *models[static_cast<std::size_t>(k / 50 % 3)];
+
+      const auto contact = probe(model, p, hint);
+      const auto at = locate(*mesh, p, located);
+      LocateHint none;
+      const auto afresh = locate(*mesh, p, none);
+      ASSERT_EQ(contact.has_value(), at.has_value());
+      ASSERT_EQ(contact.has_value(), afresh.has_value());
+      if (!contact) {
+        ++outside;
+        hand = {places.slab(*mesh), 0.3, 0.3, 0.5};
+        continue;
+      }
+      ASSERT_EQ(contact->at.slab, afresh->slab);
+      EXPECT_NEAR(contact->at.u, afresh->u, 1e-9);
+      EXPECT_NEAR(contact->at.v, afresh->v, 1e-9);
+      EXPECT_NEAR(contact->at.alpha, afresh->alpha, 1e-9);
+      ASSERT_EQ(contact->at.slab, at->slab);
+      ASSERT_EQ(contact->at.u, at->u);
+      ASSERT_EQ(contact->at.v, at->v);
+      ASSERT_EQ(contact->at.alpha, at->alpha);
+
+      const SurfacePoint known = contact->surface, found = surface_point(model, at->slab, at->u, at->v);
+      ASSERT_EQ(known.slab, found.slab);
+      ASSERT_EQ(known.u, found.u);
+      ASSERT_EQ(known.v, found.v);
+      ASSERT_EQ(known.alpha, found.alpha);
+      ASSERT_EQ(known.position, found.position);
+      ASSERT_EQ(known.normal, found.normal);
+      ASSERT_EQ(contact->hole, hole_at(model, at->slab, at->u, at->v));
+      ASSERT_EQ(contact->depth, !contact->hole && at->alpha < found.alpha ? length(found.position - p) : 0.0);
+      holes += contact->hole ? 1 : 0;
+      slabs += at->slab != hand.slab ? 1 : 0;
+      hand = *at;
+    }
+  }
+  EXPECT_GT(holes, 1000);
+  EXPECT_GT(outside, 10);
+  EXPECT_GT(slabs, 300);
 }
 
 TEST(Holes, AreNotTouchedHitOrNearest) {
