@@ -66,6 +66,8 @@ struct Sheets {
     }
   };
 
+  static constexpr float kRounding = 1e-4F;  ///< of a distance: above what floats round
+
   FourVectors centre;
   Four off{};                    ///< how far the squares' triangles may be off the parallelograms
   Four round{};                  ///< no corner is farther from the centre
@@ -113,7 +115,6 @@ struct Sheets {
  private:
   // Floats are too coarse for what is large (half a side, squared) and for needles (an angle's squared sine).
   static constexpr float kLarge2 = 16, kNeedle = 1e-2F;
-  static constexpr float kRounding = 1e-4F;  // of a distance, for the rest: above what floats round
   static constexpr float kFar = 1e9F;
 };
 
@@ -441,7 +442,7 @@ class NearSlab {
       d = in_all(slab.d_), e = in_all(slab.e_), f = in_all(slab.f_);
     }
 
-    [[nodiscard]] bool may_be_flat(float off) const noexcept { return off <= flat + 3 * rounding; }
+    [[nodiscard]] bool may_be_flat(float off) const noexcept { return off <= flat + Sheets::kRounding + 3 * rounding; }
     /// As Square, four at a time.
     [[nodiscard]] Sheets sheets(const NearSlab& slab, const std::array<Number, 4>& four,
                                 std::size_t count) const noexcept {

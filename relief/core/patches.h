@@ -154,6 +154,7 @@ class Patch {
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
   static constexpr float kSliver = 1e-30F;  // squared area, up to which a triangle's plane is not known
+  static constexpr float kFar2 = 2500;      // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
   /// Finds the discs; `across`: of triangles across from those that the samples number.
@@ -168,10 +169,10 @@ class Patch {
         return found;
       }
     };
-    Cells middles, areas;
-    std::array<float, kCells> radii2;
+    Cells middles{}, areas{};
+    std::array<float, kCells> radii2{};
     const auto [first, second, third] = Samples::of(0, across);
-    for (std::size_t k = 0; k < kCells; ++k) {
+    for (std::size_t k = 0; k + 1 < kCells; ++k) {
       const Vec3d p = samples_.place(k + first) * scale_, q = samples_.place(k + second) * scale_ - p,
                   r = samples_.place(k + third) * scale_ - p;
       const Vec3d middle = (q + r) * (1.0 / 3), area = cross(q, r);
@@ -194,8 +195,9 @@ class Patch {
       discs.normal = area * (area2 > kSliver ? 1 / root(area2) : none);
       discs.radius2 = Cells::four(radii2, k);
       const unsigned there = samples_.triangles[across] >> k & 15U;
-      // Floats are too coarse for a large one.
-      for (unsigned large = bits_of(discs.radius2 >= 1) & there; large != 0; large &= large - 1)
+      // Floats are too coarse for a large one, and for one at the far end of a cliff.
+      const FourMask coarse = (discs.radius2 >= 1) | (dot(discs.middle, discs.middle) > kFar2);
+      for (unsigned large = bits_of(coarse) & there; large != 0; large &= large - 1)
         discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
       for (unsigned none_there = ~there & 15U; none_there != 0; none_there &= none_there - 1)
         discs.set_never_near(static_cast<std::size_t>(std::countr_zero(none_there)));

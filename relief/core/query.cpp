@@ -19,7 +19,7 @@ using detail::KnownCell;
 using detail::LinearForm;
 using detail::on_grid;
 using detail::sample_position;
-using detail::SlabShape;
+using detail::SlabInHand;
 
 using Weights = std::array<double, 3>;
 
@@ -138,7 +138,7 @@ std::optional<SlabCoord> solve_cold(const SlabCorners& corners, SlabId slab, Vec
 }
 
 /// The shape of a slab; that known where it is of the same slab of the same cage.
-inline const SlabShape& shape_of(const SlabMesh& mesh, SlabId slab, SlabShape& known) noexcept {
+inline const SlabInHand& shape_of(const SlabMesh& mesh, SlabId slab, SlabInHand& known) noexcept {
   if (known.cage != mesh.number() || known.slab != slab) {
     const SlabCorners corners = mesh.corners(slab);
     known = {mesh.number(), slab, corners, LinearForm(corners, {})};

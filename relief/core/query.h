@@ -36,7 +36,7 @@ struct LinearForm {
 };
 
 /// One slab of one cage.
-struct SlabShape {
+struct SlabInHand {
   std::uint64_t cage = 0;  ///< its number
   SlabId slab = kNoSlab;
   SlabCorners corners = {};
@@ -62,7 +62,7 @@ struct KnownCell {
 /// What the last query found; makes the next one quick, never different.
 struct LocateHint {
   SlabCoord last;
-  detail::SlabShape shape = {};  ///< of last.slab, or of one before
+  detail::SlabInHand shape = {};  ///< of last.slab, or of one before
   detail::KnownCell cell = {};   ///< of probe()
 };
 

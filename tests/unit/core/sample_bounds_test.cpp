@@ -210,5 +210,48 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(halves, 100U);
 }
 
+// The patch of a square with a cliff is made where the ball is at one end, and asked where it is at the other.
+TEST(Neighbourhood, KnowsBothEndsOfACliff) {
+  constexpr int kCells = 128;
+  const std::vector<Fibre> fibres = [] {
+    // Leaning to all axes, so that no coordinate is round.
+    const Vec3d x = normalized(Vec3d{0.8, 0.5, 0.3}), y = normalized(cross(Vec3d{0.2, -0.4, 0.9}, x)), z = cross(x, y);
+    std::vector<Fibre> made;
+    for (const Vec3d corner : {Vec3d{}, x * 0.02, z * 0.02}) made.push_back({corner, corner + y});
+    return made;
+  }();
+  const SlabMesh::Face face{{0, 2, 1}, kCells};
+  const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(fibres, std::span(&face, 1)));
+  const Vec3d along = fibres[1].inner / 0.02, out = fibres[0].direction(), aside = fibres[2].inner / 0.02;
+  const double cell = 0.02 / kCells, radius = cell, reach = 1.001 * radius;
+  const SnapshotPtr model = displaced(mesh, [&](Vec3d p) { return dot(p, along) > 0.51 * 0.02 ? 0.98 : 0.02; });
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  detail::MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  std::size_t looks = 0;
+  for (int k = 0; k < 1000; ++k) {
+    patches->forget();
+    const double z = (4 * (4 + k % 7) + 0.2 + 3.3 * unit(random)) * cell;
+    for (const bool foot : {false, true}) {
+      const double x = (foot ? 64 + unit(random) : 66.5 + unit(random)) * cell;
+      const double y = (foot ? 0.02 : 0.98) + radius * (foot ? 1.0005 + 5e-4 * unit(random) : 0.95);
+      const Vec3d p = along * x + out * y + aside * z;
+      list.gather(surface, p, reach, 2 * reach, 0);
+      if (!list.covers(p, reach)) continue;
+      std::set<Key> found, all;
+      double reach2 = reach * reach;
+      list.visit_near(surface, *patches, p, reach2,
+                      [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+      detail::visit_near(surface, p, 0, reach2,
+                         [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+      EXPECT_EQ(found, all);
+      ++looks;
+    }
+  }
+  EXPECT_GT(looks, 1500U);
+}
+
 }  // namespace
 }  // namespace relief
