@@ -63,7 +63,7 @@ struct KnownCell {
 struct LocateHint {
   SlabCoord last;
   detail::SlabInHand shape = {};  ///< of last.slab, or of one before
-  detail::KnownCell cell = {};   ///< of probe()
+  detail::KnownCell cell = {};    ///< of probe()
 };
 
 /// Which slab holds the point, and where in it; empty outside all slabs (paper, Sec. 3.1). The slab found last and its
