@@ -565,22 +565,8 @@ void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach
 /// than about twice this; where it is `enough` or less, no more than that is said. `nearest`: the slab to look at
 /// first, and then the one to look at first for a place near by. Cost: the slabs whose boxes are that near, a square or
 /// a few of each, and the micro-triangles of one square where the point is nearer to them than they are long.
-[[nodiscard]] inline double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
-                                         SlabId& nearest) noexcept {
-  const SlabId first = nearest;
-  const auto is_near = [&](const Box3d& box) { return box.distance2(point) < reach * reach; };
-  const auto search = [&](SlabId s) {
-    const double before = reach;
-    surface.enter(s);
-    NearSlab(surface, s, point, 0).keep_clear(reach, enough);
-    if (reach < before) nearest = s;
-    return reach <= enough;
-  };
-  const bool known = first < surface.mesh().slab_count() && is_near(surface.mesh().box(first));
-  if (!(known && search(first)))
-    surface.mesh().visit_tree(is_near, [&](SlabId s) { return !(known && s == first) && search(s); });
-  return reach * (1 - 1e-9);
-}
+[[nodiscard]] double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
+                                  SlabId& nearest) noexcept;
 
 /// Whether no micro-triangle is nearer to the point than `reach`. Cost: as visit_near(), up to the first that is.
 [[nodiscard]] inline bool nothing_near(MicroTriangles& surface, Vec3d point, double reach) noexcept {

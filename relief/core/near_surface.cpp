@@ -1,0 +1,22 @@
+#include <relief/core/near_surface.h>
+
+namespace relief {
+
+double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
+                            SlabId& nearest) noexcept {
+  const SlabId first = nearest;
+  const auto is_near = [&](const Box3d& box) { return box.distance2(point) < reach * reach; };
+  const auto search = [&](SlabId s) {
+    const double before = reach;
+    surface.enter(s);
+    NearSlab(surface, s, point, 0).keep_clear(reach, enough);
+    if (reach < before) nearest = s;
+    return reach <= enough;
+  };
+  const bool known = first < surface.mesh().slab_count() && is_near(surface.mesh().box(first));
+  if (!(known && search(first)))
+    surface.mesh().visit_tree(is_near, [&](SlabId s) { return !(known && s == first) && search(s); });
+  return reach * (1 - 1e-9);
+}
+
+}  // namespace relief
