@@ -50,9 +50,9 @@ struct ConvertReport {
   Distance to_mended, from_mended, to_source, from_source;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
-  std::size_t moved_vertices =
-      0;                  ///< source vertices moved so that a direction sees all their faces, or off what these met
-  double moved_most = 0;  ///< how far at most, share of the diagonal
+  /// Source vertices moved so that a direction sees all their faces, or off what these met (certified).
+  std::size_t moved_vertices = 0;
+  double moved_most = 0;               ///< how far at most, share of the diagonal
   std::size_t parted_vertices = 0;     ///< of these, such as lay on others
   std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
   std::size_t vanished_parts = 0;      ///< that were cut out as a whole

@@ -15,6 +15,12 @@ namespace relief::detail {
 
 using Face = std::array<std::uint32_t, 3>;
 
+[[nodiscard]] inline bool share_a_corner(const Face& f, const Face& g) noexcept {
+  bool shared = false;
+  for (const std::uint32_t v : f) shared = shared || v == g[0] || v == g[1] || v == g[2];
+  return shared;
+}
+
 /// An oriented manifold triangle mesh on the lattice, open or closed, in one or more parts.
 struct BaseMesh {
   std::vector<LatticePoint> points;

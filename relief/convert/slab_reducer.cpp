@@ -7,16 +7,6 @@
 
 namespace relief::detail {
 
-namespace {
-
-bool share_a_fibre(const Face& f, const Face& g) noexcept {
-  bool shared = false;
-  for (const std::uint32_t v : f) shared = shared || v == g[0] || v == g[1] || v == g[2];
-  return shared;
-}
-
-}  // namespace
-
 void SlabReducer::FourBoxes::set(std::size_t k, const FloatBox& box) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     low[axis].of[k] = box.low[axis];
@@ -570,7 +560,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
         for (const Side side : {kOuter, kInner})
           for (unsigned left = trial_.fours[four][mine].meeting(theirs[side]); left != 0; left &= left - 1) {
             const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
-            if (mine == side && share_a_fibre(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
+            if (mine == side && share_a_corner(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
             if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
             fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
             return false;

@@ -106,10 +106,7 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
   const SlabShape mine(triangle(f, kInner), triangle(f, kOuter));
   const SourceTriangle own = source_.triangle(f);
   const auto adjacent = [&](std::uint32_t face, std::uint32_t other) {
-    return std::ranges::any_of(source_.faces[face], [&](std::uint32_t v) {
-      const Face& corners = source_.faces[other];
-      return v == corners[0] || v == corners[1] || v == corners[2];
-    });
+    return share_a_corner(source_.faces[face], source_.faces[other]);
   };
   const auto found = [&](std::uint32_t face, Side side) {
     for (const std::uint32_t v : source_.faces[face])

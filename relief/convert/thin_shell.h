@@ -71,8 +71,8 @@ class ThinShell {
   std::vector<Ends> ends_;
   std::vector<std::uint8_t> blamed_;  // per point, a bit per Side
   std::vector<std::uint8_t> works_, faulty_;
-  std::vector<std::uint32_t> faults_, folds_,
-      shortest_;  // shortest_: points whose fibres have been cut down to the least
+  std::vector<std::uint32_t> faults_, folds_;
+  std::vector<std::uint32_t> shortest_;  // points whose fibres have been cut down to the least
   std::atomic<std::size_t> pairs_ = 0;
   std::unique_ptr<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
 };
