@@ -206,6 +206,7 @@ bool Servo::inside(const Snapshot& model, const ToolPose& tool) noexcept {
 void Servo::start_contact_anew() noexcept {
   proxy_.reset();
   fade_.reset();
+  shading_.reset();
   ball_.reset();
   shell_.reset();
 }
@@ -241,6 +242,7 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
   now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
   if (!now.touching) {
     fade_.reset();
+    shading_.rest();
     return now;
   }
   now.surface = proxy_.surface();
@@ -258,6 +260,14 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
     const double off = fade.share * dot(fade.above, proxy_.way_out());
     now.depth = now.push = std::clamp(now.depth - off, 0.0, 2 * now.depth);
     if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
+  }
+  if (!settings_.force.exact_normals) {
+    const double metres = settings_.workspace.metres_per_unit;
+    const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
+    const double stored = in_spring(limits_.stiffness, now.depth * metres);
+    const double before = in_spring(limits_.stiffness, std::max(0.0, now.depth - now.grown) * metres);
+    now.normal =
+        shading_.step(now.normal, proxy_.way_out(), force, stored, stored - before, (cursor - last_cursor_) * metres);
   }
   return now;
 }

@@ -7,6 +7,7 @@
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
+#include <relief/haptics/shading.h>
 #include <relief/haptics/texture_fade.h>
 
 #include <cstdint>
@@ -172,6 +173,7 @@ class Servo {
   // Of these the one that the settings name is in use.
   Proxy proxy_;
   TextureFade fade_;
+  Shading shading_;
   BallProxy ball_;
   PointShell shell_;
   bool first_ = true;

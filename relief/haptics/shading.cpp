@@ -1,0 +1,31 @@
+#include <relief/haptics/shading.h>
+
+#include <algorithm>
+
+namespace relief {
+
+namespace {
+constexpr double kSlack = 2e-4;  // m: times the force, what may be given ahead of what comes back
+constexpr double kLight = 1;     // N: a force below it is taken for this one
+constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
+}  // namespace
+
+Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move) noexcept {
+  const double most = kSlack * std::max(kLight, force);
+  const auto normal = [&] {
+    return given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
+  };
+  const double before = given_, free = kFree * force * length(move);
+  for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
+    given_ = before + dot(force_ + normal() * force, move) / 2 + stored - gift - stored_;
+    // What comes on top of the most is not shading's doing, and shading could not take it back.
+    given_ = std::clamp(given_, -most, std::max(before, most));
+    if (given_ > 0) given_ = std::max(0.0, given_ - free);
+  }
+  const Vec3d now = normal();
+  force_ = now * force;
+  stored_ = stored;
+  return now;
+}
+
+}  // namespace relief
