@@ -5,8 +5,8 @@
 namespace relief {
 
 namespace {
-constexpr double kSlack = 2e-4;  // m: times the force, what may be given ahead of what comes back
-constexpr double kLight = 1;     // N: a force below it is taken for this one
+constexpr double kSlack = 1e-4;  // m: times the force, what may be given ahead of what comes back
+constexpr double kLight = 0.3;   // N: a force below it is taken for this one
 constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
 }  // namespace
 

@@ -7,7 +7,7 @@ namespace relief {
 
 /// A force along an interpolated normal is no gradient: led around a closed way over relief that is finer than the
 /// contact is deep, a hand gets more out of it than it put in. So account is kept of what the hand got and what is left
-/// in the spring. What is given beyond a little (0.2 mm times the force) leads the normal over to the straight way out,
+/// in the spring. What is given beyond a little (0.1 mm times the force) leads the normal over to the straight way out,
 /// along which nothing is gained, until it has come back. That goes with the way, not with time: at rest nothing
 /// changes. What a crest or a groove gives on one side and takes on the other is less than that little.
 class Shading {

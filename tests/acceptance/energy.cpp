@@ -20,9 +20,9 @@ struct Scene {
   std::string name;
   SnapshotPtr model;
   double depth;
-  /// The surface is less curved than the ways are deep, so there is one nearest place. Elsewhere the contact point
-  /// keeps to the side of a crease or bump that it came from, and gives way later: work is lost there, but none is
-  /// gained.
+  /// The surface is nowhere more curved than the ways are deep, so there is one nearest place. Elsewhere (at a crease,
+  /// a bump, a border between coarse and fine micro-triangles) the contact point may keep to the side that it came
+  /// from, and give way later: work is lost there, but none is gained.
   bool one_nearest = true;
 };
 
@@ -32,9 +32,10 @@ std::vector<Scene> scenes() {
   std::vector<Scene> all = {
       {"sphere, n = 32", testing::shaped(testing::sphere_shell(2, 32), testing::sphere_field()), 0.02},
       {"sphere, n from 16 to 64",
-       testing::shaped(testing::mixed_shell(*testing::sphere_shell(2, 1), 16, 2), testing::sphere_field()), 0.02},
+       testing::shaped(testing::mixed_shell(*testing::sphere_shell(2, 1), 16, 2), testing::sphere_field()), 0.02,
+       false},
       {"torus with twisted slabs", testing::shaped(testing::torus_shell(16, 10, 32), testing::torus_field), 0.01},
-      {"ridge of 33 degrees", testing::displaced(testing::plane_shell(4, 32), ridge), 0.006},
+      {"ridge of 33 degrees", testing::displaced(testing::plane_shell(4, 32), ridge), 0.006, false},
       {"ridge of 33 degrees, deep below it", testing::displaced(testing::plane_shell(4, 32), ridge), 0.03, false},
       {"rolling sheet",
        testing::displaced(testing::plane_shell(4, 32),
@@ -164,7 +165,7 @@ void closed_ways(Report& report) {
       double most = 0, gained = 0;  // no number once one is
       for (int k = 0; k < loops; ++k) {
         const Loop loop(*scene.model, scene.depth, k % 2 == 1, random);
-        const double left = Work(*scene.model, scene.depth, exact).share_left(loop, steps, scene.one_nearest ? 12 : 6);
+        const double left = Work(*scene.model, scene.depth, exact).share_left(loop, steps, 12);
         if (std::isnan(left) || std::abs(left) > most) most = std::abs(left);
         if (std::isnan(left) || left > gained) gained = left;
       }
