@@ -264,17 +264,16 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
 
 Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
   Touch now;
-  static_cast<void>(ball_.step(model, cursor, settings_.tool.radius, ease));
-  now.touching = ball_.held();
+  now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
   now.jumped = ball_.lost() || risen(ball_.rise());
-  if (!now.touching) return now;
   now.surface = ball_.surface();
-  if (now.surface.slab >= model.slab_mesh().slab_count()) {
-    // Under a fast hand it is held back before it has come as near as to touch: then what it is held back from.
+  if (!now.touching && ball_.held()) {
+    // Under a fast hand it has not come as near as to touch: held back by what is ahead, or late on a free way.
     const auto ahead = raycast(model, {ball_.centre(), -ball_.way_out()});
-    now.surface = ahead ? ahead->point : closest_point(model, ball_.centre());
-    if (now.surface.slab == kNoSlab) now.touching = false;
+    now.touching = ahead && ahead->distance < ball_.depth() + settings_.tool.radius;
+    if (now.touching) now.surface = ahead->point;
   }
+  if (!now.touching) return now;
   now.depth = now.push = ball_.depth();
   now.grown = ball_.grown();
   now.normal = ball_.way_out();
