@@ -269,8 +269,9 @@ Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease 
   now.surface = ball_.surface();
   if (!now.touching && ball_.held()) {
     // Under a fast hand it has not come as near as to touch: held back by what is ahead, or late on a free way.
-    const auto ahead = raycast(model, {ball_.centre(), -ball_.way_out()});
-    now.touching = ahead && ahead->distance < ball_.depth() + settings_.tool.radius;
+    const Vec3d far = ball_.way_out() * (ball_.depth() + settings_.tool.radius);
+    const auto ahead = first_entry(model, ball_.centre(), ball_.centre() - far);
+    now.touching = ahead.has_value();
     if (now.touching) now.surface = ahead->point;
   }
   if (!now.touching) return now;
