@@ -9,6 +9,8 @@
 #include <relief/haptics/servo.h>
 #include <relief/render/renderer.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,6 +50,16 @@ struct Workload {
   bool coherent;  ///< from frame to frame the cursor moves as a hand does
   std::vector<Vec3d> cursors;
   std::size_t section = 100;  ///< frames after which it is elsewhere
+  /// The nearest point of the tessellation, exact in double, to every so manyth cursor from the first one.
+  std::size_t apart = 1;
+  std::vector<SurfacePoint> truths = {};
+
+  /// The first ones, for what takes longer.
+  [[nodiscard]] Workload few(std::size_t most) const {
+    Workload part = *this;
+    part.cursors.resize(std::min(most, cursors.size()));
+    return part;
+  }
 };
 
 std::vector<Workload> workloads(const Snapshot& model, int frames) {
@@ -73,7 +85,14 @@ std::vector<Workload> workloads(const Snapshot& model, int frames) {
     }
   }
   const std::size_t whole = slide.size();
-  return {{"slide", true, std::move(slide), whole}, std::move(tap), std::move(press), std::move(jump)};
+  std::vector<Workload> all = {
+      {"slide", true, std::move(slide), whole}, std::move(tap), std::move(press), std::move(jump)};
+  for (Workload& work : all) {
+    work.apart = std::max<std::size_t>(1, work.cursors.size() / 500);
+    for (std::size_t k = 0; k < work.cursors.size(); k += work.apart)
+      work.truths.push_back(closest_point(model, work.cursors[k]));
+  }
+  return all;
 }
 
 /// Asked once per frame; `coherent` as in Peer. A sum of answers keeps the optimiser honest.
@@ -108,21 +127,19 @@ ordered_json times(const Question& ask, const std::vector<Workload>& works, cons
 /// No answer where contact is lost.
 using Answer = std::function<std::optional<Nearest>(Vec3d cursor, bool coherent)>;
 
-/// Against the nearest point of the tessellation, exact in double, over some 500 frames of each workload.
-ordered_json accuracy(const Snapshot& model, const Answer& answer, std::span<const Workload> works,
+/// Against the nearest point of the tessellation, over some 500 frames of each workload.
+ordered_json accuracy(double scale, const Answer& answer, std::span<const Workload> works,
                       const Approach& approach = {}) {
-  const double scale = diagonal(surface_bounds(model));
   ordered_json json;
   for (const Workload& work : works) {
     std::vector<double> errors, angles;
     int wrong_side = 0, none = 0;
-    const std::size_t apart = std::max<std::size_t>(1, work.cursors.size() / 500);
     for (std::size_t k = 0; k < work.cursors.size(); ++k) {
       const Vec3d p = work.cursors[k];
       if (approach && k % work.section == 0) approach(p);
       const std::optional<Nearest> found = answer(p, work.coherent);
-      if (k % apart != 0) continue;
-      const SurfacePoint truth = closest_point(model, p);
+      if (k % work.apart != 0) continue;
+      const SurfacePoint& truth = work.truths[k / work.apart];
       const double distance = length(p - truth.position);
       if (!found) {
         ++none;
@@ -157,23 +174,26 @@ std::size_t bytes_of(const Snapshot& model) {
 ordered_json compare_on(const Snapshot& model, double build_seconds, int frames) {
   const Tessellation surface = tessellate(model);
   const auto triangles = static_cast<double>(surface.triangles.size());
+  const double scale = diagonal(surface_bounds(model));
   const std::vector<Workload> works = workloads(model, frames);
-  const Workload &slide = works.front(), &jump = works.back();
-  const std::array slide_and_jump = {slide, jump};
-  ordered_json json = {{"triangles", surface.triangles.size()}, {"frames", slide.cursors.size()}};
-  const auto row = [&](const std::string& name, double seconds, std::size_t bytes, const Answer& answer) {
-    const auto ask = [&](Vec3d p, bool coherent) {
+  ordered_json json = {{"triangles", surface.triangles.size()}, {"frames", works.front().cursors.size()}};
+  /// What was built once for all ways; `answer` without one: there is no nearest point to compare with.
+  const auto row = [&](const std::string& name, double seconds, std::size_t bytes, const std::vector<Workload>& ways,
+                       const Answer& answer, const Question& ask, const Approach& approach = {}) {
+    json[name] = {{"build_cpu_seconds", seconds}, {"bytes_per_triangle", static_cast<double>(bytes) / triangles}};
+    if (answer) json[name]["accuracy"] = accuracy(scale, answer, ways, approach);
+    json[name]["ns"] = times(ask, ways, approach);
+  };
+  const auto of_a_query = [&](const std::string& name, double seconds, std::size_t bytes, const Answer& answer) {
+    row(name, seconds, bytes, works, answer, [&](Vec3d p, bool coherent) {
       const std::optional<Nearest> found = answer(p, coherent);
       return found ? found->distance : 0.0;
-    };
-    json[name] = {{"build_cpu_seconds", seconds},
-                  {"bytes_per_triangle", static_cast<double>(bytes) / triangles},
-                  {"accuracy", accuracy(model, answer, slide_and_jump)},
-                  {"ns", times(ask, works)}};
+    });
   };
+  const std::size_t bytes = bytes_of(model);
 
   LocateHint hint;
-  row("relief tracked query", build_seconds, bytes_of(model), [&](Vec3d p, bool) -> std::optional<Nearest> {
+  of_a_query("relief tracked query", build_seconds, bytes, [&](Vec3d p, bool) -> std::optional<Nearest> {
     const std::optional<Contact> at = probe(model, p, hint);
     if (!at) return std::nullopt;
     const double depth = length(p - at->surface.position);
@@ -181,15 +201,14 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
     return std::optional<Nearest>(std::in_place, at->surface.position, at->surface.normal,
                                   at->touching() ? -depth : depth);
   });
-  // From nothing and over the whole surface, it takes longer.
-  std::vector<Workload> few = works;
-  for (Workload& work : few) work.cursors.resize(std::min<std::size_t>(500, work.cursors.size()));
-  json["relief closest point"] = {
-      {"ns", times([&](Vec3d p, bool) { return length(closest_point(model, p).position - p); }, few)}};
+  // From nothing and over the whole surface, it takes longer. It is what the others are compared with.
+  std::vector<Workload> few;
+  for (const Workload& work : works) few.push_back(work.few(500));
+  row("relief closest point", build_seconds, bytes, few, {},
+      [&](Vec3d p, bool) { return length(closest_point(model, p).position - p); });
 
   // Contact takes the cursors as a hand's way: it comes to each section from outside, and jumps are fast moves within
   // the device's limits.
-  const double scale = diagonal(surface_bounds(model));
   const Vec3d centre = surface_bounds(model).centre();
   const auto from_outside = [&](Vec3d first, const auto& tick) {
     const Vec3d away = normalized(first - centre) * (0.3 * scale);
@@ -206,15 +225,15 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
       proxy.reset();
       from_outside(first, tick);
     };
-    json[name] = {{"accuracy", accuracy(model, tick, std::span(&slide, 1), approach)},
-                  {"ns", times([&](Vec3d p, bool coherent) { return tick(p, coherent) ? proxy.depth() : 0.0; }, works,
-                               approach)}};
+    row(
+        name, build_seconds, bytes, works, tick,
+        [&](Vec3d p, bool coherent) { return tick(p, coherent) ? proxy.depth() : 0.0; }, approach);
   }
 
   // The servo with a point, with a ball of 1 % of the diagonal, and with a rigid tool: points all over a sphere of 5 %.
   const std::vector<Vec3d> shell = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
-  std::vector<Workload> fewer = works;
-  for (Workload& work : fewer) work.cursors.resize(std::min<std::size_t>(1000, work.cursors.size()));
+  std::vector<Workload> fewer;
+  for (const Workload& work : works) fewer.push_back(work.few(1000));
   struct Held {
     const char* name;
     TouchTool tool;
@@ -234,20 +253,27 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
       ++ticks;
       latched += (felt.flags & bit(ServoFault::Latched)) != 0 ? 1 : 0;
       touching += felt.contact ? 1 : 0;
-      return length(felt.force);
+      return felt;
     };
     const auto approach = [&](Vec3d first) {
       servo.emplace(settings, DeviceInfo{});
       from_outside(first, tick);
     };
-    ordered_json ns = times(tick, held.works, approach);
-    json[held.name] = {{"latched_share", static_cast<double>(latched) / static_cast<double>(ticks)},
-                       {"contact_share", static_cast<double>(touching) / static_cast<double>(ticks)},
-                       {"ns", std::move(ns)}};
+    // A ball is held that much above the surface; points that push together have no one nearest point.
+    const auto answer = [&](Vec3d p, bool coherent) -> std::optional<Nearest> {
+      const ServoSample felt = tick(p, coherent);
+      if (!felt.contact) return std::nullopt;
+      return Nearest{felt.contact_point, felt.normal, held.tool.radius - felt.depth};
+    };
+    row(
+        held.name, build_seconds, bytes, held.works, held.tool.points.empty() ? Answer(answer) : Answer(),
+        [&](Vec3d p, bool coherent) { return length(tick(p, coherent).force); }, approach);
+    json[held.name]["latched_share"] = static_cast<double>(latched) / static_cast<double>(ticks);
+    json[held.name]["contact_share"] = static_cast<double>(touching) / static_cast<double>(ticks);
   }
 
   SlabId last = kNoSlab;
-  row("the paper", build_seconds, bytes_of(model), [&](Vec3d p, bool coherent) -> std::optional<Nearest> {
+  of_a_query("the paper", build_seconds, bytes, [&](Vec3d p, bool coherent) -> std::optional<Nearest> {
     const auto at = paper::locate(model.slab_mesh(), p, coherent ? last : kNoSlab);
     if (!at) return std::nullopt;  // the contact is lost
     last = at->slab;
@@ -259,9 +285,77 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   });
 
   for (const auto& peer : make_peers(surface))
-    row(peer->name, peer->build_seconds, peer->bytes,
-        [&](Vec3d p, bool coherent) -> std::optional<Nearest> { return peer->nearest(p, coherent); });
+    of_a_query(peer->name, peer->build_seconds, peer->bytes,
+               [&](Vec3d p, bool coherent) -> std::optional<Nearest> { return peer->nearest(p, coherent); });
   return json;
+}
+
+namespace {
+
+constexpr std::array kWays = {"slide", "tap", "press", "jump"};
+
+/// Percentiles of a row, and in which unit of the figures.
+std::string four(const ordered_json& p, double unit) {
+  std::string text;
+  for (const char* which : {"p50", "p99", "p999", "max"}) {
+    const double value = p[which].get<double>() / unit;
+    text += fmt::format("{}{:.{}f}", text.empty() ? "" : "/", value, value < 10 ? 2 : 0);
+  }
+  return text;
+}
+
+/// Rows of cells under their headings, each column as wide as it must be.
+std::string aligned(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], row[k].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t k = 0; k < row.size(); ++k) line += fmt::format("{:<{}}  ", row[k], widths[k]);
+    text += "  " + line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string comparison_table(const ordered_json& on_surfaces) {
+  using Table = std::vector<std::vector<std::string>>;
+  const Table head = {{"", kWays[0], kWays[1], kWays[2], kWays[3]}};
+  std::string text;
+  for (const auto& [size, all] : on_surfaces.items()) {
+    Table warm = head, cold = head, off = head;
+    warm[0].insert(warm[0].end(), {"bytes/triangle", "build, CPU s"});
+    for (const auto& [name, row] : all.items()) {
+      if (!row.is_object()) continue;
+      for (Table* table : {&warm, &cold}) table->push_back({name});
+      for (const char* way : kWays) {
+        warm.back().push_back(four(row["ns"][way]["warm_ns"], 1000));
+        cold.back().push_back(four(row["ns"][way]["cold_ns"], 1000));
+      }
+      warm.back().push_back(fmt::format("{:.1f}", row["bytes_per_triangle"].get<double>()));
+      warm.back().push_back(fmt::format("{:.1f}", row["build_cpu_seconds"].get<double>()));
+      if (!row.contains("accuracy")) continue;
+      off.push_back({name});
+      for (const char* way : kWays) {
+        const ordered_json &at = row["accuracy"][way], &distance = at["distance_error_of_diagonal"],
+                           &normal = at["normal_degrees"];
+        const int found = distance["count"].get<int>(), none = at["without_answer"].get<int>();
+        off.back().push_back(fmt::format("{:.0e}/{:.0e} {:.1f}/{:.1f} {:.0f}", distance["p50"].get<double>(),
+                                         distance["p99"].get<double>(), normal["p50"].get<double>(),
+                                         normal["p99"].get<double>(), 100.0 * none / std::max(1, found + none)));
+      }
+    }
+    text += fmt::format("\n{}, {} triangles. Warm, us: p50/p99/p99.9/max; build: once, for all ways\n", size,
+                        all["triangles"].get<std::size_t>());
+    text += aligned(warm) + "\nCold, us: p50/p99/p99.9/max\n" + aligned(cold);
+    text += "\nOff the nearest point, of the diagonal: p50/p99; normal, degrees: p50/p99; frames without answer, %\n";
+    text += aligned(off);
+  }
+  return text;
 }
 
 }  // namespace relief::bench

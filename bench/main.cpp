@@ -329,13 +329,17 @@ class Bench {
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, for people.
+/// Nested objects as indented lines, percentiles in one line, the comparison with the peers as tables, for people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
+    if (key == "same_surface") {
+      std::fputs((line + "\n" + comparison_table(value)).c_str(), stdout);
+      continue;
+    }
     if (value.contains("p50")) {
       for (const auto& [name, number] : value.items()) line += fmt::format(" {} {:<9}", name, text(number));
     } else if (!value.is_object()) {

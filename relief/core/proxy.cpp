@@ -714,14 +714,16 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
     const Aside aside(move, out);
     const double reach = kFollow * travel + kRelax * length(out);
     int tries = kTries;
+    // A cursor that is out again has the place where the point would come to rest behind it.
+    const bool out_again = off && dot(rest_out, side_) < 0;
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
-    if (settled && same_side(rest_out, side_) && (!off || way <= kFollow * travel)) {
+    if (settled && same_side(out_again ? -rest_out : rest_out, side_) && (!off || way <= kFollow * travel)) {
       if (way > reach) {
         walk(surface, place_, over ? over->position : goal, reach, tries);
         off = leaves(surface, place_, goal);
       } else {
         place_ = rest;
-        if (dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), aside.turn);
+        if (!out_again && dot(rest_out, rest_out) > 0) side_ = turned_by(side_, normalized(rest_out), aside.turn);
       }
     } else {
       if (!told_) tell_surface(surface);

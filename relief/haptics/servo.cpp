@@ -276,8 +276,15 @@ Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease 
   Touch now;
   now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
   now.jumped = ball_.lost() || risen(ball_.rise());
-  if (!now.touching) return now;
   now.surface = ball_.surface();
+  if (!now.touching && ball_.held()) {
+    // Under a fast hand it has not come as near as to touch: held back by what is ahead, or late on a free way.
+    const Vec3d far = ball_.way_out() * (ball_.depth() + settings_.tool.radius);
+    const auto ahead = first_entry(model, ball_.centre(), ball_.centre() - far);
+    now.touching = ahead.has_value();
+    if (now.touching) now.surface = ahead->point;
+  }
+  if (!now.touching) return now;
   now.depth = now.push = ball_.depth();
   now.grown = ball_.grown();
   now.normal = ball_.way_out();

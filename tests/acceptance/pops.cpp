@@ -4,6 +4,7 @@
 #include "support/driver.h"
 
 #include <relief/convert/convert.h>
+#include <relief/core/tessellate.h>
 #include <relief/mesh/samples.h>
 
 #include <cmath>
@@ -88,6 +89,21 @@ void pops(Report& report) {
                    double(done.bad()), 0);
   }
   report.at_least("pressed frames that were judged", frames, wanted);
+
+  // Balls of 0.6 mm and 3 mm where the diagonal is 0.15 m.
+  frames = 0;
+  for (const double share : {0.004, 0.02})
+    for (const Scene& scene : list) {
+      const double radius = share * testing::TriangleSoup(*scene.model).size();
+      const testing::ContactRuns done =
+          testing::judged_ball_runs(*scene.model, radius, long(wanted / 8 / double(list.size())), seed);
+      frames += double(done.pressed);
+      const std::string what = scene.name + ", ball of " + (share > 0.01 ? "2" : "0.4") + " %";
+      report.at_most(what + ": illegal ticks" + (done.first.empty() ? "" : " (" + done.first + ")"), double(done.bad()),
+                     0);
+      report.shown("    most that it was in a triangle, of its radius", done.overlap);
+    }
+  report.at_least("pressed frames of balls that were judged", frames, wanted / 4);
 }
 
 }  // namespace relief::acceptance

@@ -1,6 +1,7 @@
 // S12: the safe state. S13: start and resume. S14: limits on every command. S15: what stands still.
 #include "acceptance/acceptance.h"
 #include "support/bad_readings.h"
+#include "support/held_tools.h"
 #include "support/shells.h"
 
 #include <relief/base/spsc_queue.h>
@@ -21,6 +22,7 @@ namespace relief::acceptance {
 namespace {
 
 const Workspace kSpace = {.metres_per_unit = 0.1};
+constexpr double kToolRadius = 0.1;  // model units: 10 mm
 
 SnapshotPtr ball(double radius = 1) {
   return testing::displaced(testing::sphere_shell(2, 16), [&](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
@@ -33,21 +35,26 @@ DeviceState reading(double t, Vec3d cursor) {
   return state;
 }
 
-/// A servo that presses 3 mm into the top of the ball at t = 1.010 s.
+ServoSettings with(const testing::HeldTool& held) { return {.workspace = kSpace, .tool = held.tool()}; }
+
+/// A servo that presses a tool 3 mm into the top of the ball at t = 1.010 s.
 struct Pressed {
+  testing::HeldTool held;
   SnapshotPtr model = ball();
-  Servo servo{{.workspace = kSpace}, DeviceInfo{}};
+  Servo servo{with(held), DeviceInfo{}};
   double start = 1;
   int ticks = 0;
   ServoSample felt;
 
   [[nodiscard]] double t() const { return start + 1e-3 * ticks; }
-  Pressed() {
+  explicit Pressed(testing::HeldTool tool) : held(std::move(tool)) {
     at(1.02);
     for (int k = 1; k <= 10; ++k) at(1.02 - 5e-3 * k);
   }
+  /// Where the tool's surface is at such a height.
+  [[nodiscard]] DeviceState reading_at(double time, double z) const { return reading(time, {0, 0, z + held.radius}); }
   void at(double z) {
-    felt = servo.step(*model, reading(t(), {0, 0, z}));
+    felt = servo.step(*model, reading_at(t(), z));
     ++ticks;
   }
   /// Of the next ones, without lift-off.
@@ -91,60 +98,63 @@ Answer answer_to(Pressed& hand, ServoFault expected) {
 
 }  // namespace
 
-void safe_state(Report& report) {
+namespace {
+
+void safe_state(Report& report, const testing::HeldTool& held) {
   for (const testing::BadReading& bad : testing::bad_readings()) {
-    Pressed hand;
-    DeviceState state = reading(1.011, {0, 0, 0.97});
+    Pressed hand(held);
+    DeviceState state = hand.reading_at(1.011, 0.97);
     bad.spoil(state);
     hand.felt = hand.servo.step(*hand.model, state);
     // Times go on from wherever the bad one went.
     hand.start = std::isfinite(state.t) && std::abs(state.t) < 1e6 ? state.t : 1.02;
     hand.ticks = 1;
-    judge(report, bad.name, answer_to(hand, bad.expected));
+    judge(report, bad.name + held.name, answer_to(hand, bad.expected));
   }
   {
-    Pressed hand;
+    Pressed hand(held);
     int ticks = 0;
     for (; ticks < 100 && (hand.felt.flags & bit(ServoFault::Latched)) == 0; ++ticks) {
-      DeviceState state = reading(hand.t(), {0, 0, 0.97});
+      DeviceState state = hand.reading_at(hand.t(), 0.97);
       state.has_velocity = true;
       state.velocity = {0.2, 0, 0};
       hand.felt = hand.servo.step(*hand.model, state);
       ++hand.ticks;
     }
-    report.at_most("frozen position under a moving velocity: ticks until the safe state", ticks, 22);
-    judge(report, "frozen position", answer_to(hand, ServoFault::BadPosition));
+    report.at_most("frozen position under a moving velocity" + held.name + ": ticks until the safe state", ticks, 22);
+    judge(report, "frozen position" + held.name, answer_to(hand, ServoFault::BadPosition));
   }
   {
-    Pressed hand;
+    Pressed hand(held);
     hand.servo.stalled();
     hand.at(0.97);
-    judge(report, "the servo stood still for over 50 ms", answer_to(hand, ServoFault::Stalled));
+    judge(report, "the servo stood still for over 50 ms" + held.name, answer_to(hand, ServoFault::Stalled));
   }
   {
-    Pressed hand;
+    Pressed hand(held);
     hand.model = ball(1.06);
     hand.at(0.97);
-    judge(report, "another model under the tip, 6 mm higher", answer_to(hand, ServoFault::SurfaceJumped));
+    judge(report, "another model under the tip, 6 mm higher" + held.name, answer_to(hand, ServoFault::SurfaceJumped));
   }
   {
-    Pressed hand;
-    hand.servo = Servo({.workspace = kSpace}, DeviceInfo{});
+    Pressed hand(held);
+    hand.servo = Servo(with(held), DeviceInfo{});
     hand.at(0.97);
     Answer answer = {.force = length(hand.felt.force), .told = (hand.felt.flags & bit(ServoFault::StartInside)) != 0};
     answer.later = hand.ticks_with_force(100);
     answer.feels_again = hand.feels_after_lift_off();
-    judge(report, "start inside the solid", answer);
+    judge(report, "start inside the solid" + held.name, answer);
   }
 }
 
-void start_and_resume(Report& report) {
+void start_and_resume(Report& report, const testing::HeldTool& held) {
+  const auto at = [&](double t, double z) { return reading(t, {0, 0, z + held.radius}); };
   // Runs into the ball at 0.6 m/s, to 9 mm: more than the greatest force, at once.
-  const auto first_contact = [](Servo& servo, const Snapshot& model, double& t) {
+  const auto first_contact = [&](Servo& servo, const Snapshot& model, double& t) {
     double most = 0;
     int contact = 0;
     for (int k = 0; contact < 20; ++k) {
-      const ServoSample felt = servo.step(model, reading(t += 1e-3, {0, 0, std::max(0.91, 1.02 - 6e-3 * k)}));
+      const ServoSample felt = servo.step(model, at(t += 1e-3, std::max(0.91, 1.02 - 6e-3 * k)));
       contact += felt.contact ? 1 : 0;
       most = std::max(most, length(felt.force));
     }
@@ -152,31 +162,40 @@ void start_and_resume(Report& report) {
   };
   const SnapshotPtr model = ball();
   const double limit = 0.5 * DeviceInfo{}.max_force;
-  Servo servo({.workspace = kSpace}, DeviceInfo{});
+  Servo servo(with(held), DeviceInfo{});
   double t = 1;
-  report.at_most("first contact after the start: greatest force in 20 ms", first_contact(servo, *model, t), limit, "N");
+  report.at_most("first contact after the start" + held.name + ": greatest force in 20 ms",
+                 first_contact(servo, *model, t), limit, "N");
   double later = 0;
-  for (int k = 0; k < 10; ++k)
-    later = std::max(later, length(servo.step(*model, reading(t += 1e-3, {0, 0, 0.91})).force));
+  for (int k = 0; k < 10; ++k) later = std::max(later, length(servo.step(*model, at(t += 1e-3, 0.91)).force));
   report.at_least("and after that", later, 3.2, "N");
   // A fault while pressed, lift-off, and in again.
-  static_cast<void>(servo.step(*model, reading(t, {0, 0, 0.91})));
+  static_cast<void>(servo.step(*model, at(t, 0.91)));
   double inside = 0;
   for (int k = 0; k < 22; ++k)
-    inside = std::max(inside, length(servo.step(*model, reading(t += 1e-3, {0, 0, 0.91 + 5e-3 * k})).force));
-  report.at_most("resume: greatest force before the tool has left", inside, 0, "N");
-  report.at_most("first contact after the safe state: greatest force in 20 ms", first_contact(servo, *model, t), limit,
-                 "N");
+    inside = std::max(inside, length(servo.step(*model, at(t += 1e-3, 0.91 + 5e-3 * k)).force));
+  report.at_most("resume" + held.name + ": greatest force before the tool has left", inside, 0, "N");
+  report.at_most("first contact after the safe state" + held.name + ": greatest force in 20 ms",
+                 first_contact(servo, *model, t), limit, "N");
   // From inside, at every depth, without and with a wait there.
   double most = 0;
   for (const double depth : {0.01, 0.1, 0.3, 0.7, 1.0}) {
-    Servo fresh({.workspace = kSpace}, DeviceInfo{});
-    for (int k = 0; k < 500; ++k)
-      most = std::max(most, length(fresh.step(*model, reading(1 + 1e-3 * k, {0, 0, 1 - depth})).force));
+    Servo fresh(with(held), DeviceInfo{});
+    for (int k = 0; k < 500; ++k) most = std::max(most, length(fresh.step(*model, at(1 + 1e-3 * k, 1 - depth)).force));
     for (double z = 1 - depth; z < 1; z += 1e-3)
-      most = std::max(most, length(fresh.step(*model, reading(t += 1e-3, {0, 0, z})).force));
+      most = std::max(most, length(fresh.step(*model, at(t += 1e-3, z)).force));
   }
-  report.at_most("start inside: greatest force before the tool has left", most, 0, "N");
+  report.at_most("start inside" + held.name + ": greatest force before the tool has left", most, 0, "N");
+}
+
+}  // namespace
+
+void safe_state(Report& report) {
+  for (const testing::HeldTool& held : testing::held_tools(kToolRadius)) safe_state(report, held);
+}
+
+void start_and_resume(Report& report) {
+  for (const testing::HeldTool& held : testing::held_tools(kToolRadius)) start_and_resume(report, held);
 }
 
 namespace {
@@ -190,7 +209,7 @@ class LimitJudge {
   void see(const ServoSample& s, double dt) {
     ++commands;
     const double size = length(s.force);
-    if (!is_finite(s.force) || size > most_) ++too_strong;
+    if (!is_finite(s.force) || size > most_ || !(length(s.torque) <= device_.max_torque)) ++too_strong;
     if (size - length(last_.force) > device_.max_force_rate * dt + 1e-9) ++too_quick;
     if (commands > 1) {
       const double done = std::max(0.0, dot(last_.force, s.device - last_.device));
@@ -222,53 +241,65 @@ class LimitJudge {
 }  // namespace
 
 void limits(Report& report) {
-  const int ticks = report.long_form() ? 10'000'000 : 300'000;
   const SnapshotPtr models[] = {ball(), ball(1.01), ball(0.99)};
-  for (const PlantPreset& preset : plant_presets()) {
-    const double user = 0.8 * preset.info.max_force;
-    Servo servo({.workspace = kSpace, .force = {.stiffness = 1e9, .damping = 2, .friction = 0.5, .max_force = user}},
-                preset.info);
-    LimitJudge judge(preset.info, user);
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> unit(-1, 1);
-    Vec3d at = {0, 0, 1.05}, speed;
-    long cut = 0;
-    std::uint32_t seen = 0;
-    const Snapshot* model = models[0].get();
-    for (int k = 0; k < ticks; ++k) {
-      // Flings, flings under changes of the model, long strong presses, and pumping at 8 Hz, by turns.
-      const double t = 1e-3 * k;
-      const int act = (k / 4000 + 2) % 4;
-      if (act == 0) {
-        at += (Vec3d{0, 0, 0.93} - at) * 0.02;
-      } else if (act == 1) {
-        at += (Vec3d{0, 0, 0.97 + 0.04 * std::sin(50 * t)} - at) * 0.2;
-      } else {
-        speed = speed * 0.98 + Vec3d{unit(random), unit(random), unit(random)} * 6e-3;
-        at += speed;
-        if (length(at) > 1.1 || length(at) < 0.85) speed = normalized(at) * (length(at) > 1 ? -0.02 : 0.03);
-        if (act == 3 && k % 97 == 0) model = models[static_cast<std::size_t>(k / 97) % 3].get();
+  for (const testing::HeldTool& held : testing::held_tools(kToolRadius))
+    for (const PlantPreset& preset : plant_presets()) {
+      const int ticks = report.long_form() ? 10'000'000 : 300'000 / held.dear;
+      const double user = 0.8 * preset.info.max_force;
+      ServoSettings settings = with(held);
+      settings.force = {.stiffness = 1e9, .damping = 2, .friction = 0.5, .max_force = user};
+      DeviceInfo device = preset.info;
+      device.max_torque = 2e-3 * device.max_force;  // friction at the tool's radius asks for more
+      Servo servo(settings, device);
+      LimitJudge judge(device, user);
+      std::mt19937 random(7);
+      std::uniform_real_distribution<double> unit(-1, 1);
+      Vec3d at = {0, 0, 1.05}, speed;
+      long cut = 0;
+      double torque = 0;
+      std::uint32_t seen = 0;
+      const Snapshot* model = models[0].get();
+      for (int k = 0; k < ticks; ++k) {
+        // Flings, flings under changes of the model, long strong presses, and pumping at 8 Hz, by turns.
+        const double t = 1e-3 * k;
+        const int act = (k / 4000 + 2) % 4;
+        if (act == 0) {
+          at += (Vec3d{0, 0, 0.93} - at) * 0.02;
+        } else if (act == 1) {
+          at += (Vec3d{0, 0, 0.97 + 0.04 * std::sin(50 * t)} - at) * 0.2;
+        } else {
+          speed = speed * 0.98 + Vec3d{unit(random), unit(random), unit(random)} * 6e-3;
+          at += speed;
+          if (length(at) > 1.1 || length(at) < 0.85) speed = normalized(at) * (length(at) > 1 ? -0.02 : 0.03);
+          if (act == 3 && k % 97 == 0) model = models[static_cast<std::size_t>(k / 97) % 3].get();
+        }
+        DeviceState state = reading(t, at + normalized(at) * held.radius);
+        state.orientation = {std::cos(t), std::sin(t), 0, 0};
+        state.has_orientation = true;
+        const ServoSample felt = servo.step(*model, state);
+        judge.see(felt, 1e-3);
+        seen |= felt.flags;
+        cut += (felt.flags & bit(ServoFault::LoadLimited)) != 0 ? 1 : 0;
+        torque = std::max(torque, length(felt.torque));
       }
-      const ServoSample felt = servo.step(*model, reading(t, at));
-      judge.see(felt, 1e-3);
-      seen |= felt.flags;
-      cut += (felt.flags & bit(ServoFault::LoadLimited)) != 0 ? 1 : 0;
+      const std::string name = std::string(preset.name) + held.name;
+      report.shown(name + ": commands checked", static_cast<double>(judge.commands));
+      report.at_most(name + ": commands over the device's or the user's force", static_cast<double>(judge.too_strong),
+                     0);
+      report.at_most(name + ": commands that grew too quickly", static_cast<double>(judge.too_quick), 0);
+      report.at_most(name + ": root mean square of the force over a minute", judge.lasting,
+                     preset.info.continuous_force, "N");
+      report.at_most(name + ": most work on the hand in a second", judge.most_work, preset.info.max_work, "J");
+      report.at_most(name + ": commands that push on above twice the speed limit",
+                     static_cast<double>(judge.pushing_on), 0);
+      // Else the limits were not put to the test.
+      report.at_least(name + ": commands limited by load", static_cast<double>(cut), 100);
+      const std::uint32_t all = bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) |
+                                bit(ServoFault::SpeedLimited) | bit(ServoFault::Passivity);
+      report.at_least(name + ": kinds of limits met, of 4", std::popcount(seen & all), 4);
+      if (!held.points.empty())
+        report.at_least(name + ": torque reached, of the limit", torque / device.max_torque, 0.99);
     }
-    const std::string name(preset.name);
-    report.shown(name + ": commands checked", static_cast<double>(judge.commands));
-    report.at_most(name + ": commands over the device's or the user's force", static_cast<double>(judge.too_strong), 0);
-    report.at_most(name + ": commands that grew too quickly", static_cast<double>(judge.too_quick), 0);
-    report.at_most(name + ": root mean square of the force over a minute", judge.lasting, preset.info.continuous_force,
-                   "N");
-    report.at_most(name + ": most work on the hand in a second", judge.most_work, preset.info.max_work, "J");
-    report.at_most(name + ": commands that push on above twice the speed limit", static_cast<double>(judge.pushing_on),
-                   0);
-    // Else the limits were not put to the test.
-    report.at_least(name + ": commands limited by load", static_cast<double>(cut), 100);
-    const std::uint32_t all = bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) |
-                              bit(ServoFault::SpeedLimited) | bit(ServoFault::Passivity);
-    report.at_least(name + ": kinds of limits met, of 4", std::popcount(seen & all), 4);
-  }
 }
 
 void standstill(Report& report) {

@@ -2,6 +2,7 @@
 // under the tip.
 #include "acceptance/acceptance.h"
 #include "support/driver.h"
+#include "support/held_tools.h"
 
 #include <relief/edit/editor.h>
 
@@ -18,12 +19,14 @@ using testing::Driver;
 constexpr double kTick = 1e-3;  // s
 constexpr double kSize = 0.15;  // m, of the diagonal at the hand
 constexpr double kDegree = 3.14159265358979323846 / 180;
-constexpr double kStiffness = 400;  // N/m
+constexpr double kStiffness = 400;    // N/m
+constexpr double kToolRadius = 0.04;  // of the diagonal
 
-ServoSettings usual(const Snapshot& model, double damping, double friction) {
+ServoSettings usual(const Snapshot& model, double damping, double friction, const TouchTool& tool = {}) {
   const Box3d& bounds = model.slab_mesh().bounds();
   ServoSettings settings = testing::settings_with(kStiffness, damping, friction, kSize / diagonal(bounds));
   settings.workspace.model_origin = bounds.centre();
+  settings.tool = tool;
   return settings;
 }
 
@@ -64,8 +67,9 @@ Vec3d round_torus(double turn, double height) {
 
 /// Slides over a smooth surface at a speed in m/s, at a depth in shares of the diagonal.
 template <typename Way>
-void slide(const Snapshot& model, Way&& way, const ServoSettings& settings, double speed, double depth, int ticks,
-           Steps& steps) {
+void slide(const Snapshot& model, Way&& over, const ServoSettings& settings, double tool_radius, double speed,
+           double depth, int ticks, Steps& steps) {
+  const auto way = [&](double turn, double height) { return over(turn, height + tool_radius); };
   const double size = diagonal(model.slab_mesh().bounds()), step = speed * kTick / settings.workspace.metres_per_unit;
   steps.any = false;
   Driver hand(settings, testing::strong_device());
@@ -87,15 +91,15 @@ void force_continuity(Report& report) {
       testing::shaped(testing::mixed_shell(*testing::sphere_shell(2, 1), 16, 2), testing::sphere_field());
   const SnapshotPtr torus = testing::shaped(testing::torus_shell(16, 10, 32), testing::torus_field);
   constexpr double kSpeed = 0.1, kMu = 0.3;  // m/s
+  // Deeper than the tools are large, too.
+  const auto tools = testing::held_tools(kToolRadius * diagonal(sphere->slab_mesh().bounds()));
   for (const double friction : {0.0, kMu}) {
-    const auto measure = [&](const std::string& name, const SnapshotPtr& model, auto&& way) {
+    const auto measure = [&](const std::string& name, const SnapshotPtr& model, auto&& way, const auto& held) {
       Steps steps;
-      double deepest = 0;
-      for (const double depth : {0.005, 0.02, 0.04}) {
-        slide(*model, way, usual(*model, 1, friction), kSpeed, depth, ticks / 3, steps);
-        deepest = std::max(deepest, depth);
-      }
-      const std::string what = name + (friction > 0 ? " with friction" : "");
+      for (const double depth : {0.005, 0.02, 0.04})
+        slide(*model, way, usual(*model, 1, friction, held.tool()), held.radius, kSpeed, depth, ticks / 3 / held.dear,
+              steps);
+      const std::string what = name + (friction > 0 ? " with friction" : "") + held.name;
       // Friction turns with the way.
       const double friction_step = friction * kStiffness * kSpeed * kTick;
       report.at_most(what + ": force step at 0.1 m/s", steps.quantile(1),
@@ -103,45 +107,54 @@ void force_continuity(Report& report) {
       report.shown("    of that p99.999", steps.quantile(0.99999), "N");
       report.at_most(what + ": turn per tick", steps.turn / kDegree, 5, "degrees");
     };
-    measure("sphere", sphere, round_sphere);
-    measure("sphere, n from 16 to 64", mixed, round_sphere);
-    measure("torus", torus, round_torus);
+    for (const testing::HeldTool& held : tools) {
+      measure("sphere", sphere, round_sphere, held);
+      measure("sphere, n from 16 to 64", mixed, round_sphere, held);
+      measure("torus", torus, round_torus, held);
+    }
   }
 
   // In the air there is nothing; where the hand goes in, the spring grows with the way and the damper acts at once.
-  Driver hand(usual(*sphere, 1, 0), testing::strong_device());
-  const double step = kSpeed * kTick / (kSize / diagonal(sphere->slab_mesh().bounds()));
-  double in_air = 0, entry = 0;
-  Vec3d last;
-  for (int k = 0; k < 400; ++k) {
-    const double height = 200 * step - k * step;
-    const ServoSample felt = hand.at(*sphere, round_sphere(1, height));
-    if (height > 0) in_air = std::max(in_air, length(felt.force));
-    if (height <= 0) entry = std::max(entry, length(felt.force - last));
-    last = felt.force;
-  }
-  report.at_most("force in the air", in_air, 0, "N");
-  report.at_most("force step where the hand goes in at 0.1 m/s", entry,
-                 1.5 * kStiffness * kSpeed * kTick + 1 * kSpeed + 0.02, "N");
-
-  // Against the force of the ideal sphere, whose step is its size times the angle that the hand goes round it.
-  for (const int n : {16, 32, 64})
-    for (const double depth : {0.01, 0.03, 0.06}) {
-      const SnapshotPtr model = testing::shaped(testing::sphere_shell(2, n), testing::sphere_field());
-      const double size = diagonal(model->slab_mesh().bounds());
-      Steps steps;
-      slide(*model, round_sphere, usual(*model, 0, 0), 0.5 * kSize, depth, ticks / 3, steps);
-      const double force = kStiffness * depth * kSize;
-      // round_sphere() turns by its argument: model units of way at radius 1.
-      const double ideal = 2 * force * std::sin(0.5 * 0.5 * kTick * size);
-      const double off = std::max(std::abs(steps.quantile(1) - ideal), std::abs(steps.quantile(0) - ideal));
-      const std::string what = "sphere, n = " + std::to_string(n) + ", " + std::to_string(int(depth * 100)) +
-                               " % deep: step off the ideal, of the force";
-      if (n >= 32)
-        report.at_most(what, off / force, 0.002);
-      else
-        report.shown(what, off / force);
+  for (const testing::HeldTool& held : tools) {
+    Driver hand(usual(*sphere, 1, 0, held.tool()), testing::strong_device());
+    const double step = kSpeed * kTick / (kSize / diagonal(sphere->slab_mesh().bounds()));
+    double in_air = 0, entry = 0;
+    Vec3d last;
+    for (int k = 0; k < 400; ++k) {
+      const double height = 200 * step - k * step;
+      const ServoSample felt = hand.at(*sphere, round_sphere(1, height + held.radius));
+      if (height > 0) in_air = std::max(in_air, length(felt.force));
+      if (height <= 0) entry = std::max(entry, length(felt.force - last));
+      last = felt.force;
     }
+    report.at_most("force in the air" + held.name, in_air, 0, "N");
+    report.at_most("force step where the hand goes in at 0.1 m/s" + held.name, entry,
+                   1.5 * kStiffness * kSpeed * kTick + 1 * kSpeed + 0.02, "N");
+  }
+
+  // Against the force of the ideal sphere, whose step is its size times the angle that the hand goes round it. A ball
+  // has no interpolated normals: its steps are the angles between micro-triangles. A rigid tool's points come and go:
+  // its ideal force is no such circle (S21 has it).
+  for (const testing::HeldTool& held : tools)
+    for (const int n : {16, 32, 64})
+      for (const double depth : {0.01, 0.03, 0.06}) {
+        if (!held.points.empty()) continue;
+        const SnapshotPtr model = testing::shaped(testing::sphere_shell(2, n), testing::sphere_field());
+        const double size = diagonal(model->slab_mesh().bounds());
+        Steps steps;
+        slide(*model, round_sphere, usual(*model, 0, 0, held.tool()), held.radius, 0.5 * kSize, depth,
+              ticks / 3 / held.dear, steps);
+        const double force = kStiffness * depth * kSize;
+        // round_sphere() turns by its argument: model units of way at radius 1.
+        const double ideal = 2 * force * std::sin(0.5 * 0.5 * kTick * size);
+        const double off = std::max(std::abs(steps.quantile(1) - ideal), std::abs(steps.quantile(0) - ideal));
+        const std::string what = "sphere, n = " + std::to_string(n) + ", " + std::to_string(int(depth * 100)) +
+                                 " % deep" + held.name + ": step off the ideal, of the force";
+        if (n >= 32 && held.is_point())
+          report.at_most(what, off / force, 0.002);
+        else
+          report.shown(what, off / force);
+      }
 }
 
 namespace {
@@ -149,10 +162,11 @@ namespace {
 /// Presses on a sphere while an editor works under the tip.
 class Workbench {
  public:
-  explicit Workbench(Vec3d tip)
+  Workbench(Vec3d tip, const testing::HeldTool& held)
       : editor_(testing::shaped(testing::sphere_shell(2, 32), testing::sphere_field())),
         size_(diagonal(editor_.head()->slab_mesh().bounds())),
-        hand_(usual(*editor_.head(), 1, 0.3), testing::strong_device()),
+        radius_(1 + held.radius),
+        hand_(usual(*editor_.head(), 1, 0.3, held.tool()), testing::strong_device()),
         tip_(tip) {
     for (int k = 0; k < 400; ++k) tick();
   }
@@ -162,13 +176,13 @@ class Workbench {
   /// The hand comes down to a depth of 1 % of the diagonal, and stays.
   void tick() {
     height_ = std::max(-0.01, height_ - 1e-4);
-    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (1 + height_ * size_));
+    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (radius_ + height_ * size_));
   }
   /// It moves on, and follows the surface up and down as a hand does that pushes with the same force.
   void tick(Vec3d moved) {
     tip_ = tip_ + moved;
     height_ += std::clamp(0.02 * (felt_.depth / size_ - 0.01), -1e-4, 1e-4);
-    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (1 + height_ * size_));
+    felt_ = hand_.at(*editor_.head(), normalized(tip_) * (radius_ + height_ * size_));
   }
   void dab(Tool tool, double radius, double by) {
     editor_.begin_stroke({.tool = tool, .radius = radius * size_, .strength = 1});
@@ -184,10 +198,11 @@ class Workbench {
  private:
   Editor editor_;
   double size_;
+  double radius_;  ///< of the sphere on which the tool's origin is when it touches the sphere as it was at first
   Driver hand_;
   Vec3d tip_;
   ServoSample felt_;
-  double height_ = 0.01;  ///< above the sphere as it was at first, of the diagonal
+  double height_ = 0.01;  ///< above that, of the diagonal
 };
 
 /// What a change of the surface under the resting tip does to the force.
@@ -216,64 +231,71 @@ Change change_by(Workbench& bench) {
 
 void borders_and_edits(Report& report) {
   // Sliding across slab and tile borders of a plane: its force does not change at all.
+  constexpr double kSlope = 0.06;
   for (const bool mixed : {false, true}) {
     const auto shell = testing::plane_shell(4, 16);
     const SnapshotPtr sheet = testing::displaced(mixed ? testing::mixed_shell(*shell, 8, 2) : shell,
-                                                 [](Vec3d p) { return 0.5 + 0.3 * (p.x - 0.5); });
-    Driver hand(usual(*sheet, 1, 0.3), testing::strong_device());
-    Steps steps;
-    int crossed = 0;
-    SlabId last = kNoSlab;
-    for (int k = 0; k < 4000; ++k) {
-      const double x = 0.1 + 2e-4 * k, height = std::max(-0.02, 0.02 - 4e-4 * k);
-      const ServoSample felt = hand.at(*sheet, {x, 0.06 * (x - 0.5) + height, 0.13 + 1.7e-4 * k});
-      if (k < 500) continue;
-      steps.add(felt.force);
-      crossed += felt.at.slab != last ? 1 : 0;
-      last = felt.at.slab;
+                                                 [](Vec3d p) { return 0.5 + 5 * kSlope * (p.x - 0.5); });
+    for (const testing::HeldTool& held : testing::held_tools(kToolRadius * diagonal(sheet->slab_mesh().bounds()))) {
+      Driver hand(usual(*sheet, 1, 0.3, held.tool()), testing::strong_device());
+      Steps steps;
+      int crossed = 0;
+      SlabId last = kNoSlab;
+      for (int k = 0; k < 4000; ++k) {
+        const double x = 0.1 + 2e-4 * k,
+                     height = std::max(-0.02, 0.02 - 4e-4 * k) + held.radius * std::hypot(1, kSlope);
+        const ServoSample felt = hand.at(*sheet, {x, kSlope * (x - 0.5) + height, 0.13 + 1.7e-4 * k});
+        if (k < 500) continue;
+        steps.add(felt.force);
+        crossed += felt.at.slab != last ? 1 : 0;
+        last = felt.at.slab;
+      }
+      const std::string what = (mixed ? "slab borders of different n" : "slab borders") + held.name;
+      report.at_least(what + " crossed", crossed, 6);
+      report.at_most(what + ": extra jump", steps.quantile(1), 0.05, "N");
     }
-    const std::string what = mixed ? "slab borders of different n" : "slab borders";
-    report.at_least(what + " crossed", crossed, 6);
-    report.at_most(what + ": extra jump", steps.quantile(1), 0.05, "N");
   }
 
   // Dabs of a size, and their undoing, under a resting tip.
   const int places = report.long_form() ? 200 : 6;
-  double step = 0, whole = 0;
-  int soonest = 1000, changes = 0;
-  for (int place = 0; place < places; ++place) {
-    const double turn = 2.4 * place, up = -0.9 + 1.8 * (place + 0.5) / places;
-    const Vec3d tip = normalized(Vec3d{std::cos(turn), up, std::sin(turn)});
-    for (const auto& [tool, by] :
-         {std::pair{Tool::Carve, 0.003}, {Tool::Carve, 0.008}, {Tool::Deposit, 0.003}, {Tool::Deposit, 0.008}}) {
-      Workbench bench(tip);
-      const auto look = [&] {
-        const Change change = change_by(bench);
-        if (change.whole < 0.02) return;
-        ++changes;
-        whole = std::max(whole, change.whole);
-        step = std::max(step, change.step);
-        soonest = std::min(soonest, change.settled);
-      };
-      bench.dab(tool, 0.05, by);
-      look();
-      static_cast<void>(bench.editor().undo());
-      look();
-      static_cast<void>(bench.editor().redo());
-      look();
+  const double size = diagonal(testing::sphere_shell(2, 32)->bounds());
+  for (const testing::HeldTool& held : testing::held_tools(kToolRadius * size)) {
+    double step = 0, whole = 0;
+    int soonest = 1000, changes = 0;
+    for (int place = 0; place < places; ++place) {
+      const double turn = 2.4 * place, up = -0.9 + 1.8 * (place + 0.5) / places;
+      const Vec3d tip = normalized(Vec3d{std::cos(turn), up, std::sin(turn)});
+      for (const auto& [tool, by] :
+           {std::pair{Tool::Carve, 0.003}, {Tool::Carve, 0.008}, {Tool::Deposit, 0.003}, {Tool::Deposit, 0.008}}) {
+        Workbench bench(tip, held);
+        const auto look = [&] {
+          const Change change = change_by(bench);
+          if (change.whole < 0.02) return;
+          ++changes;
+          whole = std::max(whole, change.whole);
+          step = std::max(step, change.step);
+          soonest = std::min(soonest, change.settled);
+        };
+        bench.dab(tool, 0.05, by);
+        look();
+        static_cast<void>(bench.editor().undo());
+        look();
+        static_cast<void>(bench.editor().redo());
+        look();
+      }
     }
+    report.at_least("edits, undone and redone, that were felt" + held.name, changes, 10 * places);
+    report.shown("largest change of the force by one of them", whole, "N");
+    report.at_most("its largest jump in a tick" + held.name, step, 0.05, "N");
+    report.at_least("ticks over which a change is blended" + held.name, soonest, 20, "ms");
   }
-  report.at_least("edits, undone and redone, that were felt", changes, 10 * places);
-  report.shown("largest change of the force by one of them", whole, "N");
-  report.at_most("its largest jump in a tick", step, 0.05, "N");
-  report.at_least("ticks over which a change is blended", soonest, 20, "ms");
 }
 
 void sculpting(Report& report) {
   const int ticks = report.long_form() ? 60'000 : 4'000;
   for (const int rate : {10, 60, 1000})
     for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
-      Workbench bench(normalized(Vec3d{0.3, 0.7, 0.6}));
+      Workbench bench(normalized(Vec3d{0.3, 0.7, 0.6}), {});
       double step = 0, off_surface = 0;
       long inside = 0, edits = 0;
       Vec3d last = bench.felt().force;

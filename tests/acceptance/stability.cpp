@@ -1,5 +1,6 @@
 // S2: how stiff each plant can be made over four shapes before it shakes by itself. S3: energy at the handle.
 #include "acceptance/acceptance.h"
+#include "support/held_tools.h"
 #include "support/shells.h"
 
 #include <relief/devices/simulated_hand.h>
@@ -93,17 +94,17 @@ struct Contacts {
 };
 
 /// Random taps, presses and slides of a hand over a rough sheet.
-Contacts tap(const PlantPreset& preset, bool guard, int count, std::uint32_t seed) {
+Contacts tap(const PlantPreset& preset, const testing::HeldTool& held, bool guard, int count, std::uint32_t seed) {
   const SnapshotPtr model = testing::displaced(testing::plane_shell(4, 32), [](Vec3d p) {
     return 0.5 + 0.05 * std::sin(20 * p.x) * std::cos(17 * p.z) + 0.01 * std::sin(90 * p.x + 40 * p.z);
   });
   const Workspace space = {.metres_per_unit = 0.05};
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  Vec3d target = space.to_device({0.5, 0.1, 0.5});
+  Vec3d target = space.to_device({0.5, 0.1 + held.radius, 0.5});
   SimulatedHand hand(preset, {.stiffness = 300, .damping = 1, .max_force = 2, .tremor = 1e-4},
                      [&](double) { return HandTarget{target, 0}; });
-  Servo servo({.workspace = space, .force = {.guard = guard}}, preset.info);
+  Servo servo({.workspace = space, .force = {.guard = guard}, .tool = held.tool()}, preset.info);
   Contacts all;
   double before = 0;
   int open = 0;  // ticks since the force was last felt
@@ -111,7 +112,8 @@ Contacts tap(const PlantPreset& preset, bool guard, int count, std::uint32_t see
   for (int k = 0; all.count < count; ++k) {
     if (k % 60 == 0) {  // somewhere else, above or below the surface
       down = !down;
-      target = space.to_device({0.3 + 0.4 * unit(random), down ? -0.15 * unit(random) : 0.1, 0.3 + 0.4 * unit(random)});
+      const double x = 0.3 + 0.4 * unit(random), height = down ? -0.15 * unit(random) : 0.1;
+      target = space.to_device({x, height + held.radius, 0.3 + 0.4 * unit(random)});
     }
     DeviceState state;
     static_cast<void>(hand.read(state));
@@ -169,22 +171,24 @@ void limit_cycles(Report& report) {
 }
 
 void human_port(Report& report) {
-  const int count = report.long_form() ? 10'000 : 2'500;
-  for (const PlantPreset& listed : plant_presets())
-    for (const int delay : {0, 1}) {
-      PlantPreset preset = listed;
-      preset.plant.delay_ticks = preset.info.delay_ticks = delay;
-      const std::string what = std::string(listed.name) + ", delay " + std::to_string(delay);
-      const Contacts with = tap(preset, true, count, 1), without = tap(preset, false, count, 1);
-      report.shown(what + ", guarded: " + said(with), with.count);
-      report.at_most(what + ", guarded: net work on the hand", with.net, 0, "J");
-      report.shown(what + ", guarded: most that one contact made", with.worst, "J");
-      report.shown(what + ", bare: " + said(without), without.count);
-      if (delay == 0)
-        report.at_most(what + ", bare: most that one contact made", without.worst, 1e-4, "J");
-      else  // what the guard is for
-        report.shown(what + ", bare: most that one contact made", without.worst, "J");
-    }
+  // Ball and rigid tool: 2.5 mm at the hand.
+  for (const testing::HeldTool& held : testing::held_tools(0.05))
+    for (const PlantPreset& listed : plant_presets())
+      for (const int delay : {0, 1}) {
+        PlantPreset preset = listed;
+        preset.plant.delay_ticks = preset.info.delay_ticks = delay;
+        const int count = report.long_form() ? 10'000 : 2'500 / held.dear;
+        const std::string what = std::string(listed.name) + ", delay " + std::to_string(delay) + held.name;
+        const Contacts with = tap(preset, held, true, count, 1), without = tap(preset, held, false, count, 1);
+        report.shown(what + ", guarded: " + said(with), with.count);
+        report.at_most(what + ", guarded: net work on the hand", with.net, 0, "J");
+        report.shown(what + ", guarded: most that one contact made", with.worst, "J");
+        report.shown(what + ", bare: " + said(without), without.count);
+        if (delay == 0)
+          report.at_most(what + ", bare: most that one contact made", without.worst, 1e-4, "J");
+        else  // what the guard is for
+          report.shown(what + ", bare: most that one contact made", without.worst, "J");
+      }
 }
 
 }  // namespace relief::acceptance

@@ -1,6 +1,7 @@
 // S16 to S18: what a tick costs, what lateness does, and what a tick may never call.
 #include "acceptance/acceptance.h"
 #include "support/driver.h"
+#include "support/held_tools.h"
 #include "support/no_alloc.h"
 
 #include <relief/base/cpu_time.h>
@@ -234,15 +235,19 @@ void on_system_call(int /*signal*/, siginfo_t* /*info*/, void* context) {
 
 }  // namespace
 
-void forbidden_calls(Report& report) {
+namespace {
+
+void forbidden_calls(Report& report, const testing::HeldTool& held) {
   std::vector<SnapshotPtr> models;
   for (const double radius : {1.0, 0.995})
     models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
   SnapshotChannel channel(models.front());
-  SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3},
-                     [](double t) { return HandTarget{{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)}, 0}; });
-  Servo servo({.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}}, hand.info());
-  const int warm = 2'000, ticks = report.long_form() ? 3'000'000 : 30'000;
+  const double larger = 1 + held.radius;
+  SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3}, [=](double t) {
+    return HandTarget{Vec3d{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)} * larger, 0};
+  });
+  Servo servo({.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}, .tool = held.tool()}, hand.info());
+  const int warm = 2'000, ticks = (report.long_form() ? 3'000'000 : 30'000) / held.dear;
   testing::ForbiddenCalls calls;
   int touched = 0, of_system = 0, changes = 0;
   long minor_faults = 0, major_faults = 0;
@@ -297,21 +302,27 @@ void forbidden_calls(Report& report) {
   }).join();
   done.store(true);
   editor.join();
-  report.at_least("ticks in contact, of all", double(touched) / (warm + ticks), 0.1);
-  report.at_least("ticks in which a new model came", changes, 20);
-  report.at_most("allocations and frees", calls.news + calls.deletes, 0);
+  report.at_least("ticks in contact, of all" + held.name, double(touched) / (warm + ticks), 0.1);
+  report.at_least("ticks in which a new model came" + held.name, changes, 20);
+  report.at_most("allocations and frees" + held.name, calls.news + calls.deletes, 0);
   if (testing::kCountsLocks)
-    report.at_most("locks", calls.locks, 0);
+    report.at_most("locks" + held.name, calls.locks, 0);
   else
     report.skipped("locks cannot be counted under a sanitizer");
   if (watched) {
-    report.at_least("the watch on system calls sees one that is made", checked ? 1 : 0, 1);
-    report.at_most("system calls", of_system, 0);
+    report.at_least("the watch on system calls sees one that is made" + held.name, checked ? 1 : 0, 1);
+    report.at_most("system calls" + held.name, of_system, 0);
   } else {
     report.skipped("system calls cannot be watched here");
   }
-  report.shown("minor page faults after warm-up", double(minor_faults));
-  report.at_most("major page faults after warm-up", double(major_faults), 0);
+  report.shown("minor page faults after warm-up" + held.name, double(minor_faults));
+  report.at_most("major page faults after warm-up" + held.name, double(major_faults), 0);
+}
+
+}  // namespace
+
+void forbidden_calls(Report& report) {
+  for (const testing::HeldTool& held : testing::held_tools(0.05)) forbidden_calls(report, held);
 }
 
 }  // namespace relief::acceptance

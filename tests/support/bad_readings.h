@@ -41,6 +41,18 @@ inline std::vector<BadReading> bad_readings() {
          s.velocity.y = kNan;
        },
        ServoFault::BadPosition},
+      {"OrientationZero",
+       [](DeviceState& s) {
+         s.has_orientation = true;
+         s.orientation = {0, 0, 0, 0};
+       },
+       ServoFault::BadPosition},
+      {"OrientationNaN",
+       [](DeviceState& s) {
+         s.has_orientation = true;
+         s.orientation.x = kNan;
+       },
+       ServoFault::BadPosition},
       {"OwnVelocityTooHigh",
        [](DeviceState& s) {
          s.has_velocity = true;

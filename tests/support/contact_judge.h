@@ -2,6 +2,7 @@
 // else of the product.
 #pragma once
 
+#include <relief/core/ball_proxy.h>
 #include <relief/core/proxy.h>
 #include <relief/core/tessellate.h>
 
@@ -9,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <queue>
 #include <string_view>
@@ -109,6 +111,43 @@ class TriangleSoup {
     return false;
   }
 
+  /// Whether every place of the straight way from a to b is at least so far from the surface.
+  [[nodiscard]] bool keeps_off(Vec3d a, Vec3d b, double distance_kept) const {
+    const double way = length(b - a), least = 1e-3 * distance_kept;
+    for (double done = 0;; done += least) {
+      const double here = distance(a + (b - a) * (way > 0 ? std::min(1.0, done / way) : 0.0), distance_kept + way);
+      if (here < distance_kept) return false;
+      if (done >= way) return true;
+      done += here - distance_kept;  // so far nothing can come nearer
+    }
+  }
+
+  /// Whether a ball that is clear of the surface at a and at b can go from the one to the other by a way all of whose
+  /// places are allowed. Looked for on a lattice of half its radius, whose points a smaller ball must be clear at, so
+  /// that each such way is found and none that is found crosses the surface.
+  template <typename Allowed>
+  [[nodiscard]] bool has_way(Vec3d a, Vec3d b, double radius, Allowed&& allowed) const {
+    constexpr std::size_t kMost = 200'000;  // lattice points; that is taken for no way
+    const double step = 0.5 * radius;
+    using Point = std::array<int, 3>;
+    const auto place = [&](const Point& p) { return a + Vec3d{double(p[0]), double(p[1]), double(p[2])} * step; };
+    std::map<Point, bool> seen;
+    std::priority_queue<std::pair<double, Point>> front;
+    front.emplace(0, Point{});
+    while (!front.empty() && seen.size() < kMost) {
+      const Point here = front.top().second;
+      front.pop();
+      if (length(place(here) - b) <= step) return true;
+      for (int k = 0; k < 27; ++k) {
+        const Point next = {here[0] + k % 3 - 1, here[1] + k / 3 % 3 - 1, here[2] + k / 9 - 1};
+        if (!seen.emplace(next, true).second) continue;
+        const Vec3d there = place(next);
+        if (allowed(there) && distance(there, radius) >= step) front.emplace(-length(there - b), next);
+      }
+    }
+    return false;
+  }
+
   /// Whether p is inside a closed model, by a ray that no axis is parallel to.
   [[nodiscard]] bool inside(Vec3d p) const {
     const Vec3d far = p + normalized(Vec3d{0.3713, 0.8191, 0.4377}) * (2 * size_ + length(p - bounds_.centre()));
@@ -182,6 +221,7 @@ enum class Fault {
   ChangedSheet,  ///< the point did not come to its place over the surface or through the air
   TooFast,       ///< further than it may go for the cursor's motion
   LetGoInside,   ///< let go although the way from the point to the cursor leads through the surface, or inside
+  Overlaps,      ///< a ball in the material
 };
 [[nodiscard]] inline std::string_view name(Fault fault) {
   switch (fault) {
@@ -199,6 +239,8 @@ enum class Fault {
       return "too fast";
     case Fault::LetGoInside:
       return "let go inside";
+    case Fault::Overlaps:
+      return "overlaps";
   }
   return "unknown";
 }
@@ -280,6 +322,55 @@ class ContactJudge {
   const TriangleSoup& soup_;
   bool closed_;
   double hair_;
+  std::optional<Last> last_;
+};
+
+/// Follows one ball from tick to tick on a closed model that stays; it starts in the open, clear of the surface.
+class BallJudge {
+ public:
+  static constexpr double kFlat = 1e-4;  ///< of the radius: unevenness that a ball does not feel (docs/haptics.md)
+
+  BallJudge(const TriangleSoup& soup, double radius) : soup_(soup), radius_(radius) {}
+
+  /// The cursor has moved straight to `cursor`, and the ball has been stepped, which says that it touches or does not.
+  [[nodiscard]] Fault judge(const BallProxy& ball, bool touches, Vec3d cursor) {
+    const Vec3d centre = ball.held() ? ball.centre() : cursor;
+    const Fault fault = last_ ? verdict(centre, cursor, touches) : Fault::None;
+    last_ = Last{cursor, centre, ball.held()};
+    return fault;
+  }
+  /// By how much it was in a triangle at most, of its radius.
+  [[nodiscard]] double most_overlap() const noexcept { return most_overlap_; }
+
+ private:
+  struct Last {
+    Vec3d cursor, centre;
+    bool held;
+  };
+
+  [[nodiscard]] Fault verdict(Vec3d centre, Vec3d cursor, bool touches) {
+    const double overlap = 1 - soup_.distance(centre, radius_) / radius_;
+    most_overlap_ = std::max(most_overlap_, overlap);
+    if (overlap > kFlat) return Fault::Overlaps;
+    const double went = length(centre - last_->centre), moved = length(cursor - last_->cursor);
+    // It only ever comes nearer to the cursor, and once held it goes no further than this.
+    const double reach = 10 * moved + 0.02 * length(cursor - last_->centre) + 1e-6 * radius_;
+    if (last_->held && went > reach) return Fault::TooFast;
+    if (!last_->held && touches && soup_.keeps_off(last_->cursor, cursor, radius_ * (1 + kFlat)))
+      return Fault::CaughtInAir;
+    // A way of less than a radius between two places where it is clear leads through nothing.
+    if (went < radius_ || soup_.keeps_off(last_->centre, centre, 0.5 * radius_)) return Fault::None;
+    const double nearer = length(last_->centre - last_->cursor) + moved + radius_;
+    const bool way = soup_.has_way(last_->centre, centre, radius_, [&](Vec3d p) {
+      if (!last_->held) return length(p - cursor) <= nearer;
+      return length(p - last_->centre) + length(p - centre) <= reach + 2 * radius_;
+    });
+    if (way) return Fault::None;
+    return last_->held ? Fault::ChangedSheet : Fault::Tunnelled;
+  }
+
+  const TriangleSoup& soup_;
+  double radius_, most_overlap_ = 0;
   std::optional<Last> last_;
 };
 

@@ -3,6 +3,7 @@
 
 #include "support/contact_judge.h"
 
+#include <relief/core/ball_proxy.h>
 #include <relief/core/query.h>
 
 #include <algorithm>
@@ -76,7 +77,8 @@ class ScriptedHand {
 struct ContactRuns {
   long pressed = 0, ticks = 0;
   long thin = 0;                 ///< places where the part is thinner than 3 % of the diagonal
-  std::array<long, 7> faults{};  ///< by Fault
+  std::array<long, 8> faults{};  ///< by Fault
+  double overlap = 0;            ///< by how much a ball was in a triangle at most, of its radius
   std::string first;             ///< the first fault and where it was
   [[nodiscard]] long bad() const {
     long sum = 0;
@@ -90,9 +92,43 @@ inline bool is_closed(const SlabMesh& mesh) {
                               [](const Slab& s) { return std::ranges::count(s.neighbours, kNoSlab) > 0; });
 }
 
+/// A point or a ball, and its judge.
+class JudgedPoint {
+ public:
+  JudgedPoint(const TriangleSoup& soup, bool closed, Proxy::Look look) : judge_(soup, closed), look_(look) {}
+  [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
+    static_cast<void>(proxy_.step(model, cursor, {}, look_));
+    return judge_.judge(proxy_, cursor);
+  }
+  [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
+  [[nodiscard]] double overlap() const noexcept { return 0; }
+
+ private:
+  Proxy proxy_;
+  ContactJudge judge_;
+  Proxy::Look look_;
+};
+class JudgedBall {
+ public:
+  JudgedBall(const TriangleSoup& soup, double radius) : judge_(soup, radius), radius_(radius) {}
+  [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
+    const bool touches = ball_.step(model, cursor, radius_, {});
+    return judge_.judge(ball_, touches, cursor);
+  }
+  [[nodiscard]] bool held() const noexcept { return ball_.held(); }
+  [[nodiscard]] double overlap() const noexcept { return judge_.most_overlap(); }
+
+ private:
+  BallProxy ball_;
+  BallJudge judge_;
+  double radius_;
+};
+
 /// Judges runs of all motions until so many ticks were pressed; every other round is over a thin part where there are
-/// any, and every other two rounds look around (Proxy::Look).
-inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
+/// any. start(soup, run, radius) gives what is judged in a run; a tool's radius is so large, and its way begins as far
+/// above the surface as a point's.
+template <typename Start>
+ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, double radius, Start&& start) {
   constexpr int kTicks = 2000;  // per run
   const TriangleSoup soup(model);
   const SlabMesh& mesh = model.slab_mesh();
@@ -115,24 +151,37 @@ inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, 
       if (run / int(kMotions.size()) % 2 == 0 || is_thin) break;
     }
     const auto motion = static_cast<std::size_t>(run) % kMotions.size();
+    place.position += place.normal * radius;
     ScriptedHand hand(static_cast<Motion>(motion), place, soup.bounds(), random);
-    const auto look = run / int(kMotions.size()) % 4 < 2 ? Proxy::Look::Here : Proxy::Look::Around;
-    Proxy proxy;
-    ContactJudge ruling(soup, closed);
+    auto judged = start(soup, run);
     for (int k = 0; k < kTicks; ++k) {
       const Vec3d cursor = hand.next();
-      static_cast<void>(proxy.step(model, cursor, {}, look));
-      const Fault fault = ruling.judge(proxy, cursor);
+      // A ball begins where it has room.
+      if (k == 0 && radius > 0 && soup.distance(cursor, radius) < radius) break;
+      const Fault fault = judged.step(model, cursor);
       ++done.ticks;
-      done.pressed += proxy.held() ? 1 : 0;
+      done.pressed += judged.held() ? 1 : 0;
       if (fault == Fault::None) continue;
       ++done.faults[static_cast<std::size_t>(fault)];
       if (done.first.empty())
         done.first = std::string(kMotions[motion]) + ", run " + std::to_string(run) + ", tick " + std::to_string(k) +
                      ": " + std::string(name(fault));
     }
+    done.overlap = std::max(done.overlap, judged.overlap());
   }
   return done;
+}
+
+/// Of a point; every other two rounds look around (Proxy::Look).
+inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
+  return judged_runs(model, wanted, seed, 0, [&](const TriangleSoup& soup, int run) {
+    return JudgedPoint(soup, closed, run / int(kMotions.size()) % 4 < 2 ? Proxy::Look::Here : Proxy::Look::Around);
+  });
+}
+/// Of a ball, on a closed model.
+inline ContactRuns judged_ball_runs(const Snapshot& model, double radius, long wanted, unsigned seed = 8) {
+  return judged_runs(model, wanted, seed, radius,
+                     [&](const TriangleSoup& soup, int) { return JudgedBall(soup, radius); });
 }
 
 }  // namespace relief::testing

@@ -23,11 +23,14 @@ inline ServoSettings settings_with(double stiffness, double damping = 0, double 
 class Driver {
  public:
   Driver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
-  ServoSample at(const Snapshot& model, Vec3d cursor, double dt = 1e-3) {
+  ServoSample at(const Snapshot& model, Vec3d cursor, double dt = 1e-3) { return at(model, cursor, Quatd{}, dt); }
+  ServoSample at(const Snapshot& model, Vec3d cursor, Quatd orientation, double dt = 1e-3) {
     t_ += dt;
     DeviceState state;
     state.t = t_;
     state.position = servo_.settings().workspace.to_device(cursor);
+    state.orientation = orientation;
+    state.has_orientation = true;
     return servo_.step(model, state);
   }
   Servo& servo() { return servo_; }

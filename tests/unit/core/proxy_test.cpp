@@ -1,5 +1,5 @@
 // The surface contact point: entry, the walk, release, rims, and a surface that changes under it.
-#include "support/shells.h"
+#include "support/driver.h"
 #include "support/wandering_hand.h"
 
 #include <relief/core/proxy.h>
@@ -190,6 +190,23 @@ TEST(Proxy, SlidesOverAnEdgeAndIsFreeBeyondIt) {
     if (x < 0.49 || x > 0.52) {
       EXPECT_EQ(held, x < 0.5) << x;
     }
+  }
+}
+
+/// Out of a round part so flat that the way from the old point to the cursor leads through the material.
+TEST(Proxy, LetsGoOfAFastCursorThatComesOutAtAGrazingAngle) {
+  const SnapshotPtr model = testing::fine_sphere();
+  for (const double step : {0.01, 0.02, 0.04}) {
+    const auto at = [&](double turn, double height) {
+      return Vec3d{std::sin(turn), std::cos(turn), 0.01} * (1 + height);
+    };
+    Proxy proxy;
+    static_cast<void>(proxy.step(*model, at(0, 0.01), {}));
+    for (int k = 1; k <= 100; ++k) static_cast<void>(proxy.step(*model, at(1e-3 * k, 0.01 - 1.5e-4 * k), {}));
+    ASSERT_TRUE(proxy.held());
+    int held = 0;
+    for (int k = 1; k <= 20; ++k) held += proxy.step(*model, at(0.1 + step * k, 0.005 * step * k), {}) ? 1 : 0;
+    EXPECT_LE(held, 2) << step;
   }
 }
 

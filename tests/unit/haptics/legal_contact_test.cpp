@@ -121,6 +121,46 @@ TEST(ContactJudge, SeesWhatIsWrong) {
   EXPECT_FALSE(soup.connected(above - Vec3d{0, 0.05, 0}, far - Vec3d{0, 0.05, 0}, 0.3, 1e-9));
 }
 
+TEST(BallJudge, SeesWhatIsWrong) {
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(4, 8), [](Vec3d) { return 0.5; });
+  const SnapshotPtr higher = testing::displaced(testing::plane_shell(4, 8), [](Vec3d) { return 0.6; });
+  const TriangleSoup soup(*model), other(*higher);
+  const double radius = 5e-3;
+  const Vec3d above = {0.4, 0.05, 0.4}, between = {0.4, 0.01, 0.4}, below = {0.4, -0.05, 0.4};
+  BallProxy ball;
+  const auto step = [&](testing::BallJudge& judge, Vec3d cursor, Vec3d told) {
+    const bool touches = ball.step(*model, cursor, radius, {});
+    return judge.judge(ball, touches, told);
+  };
+  {
+    // The ball knows nothing of a sheet that the judge knows.
+    testing::BallJudge judge(other, radius);
+    EXPECT_EQ(step(judge, above, above), testing::Fault::None);
+    EXPECT_EQ(step(judge, between, between), testing::Fault::Tunnelled);
+    EXPECT_EQ(step(judge, below, below), testing::Fault::CaughtInAir);
+    ball.reset();
+    EXPECT_EQ(step(judge, above, above), testing::Fault::ChangedSheet);
+    const Vec3d in = {0.4, 0.022, 0.4};
+    EXPECT_EQ(step(judge, in, in), testing::Fault::Overlaps);
+  }
+  {
+    // And the judge knows the ways round: over the sheet's edge within what the ball may go, but not beyond it.
+    const Vec3d up = {0.99, 0.01, 0.5}, down = {0.99, -0.01, 0.5};
+    EXPECT_TRUE(soup.has_way(up, down, radius, [&](Vec3d p) { return length(p - up) < 0.05; }));
+    EXPECT_FALSE(soup.has_way(up, down, radius, [&](Vec3d p) { return length(p - up) < 0.05 && p.x < 1; }));
+    EXPECT_TRUE(soup.keeps_off(up, {0.2, 0.01, 0.5}, radius));
+    EXPECT_FALSE(soup.keeps_off(up, down, radius));
+  }
+  ball.reset();
+  {
+    testing::BallJudge judge(soup, radius);
+    EXPECT_EQ(step(judge, above, above), testing::Fault::None);
+    EXPECT_EQ(step(judge, below, below), testing::Fault::None);
+    // The judge is told of a shorter way than the cursor went.
+    EXPECT_EQ(step(judge, {0.6, -0.05, 0.6}, below), testing::Fault::TooFast);
+  }
+}
+
 /// The sweep against the judge's brute force, from far away and from near.
 TEST(FirstEntry, MissesNothingOnACertifiedBowl) {
   const auto mesh = make_sample("bowl", 30'000);

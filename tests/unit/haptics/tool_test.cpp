@@ -60,6 +60,39 @@ TEST(Tool, ABallThatStartsInTheSurfaceGivesNoForceUntilItIsOut) {
   EXPECT_GT(s.force.y, 0);
 }
 
+/// A quick hand over rough ground: the ball is held back before it has come to the surface.
+TEST(Tool, ABallIsFeltFromTheFirstTickInWhichItIsHeldBack) {
+  const SnapshotPtr model = testing::displaced(testing::plane_shell(4, 32), [](Vec3d p) {
+    return 0.5 + 0.05 * std::sin(20 * p.x) * std::cos(17 * p.z) + 0.01 * std::sin(90 * p.x + 40 * p.z);
+  });
+  for (int start = 0; start < 20; ++start) {
+    Driver drive(ball(0.05), strong_device());
+    int pressed = 0;
+    for (int k = 0; k < 16; ++k) {
+      const ServoSample s = drive.at(*model, {0.3 + 0.01 * start + 0.012 * k, 0.1 - 0.01 * k, 0.6 - 0.005 * k});
+      if (BallProxy::clear(*model, s.cursor, 0.04)) continue;  // it may have come by the side of the ball
+      ++pressed;
+      ASSERT_TRUE(s.contact) << "way " << start << ", tick " << k;
+      ASSERT_GT(length(s.force), 0);
+      ASSERT_LT(s.at.slab, model->slab_mesh().slab_count());
+    }
+    EXPECT_GT(pressed, 6);
+  }
+}
+
+TEST(Tool, ABallThatIsLateOnAFreeWayIsNotFelt) {
+  const SnapshotPtr model = flat_plane();
+  ServoSettings settings = ball(1e-3);
+  settings.workspace.metres_per_unit = 0.01;
+  Driver drive(settings, strong_device());
+  for (const double y : {2e-3, 5e-4, 1.2e-3}) static_cast<void>(drive.at(*model, {0.1, y, 0.5}));
+  // So fast along the plane, just above it, that a tick is not enough.
+  const ServoSample s = drive.at(*model, {0.9, 1.2e-3, 0.5});
+  EXPECT_EQ(s.flags, 0U);
+  EXPECT_FALSE(s.contact);
+  EXPECT_EQ(s.force, Vec3d{});
+}
+
 TEST(Tool, AnotherRadiusStartsAnew) {
   const SnapshotPtr model = flat_plane();
   Driver drive(ball(0.01), strong_device());
@@ -92,29 +125,10 @@ struct Bar {
   }
 };
 
-/// Drives a servo along poses.
-class PoseDriver {
- public:
-  PoseDriver(const ServoSettings& settings, const DeviceInfo& device) : servo_(settings, device) {}
-  ServoSample at(const Snapshot& model, Vec3d place, Quatd q) {
-    t_ += 1e-3;
-    DeviceState state;
-    state.t = t_;
-    state.position = servo_.settings().workspace.to_device(place);
-    state.orientation = q;
-    state.has_orientation = true;
-    return servo_.step(model, state);
-  }
-
- private:
-  Servo servo_;
-  double t_ = 0;
-};
-
 TEST(Tool, ATiltedBarIsTurnedBackByItsTorque) {
   const SnapshotPtr model = flat_plane();
   const Bar bar;
-  PoseDriver drive(bar.settings, strong_device());
+  Driver drive(bar.settings, strong_device());
   const double half = 0.1;
   const Quatd q = {std::cos(half), 0, 0, std::sin(half)};
   ServoSample s;
@@ -133,8 +147,8 @@ TEST(Tool, FrictionHoldsAPlateAgainstTurningOnTheSpot) {
     ring.push_back({0.1 * std::cos(k * std::numbers::pi / 12), 0, 0.1 * std::sin(k * std::numbers::pi / 12)});
   ServoSettings settings = settings_with(400, 0, 0.5);
   settings.tool.points = ring;
-  PoseDriver drive(settings, strong_device());
-  for (double y = 0.05; y > -0.01; y -= 5e-4) static_cast<void>(drive.at(*model, {0.5, y, 0.5}, {}));
+  Driver drive(settings, strong_device());
+  for (double y = 0.05; y > -0.01; y -= 5e-4) static_cast<void>(drive.at(*model, {0.5, y, 0.5}));
   const auto turned = [&](double angle) {
     return drive.at(*model, {0.5, -0.01, 0.5}, {std::cos(angle / 2), 0, std::sin(angle / 2), 0});
   };
@@ -163,7 +177,7 @@ TEST(Tool, TorqueStaysWithinTheDevicesLimitAndBadOrientationsLatch) {
   Bar bar;
   DeviceInfo device = strong_device();
   device.max_torque = 1e-4;
-  PoseDriver drive(bar.settings, device);
+  Driver drive(bar.settings, device);
   const Quatd q = {std::cos(0.1), 0, 0, std::sin(0.1)};
   for (double y = 0.2; y > 0.02; y -= 5e-4) EXPECT_LE(length(drive.at(*model, {0.5, y, 0.5}, q).torque), 1e-4);
   const ServoSample s = drive.at(*model, {0.5, 0.02, 0.5}, {0, 0, 0, 0});
@@ -178,11 +192,11 @@ TEST(Tool, ARigidToolIsNeverStifferThanTheDeviceAllows) {
   bar.settings.force.stiffness = 1e9;
   DeviceInfo device = strong_device();
   device.max_stiffness = 1000;
-  PoseDriver drive(bar.settings, device);
+  Driver drive(bar.settings, device);
   ServoSample s;
   double before = 0, stiffest = 0;
   for (double y = 0.02; y > -0.02; y -= 1e-4) {
-    s = drive.at(*model, {0.5, y, 0.5}, {});
+    s = drive.at(*model, {0.5, y, 0.5});
     stiffest = std::max(stiffest, (s.force.y - before) / (1e-4 * 0.1));
     before = s.force.y;
   }
