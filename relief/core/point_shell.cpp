@@ -17,6 +17,7 @@ constexpr double kForesight = 3;         // lengths of its way for which a point
 constexpr double kReach = 0.02;          // radii of the tool: and so far at least
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
+constexpr double kSteepest = 4;          // lengths of a way by which the push may change along it
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kFirst = 85, kStep = 10;
 
@@ -35,7 +36,10 @@ PointShell::PointShell(std::span<const Vec3d> points)
   }
   if (points_.empty()) return;
   ball_.middle = box.centre();
-  for (const Point& point : points_) ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
+  for (const Point& point : points_) {
+    ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
+    arm_ = std::max(arm_, length(point.own));
+  }
 }
 
 double PointShell::most_stiffening() const noexcept {
@@ -45,6 +49,7 @@ double PointShell::most_stiffening() const noexcept {
 void PointShell::reset() noexcept {
   started_ = false;
   held_ = 0;
+  last_push_ = last_twist_ = {};
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
@@ -141,6 +146,7 @@ void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
 void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   const bool other = model.number() != model_;
   model_ = model.number();
+  travel_ = 0;
   for (Point& point : points_) {
     if (other && !point.held) {
       if (length(point.now - point.last) < point.room) point.last = point.now;
@@ -148,7 +154,8 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
       point.close = 0;
       point.old_model = true;
     }
-    point.now = pose.place(point.own);
+    const Vec3d before = std::exchange(point.now, pose.place(point.own));
+    travel_ = std::max(travel_, length(point.now - before));
     point.grown = 0;
     point.light = point.held && point.depth_now() < kLight * most_depth_;
   }
@@ -181,26 +188,42 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   };
   deal_with(false, next_);
   deal_with(true, next_light_);
-  sum(model, pose.origin);
-  return held_ > 0;
+  sum(pose.origin);
+  limit(ease.most + kSteepest * travel_);
+  if (held_ > 0) {
+    if (depth_ > 0) surface_ = proxies_[deepest_].told_surface(model);
+  } else if (push_ != Vec3d{}) {  // what is left of it fades
+    depth_ = length(push_);
+    grown_ = depth_ - length(last_push_);
+    surface_ = closest_point(model, surface_.position);
+  }
+  last_push_ = push_;
+  last_twist_ = twist_;
+  return held_ > 0 || depth_ > 0;
 }
 
-void PointShell::sum(const Snapshot& model, Vec3d origin) noexcept {
+void PointShell::limit(double most) noexcept {
+  const Vec3d change = push_ - last_push_, turn = twist_ - last_twist_;
+  const double excess = std::max(length(change), arm_ > 0 ? length(turn) / arm_ : 0);
+  if (!(excess > most)) return;
+  push_ = last_push_ + change * (most / excess);
+  twist_ = last_twist_ + turn * (most / excess);
+}
+
+void PointShell::sum(Vec3d origin) noexcept {
   most_depth_ = 0;
-  std::size_t deepest = 0;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (!points_[k].held) continue;
     ++held_;
     if (const double depth = points_[k].depth_now(); depth > most_depth_) {
       most_depth_ = depth;
-      deepest = k;
+      deepest_ = k;
     }
   }
   if (!(most_depth_ > 0)) return;
-  surface_ = proxies_[deepest].told_surface(model);
   double norm = 0, weights = 0, around = 0;
   Vec3d mean;  // from the deepest point
-  const Vec3d centre = points_[deepest].now, across = points_[deepest].way_out;
+  const Vec3d centre = points_[deepest_].now, across = points_[deepest_].way_out;
   for (const Point& point : points_) {
     if (!point.held) continue;
     const double share = point.depth_now() / most_depth_, weight = to_the_15th(share);

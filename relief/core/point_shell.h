@@ -45,7 +45,8 @@ class PointShell {
   /// Whether no point is inside the solid at this pose, as far as it is known: points below all slabs are looked for a
   /// few at a time, so that where there may be such points the answer is yes only after some ticks of asking.
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept;
-  /// One tick: the tool has moved to `pose`, and the model may have changed. Whether a point is held.
+  /// One tick: the tool has moved to `pose`, and the model may have changed. Whether the tool is pushed: a point is
+  /// held, or the push of the last that was has not yet faded.
   bool step(const Snapshot& model, const ToolPose& pose, Ease ease) noexcept;
 
   /// How the surface rose under a held point, or past a free one, at most in this tick, model units; and whether a
@@ -57,15 +58,17 @@ class PointShell {
   [[nodiscard]] int worked() const noexcept { return worked_; }
   /// For how many ticks a point that was dealt with in this one had waited for that, at most.
   [[nodiscard]] int waited() const noexcept { return waited_; }
-  /// The rest is for a tool with a held point.
+  /// The rest is for a tool that is pushed.
   [[nodiscard]] double depth() const noexcept { return depth_; }
-  /// The force of a spring of stiffness 1: its length is about depth(). Model units.
+  /// The force of a spring of stiffness 1: its length is about depth(). It changes by no more in a tick than what
+  /// `ease` allows and four times the way of the point that moved farthest, also where an edit, or a point that slips
+  /// off a rim, leaves the push to others or to none. Model units.
   [[nodiscard]] Vec3d push() const noexcept { return push_; }
   /// Its torque about the pose's origin, model units squared.
   [[nodiscard]] Vec3d twist() const noexcept { return twist_; }
   /// How much of depth() the surface added in this tick.
   [[nodiscard]] double grown() const noexcept { return grown_; }
-  /// The surface contact point of the deepest point.
+  /// The surface contact point of the deepest point, or of the last that was.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
   /// Where the tool touches: the mean of the points that push, by their parts of the push; and how far around that,
   /// root mean square across the push. Model units.
@@ -101,7 +104,9 @@ class PointShell {
   [[nodiscard]] bool stays_clear(detail::MicroTriangles& surface, Point& point,
                                  std::optional<SlabCoord>& risen) noexcept;
   void work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept;
-  void sum(const Snapshot& model, Vec3d origin) noexcept;
+  void sum(Vec3d origin) noexcept;
+  /// Lets the push and its torque come from those of the last tick to these no faster than they may.
+  void limit(double most) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
@@ -116,9 +121,13 @@ class PointShell {
   std::size_t next_ = 0, next_light_ = 0;  ///< the points that are dealt with first in the next tick
   std::size_t clean_ = 0;                  ///< points that were found not to be below the slabs, one after the other
   double rise_ = 0, depth_ = 0, grown_ = 0, most_depth_ = 0;
+  std::size_t deepest_ = 0;
   bool lost_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
+  double travel_ = 0;  ///< how far the point that moved farthest went in this tick
+  double arm_ = 0;     ///< of the point farthest from the tool's origin
   Vec3d push_, twist_, touched_;
+  Vec3d last_push_, last_twist_;  ///< in the last tick
   double spread_ = 0;
   SurfacePoint surface_;
 };

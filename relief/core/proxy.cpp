@@ -766,7 +766,14 @@ void Proxy::tell_surface(detail::MicroTriangles& surface) noexcept {
 const SurfacePoint& Proxy::told_surface(const Snapshot& model) noexcept {
   if (told_) return surface_;
   MicroTriangles surface(model);
-  surface_.normal = surface.has(place_.triangle) ? point_of(surface, place_, normals_).normal : way_out_;
+  SurfacePlace now = place_;
+  if (surface.has(now.triangle)) {
+    surface.measure(now.triangle);
+    now.position = now.triangle.point(now.weights);
+    surface_ = point_of(surface, now, normals_);
+  } else {
+    surface_.normal = way_out_;
+  }
   return surface_;
 }
 

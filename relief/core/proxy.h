@@ -85,8 +85,8 @@ class Proxy {
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
   /// The rest is for a held point.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
-  /// surface(), its normal worked out if the last tick did not: as it is in this model, or the way out where that has
-  /// no such place.
+  /// surface() as it is in this model, also where the last tick did not work out its normal or was in another model; as
+  /// it was, with the way out for a normal, where this one has no such place.
   [[nodiscard]] const SurfacePoint& told_surface(const Snapshot& model) noexcept;
   /// From the cursor to the point, model units; less than that after the surface has risen, until it is taken over.
   [[nodiscard]] double depth() const noexcept { return depth_; }

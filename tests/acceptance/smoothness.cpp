@@ -293,38 +293,40 @@ void borders_and_edits(Report& report) {
 
 void sculpting(Report& report) {
   const int ticks = report.long_form() ? 60'000 : 4'000;
-  for (const int rate : {10, 60, 1000})
-    for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
-      Workbench bench(normalized(Vec3d{0.3, 0.7, 0.6}), {});
-      double step = 0, off_surface = 0;
-      long inside = 0, edits = 0;
-      Vec3d last = bench.felt().force;
-      Vec3d last_device = bench.felt().device;
-      for (int k = 0; k < ticks; ++k) {
-        if (k * rate / 1000 != (k + 1) * rate / 1000 && bench.felt().contact) {
-          bench.dab(tool, 0.04, tool == Tool::Carve ? 0.004 : 0.02 / rate);
-          ++edits;
+  const double tool_size = kToolRadius * diagonal(testing::sphere_shell(2, 32)->bounds());
+  for (const testing::HeldTool& held : testing::held_tools(tool_size))
+    for (const int rate : {10, 60, 1000})
+      for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
+        Workbench bench(normalized(Vec3d{0.3, 0.7, 0.6}), held);
+        double step = 0, off_surface = 0;
+        long inside = 0, edits = 0;
+        Vec3d last = bench.felt().force;
+        Vec3d last_device = bench.felt().device;
+        for (int k = 0; k < ticks; ++k) {
+          if (k * rate / 1000 != (k + 1) * rate / 1000 && bench.felt().contact) {
+            bench.dab(tool, 0.04, tool == Tool::Carve ? 0.004 : 0.02 / rate);
+            ++edits;
+          }
+          bench.tick(Vec3d{2e-4 * std::cos(2e-3 * k), 0, 2e-4 * std::sin(2e-3 * k)});
+          const ServoSample& felt = bench.felt();
+          const double moved = length(felt.device - last_device);
+          // What the hand's own motion may do to the force by the bound of S5 is not the edit's doing.
+          step = std::max(step, length(felt.force - last) - 1.5 * kStiffness * moved);
+          last = felt.force;
+          last_device = felt.device;
+          if (!felt.contact) continue;
+          const SurfacePoint near = closest_point(*bench.editor().head(), felt.contact_point);
+          off_surface = std::max(off_surface, length(near.position - felt.contact_point) / bench.size());
+          LocateHint hint;
+          const Vec3d above = felt.contact_point + near.normal * (1e-3 * bench.size());
+          inside += relief::inside(*bench.editor().head(), above, hint) ? 1 : 0;
         }
-        bench.tick(Vec3d{2e-4 * std::cos(2e-3 * k), 0, 2e-4 * std::sin(2e-3 * k)});
-        const ServoSample& felt = bench.felt();
-        const double moved = length(felt.device - last_device);
-        // What the hand's own motion may do to the force by the bound of S5 is not the edit's doing.
-        step = std::max(step, length(felt.force - last) - 1.5 * kStiffness * moved);
-        last = felt.force;
-        last_device = felt.device;
-        if (!felt.contact) continue;
-        const SurfacePoint near = closest_point(*bench.editor().head(), felt.contact_point);
-        off_surface = std::max(off_surface, length(near.position - felt.contact_point) / bench.size());
-        LocateHint hint;
-        const auto there = probe(*bench.editor().head(), felt.contact_point, hint);
-        inside += there && there->depth > 1e-3 * bench.size() ? 1 : 0;
+        const std::string what = std::string(name(tool)) + " at " + std::to_string(rate) + " Hz" + held.name;
+        report.shown(what + ": edits", double(edits));
+        report.at_most(what + ": force step", step, 0.1, "N");
+        report.at_most(what + ": contact point off the surface, of the diagonal", off_surface, 1e-9);
+        report.at_most(what + ": ticks with the contact point in the material", double(inside), 0);
       }
-      const std::string what = std::string(name(tool)) + " at " + std::to_string(rate) + " Hz";
-      report.shown(what + ": edits", double(edits));
-      report.at_most(what + ": force step", step, 0.1, "N");
-      report.at_most(what + ": contact point off the surface, of the diagonal", off_surface, 1e-9);
-      report.at_most(what + ": ticks with the contact point in the material", double(inside), 0);
-    }
 }
 
 }  // namespace relief::acceptance

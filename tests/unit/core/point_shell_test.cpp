@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -176,6 +177,39 @@ TEST(PointShell, ASurfaceThatRisesSlowlyPastRestingPointsIsFeltAndCountedOnce) {
   EXPECT_GT(shell.held(), 200);
   EXPECT_GT(shell.depth(), 0.0125);
   EXPECT_NEAR(grown, shell.depth(), 0.1 * shell.depth());
+}
+
+TEST(PointShell, ThePushGoesNoFasterThanItMayWhateverTheSurfaceDoes) {
+  const auto mesh = torus_shell(24, 12, 24);
+  std::vector<SnapshotPtr> models;
+  for (const double high : {0.0, 0.03, -0.05})
+    models.push_back(displaced(
+        mesh, [=](Vec3d p) { return 0.5 + high * std::cos(40 * p.x) + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z); }));
+  PointShell shell(sphere_points(60, 0.08));
+  const PointShell::Ease ease = {.share = 0.06, .most = 5e-4};
+  testing::WanderingHand wandering;
+  Vec3d last = wandering.next(), push;
+  shell.step(*models[0], {last, {}}, ease);
+  int pushed = 0, jumps = 0, faded = 0;
+  for (int k = 0; k < 6000; ++k) {
+    const Snapshot& model = *models[std::size_t(k / 40) % 3];
+    const Vec3d hand = wandering.next();
+    const bool now = shell.step(model, {hand, {}}, ease);
+    const double most = ease.most + 4 * length(hand - std::exchange(last, hand));
+    const double change = length(shell.push() - std::exchange(push, shell.push()));
+    ASSERT_LE(change, most * (1 + 1e-9)) << k;
+    jumps += change > most * (1 - 1e-9) ? 1 : 0;
+    ASSERT_EQ(now, shell.held() > 0 || shell.push() != Vec3d{}) << k;
+    if (!now) continue;
+    ++pushed;
+    faded += shell.held() == 0 ? 1 : 0;
+    // What is told lies on the surface as it is now, whenever it was made.
+    const SurfacePoint near = closest_point(model, shell.surface().position);
+    ASSERT_LT(length(near.position - shell.surface().position), 1e-9) << k;
+  }
+  EXPECT_GT(pushed, 1000);
+  EXPECT_GT(jumps, 50);
+  EXPECT_GT(faded, 2);
 }
 
 TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
