@@ -235,7 +235,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   ThinShell thin(source, mender.rings(), settings.longest);
   ThinShell room(source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
   Mender::Changes changes;  // since the thin shell was made
-  std::size_t fewest = source.faces.size();
+  std::size_t at_first = 0, fewest = source.faces.size();
   int vain = 0, cuts = 0;
   for (int round = 0; round < kRounds; ++round) {
     progress("shell", double(round) / kRounds);
@@ -255,13 +255,18 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return mender.is_scanned(f); });
     const double share = replaced.share_of(static_cast<std::size_t>(scanned));
     if (share > kMostNear) return std::nullopt;
-    if (round == 0 && result.bad_faces.empty())
-      for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
+    if (round == 0) {
+      at_first = near.size();
+      if (result.bad_faces.empty())
+        for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
+    }
     vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
     fewest = std::min(fewest, near.size());
     if (!near.empty() && (vain < kVain || farthest < kFarther * settings.farthest)) {
       if (vain == kVain) {
         if (share > kMostReplaced) return std::nullopt;
+        // Where pushing makes nothing better at first, it does not with more room either.
+        if (farthest == settings.farthest && near.size() >= at_first) return std::nullopt;
         farthest *= 2;
         mender.allow(farthest);
         vain = 0;
