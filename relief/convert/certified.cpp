@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -160,7 +161,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       result.place = source.points[trouble.front()];
       result.obstacle = std::to_string(thin.faults().size()) + " triangles of the source meet others";
       result.bad_parts = parts_of(mender, bad, " triangles meet others");
-      if (bad.size() > 200 + s.faces.size() / 200) break;
+      if (thin.faults().size() > 200 + s.faces.size() / 200) break;
     }
     if (cut == kMostCuts) break;
     const auto loss = mender.cut_and_close(bad, 1);
@@ -169,6 +170,53 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
     if (replaced.is_too_much()) break;
   }
   return std::nullopt;
+}
+
+/// Pushes sheets that were pushed apart farther from each other and evens them out, as far as points may lie from where
+/// they were: between banks that all but touch no slab can grow. Where no thin shell stands then, points go back to
+/// where it did. False when cancelled, or when it stands nowhere for all that.
+bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& progress) {
+  constexpr int kRounds = 6;
+  constexpr double kEven = 0.5;  // visibility that is wanted here
+  const OrderedSource& source = mender.source();
+  std::vector<std::uint8_t> pushed(source.points.size());
+  for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = mender.has_moved(v);
+  mender.keep();
+  ThinShell room(source, mender.rings(), longest, ThinShell::Heights::Roomy);
+  std::vector<std::uint32_t> latest, touched, close, singular;
+  for (int round = 0; round < kRounds; ++round) {
+    if (!room.update(latest, {}, progress)) return false;
+    close.clear();
+    for (const std::uint32_t f : room.faults())
+      if (std::ranges::any_of(source.faces[f], [&](std::uint32_t v) { return pushed[v] != 0; })) close.push_back(f);
+    if (close.empty()) break;
+    if (!mender.push_apart(close, progress)) return false;
+    auto unseen = mender.smooth({}, kEven, kLeast, progress);
+    if (!unseen) return false;
+    singular = std::move(*unseen);
+    latest = mender.take_changes().points;
+    touched.insert(touched.end(), latest.begin(), latest.end());
+  }
+  std::vector<std::uint32_t> bad = faces_around(mender, singular), points;
+  for (;;) {
+    sort_unique(touched);
+    if (!thin.update(touched, {}, progress)) return false;
+    bad.insert(bad.end(), thin.faults().begin(), thin.faults().end());
+    points.clear();
+    for (const std::uint32_t f : bad)
+      for (const std::uint32_t v : source.faces[f])
+        mender.rings().around(v, [&](std::uint32_t h) { points.push_back(source.faces[h / 3][(h + 1) % 3]); });
+    std::size_t back = mender.restore(points, kLeast);
+    if (back == 0 && !bad.empty()) {
+      // What stands in the way lies farther off.
+      points.resize(source.points.size());
+      std::iota(points.begin(), points.end(), 0U);
+      back = mender.restore(points, kLeast);
+    }
+    if (back == 0) return bad.empty();
+    bad.clear();
+    touched = mender.take_changes().points;
+  }
 }
 
 /// Pushes apart what meets until a thin shell stands on the source: for sheets that cross or touch along many faces,
@@ -187,7 +235,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   ThinShell thin(source, mender.rings(), settings.longest);
   ThinShell room(source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
   Mender::Changes changes;  // since the thin shell was made
-  std::size_t fewest = source.faces.size();
+  std::size_t at_first = 0, fewest = source.faces.size();
   int vain = 0, cuts = 0;
   for (int round = 0; round < kRounds; ++round) {
     progress("shell", double(round) / kRounds);
@@ -207,13 +255,18 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return mender.is_scanned(f); });
     const double share = replaced.share_of(static_cast<std::size_t>(scanned));
     if (share > kMostNear) return std::nullopt;
-    if (round == 0 && result.bad_faces.empty())
-      for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
+    if (round == 0) {
+      at_first = near.size();
+      if (result.bad_faces.empty())
+        for (const std::uint32_t f : near) result.bad_faces.push_back(source.face_of[f]);
+    }
     vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
     fewest = std::min(fewest, near.size());
     if (!near.empty() && (vain < kVain || farthest < kFarther * settings.farthest)) {
       if (vain == kVain) {
         if (share > kMostReplaced) return std::nullopt;
+        // Where pushing makes nothing better at first, it does not with more room either.
+        if (farthest == settings.farthest && near.size() >= at_first) return std::nullopt;
         farthest *= 2;
         mender.allow(farthest);
         vain = 0;
@@ -226,7 +279,10 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     if (!thin.update(changes.points, changes.gone, progress)) return std::nullopt;
     changes = {};
     const std::vector<std::uint32_t> bad = with_folded(thin.faults());
-    if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
+    if (bad.empty()) {
+      if (!widen(mender, thin, settings.longest, progress)) return std::nullopt;
+      return succeed(result, std::move(mender), std::move(thin), replaced);
+    }
     if (++cuts > kMostCuts) return std::nullopt;
     const auto loss = mender.cut_and_close(bad, 0);
     if (!loss) return std::nullopt;

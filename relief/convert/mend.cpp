@@ -260,6 +260,22 @@ bool Mender::push_apart(std::span<const std::uint32_t> bad, const Progress& prog
   return true;
 }
 
+std::size_t Mender::restore(std::vector<std::uint32_t> points, double least) {
+  sort_unique(pending_);
+  for (const std::uint32_t v : pending_) {
+    look_at(v, least, least);
+    if (sight_[v] == Sight::Well) continue;
+    points.push_back(v);
+    rings_.around(v, [&](std::uint32_t h) { points.push_back(source_.faces[h / 3][(h + 1) % 3]); });
+  }
+  sort_unique(points);
+  std::vector<std::pair<std::uint32_t, LatticePoint>> moves;
+  for (const std::uint32_t v : points)
+    if (!(source_.points[v] == kept_[v])) moves.emplace_back(v, kept_[v]);
+  pending_ = move_to(moves);
+  return moves.size();
+}
+
 /// The place, or the nearest one to it that the point may come to lie at.
 LatticePoint Mender::within_reach(std::uint32_t v, Vec3d place) const {
   const Vec3d start = to_double(start_[v]);
@@ -554,6 +570,7 @@ void Mender::release() {
   rings_.twins = {};
   rings_.out = {};
   start_ = {};
+  kept_ = {};
   sight_ = {};
   way_ = {};
   asked_ = {};

@@ -56,6 +56,12 @@ class Mender {
   /// False when cancelled.
   bool push_apart(std::span<const std::uint32_t> bad, const Progress& progress);
 
+  /// Remembers where the points lie now. Nothing may be cut before the last restore().
+  void keep() { kept_ = source_.points; }
+  /// Puts points back to where they were kept, those given and those around vertices that have changed since the last
+  /// smoothing or restoring and whose visibility is below `least`. How many that moves.
+  std::size_t restore(std::vector<std::uint32_t> points, double least);
+
   /// From now on scanned points may come to lie this far from where they were.
   void allow(double farthest) noexcept { farthest_ = farthest; }
 
@@ -87,6 +93,7 @@ class Mender {
   };
   /// Scanned points that have moved.
   [[nodiscard]] Moves moves() const;
+  [[nodiscard]] bool has_moved(std::uint32_t v) const noexcept { return !(source_.points[v] == start_[v]); }
   [[nodiscard]] bool is_scanned(std::uint32_t f) const noexcept { return patch_[f] == 0; }
   [[nodiscard]] bool was_cut() const noexcept { return was_cut_; }
 
@@ -109,12 +116,12 @@ class Mender {
   OrderedSource source_;
   Rings rings_;
   double farthest_;
-  std::vector<LatticePoint> start_;
+  std::vector<LatticePoint> start_, kept_;
   enum class Sight : std::uint8_t { Well, Poor, Singular };
   std::vector<std::uint8_t> free_;      // per point
   std::vector<Sight> sight_;            // per point: how well some direction sees its faces
   std::vector<std::uint32_t> poor_;     // points that are not seen well, ascending
-  std::vector<std::uint32_t> pending_;  // points to look at in the next smoothing
+  std::vector<std::uint32_t> pending_;  // points to look at in the next smoothing or restoring
   bool looked_ = false, was_cut_ = false;
   Changes changes_;
   std::vector<std::int8_t> way_;               // per point: 1 out of the solid, -1 into it, 0 not known

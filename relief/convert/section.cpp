@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
 
 namespace relief::detail {
@@ -203,29 +204,40 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
   };
   const Pair cut_j = between(at_j, cut(j)), cut_k = between(at_k, cut(k));
   const Corners corners = {t.a - origin, t.b - origin, t.c - origin};
-  const auto misses = [&](const Pair& p, const Pair& q, const Pair& r) {
-    const std::array<Vec3d, 6> six = {p.in, q.in, r.in, p.out, q.out, r.out};
-    const Box3d box = box_of(six), other = box_of(corners);
+  const auto misses = [&](std::initializer_list<Pair> part) {
+    const std::size_t count = part.size();
+    std::array<Vec3d, 8> places;
+    std::size_t at = 0;
+    for (const Pair& p : part) {
+      places[at] = p.in;
+      places[count + at++] = p.out;
+    }
+    const std::span<const Vec3d> ends = std::span(places).first(2 * count);
+    const Box3d box = box_of(ends), other = box_of(corners);
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (other.low[axis] > box.high[axis] + kClearance || other.high[axis] < box.low[axis] - kClearance) return true;
-    bool apart = apart_along(t.normal, six, corners);
-    const auto add = [&](Vec3d n) { apart = apart || apart_along(n, six, corners); };
-    add(cross(six[2] - six[0], six[1] - six[0]));
-    add(cross(six[4] - six[3], six[5] - six[3]));
-    for (std::size_t a = 0; a < 3 && !apart; ++a) {
-      const std::size_t b = (a + 1) % 3;
-      wall_planes(six[a], six[a + 3], six[b], six[b + 3], add);
+    bool apart = apart_along(t.normal, ends, corners);
+    const auto add = [&](Vec3d n) { apart = apart || apart_along(n, ends, corners); };
+    add(plane(0));
+    add(plane(1));
+    for (std::size_t a = 0; a < count && !apart; ++a) {
+      const std::size_t b = (a + 1) % count;
+      wall_planes(ends[a], ends[count + a], ends[b], ends[count + b], add);
     }
-    for (std::size_t a = 0; a < 3 && !apart; ++a) {
-      const std::size_t b = (a + 1) % 3;
+    for (std::size_t a = 0; a < count && !apart; ++a) {
+      const std::size_t b = (a + 1) % count, c = count + a, d = count + b;
       for (const Vec3d along :
-           {six[b] - six[a], six[b + 3] - six[a + 3], six[a + 3] - six[a], six[b + 3] - six[a], six[a + 3] - six[b]})
+           {ends[b] - ends[a], ends[d] - ends[c], ends[c] - ends[a], ends[d] - ends[a], ends[c] - ends[b]})
         for (std::size_t e = 0; e < 3 && !apart; ++e) add(cross(corners[(e + 1) % 3] - corners[e], along));
     }
     return apart;
   };
-  if (bad == 1) return misses(at_odd, cut_j, cut_k);
-  return misses(cut_j, at_j, at_k) && misses(cut_j, at_k, cut_k);
+  if (bad == 1) return misses({at_odd, cut_j, cut_k});
+  // The verifier's cut is nearer to the bad corners, for it needs no slack: the second part holds what it may put
+  // there.
+  const double turn = t.slack * lengths_[odd] + lean[odd], other_turn = t.slack * lengths_[j] + lean[j];
+  const Pair latest = other_turn < 0 ? between(at_j, turn / (turn - other_turn)) : at_j;
+  return misses({cut_j, at_j, at_k}) && misses({cut_j, latest, at_k, cut_k});
 }
 
 void FourTriangles::set(const std::array<LatticeTriangle, 4>& triangles,

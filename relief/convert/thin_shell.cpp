@@ -80,7 +80,8 @@ void ThinShell::start(std::uint32_t v) {
     shortest = std::min(shortest, length(to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]) - at));
   });
   directions_[v] = to_float(best_direction(normals).d);
-  heights_[v].fill(static_cast<float>(std::clamp((stiff_ ? kStiff : kTall) * shortest, kLeastHeight, tallest_)));
+  heights_[v].fill(
+      static_cast<float>(std::clamp(kStarts[static_cast<std::size_t>(kind_)] * shortest, kLeastHeight, tallest_)));
   place(v);
 }
 
@@ -155,7 +156,7 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
 /// share of the shortest edge of it and of what it might swallow. Beside a needle less does not help: the lower a
 /// fibre, the more rounding turns it.
 bool ThinShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexcept {
-  if (stiff_) return false;
+  if (!may_shrink()) return false;
   double shortest = Box3d::kFar, tallest = 0;
   for (const std::uint32_t face : {f, swallowed})
     for (std::size_t k = 0; k < 3; ++k) {
@@ -171,7 +172,7 @@ bool ThinShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexc
 /// Halves what is to blame, and leaves in `work` the faces that this changes; false when none of it may be halved.
 bool ThinShell::shrink(std::vector<std::uint32_t>& work) {
   work.clear();
-  if (stiff_) {
+  if (!may_shrink()) {
     std::fill(blamed_.begin(), blamed_.end(), 0);
     return false;
   }

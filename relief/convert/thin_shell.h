@@ -30,11 +30,12 @@ class ThinShell {
  public:
   enum class Heights : std::uint8_t {
     Shrinking,  ///< 0.8 of the shortest edge at the point, halved as long as that helps
-    Stiff       ///< 0.05 of it for good: the faults are where the source does not have that much room
+    Stiff,      ///< 0.05 of it for good: the faults are where the source does not have that much room
+    Roomy       ///< the same with 0.3 of it
   };
   /// Both must outlive it. `longest`: of a fibre, lattice steps.
   ThinShell(const OrderedSource& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking)
-      : source_(source), rings_(rings), tallest_(0.49 * longest), stiff_(heights == Heights::Stiff) {}
+      : source_(source), rings_(rings), tallest_(0.49 * longest), kind_(heights) {}
 
   /// Makes the shell, or makes it anew where the source has changed: `changed` are the points that faces around them
   /// have moved, come or gone, and `gone` the faces that are no more. False when cancelled; it is of no use then.
@@ -51,9 +52,10 @@ class ThinShell {
   [[nodiscard]] std::unique_ptr<BoxTree> take_tree() { return std::move(tree_); }
 
  private:
-  static constexpr double kTall = 0.8, kStiff = 0.05;  // heights at the start, of the shortest edge
+  static constexpr std::array<double, 3> kStarts = {0.8, 0.05, 0.3};  // by Heights, of the shortest edge
   static constexpr std::uint8_t kFault = 1, kFold = 2;
 
+  [[nodiscard]] bool may_shrink() const noexcept { return kind_ == Heights::Shrinking; }
   void start(std::uint32_t v);
   void place(std::uint32_t v);
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t f, Side side) const noexcept;
@@ -65,7 +67,7 @@ class ThinShell {
   const OrderedSource& source_;
   const Rings& rings_;
   double tallest_;  // fibre half
-  bool stiff_;
+  Heights kind_;
   std::vector<Vec3f> directions_;
   std::vector<std::array<float, 2>> heights_;  // by Side
   std::vector<Ends> ends_;

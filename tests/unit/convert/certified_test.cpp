@@ -609,6 +609,54 @@ TEST_F(Section, QuickVerdictsAgree) {
   EXPECT_GT(left, 300);
 }
 
+// What the builder takes for a section the verifier must prove. Where two fibres of a slab lean away from a triangle,
+// both cut that part of the slab off and show that the triangle lies beside it, but they do not cut at the same place.
+TEST_F(Section, VerifierAgrees) {
+  using detail::LatticeTriangle;
+  const auto is_section = [](const LatticeTriangle& inner, const LatticeTriangle& outer, const LatticeTriangle& t) {
+    const detail::OrderedSource source(t, std::array<detail::Face, 1>{{{0, 1, 2}}});
+    return detail::SlabShape(inner, outer).meet(source.triangle(0)) == detail::Meeting::Section;
+  };
+  const auto is_refused = [](const LatticeTriangle& inner, const LatticeTriangle& outer, const LatticeTriangle& t) {
+    const auto places = [](const LatticeTriangle& of) {
+      std::vector<std::array<double, 3>> all;
+      for (const detail::LatticePoint p : of) all.push_back({double(p.x), double(p.y), double(p.z)});
+      return all;
+    };
+    const std::vector<std::array<std::uint32_t, 3>> face = {{0, 1, 2}};
+    const auto in = places(inner), out = places(outer), corners = places(t);
+    const verify::Certificate c = verify::check({in, out, face}, {corners, face});
+    return std::ranges::any_of(c.failures, [](const verify::Failure& f) {
+      return f.condition == verify::Condition::C6 && f.what.find("does not face outwards") != std::string::npos;
+    });
+  };
+  // Around a slab and a triangle of a brain of six million triangles.
+  const std::array<Vec3d, 3> in = {Vec3d{-83992, -493252, 206564}, Vec3d{-1416606, -496291, -1944465},
+                                   Vec3d{-1040789, -397124, -1060500}};
+  const std::array<Vec3d, 3> out = {Vec3d{-124366, 79041, 208428}, Vec3d{159430, 92742, -237017},
+                                    Vec3d{-177138, 97140, 168305}};
+  const std::array<Vec3d, 3> corners = {Vec3d{0, 0, 0}, Vec3d{-8842, 55383, 0}, Vec3d{55383, 55383, 64225}};
+  const Vec3d middle = {8e6, 8e6, 8e6};
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int sections = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const auto near = [&](Vec3d p, double by) {
+      return detail::snap(middle + p + Vec3d{unit(random), unit(random), unit(random)} * by);
+    };
+    LatticeTriangle inner{}, outer{}, t{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      inner[k] = near(in[k], 2e4);
+      outer[k] = near(out[k], 2e4);
+      t[k] = near(corners[k], 1e4);
+    }
+    if (detail::jacobian_fault(inner, outer) != detail::JacobianFault::None || !is_section(inner, outer, t)) continue;
+    ++sections;
+    EXPECT_FALSE(is_refused(inner, outer, t)) << "trial " << trial;
+  }
+  EXPECT_GT(sections, 1000);
+}
+
 TEST_F(Section, BlocksAgreeWithTheirTriangles) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);

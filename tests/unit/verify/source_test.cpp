@@ -400,6 +400,27 @@ TEST(VerifySource, FindsAVertexWoundTwice) {
   EXPECT_TRUE(says(c, "source vertex 1 wind 2 times"));
 }
 
+TEST(VerifySource, FindsTheDirectionThatSeesAFlatSpike) {
+  // Three fronts at a spike's tip, of which two nearly turn their backs on the third: one direction sees them all at a
+  // sine of 0.022, and hardly another one sees them.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> turn(0, 2 * std::numbers::pi), spread(0.002, 1.5);
+  for (int trial = 0; trial < 100; ++trial) {
+    const double first = turn(random);
+    std::array<Vec3d, 3> fronts{};
+    const std::array<double, 3> around = {first, first + std::numbers::pi - spread(random),
+                                          first + std::numbers::pi + spread(random)};
+    for (std::size_t k = 0; k < 3; ++k) fronts[k] = normalized(Vec3d{std::cos(around[k]), std::sin(around[k]), 0.022});
+    Surface spike;
+    spike.points.push_back({0, 0, 0});
+    for (std::size_t k = 0; k < 3; ++k)
+      spike.points.push_back(rounded(normalized(cross(fronts[(k + 1) % 3], fronts[k])) * 0.5));
+    spike.faces = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {3, 2, 1}};
+    const Certificate c = sphere_cage().check(spike);
+    EXPECT_FALSE(says(c, "at source vertex 0")) << "trial " << trial;
+  }
+}
+
 TEST(VerifySource, FindsAnOpenSource) {
   Surface source = ball();
   source.faces.erase(source.faces.begin() + 77);
