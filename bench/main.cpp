@@ -3,6 +3,7 @@
 #include "paper/paper_algorithm.h"
 #include "support/data.h"
 #include "support/shells.h"
+#include "support/tools.h"
 #include "timing.h"
 
 #include <relief/base/cpu_time.h>
@@ -154,10 +155,21 @@ class Bench {
               {"check", sum}}}};
   }
 
-  /// One whole tick of the force law, and contact on the same surfaces as the peers.
+  /// One whole tick of the force law, where all slabs have one n and where each has its own, as convert gives it by
+  /// default; and contact on the same surfaces as the peers.
   Status touch_times() {
     RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
     out_["touch"] = {{"model", "pumpkin, 200 slabs, n = 64"}, {"step_ns", step_times(model)}};
+    RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", 200'000));
+    RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = 200}));
+    const Snapshot& own = *made.model.head;
+    const double scale = diagonal(surface_bounds(own));
+    const std::vector<Vec3d> points = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
+    out_["touch"]["n_per_slab"] = {{"model", "pumpkin, 200 slabs, n by the default error"},
+                                   {"triangles", tessellate(own).triangles.size()},
+                                   {"step_ns", step_times(own)},
+                                   {"step_with_ball_ns", step_times(own, {.radius = 0.01 * scale})},
+                                   {"step_with_1000_points_ns", step_times(own, {.points = points})}};
     RELIEF_TRY(out_["touch"]["same_surface"], same_surface());
     return {};
   }
@@ -175,11 +187,12 @@ class Bench {
     return same_surface_;
   }
 
-  ordered_json step_times(const Snapshot& model) {
-    const std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
+  ordered_json step_times(const Snapshot& model, const TouchTool& tool = {}) {
+    std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
+    if (!tool.points.empty()) path.resize(std::min<std::size_t>(path.size(), 2'000));
     const DeviceInfo device;
     const Workspace workspace = fit_workspace(device, model.slab_mesh().bounds());
-    Servo servo({.workspace = workspace, .force = {}}, device);
+    Servo servo({.workspace = workspace, .force = {}, .tool = tool}, device);
     const CallTimer timer;
     std::vector<double> steps;
     std::size_t contact = 0;

@@ -303,6 +303,29 @@ class NearSlab {
   [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
     return stretch_ > 0 && (at.i == 0 || at.j == 0 || (at.i + at.j + 2) * SampleBounds::side(at.level) >= n_);
   }
+  /// Between which planes the samples of a square's triangles lie. Stitching draws corners along the slab's edges, by
+  /// so many cells as stretch_ at most: into the squares around one that is as large as that.
+  [[nodiscard]] SampleBounds::Between heights(const Number& at, bool stitched) const noexcept {
+    SampleBounds::Between found = bounds_.between(at.level, at.i, at.j);
+    if (!stitched) return found;
+    Number large = at;
+    while (SampleBounds::side(large.level) < stretch_ && large.level + 1 < bounds_.levels())
+      large = {large.level + 1, large.i / 2, large.j / 2};
+    const double half = 0.5 * SampleBounds::side(at.level), large_half = 0.5 * SampleBounds::side(large.level);
+    const int m = bounds_.squares(large.level);
+    for (int j = std::max(0, large.j - 1); j <= large.j + 1; ++j)
+      for (int i = std::max(0, large.i - 1); i <= large.i + 1 && i + j < m; ++i) {
+        const SampleBounds::Between other = bounds_.between(large.level, i, j);
+        // From this square's sloping planes, at the other's centre and at its corners.
+        const double off = found.slope_i * ((2 * i + 1) * large_half - (2 * at.i + 1) * half) +
+                           found.slope_j * ((2 * j + 1) * large_half - (2 * at.j + 1) * half);
+        const double turn =
+            (std::abs(other.slope_i - found.slope_i) + std::abs(other.slope_j - found.slope_j)) * large_half;
+        found.low = std::min(found.low, other.low - off - turn);
+        found.high = std::max(found.high, other.high - off + turn);
+      }
+    return found;
+  }
   template <typename Visit>
   void for_each_child(const Number& at, Visit&& visit) const noexcept {
     const int m = bounds_.squares(at.level - 1);
@@ -326,11 +349,8 @@ class NearSlab {
     Square(const NearSlab& slab, int level, int i, int j, bool stitched) noexcept {
       half = 0.5 * SampleBounds::side(level);
       const double ci = (2 * i + 1) * half, cj = (2 * j + 1) * half;
-      SampleBounds::Between heights = slab.bounds_.between(level, i, j);
-      if (stitched) {  // draws corners along the edge, to samples outside the square
-        half += slab.stretch_;
-        heights = {0, 1, 0, 0};
-      }
+      const SampleBounds::Between heights = slab.heights({level, i, j}, stitched);
+      if (stitched) half += slab.stretch_;
       const double middle = (heights.low + heights.high) / 2;
       const Vec3d along = slab.fibre(ci, cj);
       centre = (slab.a_ + slab.b_ * ci + slab.c_ * cj) + along * middle;
@@ -454,8 +474,7 @@ class NearSlab {
         ci.of[k] = static_cast<float>(2 * at.i + 1) * half;
         cj.of[k] = static_cast<float>(2 * at.j + 1) * half;
         halves.of[k] = stitched ? half + stretch : half;
-        const SampleBounds::Between heights =
-            stitched ? SampleBounds::Between{0, 1, 0, 0} : slab.bounds_.between(at.level, at.i, at.j);
+        const SampleBounds::Between heights = slab.heights(at, stitched);
         lows.of[k] = static_cast<float>(heights.low);
         highs.of[k] = static_cast<float>(heights.high);
         slopes_i.of[k] = static_cast<float>(heights.slope_i);

@@ -86,10 +86,11 @@ std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
 
 double rough(Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y); }
 
-/// Coarse, stitched, and stitched with a hole.
+/// Coarse, stitched, stitched over many squares, and stitched with a hole.
 std::vector<SnapshotPtr> rough_tori() {
   const auto plain = torus_shell(12, 8, 13);
   return {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+          displaced(mixed_shell(*torus_shell(8, 6, 13), 4, 4), rough),
           with_hole(displaced(mixed_shell(*plain, 2, 2), rough),
                     [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; })};
 }
@@ -150,6 +151,23 @@ TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
     }
     EXPECT_GT(tight, tries * 9 / 10);
   }
+}
+
+TEST(ClearAround, CostsLittleMoreWhereEdgesAreStitched) {
+  const auto shell = torus_shell(12, 8, 64);
+  const auto placed = [](const Snapshot& model) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> unit(0, 1);
+    detail::MicroTriangles surface(model);
+    for (int k = 0; k < 1000; ++k) {
+      auto slab = static_cast<SlabId>(unit(random) * model.slab_mesh().slab_count());
+      const SurfacePoint at = surface_point(model, slab, unit(random) / 2, unit(random) / 2);
+      static_cast<void>(
+          detail::clear_around(surface, at.position + at.normal * (0.05 * unit(random)), 1e-3, 0.1, slab));
+    }
+    return surface.placed();
+  };
+  EXPECT_LT(placed(*displaced(mixed_shell(*shell, 16, 2), rough)), 3 * placed(*displaced(shell, rough)));
 }
 
 TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
