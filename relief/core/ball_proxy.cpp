@@ -24,6 +24,8 @@ constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
 constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
+constexpr double kFine = 5e-4;      // of the radius: the same after a step
+constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
 constexpr double kSlack = 1e-9;     // of the radius: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
@@ -195,19 +197,23 @@ class Mover {
       const auto minded = spaces_.first(static_cast<std::size_t>(count_));
       if (count_ > 0) std::iter_swap(minded.begin(), std::ranges::min_element(minded, {}, in_the_way));
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
-      if (step) keep_stops(*step);
       if (!step && share > 0) {  // squeezed from two sides
         share = 0;
         mind(0);
         continue;
       }
       if (!step) break;
+      const double wanted = length(*step);
+      if (!stops_minded_ && wanted > kLong * radius_) {
+        mind_stops();
+        continue;
+      }
+      keep_stops(*step);
       const bool whole = *step == target;
       if (way.straight && !whole) {
         way.straight = false;
         way.open += open_towards(normalized(target));
       }
-      const double wanted = length(*step);
       way.settled = !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double most = std::max(stride, here_->nearest - radius_);
@@ -225,7 +231,7 @@ class Mover {
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, most);
-      rest = std::max(rest, kEnough * wanted);
+      rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
       share = 0;
@@ -307,13 +313,17 @@ class Mover {
     count_ = barring_ = 0;
     for (const NearTriangle& t : here_->all())
       if (!shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, share);
+    stops_minded_ = false;
+  }
+  /// And those that stopped a step of late, which are not near yet.
+  void mind_stops() noexcept {
+    stops_minded_ = true;
     const double near2 = near() * near(), far2 = (1 + kStride) * (1 + kStride) * radius_ * radius_;
     for (const NearTriangle& known : room_.stops.all()) {
       const Vec3d to = known.relative[0] - centre_;
-      if (dot(to, to) > far2) continue;
+      if (dot(to, to) > far2 || count_ == static_cast<int>(Room::kSpaces)) continue;
       const NearTriangle t = seen_from(known, centre_);
-      if (t.distance2 >= near2 && t.distance2 < far2 && !shows_its_back(t))
-        spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, share);
+      if (t.distance2 >= near2 && !shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, 0);
     }
   }
   /// Of the triangles that barred the last try, keeps those at which the next step ends.
@@ -358,6 +368,7 @@ class Mover {
   };
   std::array<Bar, kMost> bars_;  ///< what barred the last try
   int barring_ = 0;
+  bool stops_minded_ = false;
   Vec3d tried_;               ///< this step
   SlabId nearest_ = kNoSlab;  ///< where to look first in the open
 };
