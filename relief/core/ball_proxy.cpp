@@ -133,6 +133,9 @@ struct Room {
   detail::Patches patches;
   Stops stops;
   std::array<Around, 4> around;
+  std::size_t here = 0;  ///< which of them is around `centre`
+  Vec3d centre;          ///< where the ball came to in the last tick
+  bool known = false;    ///< that is of the same model
   std::array<HalfSpace, kSpaces> spaces;
 
   void forget() noexcept {
@@ -140,6 +143,7 @@ struct Room {
     away.forget();
     patches.forget();
     stops.forget();
+    known = false;
   }
 };
 
@@ -153,11 +157,17 @@ class Mover {
         start_(centre),
         centre_(centre),
         radius_(radius),
-        here_(&room.around[0]),
-        there_(&room.around[1]),
-        from_start_(&room.around[2]),
-        from_within_(&room.around[3]) {
-    look_at(centre_, radius + far, *here_);
+        here_(&room.around[room.here]),
+        there_(&room.around[room.here ^ 1U]),
+        from_start_(&room.around[room.here ^ 2U]),
+        from_within_(&room.around[room.here ^ 3U]) {
+    if (!room.known || room.centre != centre || far > 0) look_at(centre_, radius + far, *here_);
+  }
+  /// The next tick starts here and need not look again.
+  void stay() noexcept {
+    room_.here = static_cast<std::size_t>(here_ - room_.around.data());
+    room_.centre = centre_;
+    room_.known = true;
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
@@ -448,6 +458,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     }
   }
+  ball.stay();
   centre_ = ball.centre();
   searches_ = ball.searches();
   overlap_ = overlap_in(ball.around(), radius);
