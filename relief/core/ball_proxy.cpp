@@ -187,9 +187,9 @@ class Mover {
   }
 
   struct Way {
-    bool settled = false;   ///< it came to rest
-    bool straight = true;   ///< it never turned aside
-    double open = 0;        ///< so far nothing is known to be on the straight way to the goal
+    bool settled = false;  ///< it came to rest
+    bool straight = true;  ///< it never turned aside
+    double open = 0;       ///< so far nothing is known to be on the straight way to the goal
   };
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
   /// place no further on the way than `reach` is kept.
@@ -333,7 +333,8 @@ class Mover {
       const Vec3d to = known.relative[0] - centre_;
       if (dot(to, to) > far2 || count_ == static_cast<int>(Room::kSpaces)) continue;
       const NearTriangle t = seen_from(known, centre_);
-      if (t.distance2 >= near2 && !shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, 0);
+      if (t.distance2 >= near2 && !shows_its_back(t))
+        spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, 0);
     }
   }
   /// Of the triangles that barred the last try, keeps those at which the next step ends.

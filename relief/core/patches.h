@@ -204,7 +204,8 @@ class Patch {
   std::array<Discs, 2 * SampleBounds::kSide> discs_;  ///< of a row of triangles, then of those across from them
 };
 
-/// What was asked about of late, of one snapshot and for one distance: of each of so many sets of squares the last kWays.
+/// What was asked about of late, of one snapshot and for one distance: of each of so many sets of squares the last
+/// kWays.
 template <typename Item, unsigned kSets>
 class Recent {
  public:
