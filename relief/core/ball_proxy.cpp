@@ -18,12 +18,14 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
-constexpr int kFew = 10;            // of those that the ball is in
+constexpr int kFew = 6;             // of those that the ball is in
 constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
 constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
+constexpr double kFine = 5e-4;      // of the radius: the same after a step
+constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
 constexpr double kSlack = 1e-9;     // of the radius: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
@@ -100,18 +102,48 @@ bool is_behind(const Around& around, double radius) noexcept {
   return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
 }
 
+/// The triangles that stopped a step of late: they will stop the next, and need not be found anew by trying.
+class Stops {
+ public:
+  void forget() noexcept { count_ = 0; }
+  /// `from`: the place that the triangle is relative to.
+  void add(NearTriangle t, Vec3d from) noexcept {
+    const auto is_it = [&](const NearTriangle& known) noexcept {
+      return known.slab == t.slab && known.corners == t.corners;
+    };
+    if (std::ranges::any_of(all(), is_it)) return;
+    for (Vec3d& p : t.relative) p += from;
+    triangles_[next_] = t;
+    next_ = (next_ + 1) % kMost;
+    count_ = std::max(count_, next_ == 0 ? kMost : next_);
+  }
+  /// Relative to the origin.
+  [[nodiscard]] std::span<const NearTriangle> all() const noexcept { return std::span(triangles_).first(count_); }
+
+ private:
+  static constexpr std::size_t kMost = 12;
+  std::array<NearTriangle, kMost> triangles_;
+  std::size_t count_ = 0, next_ = 0;
+};
+
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = 3 * kMost;
   detail::Neighbourhood home, away;  ///< around where it is, and around where it looks from farther off
   detail::Patches patches;
-  std::array<Around, 3> around;
+  Stops stops;
+  std::array<Around, 4> around;
+  std::size_t here = 0;  ///< which of them is around `centre`
+  Vec3d centre;          ///< where the ball came to in the last tick
+  bool known = false;    ///< that is of the same model
   std::array<HalfSpace, kSpaces> spaces;
 
   void forget() noexcept {
     home.forget();
     away.forget();
     patches.forget();
+    stops.forget();
+    known = false;
   }
 };
 
@@ -125,36 +157,47 @@ class Mover {
         start_(centre),
         centre_(centre),
         radius_(radius),
-        here_(&room.around[0]),
-        there_(&room.around[1]),
-        spare_(&room.around[2]) {
-    look_at(centre_, radius + far, *here_);
+        here_(&room.around[room.here]),
+        there_(&room.around[room.here ^ 1U]),
+        from_start_(&room.around[room.here ^ 2U]),
+        from_within_(&room.around[room.here ^ 3U]) {
+    if (!room.known || room.centre != centre || far > 0) look_at(centre_, radius + far, *here_);
+  }
+  /// The next tick starts here and need not look again.
+  void stay() noexcept {
+    room_.here = static_cast<std::size_t>(here_ - room_.around.data());
+    room_.centre = centre_;
+    room_.known = true;
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
+  [[nodiscard]] Vec3d within() const noexcept { return within_; }
   [[nodiscard]] const Around& around() const noexcept { return *here_; }
   [[nodiscard]] int searches() const noexcept { return searches_; }
 
-  void put_back(Vec3d centre) noexcept {
-    if (centre == centre_) return;
-    if (centre == start_) {
-      std::swap(here_, spare_);
-      centre_ = centre;
-    } else {
-      look_at(centre, 0, *there_);
-      arrive(centre);
-    }
+  void put_back_to_start() noexcept {
+    if (centre_ != start_) std::swap(here_, from_start_);
+    centre_ = start_;
+  }
+  /// To the place within reach that the last advance found.
+  void put_back_within() noexcept {
+    if (within_ == start_) return put_back_to_start();
+    if (centre_ != within_) std::swap(here_, from_within_);
+    centre_ = within_;
   }
 
   struct Way {
-    Vec3d within;          ///< the last place no further on the way than `reach`
     bool settled = false;  ///< it came to rest
+    bool straight = true;  ///< it never turned aside
+    double open = 0;       ///< so far nothing is known to be on the straight way to the goal
   };
-  /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share.
+  /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
+  /// place no further on the way than `reach` is kept.
   Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
     searches += searches_;
     const int work = surface_.placed() + kWork;
-    Way way = {centre_};
+    Way way;
+    within_ = centre_;
     mind(share);
     double stride = kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches && surface_.placed() < work) {
@@ -170,8 +213,17 @@ class Mover {
         continue;
       }
       if (!step) break;
-      const bool whole = *step == target;
       const double wanted = length(*step);
+      if (!stops_minded_ && wanted > kLong * radius_) {
+        mind_stops();
+        continue;
+      }
+      keep_stops(*step);
+      const bool whole = *step == target;
+      if (way.straight && !whole) {
+        way.straight = false;
+        way.open += open_towards(normalized(target));
+      }
       way.settled = !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double most = std::max(stride, here_->nearest - radius_);
@@ -186,9 +238,10 @@ class Mover {
         continue;
       }
       arrive(next);
-      if (reach > 0) way.within = next;
+      if (way.straight) way.open += length(*step);
+      if (reach > 0) within_ = next;
       reach -= std::min(wanted, most);
-      rest = std::max(rest, kEnough * wanted);
+      rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
       share = 0;
@@ -199,11 +252,21 @@ class Mover {
   }
 
  private:
-  /// Takes what was found there for what is here; what was found at the start is spared.
+  /// Takes what was found there for what is here; what was found at the start and within reach is kept.
   void arrive(Vec3d centre) noexcept {
     std::swap(here_, there_);
-    if (centre_ == start_) std::swap(there_, spare_);
+    if (centre_ == start_)
+      std::swap(there_, from_start_);
+    else if (centre_ == within_)
+      std::swap(there_, from_within_);
     centre_ = centre;
+  }
+  /// How far the half-spaces let the ball go that way; unit.
+  [[nodiscard]] double open_towards(Vec3d way) const noexcept {
+    double least = kAnywhere;
+    for (const HalfSpace& s : spaces())
+      if (const double speed = dot(s.normal, way); speed < 0) least = std::min(least, s.room({}) / -speed);
+    return std::max(0.0, least);
   }
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
@@ -257,9 +320,29 @@ class Mover {
     return list.covers(at, near()) ? &list : nullptr;
   }
   void mind(double share) noexcept {
-    count_ = 0;
+    count_ = barring_ = 0;
     for (const NearTriangle& t : here_->all())
       if (!shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, share);
+    stops_minded_ = false;
+  }
+  /// And those that stopped a step of late, which are not near yet.
+  void mind_stops() noexcept {
+    stops_minded_ = true;
+    const double near2 = near() * near(), far2 = (1 + kStride) * (1 + kStride) * radius_ * radius_;
+    for (const NearTriangle& known : room_.stops.all()) {
+      const Vec3d to = known.relative[0] - centre_;
+      if (dot(to, to) > far2 || count_ == static_cast<int>(Room::kSpaces)) continue;
+      const NearTriangle t = seen_from(known, centre_);
+      if (t.distance2 >= near2 && !shows_its_back(t))
+        spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, 0);
+    }
+  }
+  /// Of the triangles that barred the last try, keeps those at which the next step ends.
+  void keep_stops(Vec3d step) noexcept {
+    for (; barring_ > 0; --barring_) {
+      const auto& [space, triangle] = bars_[static_cast<std::size_t>(barring_ - 1)];
+      if (space.room(step) < kRest * radius_) room_.stops.add(*triangle, centre_ + tried_);
+    }
   }
   /// Whether triangles around the next place bar the way there; they are minded from then on. One that shows its back
   /// here and there is a sheet, or a nearer one stands for it; one that shows it only here is beyond a ridge, unless
@@ -275,18 +358,29 @@ class Mover {
       const HalfSpace space = beyond(here, radius_, share);
       if (space.room(step) >= -2 * kSlack * radius_) continue;
       barred = true;
-      if (count_ < static_cast<int>(Room::kSpaces)) spaces_[static_cast<std::size_t>(count_++)] = space;
+      if (count_ == static_cast<int>(Room::kSpaces)) break;
+      spaces_[static_cast<std::size_t>(count_++)] = space;
+      bars_[static_cast<std::size_t>(barring_++)] = {space, &t};
     }
+    tried_ = step;
     return barred;
   }
 
   MicroTriangles& surface_;
   Room& room_;
   std::span<HalfSpace, Room::kSpaces> spaces_;
-  Vec3d start_, centre_;
+  Vec3d start_, centre_, within_;
   double radius_;
-  Around *here_, *there_, *spare_;
+  Around *here_, *there_, *from_start_, *from_within_;
   int count_ = 0, searches_ = 0;
+  struct Bar {
+    HalfSpace space;
+    const NearTriangle* triangle;
+  };
+  std::array<Bar, kMost> bars_;  ///< what barred the last try
+  int barring_ = 0;
+  bool stops_minded_ = false;
+  Vec3d tried_;               ///< this step
   SlabId nearest_ = kNoSlab;  ///< where to look first in the open
 };
 
@@ -346,24 +440,26 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const Aside aside(move, out);
     const double reach = detail::kFollow * length(move) + detail::kRelax * length(out) + push;
     // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
-    const auto [within, settled] = ball.advance(cursor, reach, share, kSearches / 2);
+    const auto [settled, straight, open] = ball.advance(cursor, reach, share, kSearches / 2);
     const Vec3d rest = ball.centre() - cursor;
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
-    const bool free = rest == Vec3d{};
-    if (free ? within == ball.centre() : detail::same_side(rest, side_) && (settled || !round)) {
-      ball.put_back(within);
-      const Vec3d now = within - cursor;
+    const bool in_reach = ball.within() == ball.centre(), free = rest == Vec3d{};
+    if (straight || (free ? in_reach : detail::same_side(rest, side_) && (settled || !round))) {
+      ball.put_back_within();
+      const Vec3d now = ball.centre() - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     } else {
       // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
-      ball.put_back(start);
-      const double far = length(aside.move) + push;
+      ball.put_back_to_start();
+      const double far = std::min(reach, length(aside.move) + push + open);
       const Vec3d pressed = start + aside.move - normalized(out) * far;
-      ball.put_back(ball.advance(pressed, far, share, kSearches / 2 - 2).within);
+      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2));
+      ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
     }
   }
+  ball.stay();
   centre_ = ball.centre();
   searches_ = ball.searches();
   overlap_ = overlap_in(ball.around(), radius);

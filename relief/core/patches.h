@@ -3,6 +3,7 @@
 
 #include <relief/core/near_surface.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -90,7 +91,6 @@ class Block {
  public:
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
-    square_ = square;
     origin_ = origin;
     scale_ = scale;
     parts_.clear();
@@ -99,9 +99,6 @@ class Block {
         .parts(square, scale, [&](const auto& at, const auto& sheets, std::size_t k) { parts_.add(at, sheets, k); });
     parts_.close();
   }
-  [[nodiscard]] bool is(const GridSquare& square, double scale) const noexcept {
-    return square_ == square && scale_ == scale;
-  }
   /// See SquareList::each_near().
   template <typename Visit>
   void each_near(Vec3d point, const float& reach, Visit&& visit) const noexcept {
@@ -109,7 +106,6 @@ class Block {
   }
 
  private:
-  GridSquare square_{};
   double scale_ = 0;
   Vec3d origin_;
   SquareList<NearSlab::kMostParts> parts_;
@@ -127,9 +123,6 @@ class Patch {
     scale_ = scale;
     bound(0);
     bound(1);
-  }
-  [[nodiscard]] bool is(const GridSquare& square, double scale) const noexcept {
-    return square_ == square && scale_ == scale;
   }
   /// As visit_near(), for these triangles.
   template <typename Visit>
@@ -211,36 +204,46 @@ class Patch {
   std::array<Discs, 2 * SampleBounds::kSide> discs_;  ///< of a row of triangles, then of those across from them
 };
 
-/// What was asked about of late, of one snapshot and for one distance.
-template <typename Item, unsigned kBits>
+/// What was asked about of late, of one snapshot and for one distance: of each of so many sets of squares the last
+/// kWays.
+template <typename Item, unsigned kSets>
 class Recent {
  public:
-  void forget() noexcept { ++snapshot_; }
+  void forget() noexcept { keys_ = {}; }
   /// See Patch::make().
   const Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
-    const std::uint64_t number = (std::uint64_t{square.slab} << 16U) ^ static_cast<std::uint64_t>(square.level << 14) ^
-                                 static_cast<std::uint64_t>(square.j << 8) ^ static_cast<std::uint64_t>(square.i);
-    Entry& entry = entries_[number * 0x9E3779B97F4A7C15U >> (64 - kBits)];
-    if (entry.snapshot != snapshot_ || !entry.item.is(square, scale)) {
-      entry.item.make(surface, square, origin, scale, flat);
-      entry.snapshot = snapshot_;
+    if (std::exchange(scale_, scale) != scale) forget();
+    const std::uint64_t key = (std::uint64_t{square.slab} + 1) << 20U | static_cast<std::uint64_t>(square.flat) << 19U |
+                              static_cast<std::uint64_t>(square.level << 16 | square.j << 8 | square.i);
+    const std::size_t set = (key * 0x9E3779B97F4A7C15U >> 32U) % kSets;
+    auto& keys = keys_[set];
+    auto& used = used_[set];
+    std::size_t way = 0;
+    while (way < kWays && keys[way] != key) ++way;
+    if (way == kWays) {
+      way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
+      items_[set * kWays + way].make(surface, square, origin, scale, flat);
+      keys[way] = key;
     }
-    return entry.item;
+    used[way] = ++asked_;
+    return items_[set * kWays + way];
   }
 
  private:
-  struct Entry {
-    std::uint64_t snapshot = 0;  ///< 0: none yet
-    Item item;
-  };
-  std::uint64_t snapshot_ = 1;
-  std::array<Entry, 1U << kBits> entries_;
+  static constexpr std::size_t kWays = 8;
+  template <typename Number>
+  using OfSets = std::array<std::array<Number, kWays>, kSets>;
+  double scale_ = 0;
+  std::uint64_t asked_ = 0;
+  OfSets<std::uint64_t> keys_{};  ///< of squares, 0: none yet
+  OfSets<std::uint64_t> used_{};  ///< when each was asked about last
+  std::array<Item, kWays * kSets> items_;
 };
 
 /// Cost: a few nanoseconds for what was asked about of late, some three hundred for another.
 struct Patches {
-  Recent<Patch, 8> patches;
-  Recent<Block, 7> blocks;
+  Recent<Patch, 32> patches;
+  Recent<Block, 16> blocks;
   void forget() noexcept {
     patches.forget();
     blocks.forget();
