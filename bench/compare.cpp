@@ -240,7 +240,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
     const std::vector<Workload>& works;
   };
   for (const Held& held :
-       {Held{"relief servo tick", {}, works}, Held{"relief servo tick, ball", {.radius = 0.01 * scale}, fewer},
+       {Held{"relief servo tick", {}, works}, Held{"relief servo tick, ball", {.radius = 0.01 * scale}, works},
         Held{"relief servo tick, 1000 points", {.points = shell}, fewer}}) {
     const ServoSettings settings = {.workspace = {.metres_per_unit = 0.15 / scale}, .tool = held.tool};
     std::optional<Servo> servo;

@@ -135,6 +135,56 @@ TEST(BallProxy, IsNeverInTheMaterial) {
   }
 }
 
+/// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
+TEST(BallProxy, GoesOnAsACopyOfItDoes) {
+  const auto mesh = torus_shell(24, 12, 24);
+  const auto rough = [](Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z); };
+  const SnapshotPtr model = displaced(mesh, rough);
+  const SnapshotPtr lower = displaced(mesh, [&](Vec3d p) { return rough(p) - 0.05; });
+  const SurfacePoint at = closest_point(*model, {2, 3, 1});
+  const double radius = 0.04;
+  BallProxy ball;
+  lead(ball, *model, at.position + at.normal * 0.3, at.position - at.normal * 0.05, radius, 100);
+  ASSERT_TRUE(ball.held());
+  const Vec3d along = normalized(cross(at.normal, {0, 1, 0.3}));
+  for (int k = 0; k < 200; ++k) {
+    const Snapshot& now = k % 50 < 40 ? *model : *lower;
+    const Vec3d hand = at.position - at.normal * 0.05 + along * (1e-3 * k);
+    BallProxy copy = ball;
+    ball.step(now, hand, radius, kAtOnce);
+    copy.step(now, hand, radius, kAtOnce);
+    ASSERT_EQ(ball.centre(), copy.centre()) << k;
+    ASSERT_GE(length(closest_point(now, ball.centre()).position - ball.centre()) + ball.overlap(), radius * (1 - 1e-3));
+    ball = copy;
+  }
+}
+
+/// The hand goes along slowly on straight ways under rough ground. Nearly always the ball is on the surface: where it
+/// may not go round, it goes straight on towards the hand until something is in the way.
+TEST(BallProxy, DoesNotWaitInTheAir) {
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 24), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+  const double radius = 0.04;
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  int held = 0, waits = 0;
+  for (int way = 0; way < 20; ++way) {
+    const SurfacePoint at = closest_point(*model, normalized(Vec3d{normal(random), 0.3, normal(random)}) * 4.0);
+    const Vec3d along = normalized(cross(at.normal, Vec3d{normal(random), normal(random), normal(random)}));
+    BallProxy ball;
+    lead(ball, *model, at.position + at.normal * 0.5, at.position - at.normal * 0.1, radius, 200);
+    for (int k = 0; k < 800; ++k) {
+      ball.step(*model, at.position - at.normal * 0.1 + along * (1e-3 * k), radius, kAtOnce);
+      if (!ball.held()) continue;
+      ++held;
+      waits += length(closest_point(*model, ball.centre()).position - ball.centre()) > radius * 1.01;
+    }
+  }
+  EXPECT_GT(held, 6000);
+  EXPECT_LT(waits, held / 50) << "of " << held;
+}
+
 TEST(BallProxy, ThroughAThinPlateItIsStillPushedOutTheWayItCameIn) {
   // The torus' tube, pressed from above to beyond its lower side.
   const SnapshotPtr model = displaced(torus_shell(24, 12, 16), [](Vec3d) { return 0.5; });
