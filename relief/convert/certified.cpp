@@ -225,7 +225,8 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
 std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
                                   const CertifiedSettings& settings, const Progress& progress) {
   constexpr int kRounds = 60, kVain = 3;
-  constexpr double kGain = 0.95;  // a round that leaves more of the bad faces was in vain
+  constexpr std::size_t kMany = 1000;  // faces; what few take is soon done, and they may be cut out
+  constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
   constexpr double kFarther = 4;
   constexpr double kMostNear = 0.09;  // of the scanned faces: parts that lie in each other cannot be pushed out of it
   Replaced replaced(result.source);
@@ -265,8 +266,9 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     if (!near.empty() && (vain < kVain || farthest < kFarther * settings.farthest)) {
       if (vain == kVain) {
         if (share > kMostReplaced) return std::nullopt;
-        // Where pushing makes nothing better at first, it does not with more room either.
-        if (farthest == settings.farthest && near.size() >= at_first) return std::nullopt;
+        // Many faces, folds among them, that pushing makes no fewer at first do not yield to more room either.
+        if (farthest == settings.farthest && !folded.empty() && near.size() >= std::max(at_first, kMany))
+          return std::nullopt;
         farthest *= 2;
         mender.allow(farthest);
         vain = 0;

@@ -340,7 +340,7 @@ TEST(Certified, SheetsThatCrossArePushedApart) {
     const TriangleMesh mesh = slotted_ball(6e-3, seed);
     const auto result = convert(mesh, certified(200));
     SCOPED_TRACE("seed " + std::to_string(seed));
-    expect_certified(result, 4000, 2);
+    expect_certified(result, 200, 2);  // 8 and 20 more where the banks are left as near as they first come clear
     const ConvertReport& report = result->report;
     EXPECT_GT(report.moved_vertices, 1000U);
     EXPECT_EQ(report.parted_vertices, 0U);
