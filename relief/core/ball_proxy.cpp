@@ -25,12 +25,13 @@ constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
 constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
 constexpr double kFine = 5e-4;      // of the radius: the same after a step
+constexpr double kCrawl = 1e-5;     // of the radius: so far at least it settles in a tick
 constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
 constexpr double kSlack = 1e-9;     // of the radius: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
     1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
-constexpr double kFlat = 1e-4;  // of the radius: unevenness that the ball does not feel
+constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
 constexpr double kMargin = 1.0;     // of the radius: how much farther than a look the list at the start goes at most
@@ -438,9 +439,26 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   } else {
     const Vec3d out = start - cursor;
     const Aside aside(move, out);
-    const double reach = detail::kFollow * length(move) + detail::kRelax * length(out) + push;
+    double reach = 0;
+    const auto look_ahead = [&]() noexcept {
+      double settle = detail::kRelax * length(out);
+      if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
+      reach = detail::kFollow * length(move) + settle + push;
+      const Mover::Way way = ball.advance(cursor, reach, share, kSearches / 2);
+      left_ = length(ball.centre() - ball.within());
+      return way;
+    };
     // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
-    const auto [settled, straight, open] = ball.advance(cursor, reach, share, kSearches / 2);
+    const double left_before = left_;
+    const bool edited = other_model && !settling_;
+    easing_ = edited || (easing_ && !settling_ && left_ > kFine * radius);
+    Mover::Way way = look_ahead();
+    if (edited) {  // now it is known whether the surface has fallen away
+      easing_ = left_ > 2 * left_before;
+      ball.put_back_to_start();
+      way = look_ahead();
+    }
+    const auto [settled, straight, open] = way;
     const Vec3d rest = ball.centre() - cursor;
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool in_reach = ball.within() == ball.centre(), free = rest == Vec3d{};
@@ -474,6 +492,10 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   }
   way_out_ = out / depth_;
   grown_ = std::clamp(overlap - overlap_, 0.0, push);
+  if (other_model && surface_.slab < surface.mesh().slab_count()) {
+    const auto place = surface.place_at(surface_.slab, surface_.u, surface_.v);
+    surface_ = place ? detail::point_of(surface, *place, normals_) : SurfacePoint{};
+  }
   // The triangle that pushes most; in the air, the last one.
   double most = 0;
   const NearTriangle* touched = nullptr;

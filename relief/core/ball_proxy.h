@@ -84,6 +84,8 @@ class BallProxy {
   Vec3d way_out_;
   bool settling_ = false;  ///< the surface rose into the ball and is still in it
   double depth_ = 0, rise_ = 0, grown_ = 0, overlap_ = 0;
+  bool easing_ = false;  ///< an edit has left the ball in the air
+  double left_ = 0;      ///< of the way to where the ball would come to rest, after the last tick
   int searches_ = 0;
 };
 
