@@ -228,7 +228,8 @@ class Mover {
       way.settled = !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double most = std::max(stride, here_->nearest - radius_);
-      if (reach > 0) most = std::min(most, reach);
+      const bool cut = reach > 0 && reach < std::min(most, wanted);  // what comes next may be as long
+      if (cut) most = reach;
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
       // Late in a tick, what takes another list can wait for the next.
@@ -242,7 +243,7 @@ class Mover {
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, most);
-      rest = std::max({rest, kEnough * wanted, kFine * radius_});
+      if (!cut) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
       share = 0;

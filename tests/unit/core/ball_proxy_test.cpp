@@ -245,6 +245,35 @@ TEST(BallProxy, ARisingSurfacePushesItOutGently) {
   EXPECT_NEAR(ball.depth(), 0.01, 1e-4);
 }
 
+TEST(BallProxy, IsLetDownGentlyWhereTheGroundIsTakenAway) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e300};
+  for (const double fall : {0.001, 0.01, 0.04}) {
+    const SnapshotPtr before = level(0), after = level(-fall);
+    BallProxy ball;
+    const Vec3d hand = {0.5, -0.05, 0.5};
+    ball.step(*before, {0.5, 0.2, 0.5}, 0.05, ease);
+    lead(ball, *before, {0.5, 0.2, 0.5}, hand, 0.05, 200, ease);
+    ASSERT_NEAR(ball.depth(), 0.1, 1e-6);
+    double last = ball.depth();
+    int felt = 0;
+    for (int k = 0; k < 400; ++k) {
+      ASSERT_TRUE(ball.step(*after, hand, 0.05, ease));
+      ASSERT_LE(last - ball.depth(), ease.share * fall + 1e-6) << k;
+      if (k == 0) {
+        EXPECT_LT(ball.depth(), last) << "not felt in the tick of the edit";
+      }
+      if (last - ball.depth() > 1e-3 * fall) ++felt;
+      last = ball.depth();
+      // What is told is on the new surface, also while the ball is in the air.
+      ASSERT_NEAR(ball.surface().position.y, -fall, 1e-5);
+    }
+    EXPECT_NEAR(last, 0.1 - fall, 1e-6);
+    EXPECT_GT(felt, 20);
+  }
+}
+
 TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
   const auto mesh = plane_shell(4, 8);
   const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });
