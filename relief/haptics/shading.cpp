@@ -15,12 +15,13 @@ Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, do
   const auto normal = [&] {
     return given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
   };
-  const double before = given_, free = kFree * force * length(move);
+  const double before = given_;
   for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
     given_ = before + dot(force_ + normal() * force, move) / 2 + stored - gift - stored_;
     // What comes on top of the most is not shading's doing, and shading could not take it back.
     given_ = std::clamp(given_, -most, std::max(before, most));
-    if (given_ > 0) given_ = std::max(0.0, given_ - free);
+    if (!(given_ > 0)) break;
+    given_ = std::max(0.0, given_ - kFree * force * length(move));
   }
   const Vec3d now = normal();
   force_ = now * force;
