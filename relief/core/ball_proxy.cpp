@@ -18,7 +18,7 @@ using detail::MicroTriangles;
 using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
-constexpr int kFew = 6;             // of those that the ball is in
+constexpr int kFew = 10;            // of those that the ball is in
 constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
@@ -427,7 +427,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   if (other_model && !behind_) {
     LocateHint hint;
     const auto contact = probe(model, start, hint);
-    lost_ = contact && contact->touching();
+    // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
+    lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
   }
   // Only what has risen pushes; a sheet that the ball came to from behind stays in it until it goes.
   settling_ = overlap > kTouching * radius && (settling_ || rise_ > kTouching * radius);
@@ -442,7 +443,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const Aside aside(move, out);
     double reach = 0;
     const auto look_ahead = [&]() noexcept {
-      double settle = detail::kRelax * length(out);
+      double settle = std::max(detail::kRelax * length(out), kRest * radius);
       if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
       reach = detail::kFollow * length(move) + settle + push;
       const Mover::Way way = ball.advance(cursor, reach, share, kSearches / 2);
@@ -451,11 +452,11 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     };
     // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
     const double left_before = left_;
-    const bool edited = other_model && !settling_;
-    easing_ = edited || (easing_ && !settling_ && left_ > kFine * radius);
+    const bool edited = other_model && !settling_, eased = easing_ && !settling_ && left_ > kFine * radius;
+    easing_ = edited || eased;
     Mover::Way way = look_ahead();
     if (edited) {  // now it is known whether the surface has fallen away
-      easing_ = left_ > 2 * left_before;
+      easing_ = eased || left_ > 2 * left_before;
       ball.put_back_to_start();
       way = look_ahead();
     }

@@ -190,12 +190,18 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   deal_with(true, next_light_);
   sum(pose.origin);
   limit(ease.most + kSteepest * travel_);
-  if (held_ > 0) {
-    if (depth_ > 0) surface_ = proxies_[deepest_].told_surface(model);
-  } else if (push_ != Vec3d{}) {  // what is left of it fades
-    depth_ = length(push_);
-    grown_ = depth_ - length(last_push_);
-    surface_ = closest_point(model, surface_.position);
+  if (depth_ > 0) {
+    surface_ = proxies_[deepest_].told_surface(model);
+  } else if (push_ != Vec3d{}) {  // what is left of it fades, where there still is a surface
+    const bool there = surface_.slab < model.slab_mesh().slab_count();
+    if (const auto place = there ? surface.place_at(surface_.slab, surface_.u, surface_.v) : std::nullopt) {
+      detail::CellNormals normals;
+      surface_ = detail::point_of(surface, *place, normals);
+      depth_ = length(push_);
+      grown_ = depth_ - length(last_push_);
+    } else {
+      push_ = twist_ = {};
+    }
   }
   last_push_ = push_;
   last_twist_ = twist_;

@@ -97,6 +97,7 @@ void Servo::limit_settings() noexcept {
               .delay_ticks = device_.delay_ticks},
              wanted.guard);
   limits_.clamped = wanted.stiffness > allowed || wanted.damping > dampest;
+  if (before > 0) shading_.stiffen(limits_.stiffness / before);
   if (last_depth_ > 0 && before > 0)
     gift_ += in_spring(limits_.stiffness * last_share_, last_depth_) - in_spring(before * last_share_, last_depth_) +
              last_stored_ * (limits_.stiffness / before - 1);

@@ -18,6 +18,8 @@ class Shading {
   [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move) noexcept;
   /// No contact in this tick. The account stays.
   void rest() noexcept { force_ = {}, stored_ = 0; }
+  /// The spring has become so many times as stiff, which is not the hand's doing.
+  void stiffen(double by) noexcept { force_ = force_ * by, stored_ *= by; }
   void reset() noexcept { *this = {}; }
   /// J that the hand got and did not put in; negative where it put in more.
   [[nodiscard]] double given() const noexcept { return given_; }

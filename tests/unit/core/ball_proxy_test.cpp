@@ -274,6 +274,39 @@ TEST(BallProxy, IsLetDownGentlyWhereTheGroundIsTakenAway) {
   }
 }
 
+TEST(BallProxy, AnotherEditDoesNotHurryABallThatIsBeingLetDown) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e300};
+  const SnapshotPtr before = level(0), after = level(-0.05);
+  BallProxy ball;
+  const Vec3d hand = {0.5, -0.3, 0.5};
+  ball.step(*before, {0.5, 0.2, 0.5}, 0.05, ease);
+  lead(ball, *before, {0.5, 0.2, 0.5}, hand, 0.05, 400, ease);
+  for (int k = 0; k < 100; ++k) {
+    const double last = ball.depth();
+    ball.step(*(k % 3 == 0 ? after : level(-0.05)), hand, 0.05, ease);
+    ASSERT_LE(last - ball.depth(), ease.share * 0.05 + 1e-6) << k;
+  }
+}
+
+TEST(BallProxy, ItIsFreeOnceTheHandRestsInTheOpen) {
+  const SnapshotPtr model = fine_sphere();
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 50; ++trial) {
+    const Vec3d way = normalized(Vec3d{normal(random), normal(random), normal(random)});
+    BallProxy ball;
+    ball.step(*model, way * 1.3, 0.05, kAtOnce);
+    lead(ball, *model, way * 1.3, way * 0.9, 0.05, 100);
+    ASSERT_TRUE(ball.held());
+    lead(ball, *model, way * 0.9, way * 1.2, 0.05, 3);
+    int ticks = 0;
+    while (ball.held() && ticks < 2000) ball.step(*model, way * 1.2, 0.05, kAtOnce), ++ticks;
+    ASSERT_LT(ticks, 1200);
+  }
+}
+
 TEST(BallProxy, ASurfaceThatRisesBeyondItsCentreIsReported) {
   const auto mesh = plane_shell(4, 8);
   const SnapshotPtr low = displaced(mesh, [](Vec3d) { return 0.5; });

@@ -94,6 +94,14 @@ TEST(Shading, WhatAnEditAddsIsNoDebt) {
   EXPECT_EQ(shading.given(), 0);
 }
 
+TEST(Shading, AStifferSpringIsNoDebt) {
+  Shading shading;
+  static_cast<void>(shading.step(kUp, kUp, 1, 1e-3, 1e-3, {}));
+  shading.stiffen(3);
+  static_cast<void>(shading.step(kUp, kUp, 3, 3e-3, 0, {}));
+  EXPECT_NEAR(shading.given(), 0, 1e-15);
+}
+
 TEST(Shading, NothingChangesAtRest) {
   Shading shading;
   static_cast<void>(slide(shading, leaning(20), 30, kStep));
