@@ -174,7 +174,8 @@ std::size_t bytes_of(const Snapshot& model) {
 ordered_json compare_on(const Snapshot& model, double build_seconds, int frames) {
   const Tessellation surface = tessellate(model);
   const auto triangles = static_cast<double>(surface.triangles.size());
-  const double scale = diagonal(surface_bounds(model));
+  const Box3d box = surface_bounds(model);
+  const double scale = diagonal(box);
   const std::vector<Workload> works = workloads(model, frames);
   ordered_json json = {{"triangles", surface.triangles.size()}, {"frames", works.front().cursors.size()}};
   /// What was built once for all ways; `answer` without one: there is no nearest point to compare with.
@@ -209,7 +210,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
 
   // Contact takes the cursors as a hand's way: it comes to each section from outside, and jumps are fast moves within
   // the device's limits.
-  const Vec3d centre = surface_bounds(model).centre();
+  const Vec3d centre = box.centre();
   const auto from_outside = [&](Vec3d first, const auto& tick) {
     const Vec3d away = normalized(first - centre) * (0.3 * scale);
     for (int k = 0; k < 200; ++k) static_cast<void>(tick(first + away * (1 - k / 200.0), true));

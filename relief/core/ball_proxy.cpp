@@ -134,8 +134,7 @@ struct Room {
   detail::Patches patches;
   Stops stops;
   std::array<Around, 4> around;
-  std::size_t here = 0;  ///< which of them is around `centre`
-  Vec3d centre;          ///< where the ball came to in the last tick
+  std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
   std::array<HalfSpace, kSpaces> spaces;
 
@@ -162,12 +161,11 @@ class Mover {
         there_(&room.around[room.here ^ 1U]),
         from_start_(&room.around[room.here ^ 2U]),
         from_within_(&room.around[room.here ^ 3U]) {
-    if (!room.known || room.centre != centre || far > 0) look_at(centre_, radius + far, *here_);
+    if (!room.known || far > 0) look_at(centre_, radius + far, *here_);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
-    room_.centre = centre_;
     room_.known = true;
   }
 
@@ -494,10 +492,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   }
   way_out_ = out / depth_;
   grown_ = std::clamp(overlap - overlap_, 0.0, push);
-  if (other_model && surface_.slab < surface.mesh().slab_count()) {
-    const auto place = surface.place_at(surface_.slab, surface_.u, surface_.v);
-    surface_ = place ? detail::point_of(surface, *place, normals_) : SurfacePoint{};
-  }
+  if (other_model)
+    surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});
   // The triangle that pushes most; in the air, the last one.
   double most = 0;
   const NearTriangle* touched = nullptr;
@@ -514,10 +510,9 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       u += touched->weights[k] * touched->corners[k].i / n;
       v += touched->weights[k] * touched->corners[k].j / n;
     }
-    if (const auto place = surface.place_at(touched->slab, u, v))
-      surface_ = detail::point_of(surface, *place, normals_);
+    if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
   }
-  return surface_.slab != kNoSlab && surface_.slab < surface.mesh().slab_count();
+  return surface_.slab != kNoSlab;
 }
 
 }  // namespace relief

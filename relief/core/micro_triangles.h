@@ -194,5 +194,13 @@ class MicroTriangles {
 
 /// The surface at a place, its normal interpolated from the triangle's samples.
 [[nodiscard]] SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept;
+/// The same for place_at(); empty where there is a hole or no such slab.
+[[nodiscard]] inline std::optional<SurfacePoint> point_at(MicroTriangles& surface, SlabId slab, double u, double v,
+                                                          CellNormals& known) noexcept {
+  if (slab >= surface.mesh().slab_count()) return std::nullopt;
+  const auto place = surface.place_at(slab, u, v);
+  if (!place) return std::nullopt;
+  return point_of(surface, *place, known);
+}
 
 }  // namespace relief::detail

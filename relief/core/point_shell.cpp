@@ -49,7 +49,7 @@ double PointShell::most_stiffening() const noexcept {
 void PointShell::reset() noexcept {
   started_ = false;
   held_ = 0;
-  last_push_ = last_twist_ = {};
+  push_ = twist_ = {};
 }
 
 bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
@@ -165,7 +165,7 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   rise_ = grown_ = depth_ = 0;
   lost_ = false;
   held_ = worked_ = work_ = waited_ = 0;
-  push_ = twist_ = {};
+  const Vec3d push_before = std::exchange(push_, Vec3d{}), twist_before = std::exchange(twist_, Vec3d{});
   ++tick_;
   if (!started_) {
     start(model, pose);
@@ -189,31 +189,28 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   deal_with(false, next_);
   deal_with(true, next_light_);
   sum(pose.origin);
-  limit(ease.most + kSteepest * travel_);
+  limit(push_before, twist_before, ease.most + kSteepest * travel_);
   if (depth_ > 0) {
     surface_ = proxies_[deepest_].told_surface(model);
   } else if (push_ != Vec3d{}) {  // what is left of it fades, where there still is a surface
-    const bool there = surface_.slab < model.slab_mesh().slab_count();
-    if (const auto place = there ? surface.place_at(surface_.slab, surface_.u, surface_.v) : std::nullopt) {
-      detail::CellNormals normals;
-      surface_ = detail::point_of(surface, *place, normals);
+    detail::CellNormals none;
+    if (const auto point = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, none)) {
+      surface_ = *point;
       depth_ = length(push_);
-      grown_ = depth_ - length(last_push_);
+      grown_ = depth_ - length(push_before);
     } else {
       push_ = twist_ = {};
     }
   }
-  last_push_ = push_;
-  last_twist_ = twist_;
   return held_ > 0 || depth_ > 0;
 }
 
-void PointShell::limit(double most) noexcept {
-  const Vec3d change = push_ - last_push_, turn = twist_ - last_twist_;
+void PointShell::limit(Vec3d push, Vec3d twist, double most) noexcept {
+  const Vec3d change = push_ - push, turn = twist_ - twist;
   const double excess = std::max(length(change), arm_ > 0 ? length(turn) / arm_ : 0);
   if (!(excess > most)) return;
-  push_ = last_push_ + change * (most / excess);
-  twist_ = last_twist_ + turn * (most / excess);
+  push_ = push + change * (most / excess);
+  twist_ = twist + turn * (most / excess);
 }
 
 void PointShell::sum(Vec3d origin) noexcept {

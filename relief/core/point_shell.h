@@ -105,8 +105,8 @@ class PointShell {
                                  std::optional<SlabCoord>& risen) noexcept;
   void work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept;
   void sum(Vec3d origin) noexcept;
-  /// Lets the push and its torque come from those of the last tick to these no faster than they may.
-  void limit(double most) noexcept;
+  /// Lets the push and its torque come no farther in this tick from what they were than they may.
+  void limit(Vec3d push, Vec3d twist, double most) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
@@ -127,7 +127,6 @@ class PointShell {
   double travel_ = 0;  ///< how far the point that moved farthest went in this tick
   double arm_ = 0;     ///< of the point farthest from the tool's origin
   Vec3d push_, twist_, touched_;
-  Vec3d last_push_, last_twist_;  ///< in the last tick
   double spread_ = 0;
   SurfacePoint surface_;
 };

@@ -265,10 +265,8 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
   if (!settings_.force.exact_normals) {
     const double metres = settings_.workspace.metres_per_unit;
     const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
-    const double stored = in_spring(limits_.stiffness, now.depth * metres);
-    const double before = in_spring(limits_.stiffness, std::max(0.0, now.depth - now.grown) * metres);
-    now.normal =
-        shading_.step(now.normal, proxy_.way_out(), force, stored, stored - before, (cursor - last_cursor_) * metres);
+    const auto [all, gift] = stored(limits_.stiffness, now);
+    now.normal = shading_.step(now.normal, proxy_.way_out(), force, all, gift, (cursor - last_cursor_) * metres);
   }
   return now;
 }
@@ -371,6 +369,12 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
   return stiffness * bent * (depth - 0.5 * bent);
 }
 
+Servo::Stored Servo::stored(double stiffness, const Touch& felt) const noexcept {
+  const double metres = settings_.workspace.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
+  if (felt.grown == 0) return {all, 0};
+  return {all, all - in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres)};
+}
+
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
   ServoSample sample;
   sample.t = reading.t;
@@ -453,14 +457,13 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   last_share_ = at_most(share, 1);
   last_stored_ = sideways.stored;
-  const double stored = in_spring(stiffness, felt.depth * metres);
-  const double before = in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres);
+  const auto [all, grown] = stored(stiffness, felt);
   const Wrench given = guard_.wrench({.force = felt.normal * normal_force + sideways.force,
                                       .torque = felt.twist * (stiffness * metres * metres) +
                                                 cross(felt.arm * metres, sideways.force) + sideways.torque,
                                       .normal = felt.normal,
-                                      .stored = stored + sideways.stored,
-                                      .gift = gift + stored - before},
+                                      .stored = all + sideways.stored,
+                                      .gift = gift + grown},
                                      sample.flags);
   sample.force = given.force;
   sample.torque = given.torque;

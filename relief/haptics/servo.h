@@ -164,6 +164,10 @@ class Servo {
   [[nodiscard]] double depth_for(double force) const noexcept;
   /// J in the spring at a depth in m.
   [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
+  struct Stored {
+    double all = 0, gift = 0;  ///< J in the spring; those of them that the surface added in this tick, not the hand
+  };
+  [[nodiscard]] Stored stored(double stiffness, const Touch& felt) const noexcept;
   void let_go() noexcept;
 
   ServoSettings settings_;
