@@ -1,6 +1,7 @@
 // S10: what the force law was set to, recovered from what it did.
 #include "acceptance/acceptance.h"
 #include "support/driver.h"
+#include "support/held_tools.h"
 
 #include <algorithm>
 #include <array>
@@ -41,17 +42,16 @@ class Fit {
   std::array<double, kUnknowns> right_{};
 };
 
-}  // namespace
-
-void identification(Report& report) {
-  const SnapshotPtr sphere = testing::fine_sphere();
-  const int ticks = report.long_form() ? 600'000 : 20'000;
+/// A point or a ball, for which the surface lies its radius above: the force is stiffness times depth below that.
+void identify(Report& report, const Snapshot& sphere, const testing::HeldTool& held) {
+  const int ticks = (report.long_form() ? 600'000 : 20'000) / held.dear;
   double stiffness_off = 0, damping_off = 0, constant = 0;
   for (const auto& [stiffness, damping] : {std::pair{200.0, 0.5}, {400.0, 1.0}, {1000.0, 3.0}}) {
     const double metres = 0.05;
-    const ServoSettings settings = testing::settings_with(stiffness, damping, 0, metres);
+    ServoSettings settings = testing::settings_with(stiffness, damping, 0, metres);
+    settings.tool = held.tool();
     testing::Driver hand(settings, testing::strong_device());
-    static_cast<void>(hand.at(*sphere, {0, 0, 1.05}));
+    static_cast<void>(hand.at(sphere, {0, 0, 1.05 + held.radius}));
     Fit fit;
     double mean = 0;
     for (int k = 1; k <= ticks; ++k) {
@@ -62,7 +62,7 @@ void identification(Report& report) {
       const double fade = std::min(1.0, t);
       const double height = 0.04 - fade * (0.12 + 0.02 * std::sin(6.3 * t) + 0.008 * std::sin(14.5 * t));
       const double speed = -(0.02 * 6.3 * std::cos(6.3 * t) + 0.008 * 14.5 * std::cos(14.5 * t));  // model units/s
-      const Vec3d force = hand.at(*sphere, way * (1 + height)).force;
+      const Vec3d force = hand.at(sphere, way * (1 + held.radius + height)).force;
       if (t < 1.5) continue;
       mean += length(force);
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -79,9 +79,18 @@ void identification(Report& report) {
     damping_off = std::max(damping_off, std::abs(found[1] / damping - 1));
     constant = std::max(constant, std::hypot(found[2], std::hypot(found[3], found[4])) / mean);
   }
-  report.at_most("stiffness recovered, off by", stiffness_off, 0.01);
-  report.at_most("damping recovered, off by", damping_off, 0.01);
-  report.at_most("constant force (there is none), of the mean force", constant, 0.01);
+  report.at_most("stiffness recovered, off by" + held.name, stiffness_off, 0.01);
+  report.at_most("damping recovered, off by" + held.name, damping_off, 0.01);
+  report.at_most("constant force (there is none), of the mean force" + held.name, constant, 0.01);
+}
+
+}  // namespace
+
+void identification(Report& report) {
+  const SnapshotPtr sphere = testing::fine_sphere();
+  // The points of a rigid tool push together, each more the deeper it is: that is no spring with one stiffness.
+  for (const testing::HeldTool& held : testing::held_tools(0.1))
+    if (held.is_point() || held.is_ball()) identify(report, *sphere, held);
 }
 
 }  // namespace relief::acceptance
