@@ -16,8 +16,8 @@ using testing::Driver;
 using testing::HeldTool;
 
 constexpr double kStatic = 0.6, kKinetic = 0.4, kStiffness = 1000;
-constexpr double kNormal = 1;                    // N
-constexpr double kTick = 1e-3;                   // s
+constexpr double kNormal = 1;   // N
+constexpr double kTick = 1e-3;  // s
 constexpr double kPi = 3.14159265358979323846;
 
 /// A plane of 1 m in which static and dynamic friction differ.
