@@ -13,24 +13,28 @@ constexpr double kParallel2 = 1e-20;  // squared sine between normals that are t
 std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const HalfSpace& a, const HalfSpace& b,
                                      Vec3d goal, double slack) noexcept {
   const Vec3d along = cross(a.normal, b.normal);
-  const double sine2 = dot(along, along);
-  // From the goal, square to the line.
-  const double ra = -a.room(goal), rb = -b.room(goal), cosine = dot(a.normal, b.normal);
-  const Vec3d start = goal + a.normal * ((ra - rb * cosine) / sine2) + b.normal * ((rb - ra * cosine) / sine2);
-  const Vec3d way = along / std::sqrt(sine2);
-  double low = -std::numeric_limits<double>::infinity(), high = -low;
+  const double sine = length(along);
+  const Vec3d way = along / sine, aside = cross(way, a.normal);  // aside: in the plane of a, square to the line
+  // First onto a, then in it onto b: where the planes are nearly parallel only that keeps to both.
+  const Vec3d on_a = goal - a.normal * a.room(goal);
+  const Vec3d start = on_a - aside * (b.room(on_a) / dot(b.normal, aside));
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  double low = -kAnywhere, high = kAnywhere, lowest = low, highest = high;  // lowest, highest: with the slack
   for (const HalfSpace& s : spaces) {
     const double room = s.room(start), speed = dot(s.normal, way);
     if (std::abs(speed) <= 1e-12) {
       if (room < -slack) return std::nullopt;
     } else if (speed > 0) {
       low = std::max(low, -room / speed);
+      lowest = std::max(lowest, -(room + slack) / speed);
     } else {
       high = std::min(high, -room / speed);
+      highest = std::min(highest, -(room + slack) / speed);
     }
   }
-  if (low > high + slack) return std::nullopt;
-  return start + way * std::clamp(0.0, std::min(low, high), high);
+  if (low <= high) return start + way * std::clamp(0.0, low, high);
+  if (lowest <= highest) return start + way * std::clamp(0.0, lowest, highest);
+  return std::nullopt;
 }
 
 /// On the plane of a.

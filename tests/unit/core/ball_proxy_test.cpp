@@ -51,6 +51,34 @@ TEST(HalfSpaces, TheNearestPointIsFeasibleAndNoneFoundByTryingIsNearer) {
   }
 }
 
+TEST(HalfSpaces, NearlyParallelPlanesThatTouchLeaveAPlace) {
+  // As many facets of a smooth surface do to a ball that lies on them, some of them twice.
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> unit(0, 1);
+  constexpr double kSlack = 1e-9;
+  for (const double cone : {1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 1e-2, 1e-1})
+    for (int k = 0; k < 5000; ++k) {
+      const Vec3d up = normalized(Vec3d{normal(random), normal(random), normal(random)});
+      std::vector<detail::HalfSpace> spaces(static_cast<std::size_t>(2 + k % 8));
+      for (auto& s : spaces) {
+        s.normal = normalized(up + Vec3d{normal(random), normal(random), normal(random)} * cone);
+        const double room = unit(random);
+        s.offset = room < 0.5 ? (room - 0.25) * 4e-11 : -0.01 * std::pow(10, -16 * (room - 0.5));
+      }
+      for (int twice = 0; twice < 2; ++twice) {
+        detail::HalfSpace again = spaces[static_cast<std::size_t>(twice)];
+        again.normal = normalized(again.normal + Vec3d{1e-16, -1e-16, 1e-16});
+        spaces.push_back(again);
+      }
+      const Vec3d goal = up * -0.5 + Vec3d{normal(random), normal(random), normal(random)} * 0.2;
+      const auto x = detail::nearest_in(spaces, goal, kSlack);
+      ASSERT_TRUE(x) << cone;
+      for (const auto& s : spaces) ASSERT_GE(s.room(*x), -kSlack * 1.000001) << cone;
+      ASSERT_LE(length(*x - goal), length(goal) + kSlack) << cone;  // the origin is in all of them, but for rounding
+    }
+}
+
 TEST(HalfSpaces, SqueezedFromBothSidesThereIsNoPlace) {
   const detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{0, -1, 0}, 1}};
   EXPECT_FALSE(detail::nearest_in(spaces, {}, 1e-9));
