@@ -17,7 +17,7 @@ struct FacePoint {
 };
 using Line = std::vector<FacePoint>;
 
-enum BrushNumber : std::uint32_t { kCutter, kBuilder, kDarkPaint, kLightPaint, kBlush };
+enum BrushNumber : std::uint32_t { Cutter, Builder, DarkPaint, LightPaint, Blush };
 
 /// Zigzag that fills a triangle from its top to its base in `rows` passes.
 Line fill_triangle(FacePoint top, FacePoint left, FacePoint right, int rows) {
@@ -156,25 +156,25 @@ Performance plan_face(const Snapshot& model, const Workspace& workspace, bool br
   if (!brief) plan.follow(arc({0.5, -0.3}, {0, -0.55}, {-0.5, -0.3}), 0.004, 0);
   // Carve.
   constexpr double kCut = 0.015;
-  plan.follow(left_eye, kCut, press(kCutter));
+  plan.follow(left_eye, kCut, press(Cutter));
   if (!brief) {
-    plan.follow(right_eye, kCut, press(kCutter));
-    plan.follow(nose, 0.8 * kCut, press(kCutter));
-    plan.follow(mouth, 0.9 * kCut, press(kCutter));
+    plan.follow(right_eye, kCut, press(Cutter));
+    plan.follow(nose, 0.8 * kCut, press(Cutter));
+    plan.follow(mouth, 0.9 * kCut, press(Cutter));
     // Build brows.
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.012, press(kBuilder));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.012, press(kBuilder));
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.012, press(Builder));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.012, press(Builder));
   }
   // Paint: into what was carved, on what was built, and the cheeks.
-  plan.follow(left_eye, kCut + 0.007, press(kDarkPaint));
+  plan.follow(left_eye, kCut + 0.007, press(DarkPaint));
   if (!brief) {
-    plan.follow(right_eye, kCut + 0.007, press(kDarkPaint));
-    plan.follow(nose, 0.8 * kCut + 0.007, press(kDarkPaint));
-    plan.follow(mouth, 0.9 * kCut + 0.007, press(kDarkPaint));
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.004, press(kLightPaint));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.004, press(kLightPaint));
-    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.010, press(kBlush));
-    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.010, press(kBlush));
+    plan.follow(right_eye, kCut + 0.007, press(DarkPaint));
+    plan.follow(nose, 0.8 * kCut + 0.007, press(DarkPaint));
+    plan.follow(mouth, 0.9 * kCut + 0.007, press(DarkPaint));
+    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.004, press(LightPaint));
+    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.004, press(LightPaint));
+    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.010, press(Blush));
+    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.010, press(Blush));
   }
   return plan.finish(brushes);
 }

@@ -42,6 +42,7 @@ void say(const std::string& text) {
   std::fflush(stdout);
 }
 
+// NOLINTBEGIN(bugprone-unchecked-optional-access): run() fills what the steps after it use
 class Demo {
  public:
   explicit Demo(const Options& options) : o_(options) {}
@@ -227,6 +228,7 @@ class Demo {
   Camera camera_;
   Report report_;
 };
+// NOLINTEND(bugprone-unchecked-optional-access)
 
 int main_inner(int argc, char** argv) {
   Options options;
@@ -249,4 +251,7 @@ int main_inner(int argc, char** argv) {
 
 }  // namespace relief::demo
 
-int main(int argc, char** argv) { return relief::demo::main_inner(argc, argv); }
+int main(int argc, char** argv) try { return relief::demo::main_inner(argc, argv); } catch (const std::exception& e) {
+  std::fprintf(stderr, "relief-demo: %s\n", e.what());
+  return 1;
+}

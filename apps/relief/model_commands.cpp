@@ -243,7 +243,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   context.progress("import", 0);
   RELIEF_TRY(const TriangleMesh source, import_mesh(o.in));
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
-  o.settings.unit = o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : *unit_from_name(o.unit);
+  o.settings.unit =
+      o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);

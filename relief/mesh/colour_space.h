@@ -18,14 +18,14 @@ namespace relief::detail {
 
 /// sRGB 0..255 -> linear 0..65535. Sixteen bits, because eight would merge dark colours.
 [[nodiscard]] inline std::uint16_t linear_from_srgb(std::uint8_t value) noexcept {
-  return static_cast<std::uint16_t>(decode_srgb(value / 255.0) * 65535.0 + 0.5);
+  return static_cast<std::uint16_t>(std::lround(decode_srgb(value / 255.0) * 65535.0));
 }
 
 /// Linear 0..1 -> sRGB 0..255, clamped; the inverse of linear_from_srgb for each of the 256 values.
 [[nodiscard]] inline std::uint8_t srgb_from_linear(double linear) noexcept {
   if (!(linear > 0.0)) return 0;
   if (linear >= 1.0) return 255;
-  return static_cast<std::uint8_t>(encode_srgb(linear) * 255.0 + 0.5);
+  return static_cast<std::uint8_t>(std::lround(encode_srgb(linear) * 255.0));
 }
 
 }  // namespace relief::detail

@@ -348,6 +348,7 @@ Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
     return std::uint32_t{c.r} << 24U | std::uint32_t{c.g} << 16U | std::uint32_t{c.b} << 8U | std::uint32_t{c.a};
   };
   std::vector<std::uint32_t> palette;
+  palette.reserve(mesh.colours.size());
   for (const Rgba8 c : mesh.colours) palette.push_back(packed(c));
   std::ranges::sort(palette);
   palette.erase(std::ranges::unique(palette).begin(), palette.end());

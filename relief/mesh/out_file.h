@@ -26,7 +26,7 @@ class OutFile {
     while (!bytes.empty()) {
       if (used_ == kBuffer) flush();
       const std::size_t step = std::min(bytes.size(), kBuffer - used_);
-      std::copy_n(bytes.data(), step, buffer_.get() + used_);
+      std::ranges::copy(bytes.substr(0, step), buffer_.get() + used_);
       used_ += step;
       bytes.remove_prefix(step);
     }

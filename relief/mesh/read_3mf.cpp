@@ -50,7 +50,7 @@ class XmlTags {
     while (true) {
       const std::size_t equals = rest.find('=');
       if (equals == std::string_view::npos) return {};
-      std::string_view key = trim(rest.substr(0, equals));
+      const std::string_view key = trim(rest.substr(0, equals));
       const std::size_t quote = rest.find_first_of("\"'", equals);
       if (quote == std::string_view::npos) return {};
       const std::size_t end = rest.find(rest[quote], quote + 1);

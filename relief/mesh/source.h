@@ -9,6 +9,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -151,7 +152,7 @@ template <typename T>
 
 /// [0, 1] -> 0..255; what is outside, or not a number, is clamped.
 [[nodiscard]] inline std::uint8_t unit_to_byte(double value) noexcept {
-  return value > 0.0 ? static_cast<std::uint8_t>(std::min(value, 1.0) * 255.0 + 0.5) : std::uint8_t{0};
+  return value > 0.0 ? static_cast<std::uint8_t>(std::lround(std::min(value, 1.0) * 255.0)) : std::uint8_t{0};
 }
 
 /// What colours a face: its material, and (none, or one per corner) the numbers of places in the image.

@@ -125,7 +125,7 @@ struct Recorder::State {
     for (;;) {
       wake.wait(lock, [&] { return !jobs.empty() || ending; });
       if (jobs.empty()) return;
-      std::deque<Job> now = std::exchange(jobs, {});
+      const std::deque<Job> now = std::exchange(jobs, {});
       waiting = 0;
       freed.notify_all();
       lock.unlock();

@@ -41,6 +41,7 @@ inline HandOver hand_over_runs(std::uint64_t wanted, int reader_count) {
   SnapshotChannel channel(next_handed_over(draft, mesh->slab_count(), 0));
   std::atomic<std::uint64_t> reads{0}, torn{0}, seen_new{0};
   std::vector<std::thread> readers;
+  readers.reserve(static_cast<std::size_t>(reader_count));
   for (int r = 0; r < reader_count; ++r)
     readers.emplace_back([&, reader = channel.reader()]() mutable {
       const Snapshot* last = nullptr;

@@ -51,7 +51,8 @@ inline std::string jpeg_bytes(const Image& image, bool progressive = false) {
   jpeg_start_compress(&writer, TRUE);
   std::vector<Rgba8> row(image.width);
   for (std::uint32_t y = 0; y < image.height; ++y) {
-    row.assign(image.pixels.begin() + y * image.width, image.pixels.begin() + (y + 1) * image.width);
+    const auto start = image.pixels.begin() + std::ptrdiff_t{y} * image.width;
+    row.assign(start, start + image.width);
     auto* line = reinterpret_cast<JSAMPROW>(row.data());
     jpeg_write_scanlines(&writer, &line, 1);
   }

@@ -187,7 +187,7 @@ TEST(Convert, PartsFarApart) {
 
 TEST(Convert, EveryPartGetsItsSlabsBeyondTheTarget) {
   TriangleMesh mesh;
-  for (int k = 0; k < 100; ++k) append(mesh, testing::ball(6), {3.0 * (k % 10), 3.0 * (k / 10), 0});
+  for (int k = 0; k < 100; ++k) append(mesh, testing::ball(6), {double(3 * (k % 10)), double(3 * (k / 10)), 0});
   const ConvertSettings settings = few(50, 4);
   const auto result = convert(mesh, settings);
   expect_sound(result, settings);
@@ -199,7 +199,7 @@ TEST(Convert, EveryPartGetsItsSlabsBeyondTheTarget) {
 TEST(Convert, SmallestPartsGoWhenSixteenTimesTheTargetIsNotEnough) {
   TriangleMesh mesh;
   for (int k = 0; k < 40; ++k)
-    append(mesh, testing::tetrahedron(), {3.0 * (k % 10), 3.0 * (k / 10), 0}, k < 10 ? 0.5 : 1.0);
+    append(mesh, testing::tetrahedron(), {double(3 * (k % 10)), double(3 * (k / 10)), 0}, k < 10 ? 0.5 : 1.0);
   const ConvertSettings settings = few(8, 4);
   const auto result = convert(mesh, settings);
   expect_sound(result, settings);

@@ -28,6 +28,7 @@ inline std::shared_ptr<const SlabMesh> double_pyramid(int k, int n) {
     points.push_back({std::cos(turn), 0, std::sin(turn)});
   }
   std::vector<Fibre> fibres;
+  fibres.reserve(points.size());
   for (const Vec3d p : points) fibres.push_back({p * 0.7, p * 1.3});
   std::vector<SlabMesh::Face> faces;
   for (int c = 0; c < k; ++c) {
