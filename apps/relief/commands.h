@@ -5,6 +5,7 @@
 #include <relief/base/progress.h>
 #include <relief/core/model.h>
 #include <relief/edit/editor.h>
+#include <relief/file/model_file.h>
 #include <relief/haptics/servo.h>
 
 #include <CLI/CLI.hpp>
@@ -70,6 +71,14 @@ inline constexpr std::string_view kReplayDevice = "replay:";
 /// Refuses an output that is one of the inputs. Error: InvalidArgument.
 [[nodiscard]] Status check_outputs(std::initializer_list<std::string_view> outputs,
                                    std::initializer_list<std::string_view> inputs);
+
+/// Refuses a file that holds strokes, or may hold them, for it cannot be read: they would be lost. Error:
+/// InvalidArgument.
+[[nodiscard]] Status check_strokes(const std::string& out, bool force);
+/// Refuses to write what is no model over a .relief file that is there. Error: InvalidArgument.
+[[nodiscard]] Status check_no_model(std::initializer_list<std::string_view> outputs);
+/// Opens a model and warns on standard error where it has a doubt().
+[[nodiscard]] Result<ModelFile> open_model(const std::string& file, bool read_only = true);
 
 /// Whether `file` has one of the extensions, whatever their case; the form that an option's check takes.
 [[nodiscard]] std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions);

@@ -191,6 +191,42 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
   return {};
 }
 
+Status check_strokes(const std::string& out, bool force) {
+  std::error_code ignored;
+  if (force || !std::filesystem::exists(out, ignored)) return {};
+  const auto existing = ModelFile::open(out, true);
+  if (!existing) {
+    if (existing.error().code == Errc::UnsupportedFormat) return {};  // no model
+    return fail(Errc::InvalidArgument,
+                fmt::format("{}; it may hold strokes that would be lost: choose another name, or --force",
+                            existing.error().message));
+  }
+  if (existing->stroke_count() + existing->redo_count() > 0)
+    return fail(Errc::InvalidArgument,
+                fmt::format("{}: holds {} strokes that would be lost; choose another name, or --force", printable(out),
+                            existing->stroke_count() + existing->redo_count()));
+  return {};
+}
+
+Status check_no_model(std::initializer_list<std::string_view> outputs) {
+  std::error_code ignored;
+  for (const std::string_view out : outputs)
+    if (has_extension({".relief"})(std::string(out)).empty() && std::filesystem::exists(out, ignored))
+      return fail(Errc::InvalidArgument,
+                  printable(out) + ": is the name of a model, which this would replace; choose another name");
+  return {};
+}
+
+Result<ModelFile> open_model(const std::string& file, bool read_only) {
+  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only));
+  if (!model.doubt().empty())
+    std::fputs(fmt::format("relief: warning: {}: {}; relief verify names the places\n", printable(file),
+                           printable(model.doubt(), 380))
+                   .c_str(),
+               stderr);
+  return model;
+}
+
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;

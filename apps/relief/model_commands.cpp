@@ -82,31 +82,18 @@ verify::Certificate certificate_of(const Conversion& made, const Progress& progr
   return verify::check(view(shell), source.view(), progress);
 }
 
-/// What the model's mode claims: preview C0, C1 and the triangles of C3; tolerant C0 to C4 and, with the source, C5;
-/// certified everything that was asked.
-bool is_claimed(Mode mode, verify::Condition condition) {
-  using enum verify::Condition;
-  switch (mode) {
-    case Mode::Preview:
-      return condition == C0 || condition == C1 || condition == C3;
-    case Mode::Tolerant:
-      return condition != C6 && condition != C7;
-    case Mode::Certified:
-      break;
-  }
-  return true;
-}
+bool claims(Mode mode, verify::Condition condition) { return relief::claims(mode).contains(verify::name(condition)); }
 bool claim_holds(Mode mode, const verify::Certificate& c) {
   for (std::size_t k = 0; k < c.asked(); ++k)
-    if (is_claimed(mode, static_cast<verify::Condition>(k)) && !c.holds[k]) return false;
+    if (claims(mode, static_cast<verify::Condition>(k)) && !c.holds[k]) return false;
   return true;
 }
 /// The first sentence about something that the mode claims.
 std::string first_reason(Mode mode, const verify::Certificate& c) {
   for (const verify::Failure& f : c.failures)
-    if (is_claimed(mode, f.condition)) return f.what;
+    if (claims(mode, f.condition)) return f.what;
   for (std::size_t k = 0; k < c.asked(); ++k)
-    if (const auto condition = static_cast<verify::Condition>(k); is_claimed(mode, condition) && !c.holds[k])
+    if (const auto condition = static_cast<verify::Condition>(k); claims(mode, condition) && !c.holds[k])
       return std::string(verify::name(condition)) + " could not be tested";
   return "no reason given";
 }
@@ -124,18 +111,6 @@ struct ConvertOptions {
   ConvertSettings settings;
   bool force = false;
 };
-
-/// Refuses a model whose strokes would be lost.
-Status check_strokes(const ConvertOptions& o) {
-  std::error_code ignored;
-  if (o.force || !std::filesystem::exists(o.out, ignored)) return {};
-  const auto existing = ModelFile::open(o.out, true);
-  if (existing && existing->stroke_count() + existing->redo_count() > 0)
-    return fail(Errc::InvalidArgument,
-                fmt::format("{}: holds {} strokes that would be lost; choose another name, or --force",
-                            printable(o.out), existing->stroke_count() + existing->redo_count()));
-  return {};
-}
 
 /// The mended source under a name of its own until the model stands, so that a run that fails leaves neither.
 class MendedFile {
@@ -234,10 +209,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   o.settings.mode = mode_from_name(o.mode);
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
+  RELIEF_CHECK(check_no_model({o.mended}));
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
                 printable(o.out) + ": is both the model and the mended source; choose two names");
-  RELIEF_CHECK(check_strokes(o));
+  RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
@@ -289,8 +265,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   return {};
 }
 
-/// What the verifier says of the tiles that lie on each slab's own grid.
-Status check_tiles(const std::string& file, const PlainCage& shell, const Snapshot& head) {
+/// The first fault that the verifier finds in the tiles that lie on each slab's own grid; empty where there is none.
+std::string fault_of_tiles(const PlainCage& shell, const Snapshot& head) {
   for (const auto& [layer, between] :
        {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
         std::pair{Layer::Folded, verify::Between::Nearer}}) {
@@ -301,9 +277,7 @@ Status check_tiles(const std::string& file, const PlainCage& shell, const Snapsh
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
     }
     const verify::TileCheck found = verify::check_tiles(view(shell), tiles, between);
-    if (found.failure_count > 0)
-      return fail(Errc::Corrupt, fmt::format("{}: the tiles of {} do not hold: {}", printable(file), name(layer),
-                                             found.failures.front().what));
+    if (found.failure_count > 0) return fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what);
   }
   return {};
 }
@@ -369,16 +343,18 @@ Status run_verify(const std::string& file, const std::string& source_file, const
       RELIEF_TRY(samples, compare_samples(file, model, shell, source));
     }
   }
-  if (certificate.holds[0]) RELIEF_CHECK(check_tiles(file, shell, *model.model().head));
-  const bool samples_hold = samples.off == 0;
-  const bool holds = claim_holds(mode, certificate) && (mode != Mode::Certified || samples_hold);
+  const bool shell_holds = claim_holds(mode, certificate);
+  const std::string tile_fault = certificate.holds[0] ? fault_of_tiles(shell, *model.model().head) : std::string();
+  // Preview says nothing of where the samples lie.
+  const bool samples_hold = mode == Mode::Preview || samples.off == 0;
+  const bool holds = shell_holds && tile_fault.empty() && samples_hold;
   if (context.json) {
     ordered_json json;
     json["mode"] = name(mode);
     json["holds"] = holds;
     json["slabs"] = shell.triangles.size();
     json["certificate"] = to_json(certificate);
-    json["tiles"] = true;
+    json["tiles"] = certificate.holds[0] ? ordered_json(tile_fault.empty()) : ordered_json();
     if (certificate.with_source) {
       json["source"] = {{"parts", certificate.source_parts},
                         {"moved", certificate.source_moved},
@@ -404,7 +380,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
                             ? "could not be tested"
                             : fmt::format("fails {} times", certificate.failure_count[k])));
     for (const auto& f : certificate.failures) print(fmt::format("  {}: {}\n", verify::name(f.condition), f.what));
-    print("tiles hold\n");
+    if (certificate.holds[0]) print(tile_fault.empty() ? "tiles hold\n" : fmt::format("tiles fail: {}\n", tile_fault));
     if (certificate.with_source)
       print(fmt::format(
           "samples {} tested, {} off, at most {:.3g} away\nsource  {} parts, judged on a lattice of {:.3g}, "
@@ -414,15 +390,17 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
   }
   if (holds) return {};
-  const bool shell_holds = claim_holds(mode, certificate);
-  return fail(Errc::Corrupt,
-              fmt::format("{}: the shell does not hold what {} mode claims ({}); convert it again{}", printable(file),
-                          name(mode), shell_holds ? samples.failures.front().what : first_reason(mode, certificate),
-                          source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
+  const std::string reason = !shell_holds          ? first_reason(mode, certificate)
+                             : !tile_fault.empty() ? tile_fault
+                                                   : samples.failures.front().what;
+  return fail(
+      Errc::Corrupt,
+      fmt::format("{}: it does not hold what {} mode claims ({}); convert it again{}", printable(file), name(mode),
+                  reason, source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
 }
 
 Status run_info(const std::string& file, bool list_strokes, const Context& context) {
-  RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
+  RELIEF_TRY(const ModelFile model, open_model(file));
   const ModelInfo& info = model.model().info;
   const Snapshot& head = *model.model().head;
   const SlabMesh& mesh = head.slab_mesh();
@@ -479,7 +457,7 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
 }
 
 Status run_undo(const std::string& file, std::uint64_t strokes, bool forward, const Context& context) {
-  RELIEF_TRY(ModelFile model, ModelFile::open(file));
+  RELIEF_TRY(ModelFile model, open_model(file, false));
   RELIEF_TRY(const std::uint64_t moved, forward ? model.redo(strokes) : model.undo(strokes));
   if (moved == 0)
     return fail(Errc::NotFound,

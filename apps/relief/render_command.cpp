@@ -62,6 +62,7 @@ Result<std::pair<double, double>> parse_view(const std::string& text) {
 
 Status run_render(RenderOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
+  RELIEF_CHECK(check_no_model({o.out}));
   RELIEF_CHECK(parse_size(o.size, o.draw));
   RELIEF_TRY(const auto angles, parse_view(o.view));
   o.draw.cancel = context.progress.cancel;
@@ -69,7 +70,7 @@ Status run_render(RenderOptions& o, const Context& context) {
     o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
     o.draw.heat_map = o.draw.heat_map || overlay == "heat";
   }
-  RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
+  RELIEF_TRY(const ModelFile file, open_model(o.model));
   const Snapshot& head = *file.model().head;
   if (!o.at.empty()) {
     RELIEF_TRY(const Vec3d cursor, parse_vector("--at", o.at));

@@ -140,6 +140,7 @@ void say(const Comparison& c) {
 
 Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.csv, o.mcap, o.report}, {o.recording, o.model}));
+  RELIEF_CHECK(check_no_model({o.csv, o.mcap, o.report}));
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
   if (o.verify || o.change || !o.model.empty()) {

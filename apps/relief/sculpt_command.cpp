@@ -30,13 +30,16 @@ std::string journal_text(const Stroke& stroke) {
   return json.dump();
 }
 
-Status run_sculpt(const std::string& model, const std::string& strokes_file, const std::string& out,
+Status run_sculpt(const std::string& model, const std::string& strokes_file, const std::string& out, bool force,
                   const Context& context) {
   RELIEF_CHECK(check_outputs({out, model}, {strokes_file}));
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
   std::error_code ignored;
-  if (!std::filesystem::equivalent(model, out, ignored)) RELIEF_CHECK(ModelFile::copy(model, out));
-  RELIEF_TRY(ModelFile file, ModelFile::open(out));
+  if (!std::filesystem::equivalent(model, out, ignored)) {
+    RELIEF_CHECK(check_strokes(out, force));
+    RELIEF_CHECK(ModelFile::copy(model, out));
+  }
+  RELIEF_TRY(ModelFile file, open_model(out, false));
   Editor editor(file.model().head);
   ordered_json report = ordered_json::array();
   for (std::size_t k = 0; k < strokes.size(); ++k) {
@@ -77,6 +80,7 @@ Status run_sculpt(const std::string& model, const std::string& strokes_file, con
 void add_sculpt(CLI::App& app, Context& context) {
   struct Options {
     std::string model, strokes, out;
+    bool force = false;
   };
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand(
@@ -89,7 +93,8 @@ void add_sculpt(CLI::App& app, Context& context) {
   c->add_option("MODEL", o->model, "The model")->required();
   c->add_option("--strokes", o->strokes, "S.json: the strokes")->required();
   c->add_option("-o,--output", o->out, "The model with the strokes")->required();
-  finish_command(*c, context, [o, &context] { return run_sculpt(o->model, o->strokes, o->out, context); });
+  c->add_flag("--force", o->force, "Replace another model that has strokes");
+  finish_command(*c, context, [o, &context] { return run_sculpt(o->model, o->strokes, o->out, o->force, context); });
 }
 
 }  // namespace relief::cli

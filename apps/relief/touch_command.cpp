@@ -120,7 +120,7 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
 }
 
 Status run_path(const TouchOptions& o, const Context& context) {
-  RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
+  RELIEF_TRY(const ModelFile file, open_model(o.model));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
   // The limits are those of the device named, or touch-like.
   DeviceInfo device = plant_presets().front().info;
@@ -176,7 +176,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
 }
 
 Status run_live(const TouchOptions& o, const Context& context) {
-  RELIEF_TRY(const ModelFile file, ModelFile::open(o.model, true));
+  RELIEF_TRY(const ModelFile file, open_model(o.model));
   RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
   HapticDevice& device = *opened.device;
   std::optional<AtomicFile> out;
@@ -234,6 +234,7 @@ Status run_touch(const TouchOptions& o, const Context& context) {
   const std::string played =
       o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, o.tool_points, played}));
+  RELIEF_CHECK(check_no_model({o.out, o.record}));
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }

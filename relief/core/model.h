@@ -24,6 +24,13 @@ enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
   return std::nullopt;
 }
 
+/// The conditions of the verifier that a mode claims to hold, those with the source among them.
+[[nodiscard]] constexpr std::string_view claims(Mode mode) noexcept {
+  return mode == Mode::Certified  ? "C0 C1 C2 C3 C4 C5 C6 C7"
+         : mode == Mode::Tolerant ? "C0 C1 C2 C3 C4 C5"
+                                  : "C0 C1 C3";
+}
+
 struct ModelInfo {
   Mode mode = Mode::Preview;
   Unit unit = Unit::Millimetre;

@@ -91,6 +91,21 @@ std::string certificate_text(const SlabMesh& mesh) {
   return text;
 }
 
+/// The verifier on the cage of a file that was read, against what the file says.
+std::string doubt_about(const SlabMesh& mesh, Mode mode, std::string_view certificate) {
+  const PlainCage cage(mesh);
+  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles});
+  std::string failing;
+  for (std::size_t k = 0; k < verify::kShellConditionCount; ++k) {
+    const std::string_view condition = name(static_cast<verify::Condition>(k));
+    if (found.holds[k] || !(claims(mode).contains(condition) || certificate.contains(condition))) continue;
+    failing += (failing.empty() ? "" : ", ") + std::string(condition);
+  }
+  if (failing.empty()) return failing;
+  return "its slabs do not hold " + failing + " of what it says of them" +
+         (found.failures.empty() ? "" : ": " + found.failures.front().what);
+}
+
 std::vector<std::byte> fibre_bytes(const SlabMesh& mesh) {
   std::vector<std::byte> raw(mesh.fibres().size() * kFibreBytes);
   for (std::size_t f = 0; f < mesh.fibres().size(); ++f) {
@@ -612,6 +627,7 @@ struct ModelFile::State {
   Meta meta{};
   LayerTable layers{};
   Model model{};
+  std::string doubt{};
   std::int64_t data_version = 0;  ///< differs once another program has written the file
 
   /// Makes every commit durable, and keeps other writers out from now on; readers are let in except while we write.
@@ -703,6 +719,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_o
   RELIEF_TRY(state->layers, rows.read_layers(state->meta.current));
   RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
   state->model.info = state->meta.info;
+  state->doubt = doubt_about(*mesh, state->meta.info.mode, state->meta.certificate);
   if (read_only) state->database.roll_back();
   return ModelFile(std::move(state));
 }
@@ -724,6 +741,7 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
 }
 
 const Model& ModelFile::model() const noexcept { return state_->model; }
+const std::string& ModelFile::doubt() const noexcept { return state_->doubt; }
 std::uint64_t ModelFile::stroke_count() const noexcept { return static_cast<std::uint64_t>(state_->meta.current); }
 std::uint64_t ModelFile::redo_count() const noexcept {
   return static_cast<std::uint64_t>(state_->meta.last - state_->meta.current);

@@ -218,6 +218,7 @@ class Contract(Case):
             self.assertEqual([k for k, c in report["certificate"].items() if not c["holds"]], [])
             self.assertEqual(len(report["certificate"]), 8)
             self.assertEqual((report["samples"]["off"], report["failures"]), (0, []))
+            self.assertIs(report["tiles"], True)
             self.assertEqual(report["samples"]["hits"]["single"], report["samples"]["tested"])
             self.assertLess(report["source"]["moved"], 1e-6)
         self.assertIn("C7 holds", Run("verify", out, "--source", scan).out)
@@ -430,7 +431,9 @@ class Workflow(Case):
         self.assertIn("void", info["layers"])
         self.assertIn("n = 1 to 8", Run("info", model).out)
         verified = Run("verify", model, "--json").json()
-        self.assertTrue(verified["tiles"])
+        self.assertIsNone(verified["tiles"], "C0 fails: its numbers lie on no lattice")
+        self.assertIn("warning: ", Run("info", model).err)
+        self.assertIn("do not hold C0", Run("info", model).err)
         text = self.folder / "mixed.slabs"
         self.ok("export", model, text)
         self.assertEqual({int(line.split()[-1]) for line in text.read_text().splitlines()[-info["slabs"]:]}, {1, 2, 4, 8})
@@ -443,7 +446,9 @@ class Workflow(Case):
             self.assertLess(written["vertices"], info["samples"], "what only a hole uses is left out")
         self.assertEqual(triangles, sorted(triangles, reverse=True))
         self.assertLess(triangles[3], info["slabs"], "one triangle per slab, but for the hole")
-        self.assert_failed(Run("export", model, self.folder / "x.ply", "--level", "4"), 1, "levels 0 to 3")
+        refused = Run("export", model, self.folder / "x.ply", "--level", "4")
+        self.assertEqual((refused.status, refused.err.count("\n")), (1, 2), "the warning, and the sentence")
+        self.assertIn("levels 0 to 3", refused.err)
         # From above the hand passes through the hole at the top; from below it meets the surface.
         path, forces = self.folder / "through.csv", self.folder / "through_forces.csv"
         for way, touched in ((1, False), (-1, True)):
@@ -503,6 +508,19 @@ class Workflow(Case):
         strokes.write_text(json.dumps([{"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0, 0, 40, 60, 1]]}]))
         self.ok("sculpt", model, "--strokes", strokes, "-o", model)
         self.assert_failed(Run("convert", self.scan, "-o", model), 1, "--force")
+        self.assert_failed(Run("sculpt", self.model, "--strokes", strokes, "-o", model), 1, "--force")
+        path = self.folder / "short.csv"
+        path.write_text("t,x,y,z\n0,0,0,100\n0.001,0,0,100\n")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 1, "name of a model")
+        forces = self.folder / "F.csv"
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 1,
+                           "name of a model")
+        self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
+        # What cannot be read may hold strokes, too.
+        cut = self.folder / "cut.relief"
+        cut.write_bytes(model.read_bytes()[:-4096])
+        self.assert_failed(Run("convert", self.scan, "-o", cut), 1, "--force")
+        self.ok("sculpt", self.model, "--strokes", strokes, "-o", model, "--force")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("convert", self.scan, "-o", model, "--force", "--samples", 8)
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 0)
@@ -895,7 +913,7 @@ class Sculpt(Case):
         for tool, sign in (("carve", -1), ("deposit", 1)):
             out = self.folder / "tool.relief"
             stroke = {"tool": tool, "radius": 8, "strength": 0.5, "points": [[0, 2.5, 40, 60, 1], [0.5, 2.5, 40, 60, 1]]}
-            self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", out)
+            self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", out, "--force")
             moved = [(a, b) for a, b in zip(before, self.surface(out)) if math.dist(a, b) > 1e-5]
             self.assertGreater(len(moved), 20)
             centre = (0, 40, 0)

@@ -302,6 +302,52 @@ TEST(ForgedFile, IsRefusedWithAReason) {
   expect_refused("UPDATE pages SET whole = 1 WHERE stroke = 1", Errc::Corrupt, "displacement at stroke 1");
 }
 
+/// The sphere's shell on a lattice, on which the verifier judges, as convert makes it; one fibre may be turned round.
+std::shared_ptr<const SlabMesh> shell_on_lattice(FibreId turned = kNoSlab) {
+  const auto rough = testing::sphere_shell(2, 4);
+  const auto on_lattice = [](Vec3d p) {
+    const auto snap = [](double x) { return std::round(x * 1024) / 1024; };
+    return Vec3d{snap(p.x), snap(p.y), snap(p.z)};
+  };
+  std::vector<Fibre> fibres;
+  for (const Fibre& f : rough->fibres()) fibres.push_back({on_lattice(f.inner), on_lattice(f.outer)});
+  if (turned != kNoSlab) std::swap(fibres[turned].inner, fibres[turned].outer);
+  std::vector<SlabMesh::Face> faces;
+  for (const Slab& s : rough->slabs()) faces.push_back({s.fibres, s.intervals});
+  auto made = SlabMesh::make(std::move(fibres), faces);
+  EXPECT_TRUE(made);
+  return std::make_shared<const SlabMesh>(std::move(*made));
+}
+
+TEST(ForgedFile, ACageThatIsNotWhatTheFileSaysIsOpenedWithADoubt) {
+  const Folder folder;
+  const std::filesystem::path file = folder / "a.relief";
+  ASSERT_TRUE(ModelFile::create(file, ball(shell_on_lattice())));
+  ASSERT_TRUE(ModelFile::create(folder / "b.relief", ball(shell_on_lattice(3))));
+  {
+    RELIEF_MUST(sound, ModelFile::open(file, true));
+    EXPECT_EQ(sound.doubt(), "");
+  }
+  {
+    Forger other(folder / "b.relief"), forger(file);
+    forger.put("cage", "part = 'fibres'", other.blob("SELECT data FROM cage WHERE part = 'fibres'"));
+  }
+  RELIEF_MUST(model, ModelFile::open(file));
+  EXPECT_NE(model.doubt().find("do not hold C1"), std::string::npos) << model.doubt();
+  // Nothing that was saved is kept from its owner.
+  EXPECT_OK(model.commit(stroke(model.model().head, 1), {}));
+  // Preview claims less, but what the file says was proven must hold, too.
+  Model preview = ball(shell_on_lattice());
+  preview.info.mode = Mode::Preview;
+  ASSERT_TRUE(ModelFile::create(folder / "p.relief", preview));
+  {
+    Forger other(folder / "b.relief"), forger(folder / "p.relief");
+    forger.put("cage", "part = 'fibres'", other.blob("SELECT data FROM cage WHERE part = 'fibres'"));
+  }
+  RELIEF_MUST(doubtful, ModelFile::open(folder / "p.relief"));
+  EXPECT_NE(doubtful.doubt(), "");
+}
+
 TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   const Folder folder;
   constexpr int n = 4;
