@@ -19,7 +19,6 @@ using detail::NearTriangle;
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
 constexpr int kFew = 10;            // of those that the ball is in
-constexpr int kListing = 3;         // searches that are left of an advance when it makes no more lists
 constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
 constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
@@ -33,9 +32,17 @@ constexpr double kBehind =
     1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
 constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
-constexpr int kWork = 3000;         // samples placed in an advance, after which it looks no further
-constexpr double kMargin = 1.0;     // of the radius: how much farther than a look the list at the start goes at most
-constexpr double kAway = 0.3;       // the same, farther off
+// What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
+constexpr int kWork = 480;
+constexpr int kWorkAhead = 320;   // of that, to see where the ball would come to rest
+constexpr int kListWork = 140;    // of that, what a list takes at most in most places
+constexpr int kTriangleWork = 2;  // what a triangle takes that is near
+constexpr int kMostWork = 4000;   // and where it has not moved yet
+constexpr int kAheadWork = 120;   // of that, up to which what may be near soon is made ready
+constexpr int kStepWork = 8;      // what a step takes beside its look
+constexpr double kMargin = 1.0;   // of the radius: how much farther than a look the list at the start goes at most
+constexpr double kAway = 0.3;     // the same, farther off
+constexpr double kSoon = 0.3;     // the same, of what a ball in the open may meet soon
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -163,6 +170,12 @@ class Mover {
         from_within_(&room.around[room.here ^ 3U]) {
     if (!room.known || far > 0) look_at(centre_, radius + far, *here_);
   }
+  /// Gets ready what may be near in the next ticks.
+  void prepare() noexcept {
+    const double soon = near() + kSoon * radius_;
+    if (const detail::Neighbourhood* list = known(centre_, soon))
+      list->prepare(surface_, room_.patches, centre_, soon, kAheadWork);
+  }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
@@ -188,23 +201,20 @@ class Mover {
   struct Way {
     bool settled = false;  ///< it came to rest
     bool straight = true;  ///< it never turned aside
+    bool cut = false;      ///< there was no time to see
     double open = 0;       ///< so far nothing is known to be on the straight way to the goal
   };
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
   /// place no further on the way than `reach` is kept.
-  Way advance(Vec3d goal, double reach, double share, int searches) noexcept {
+  Way advance(Vec3d goal, double reach, double share, int searches, int work) noexcept {
     searches += searches_;
-    const int work = surface_.placed() + kWork;
     Way way;
+    bool arrived = false;
     within_ = centre_;
     mind(share);
     double stride = kStride * radius_, rest = kRest * radius_;
-    while (searches_ < searches && surface_.placed() < work) {
+    while (searches_ < searches) {
       const Vec3d target = goal - centre_;
-      // With what is most in the way at first, the rest takes little.
-      const auto in_the_way = [&](const HalfSpace& s) noexcept { return s.room(target); };
-      const auto minded = spaces_.first(static_cast<std::size_t>(count_));
-      if (count_ > 0) std::iter_swap(minded.begin(), std::ranges::min_element(minded, {}, in_the_way));
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
       if (!step && share > 0) {  // squeezed from two sides
         share = 0;
@@ -231,13 +241,17 @@ class Mover {
       if (wanted > most) *step *= most / wanted;
       const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
       // Late in a tick, what takes another list can wait for the next.
-      if (searches_ + kListing >= searches && !known(next, near())) break;
+      const int cost = searches_ > 0 && !known(next, near()) ? kListWork : 0;
+      way.cut = surface_.placed() + cost > (!arrived ? kMostWork : reach > 0 ? std::max(work, kWork) : work);
+      if (way.cut) break;
+      surface_.add_placed(kStepWork + count_);
       look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
       if (bars(*step, share)) {
         stride = std::max(0.5 * stride, kSkin * radius_);
         continue;
       }
       arrive(next);
+      arrived = true;
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, most);
@@ -280,13 +294,17 @@ class Mover {
     found.deep = false;
     const detail::Neighbourhood* list = known(at, near);
     if (!list && far > near) {
-      found.nearest = detail::clear_around(surface_, at, near, far, nearest_);
-      if (found.nearest > near) return;
+      const double soon = near + kSoon * radius_;
+      found.nearest = detail::clear_around(surface_, at, soon, std::max(soon, far), nearest_, 0);
+      if (found.nearest > soon) return;
     }
     if (!list) list = learn(at);
     const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
-    const auto add = [&](const NearTriangle& t) noexcept { found.add(t, deep2, reach2); };
+    const auto add = [&](const NearTriangle& t) noexcept {
+      surface_.add_placed(kTriangleWork);
+      found.add(t, deep2, reach2);
+    };
     if (list)
       list->visit_near(surface_, room_.patches, at, reach2, add);
     else
@@ -296,8 +314,7 @@ class Mover {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
       found.nearest = std::sqrt(*std::ranges::min_element(all));
     } else if (list && far > near) {
-      found.nearest = std::max(near, list->covers(at, far) ? list->clear_around(at, far)
-                                                           : detail::clear_around(surface_, at, near, far, nearest_));
+      found.nearest = std::max(near, list->clear_around(at, std::min(far, list->reach_at(at))));
     }
   }
   /// How far a look goes.
@@ -433,7 +450,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   if (!held_) {
-    static_cast<void>(ball.advance(cursor, kAnywhere, share, kSearches));
+    static_cast<void>(ball.advance(cursor, kAnywhere, share, kSearches, kWork));
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
   } else {
@@ -444,7 +461,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       double settle = std::max(detail::kRelax * length(out), kRest * radius);
       if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
       reach = detail::kFollow * length(move) + settle + push;
-      const Mover::Way way = ball.advance(cursor, reach, share, kSearches / 2);
+      const Mover::Way way =
+          ball.advance(cursor, reach, share, kSearches / 2, other_model || easing_ ? kMostWork : kWorkAhead);
       left_ = length(ball.centre() - ball.within());
       return way;
     };
@@ -458,11 +476,11 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       ball.put_back_to_start();
       way = look_ahead();
     }
-    const auto [settled, straight, open] = way;
+    const auto [settled, straight, cut, open] = way;
     const Vec3d rest = ball.centre() - cursor;
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool in_reach = ball.within() == ball.centre(), free = rest == Vec3d{};
-    if (straight || (free ? in_reach : detail::same_side(rest, side_) && (settled || !round))) {
+    if (straight || (free ? in_reach : detail::same_side(rest, side_) && (settled || !round || cut))) {
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
@@ -471,7 +489,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       ball.put_back_to_start();
       const double far = std::min(reach, length(aside.move) + push + open);
       const Vec3d pressed = start + aside.move - normalized(out) * far;
-      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2));
+      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2, kWork));
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
@@ -486,6 +504,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   depth_ = length(out);
   held_ = depth_ > 0;
   if (!held_) {
+    ball.prepare();
     surface_ = {};
     normals_ = {};
     return false;
@@ -494,12 +513,13 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   grown_ = std::clamp(overlap - overlap_, 0.0, push);
   if (other_model)
     surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});
-  // The triangle that pushes most; in the air, the last one.
+  // The triangle that pushes most; in the air, the last one, and where there was none yet, one that it all but touches.
+  const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
   double most = 0;
   const NearTriangle* touched = nullptr;
   for (const NearTriangle& t : ball.around().all()) {
     const double distance = std::sqrt(t.distance2), pushes = -dot(t.nearest, way_out_);
-    if (distance > radius * (1 + kTouching) || !(pushes > most * distance) || shows_its_back(t)) continue;
+    if (distance > touching || !(pushes > most * distance) || shows_its_back(t)) continue;
     most = pushes / distance;
     touched = &t;
   }

@@ -14,7 +14,9 @@ namespace relief {
 /// around each triangle, the one beyond the plane that touches the radius around the triangle's point nearest to the
 /// centre. Their intersection is free of the surface and convex, so that the straight way to any place in it is free.
 /// Cost per tick: a few looks around the centre, at most kSearches and one, whatever the number of triangles. They
-/// share lists of what is near, which are made anew where the centre leaves them or the model is another.
+/// share lists of what is near, which are made anew where the centre leaves them or the model is another. What a tick
+/// may take is counted; where it is not enough to see where the ball would come to rest, it goes on towards the cursor
+/// as far as was seen, and the rest of the way comes in the next tick.
 class BallProxy {
  public:
   using Ease = Proxy::Ease;

@@ -1,12 +1,14 @@
 #include <relief/core/half_spaces.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 namespace relief::detail {
 namespace {
 
+constexpr std::size_t kFew = 12;      // half-spaces that are tried before all
 constexpr double kParallel2 = 1e-20;  // squared sine between normals that are taken for the same
 
 /// On the line where the planes of a and b meet.
@@ -52,9 +54,7 @@ std::optional<Vec3d> nearest_on_plane(std::span<const HalfSpace> spaces, const H
   return x;
 }
 
-}  // namespace
-
-std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept {
+std::optional<Vec3d> by_increments(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept {
   Vec3d x = goal;
   for (std::size_t k = 0; k < spaces.size(); ++k) {
     if (spaces[k].room(x) >= -slack) continue;
@@ -63,6 +63,29 @@ std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, d
     x = *found;
   }
   return x;
+}
+
+}  // namespace
+
+std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept {
+  // What is nearest in a few of them and is in all is the answer.
+  std::array<HalfSpace, kFew> few;
+  Vec3d x = goal;
+  for (std::size_t count = 0;; ++count) {
+    double least = -slack;
+    const HalfSpace* worst = nullptr;
+    for (const HalfSpace& s : spaces)
+      if (const double room = s.room(x); room < least) {
+        least = room;
+        worst = &s;
+      }
+    if (worst == nullptr) return x;
+    if (count == few.size()) return by_increments(spaces, goal, slack);
+    few[count] = *worst;
+    const auto found = by_increments(std::span(few).first(count + 1), goal, slack);
+    if (!found) return std::nullopt;
+    x = *found;
+  }
 }
 
 }  // namespace relief::detail

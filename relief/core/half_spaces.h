@@ -17,8 +17,9 @@ struct HalfSpace {
 };
 
 /// The point of the intersection nearest to the goal, on no half-space's wrong side by more than `slack`; empty where
-/// there is none, or it cannot be told in doubles. By increments over planes, lines and points (after Seidel 1991);
-/// the cost grows with the number of half-spaces times those in the way.
+/// there is none, or it cannot be told in doubles. By increments over planes, lines and points (after Seidel 1991),
+/// among those half-spaces that were the most in the way of what was nearest among the others before; the cost grows
+/// with the number of all times those.
 [[nodiscard]] std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept;
 
 }  // namespace relief::detail

@@ -2,14 +2,15 @@
 
 namespace relief {
 
-double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
-                            SlabId& nearest) noexcept {
+double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach, SlabId& nearest,
+                            int work) noexcept {
+  const int most = surface.placed() + work;
   const SlabId first = nearest;
   const auto is_near = [&](const Box3d& box) { return box.distance2(point) < reach * reach; };
   const auto search = [&](SlabId s) {
     const double before = reach;
     surface.enter(s);
-    NearSlab(surface, s, point, 0).keep_clear(reach, enough);
+    NearSlab(surface, s, point, 0).keep_clear(reach, enough, most);
     if (reach < before) nearest = s;
     return reach <= enough;
   };

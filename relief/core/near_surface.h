@@ -150,8 +150,9 @@ class NearSlab {
   }
 
   /// Lowers `reach` until no micro-triangle is nearer, but looks no further once it is `enough` or less; by no more
-  /// than to half of the distance where the bounds tell it, to the distance itself where they do not.
-  void keep_clear(double& reach, double enough) const noexcept {
+  /// than to half of the distance where the bounds tell it, to the distance itself where they do not; once `limit`
+  /// samples are placed, to what the bounds of the smallest squares tell.
+  void keep_clear(double& reach, double enough, int limit) const noexcept {
     struct Candidate {
       Number at;
       double least;
@@ -180,6 +181,8 @@ class NearSlab {
       if (nearest.least >= reach) continue;
       if (nearest.at.level > 0) {
         for_each_child(nearest.at, look);
+      } else if (surface_.placed() >= limit) {
+        reach = nearest.least;
       } else {
         const bool stitched = reaches_edge(nearest.at);
         const Square square(*this, 0, nearest.at.i, nearest.at.j, stitched);
@@ -241,7 +244,8 @@ class NearSlab {
     }
   }
 
-  /// A square's samples by rows, of kRow each, relative to the point; of a flat one the corners, as if it were a cell.
+  /// A square's samples by rows, of kRow each, relative to the point; those that there are not lie where one is that
+  /// there is. Of a flat one the corners, as if it were a cell.
   struct Samples {
     static constexpr std::size_t kRow = SampleBounds::kSide + 1, kPlaces = kRow * kRow;
     static constexpr std::uint32_t kWhole = 0b01111'01111'01111'01111;  // all triangles of a whole square
@@ -281,6 +285,12 @@ class NearSlab {
         made.put(static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i), corner,
                  this->at(corner.i, corner.j, surface_.displacement(corner)));
       }
+    for (std::size_t k = 0; k < Samples::kPlaces && !whole; ++k) {
+      const int j = std::min({static_cast<int>(k / Samples::kRow), rows, n_ - i0 - j0});
+      const int i = std::min(static_cast<int>(k % Samples::kRow), columns(j));
+      const auto there = static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i);
+      if (there != k) made.put(k, made.corners[there], made.place(there));
+    }
     surface_.add_placed(static_cast<int>(Samples::kRow) * (rows + 1));
     if (whole) made.triangles.fill(Samples::kWhole);
     for (int j = 0; j < rows && !whole; ++j)
@@ -409,15 +419,18 @@ class NearSlab {
     for_each_child(at, [&](const Number& child) { found.squares[found.count++] = child; });
     return found;
   }
+  static constexpr int kFourSquares = 4;  // so many samples' time it takes to look at four squares
   /// Calls take() for what there is in so many squares, down to a level.
   template <typename Take>
   void descend(const std::array<Number, 4>& squares, std::size_t count, int level, double reach, double scale,
                Take&& take) const noexcept {
+    surface_.add_placed(kFourSquares);
     const FloatSlab slab(*this, scale);
     const auto near = static_cast<float>(reach * scale);
     std::array<Number, 32> stack;
     std::size_t depth = 0;
     const auto look = [&](const std::array<Number, 4>& four, std::size_t present) noexcept {
+      surface_.add_placed(kFourSquares);
       const Sheets sheets = slab.sheets(*this, four, present);
       Four least;
       for (unsigned bits = sheets.may_be_near({}, near, least) & ((1U << present) - 1); bits != 0; bits &= bits - 1) {
@@ -580,12 +593,15 @@ void visit_near(MicroTriangles& surface, Vec3d point, double flat, double& reach
   });
 }
 
+inline constexpr int kAnyWork = 1 << 30;
 /// Up to `reach` no micro-triangle is nearer to the point than this, and, where it is less than `reach`, one is nearer
 /// than about twice this; where it is `enough` or less, no more than that is said. `nearest`: the slab to look at
-/// first, and then the one to look at first for a place near by. Cost: the slabs whose boxes are that near, a square or
-/// a few of each, and the micro-triangles of one square where the point is nearer to them than they are long.
-[[nodiscard]] double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach,
-                                  SlabId& nearest) noexcept;
+/// first, and then the one to look at first for a place near by. `work`: once so many samples are placed, only the
+/// bounds of the smallest squares tell, and where they tell too little, it is `enough` or less. Cost: the slabs whose
+/// boxes are that near, a square or a few of each, and the micro-triangles of one square where the point is nearer to
+/// them than they are long; far more where many squares are as near as `enough`.
+[[nodiscard]] double clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach, SlabId& nearest,
+                                  int work = kAnyWork) noexcept;
 
 /// Whether no micro-triangle is nearer to the point than `reach`. Cost: as visit_near(), up to the first that is.
 [[nodiscard]] inline bool nothing_near(MicroTriangles& surface, Vec3d point, double reach) noexcept {

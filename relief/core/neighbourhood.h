@@ -47,9 +47,9 @@ class Neighbourhood {
   /// What part of the difference between the least and the most reach the next list will have at most.
   [[nodiscard]] double share() const noexcept { return share_; }
 
-  [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept {
-    return length(point - centre_) + distance <= reach_ * (1 - 1e-9);
-  }
+  /// Everything that is nearer to a place than this is in the list.
+  [[nodiscard]] double reach_at(Vec3d point) const noexcept { return reach_ * (1 - 1e-9) - length(point - centre_); }
+  [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept { return reach_at(point) >= distance; }
   /// As visit_near(), for what is covered. Knows the triangles of a square from the patches.
   template <typename Visit>
   void visit_near(MicroTriangles& surface, Patches& patches, Vec3d point, double& reach2,
@@ -58,6 +58,7 @@ class Neighbourhood {
       float least;
       GridSquare square;
     };
+    surface.add_placed(static_cast<int>(list_.size() / kScanned));
     std::array<Near, kMost> near;
     std::size_t count = 0, nearest = 0;
     auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
@@ -82,6 +83,21 @@ class Neighbourhood {
       if (reach2 != before) reach = static_cast<float>(std::sqrt(reach2) * scale_);
     }
   }
+  /// Gets the triangles ready of squares that may be nearer to a place than `reach`, as long as the work is below
+  /// `most` (samples placed).
+  void prepare(MicroTriangles& surface, Patches& patches, Vec3d point, double reach, int most) const noexcept {
+    const auto near = static_cast<float>(reach * scale_);
+    const auto one = [&](const GridSquare& square, float) noexcept {
+      if (surface.placed() < most) patches.patches.of(surface, square, centre_, scale_, flat_);
+    };
+    list_.each_near(to_float((point - centre_) * scale_), near, [&](const GridSquare& square, float least) noexcept {
+      if (surface.placed() >= most) return;
+      if (square.flat || square.level == 0)
+        one(square, least);
+      else
+        patches.blocks.of(surface, square, centre_, scale_, flat_).each_near(point, near, one);
+    });
+  }
   /// Up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
   [[nodiscard]] double clear_around(Vec3d point, double reach) const noexcept {
     auto clear = static_cast<float>(reach * scale_);
@@ -92,12 +108,15 @@ class Neighbourhood {
 
  private:
   static constexpr std::size_t kMost = 512, kEnough = 130;
-  static constexpr double kCoarse = 0.3;                     // of the least reach: how large its squares are at most
+  static constexpr std::size_t kScanned = 16;  // squares that are passed over in the time of a sample that is placed
+  static constexpr int kVisited = 2;           // and how many samples' time one takes whose triangles may be near
+  static constexpr double kCoarse = 0.8;       // of the least reach: how large its squares are at most
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
 
   template <typename Visit>
   void visit_in(MicroTriangles& surface, Patches& patches, const GridSquare& square, Vec3d point, double& reach2,
                 Visit&& visit) const noexcept {
+    surface.add_placed(kVisited);
     patches.patches.of(surface, square, centre_, scale_, flat_).visit_near(point, reach2, visit);
   }
   /// Makes room for more by a shorter reach, none where that is not enough.

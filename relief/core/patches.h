@@ -22,10 +22,10 @@ struct Discs {
   void set_never_near(std::size_t lane) noexcept { set(lane, 1e9F, 0); }
   /// A bit for each that is not known to be farther from a place than the root of reach2. The distance from a disc is
   /// at least the height over its plane, and where the foot is outside, at least that and the way from the rim.
-  [[nodiscard]] unsigned may_be_near(Vec3f place, float reach2) const noexcept {
+  [[nodiscard]] unsigned may_be_near(Vec3f place, Four reach2) const noexcept {
     const FourVectors from = {middle.x - place.x, middle.y - place.y, middle.z - place.z};
     const Four height = dot(from, normal), height2 = height * height, far2 = dot(from, from), aside2 = far2 - height2;
-    const Four most2 = Four{} + (reach2 + kRounding), over = far2 + radius2 - most2;
+    const Four most2 = reach2 + kRounding, over = far2 + radius2 - most2;
     const FourMask far = (height2 > most2) | ((aside2 > radius2 + kRounding) & (over > 0) &
                                               (over * over > 4 * radius2 * (aside2 + kRounding)));
     return ~bits_of(far) & 15U;
@@ -37,6 +37,18 @@ struct Discs {
     middle.x[lane] = x, middle.y[lane] = middle.z[lane] = 0;
     normal.x[lane] = normal.y[lane] = normal.z[lane] = 0;
     radius2[lane] = r2;
+  }
+};
+
+/// Four bodies, each no farther from a disc than so much.
+struct Plates {
+  Discs discs;
+  Four off{};
+
+  /// As Discs, for the bodies.
+  [[nodiscard]] unsigned may_be_near(Vec3f place, float reach) const noexcept {
+    const Four most = off + reach;
+    return discs.may_be_near(place, most * most);
   }
 };
 
@@ -123,21 +135,27 @@ class Patch {
     scale_ = scale;
     bound(0);
     bound(1);
+    bound_quarters();
   }
   /// As visit_near(), for these triangles.
   template <typename Visit>
   void visit_near(Vec3d point, double& reach2, Visit&& visit) const noexcept {
     const Vec3d from = point - origin_;
     const Vec3f place = to_float(from * scale_);
-    const std::size_t rows = square_.flat ? 1 : SampleBounds::kSide;
-    for (std::size_t k = 0; k < 2 * rows; ++k) {
-      const auto most2 = static_cast<float>(reach2 * scale_ * scale_);
-      for (unsigned near = discs_[k].may_be_near(place, most2); near != 0; near &= near - 1) {
-        const auto of = Samples::of(k / 2 * Samples::kRow + static_cast<std::size_t>(std::countr_zero(near)), k % 2);
-        const NearTriangle t(
-            square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
-            {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
-        if (t.distance2 < reach2) visit(t);
+    const auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
+    for (unsigned quarters = quarters_.may_be_near(place, reach); quarters != 0; quarters &= quarters - 1) {
+      const auto quarter = static_cast<std::size_t>(std::countr_zero(quarters));
+      for (std::size_t across = 0; across < 2; ++across) {
+        const auto most2 = static_cast<float>(reach2 * scale_ * scale_);
+        const Discs& discs = discs_[2 * quarter + across];
+        for (unsigned near = discs.may_be_near(place, Four{} + most2); near != 0; near &= near - 1) {
+          const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+          const auto of = Samples::of(first_of(quarter) + cell_of(lane), across);
+          const NearTriangle t(
+              square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
+              {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
+          if (t.distance2 < reach2) visit(t);
+        }
       }
     }
   }
@@ -146,8 +164,10 @@ class Patch {
   using Samples = NearSlab::Samples;
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
-  static constexpr float kSliver = 1e-30F;  // squared area, up to which a triangle's plane is not known
-  static constexpr float kFar2 = 2500;      // squared distance from the origin, up to which floats are fine enough
+  static constexpr float kSliver = 1e-30F;   // squared area, up to which a triangle's plane is not known
+  static constexpr float kLargest2 = 1;      // squared radius, up to which floats are fine enough
+  static constexpr float kRounding = 1e-4F;  // of a height: more than floats may be off
+  static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
   /// Finds the discs; `across`: of triangles across from those that the samples number.
@@ -155,11 +175,10 @@ class Patch {
     // Number by number, in doubles: so it becomes vectors, and the planes of thin triangles are right.
     struct Cells {
       std::array<float, kCells> x, y, z;
-      [[nodiscard]] FourVectors row(std::size_t k) const noexcept { return {four(x, k), four(y, k), four(z, k)}; }
+      [[nodiscard]] FourVectors from(std::size_t k) const noexcept { return {four(x, k), four(y, k), four(z, k)}; }
+      /// Of the cells of a quarter, from its first one.
       static Four four(const std::array<float, kCells>& of, std::size_t k) noexcept {
-        Four found;
-        std::memcpy(&found, &of[k], sizeof found);
-        return found;
+        return Four{of[k + cell_of(0)], of[k + cell_of(1)], of[k + cell_of(2)], of[k + cell_of(3)]};
       }
     };
     Cells middles{}, areas{};
@@ -179,17 +198,18 @@ class Patch {
       areas.z[k] = static_cast<float>(area.z);
       radii2[k] = static_cast<float>(more > r2 ? more : r2);
     }
-    for (std::size_t row = 0; row < SampleBounds::kSide; ++row) {
-      Discs& discs = discs_[2 * row + across];
-      const std::size_t k = row * Samples::kRow;
-      const FourVectors area = areas.row(k);
+    for (std::size_t quarter = 0; quarter < kLanes; ++quarter) {
+      Discs& discs = discs_[2 * quarter + across];
+      const std::size_t k = first_of(quarter);
+      const FourVectors area = areas.from(k);
       const Four area2 = dot(area, area), none = {};
-      discs.middle = middles.row(k);
+      discs.middle = middles.from(k);
       discs.normal = area * (area2 > kSliver ? 1 / root(area2) : none);
       discs.radius2 = Cells::four(radii2, k);
-      const unsigned there = samples_.triangles[across] >> k & 15U;
+      const std::uint32_t cells = samples_.triangles[across] >> k;
+      const unsigned there = (cells & 3U) | (cells >> Samples::kRow & 3U) << 2U;
       // Floats are too coarse for a large one, and for one at the far end of a cliff.
-      const FourMask coarse = (discs.radius2 >= 1) | (dot(discs.middle, discs.middle) > kFar2);
+      const FourMask coarse = (discs.radius2 >= kLargest2) | (dot(discs.middle, discs.middle) > kFar2);
       for (unsigned large = bits_of(coarse) & there; large != 0; large &= large - 1)
         discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
       for (unsigned none_there = ~there & 15U; none_there != 0; none_there &= none_there - 1)
@@ -197,22 +217,70 @@ class Patch {
     }
   }
 
+  /// Finds what bounds the triangles of each quarter.
+  void bound_quarters() noexcept {
+    if (square_.flat) {
+      for (std::size_t quarter = 0; quarter < kLanes; ++quarter)
+        if (quarter == 0)
+          quarters_.discs.set_always_near(quarter);
+        else
+          quarters_.discs.set_never_near(quarter);
+      return;
+    }
+    const auto samples = [&](std::size_t k) noexcept {
+      FourVectors four;
+      for (std::size_t quarter = 0; quarter < kLanes; ++quarter) {
+        const Vec3f place = to_float(samples_.place(first_of(quarter) + k) * scale_);
+        four.x[quarter] = place.x, four.y[quarter] = place.y, four.z[quarter] = place.z;
+      }
+      return four;
+    };
+    constexpr std::size_t kRow = Samples::kRow;
+    const FourVectors middle = samples(kRow + 1);
+    const FourVectors area = cross(samples(2 * kRow + 2) - samples(0), samples(2 * kRow) - samples(2));
+    const Four area2 = dot(area, area), none = {};
+    const FourVectors normal = area * (area2 > kSliver ? 1 / root(area2) : none);
+    Four high = {}, low = {}, far2 = {};
+    for (const std::size_t k : {0UZ, 1UZ, 2UZ, kRow, kRow + 2, 2 * kRow, 2 * kRow + 1, 2 * kRow + 2}) {
+      const FourVectors from = samples(k) - middle;
+      const Four height = dot(from, normal);
+      high = greatest(high, height);
+      low = least(low, height);
+      far2 = greatest(far2, dot(from, from));
+    }
+    quarters_.off = (high - low) * 0.5F + kRounding;
+    quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, far2};
+    const FourMask coarse = (far2 >= kLargest2) | (dot(middle, middle) > kFar2);
+    for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)
+      quarters_.discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
+  }
+  /// The number of a quarter's first cell, and of its others from there.
+  [[nodiscard]] static constexpr std::size_t first_of(std::size_t quarter) noexcept {
+    return (quarter / 2 * Samples::kRow + quarter % 2) * 2;
+  }
+  [[nodiscard]] static constexpr std::size_t cell_of(std::size_t lane) noexcept {
+    return lane / 2 * Samples::kRow + lane % 2;
+  }
+
   GridSquare square_{};
   double scale_ = 0;
   Vec3d origin_;
-  Samples samples_;                                   ///< relative to the origin
-  std::array<Discs, 2 * SampleBounds::kSide> discs_;  ///< of a row of triangles, then of those across from them
+  Samples samples_;                      ///< relative to the origin
+  Plates quarters_;                      ///< of two by two cells each
+  std::array<Discs, 2 * kLanes> discs_;  ///< of a quarter's triangles, then of those across from them
 };
 
-/// What was asked about of late, of one snapshot and for one distance: of each of so many sets of squares the last
-/// kWays.
+/// What was asked about of late, of one snapshot, for one distance and one unevenness: of each of so many sets of
+/// squares the last kWays.
 template <typename Item, unsigned kSets>
 class Recent {
  public:
   void forget() noexcept { keys_ = {}; }
   /// See Patch::make().
   const Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
-    if (std::exchange(scale_, scale) != scale) forget();
+    if (scale != scale_ || flat != flat_) forget();
+    scale_ = scale;
+    flat_ = flat;
     const std::uint64_t key = (std::uint64_t{square.slab} + 1) << 20U | static_cast<std::uint64_t>(square.flat) << 19U |
                               static_cast<std::uint64_t>(square.level << 16 | square.j << 8 | square.i);
     const std::size_t set = (key * 0x9E3779B97F4A7C15U >> 32U) % kSets;
@@ -233,7 +301,7 @@ class Recent {
   static constexpr std::size_t kWays = 8;
   template <typename Number>
   using OfSets = std::array<std::array<Number, kWays>, kSets>;
-  double scale_ = 0;
+  double scale_ = 0, flat_ = 0;
   std::uint64_t asked_ = 0;
   OfSets<std::uint64_t> keys_{};  ///< of squares, 0: none yet
   OfSets<std::uint64_t> used_{};  ///< when each was asked about last
