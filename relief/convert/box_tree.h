@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace relief::detail {
@@ -30,6 +31,25 @@ struct FloatBox {
     return ((low[0] <= b.high[0]) & (high[0] >= b.low[0]) & (low[1] <= b.high[1]) & (high[1] >= b.low[1]) &
             (low[2] <= b.high[2]) & (high[2] >= b.low[2])) != 0;
   }
+};
+
+/// A box that many others are held against, one by one.
+class BoxProbe {
+ public:
+  explicit BoxProbe(const FloatBox& box) noexcept
+      : high_{box.high[0], box.high[1], box.high[2], 2e30F}, low_{-2e30F, box.low[0], box.low[1], box.low[2]} {}
+  [[nodiscard]] bool meets(const FloatBox& b) const noexcept {
+    static_assert(sizeof(FloatBox) == 6 * sizeof(float));
+    // The box's six numbers overlap in two fours: the first ends with high[0], the second starts with low[2].
+    Four first, second;
+    const auto* bytes = reinterpret_cast<const std::byte*>(&b);
+    std::memcpy(&first, bytes, sizeof(Four));
+    std::memcpy(&second, bytes + 2 * sizeof(float), sizeof(Four));
+    return bits_of((first <= high_) & (second >= low_)) == 15;
+  }
+
+ private:
+  Four high_, low_;
 };
 
 /// Eight boxes to a node, node by node in the order given; no pointers, 28 bytes per box. Boxes are kept in float,

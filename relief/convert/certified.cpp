@@ -234,7 +234,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   Mender mender(result.source, start, farthest);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
-  ThinShell room(source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
+  std::optional<ThinShell> room(std::in_place, source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
   Mender::Changes changes;  // since the thin shell was made
   std::size_t at_first = 0, fewest = source.faces.size();
   int vain = 0, cuts = 0;
@@ -243,7 +243,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     const auto singular = mender.smooth({}, kWanted, kLeast, progress);
     if (!singular) return std::nullopt;
     const Mender::Changes latest = mender.take_changes();
-    if (!room.update(latest.points, latest.gone, progress)) return std::nullopt;
+    if (!room->update(latest.points, latest.gone, progress)) return std::nullopt;
     changes.points.insert(changes.points.end(), latest.points.begin(), latest.points.end());
     changes.gone.insert(changes.gone.end(), latest.gone.begin(), latest.gone.end());
     const std::vector<std::uint32_t> folded = faces_around(mender, *singular);
@@ -252,7 +252,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
       sort_unique(bad);
       return bad;
     };
-    const std::vector<std::uint32_t> near = with_folded(room.faults());
+    const std::vector<std::uint32_t> near = with_folded(room->faults());
     const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return mender.is_scanned(f); });
     const double share = replaced.share_of(static_cast<std::size_t>(scanned));
     if (share > kMostNear) return std::nullopt;
@@ -282,6 +282,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     changes = {};
     const std::vector<std::uint32_t> bad = with_folded(thin.faults());
     if (bad.empty()) {
+      room.reset();  // it makes one of its own
       if (!widen(mender, thin, settings.longest, progress)) return std::nullopt;
       return succeed(result, std::move(mender), std::move(thin), replaced);
     }

@@ -316,7 +316,9 @@ QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
   };
   auto apart = margin < 0;
   auto doubtful = apart;
+  const unsigned in_box = near(t);
   for (std::size_t k = 0; k < SlabShape::kPlanes; ++k) {
+    if (k % 2 == 0 && (in_box & ~bits_of(apart)) == 0) return {};
     const Four a = height(k, 0), b = height(k, 1), c = height(k, 2);
     apart |= least(least(a, b), c) > limits_[k] + margin;
     if (k < 2) doubtful |= greatest(greatest(a, b), c) >= levels_[k] - margin;
@@ -326,7 +328,7 @@ QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
         t.normals[0].all() * fibres_[k][0] + t.normals[1].all() * fibres_[k][1] + t.normals[2].all() * fibres_[k][2];
     doubtful |= lean <= (t.slack.all() + 1e-5F) * lengths_[k];
   }
-  const unsigned kept = near(t) & ~bits_of(apart);
+  const unsigned kept = in_box & ~bits_of(apart);
   return {kept, kept & ~bits_of(doubtful)};
 }
 

@@ -53,6 +53,14 @@ class SlabShape {
   [[nodiscard]] bool is_apart(const SourceTriangle& t) const noexcept;
   /// Whether the triangles of two sides are certainly apart, by the plane of either. Side 0 is inner, 1 outer.
   [[nodiscard]] bool surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept;
+  /// The same of one side and any triangle, by the plane of this side alone.
+  [[nodiscard]] bool surely_apart(std::size_t side, const LatticeTriangle& other) const noexcept {
+    const Vec3d n = plane(side);
+    const double level = levels_[side];
+    const double a = dot(n, to_double(other[0])) - level, b = dot(n, to_double(other[1])) - level,
+                 c = dot(n, to_double(other[2])) - level;
+    return std::min({a, b, c}) > 0.01 || std::max({a, b, c}) < -0.01;
+  }
 
   [[nodiscard]] const Box3d& box() const noexcept { return box_; }
   /// Of the triangle half way along the fibres.

@@ -119,7 +119,7 @@ void SlabReducer::build_grid() {
     set_boxes(f, boxes);
   }
   grid_.build(
-      cage_.faces.size(), 1.5 * size / double(std::max<std::size_t>(alive_, 1)),
+      cage_.faces.size(), 2 * size / double(std::max<std::size_t>(alive_, 1)),
       [&](std::uint32_t f) { return alive(f) ? cage_.box(f) : Box3d{}; }, 2048);
   grid_alive_ = alive_;
   grid_entries_ = grid_.entry_count();
@@ -220,6 +220,7 @@ void SlabReducer::gather() {
   aim_.reset();
   union_.clear();
   hint_ = kNone;
+  failed_ = 0;
   ++star_round_;
   std::size_t most = 0;
   const auto for_faces = [&](auto&& visit) {
@@ -286,13 +287,46 @@ Direction SlabReducer::aim() {
   return *aim_;
 }
 
+/// Of the triangles aimed at those whose normals reach farthest along twelve directions across the mean, and the one
+/// that leans farthest from it.
+std::vector<std::uint32_t> SlabReducer::outermost(Vec3d mean) const {
+  const Vec3d aside = std::abs(mean.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d e = normalized(cross(mean, aside)), g = cross(mean, e);
+  constexpr std::size_t kAxes = 6;  // each stands for two directions
+  using Numbers = std::int32_t __attribute__((vector_size(16)));
+  // Four axes at a time; the last two of the eight both point away from the mean.
+  std::array<std::array<Lanes, 3>, 2> axes;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const double angle = std::numbers::pi * double(k) / kAxes;
+    const Vec3d axis = k < kAxes ? e * std::cos(angle) + g * std::sin(angle) : -mean;
+    for (std::size_t c = 0; c < 3; ++c) axes[k / 4][c].of[k % 4] = static_cast<float>(axis[c]);
+  }
+  std::array<Four, 2> highest{}, lowest{};
+  std::array<Numbers, 2> at_highest{}, at_lowest{};
+  highest.fill(Four{} - 2.0F);
+  lowest.fill(Four{} + 2.0F);
+  for (std::size_t i = 0; i < aimed_at_.size(); ++i) {
+    const std::array<float, 4>& n = source_.normals[aimed_at_[i]];
+    const Numbers number = Numbers{} + static_cast<std::int32_t>(i);
+    for (std::size_t half = 0; half < 2; ++half) {
+      const Four h = axes[half][0].all() * n[0] + axes[half][1].all() * n[1] + axes[half][2].all() * n[2];
+      at_highest[half] = h > highest[half] ? number : at_highest[half];
+      highest[half] = greatest(highest[half], h);
+      at_lowest[half] = h < lowest[half] ? number : at_lowest[half];
+      lowest[half] = least(lowest[half], h);
+    }
+  }
+  std::vector<std::uint32_t> kept;
+  for (std::size_t k = 0; k < kAxes; ++k) kept.push_back(aimed_at_[static_cast<std::size_t>(at_highest[k / 4][k % 4])]);
+  for (std::size_t k = 0; k < kAxes; ++k) kept.push_back(aimed_at_[static_cast<std::size_t>(at_lowest[k / 4][k % 4])]);
+  kept.push_back(aimed_at_[static_cast<std::size_t>(at_highest[1][2])]);
+  return kept;
+}
+
 Direction SlabReducer::find_aim() {
   normals_.clear();
+  aimed_at_.clear();
   Vec3d mean;
-  const auto add = [&](std::uint32_t t) {
-    normals_.push_back(source_.normal(t));
-    mean += normals_.back();
-  };
   // Of very many a choice will do: the direction is only a proposal.
   constexpr std::size_t kEnough = 1500;
   std::size_t all = 0, at = 0;
@@ -301,33 +335,14 @@ Direction SlabReducer::find_aim() {
   for (const Entry e : union_) {
     const auto stop = std::min<std::size_t>(e.first() + (e.is_block() ? kBlock : 1), source_.faces.size());
     for (std::uint32_t t = e.first(); t < stop; ++t)
-      if (at++ % stride == 0) add(t);
+      if (at++ % stride == 0) {
+        aimed_at_.push_back(t);
+        mean += source_.normal(t);
+      }
   }
   mean = normalized(mean);
-  if (normals_.size() > 14) {
-    const Vec3d aside = std::abs(mean.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-    const Vec3d e = normalized(cross(mean, aside)), g = cross(mean, e);
-    constexpr std::size_t kAxes = 6;
-    std::array<Vec3d, kAxes> axes;
-    for (std::size_t k = 0; k < kAxes; ++k) {
-      const double angle = std::numbers::pi * double(k) / kAxes;
-      axes[k] = e * std::cos(angle) + g * std::sin(angle);
-    }
-    std::array<std::pair<double, std::size_t>, 2 * kAxes + 1> outermost;
-    outermost.fill({-2, 0});
-    for (std::size_t i = 0; i < normals_.size(); ++i) {
-      for (std::size_t k = 0; k < kAxes; ++k) {
-        const double h = dot(axes[k], normals_[i]);
-        if (h > outermost[k].first) outermost[k] = {h, i};
-        if (-h > outermost[k + kAxes].first) outermost[k + kAxes] = {-h, i};
-      }
-      const double h = -dot(mean, normals_[i]);
-      if (h > outermost.back().first) outermost.back() = {h, i};
-    }
-    std::array<Vec3d, 2 * kAxes + 1> kept;
-    for (std::size_t k = 0; k < kept.size(); ++k) kept[k] = normals_[outermost[k].second];
-    normals_.assign(kept.begin(), kept.end());
-  }
+  if (aimed_at_.size() > 14) aimed_at_ = outermost(mean);
+  for (const std::uint32_t t : aimed_at_) normals_.push_back(source_.normal(t));
   Direction best = best_direction(normals_);
   if (best.visibility > 0.05) return best;
   // The normals fit in no cap below a half sphere: blend the worst one in, again and again.
@@ -408,6 +423,7 @@ SlabReducer::Fault SlabReducer::evaluate() {
     const SlabShape& shape = trial_.shapes.emplace_back(in, out);
     trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
+  gather();
   if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
   return evaluate_overlap();
 }
@@ -465,13 +481,23 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
 SlabReducer::Fault SlabReducer::evaluate_source() {
   if (hint_ != kNone && tolerance_ == 0) {
     const SourceTriangle t = source_.triangle(hint_);
-    for (const SlabShape& s : trial_.shapes)
-      if (const Fault fault = fault_of(s.meet(t)); fault != Fault::None) return fault;
+    for (std::size_t k = 0; k < trial_.shapes.size(); ++k)
+      if (const Fault fault = fault_of(trial_.shapes[k].meet(t)); fault != Fault::None) {
+        failed_ = k;
+        return fault;
+      }
   }
   lay_out();
   trial_.lists.clear();
-  trial_.ranges.clear();
-  for (const SlabShape& s : trial_.shapes) {
+  trial_.ranges.resize(trial_.shapes.size());
+  // Where the last trial failed this one is likely to, too.
+  for (std::size_t step = 0; step < trial_.shapes.size(); ++step) {
+    const std::size_t at = step == 0 ? failed_ : step <= failed_ ? step - 1 : step;
+    const SlabShape& s = trial_.shapes[at];
+    const auto fail = [&](Fault fault) {
+      failed_ = at;
+      return fault;
+    };
     const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
     const QuickShape quick(s, origin_);
     double spare = tolerance_ * s.middle_area();
@@ -485,7 +511,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
           const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
           if (whole == Meeting::Section) trial_.lists.push_back(e);
           if (whole != Meeting::Mixed) continue;
-          if (const Fault fault = evaluate_block(s, quick, k, spare); fault != Fault::None) return fault;
+          if (const Fault fault = evaluate_block(s, quick, k, spare); fault != Fault::None) return fail(fault);
           continue;
         }
         if ((verdict.section >> (k % 4) & 1U) == 0) {
@@ -493,7 +519,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
           if (m == Meeting::Apart) continue;
           if (const Fault fault = judge(m, e.first(), spare); fault != Fault::None) {
             hint_ = e.first();
-            return fault;
+            return fail(fault);
           }
         }
         trial_.lists.push_back(e);
@@ -516,8 +542,8 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
       k = stop;
     }
     trial_.lists.resize(kept);
-    if (kept == begin) return Fault::Empty;
-    trial_.ranges.push_back({begin, static_cast<std::uint32_t>(kept - begin)});
+    if (kept == begin) return fail(Fault::Empty);
+    trial_.ranges[at] = {begin, static_cast<std::uint32_t>(kept - begin)};
   }
   return Fault::None;
 }
@@ -534,6 +560,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   Box3d all;
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
   const FloatBox bounds = FloatBox::around(all);
+  const BoxProbe probe(bounds);
   const std::uint32_t part = cage_.part[trial_.slots[trial_.fresh]];
   Fault fault = Fault::None;
   trial_.fours.assign((count + 3) / 4, {});
@@ -542,10 +569,11 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   ++query_;
   grid_.query(all, [&](std::uint32_t g) {
     Around& around = around_[g];
-    if (!around.box.meets(bounds) || around.seen == query_ || around.star == star_round_) return true;
+    if (!probe.meets(around.box) || around.seen == query_ || around.star == star_round_) return true;
     around.seen = query_;
     const SideBoxes& theirs = boxes_[g];
-    if (!theirs[kInner].meets(bounds) && !theirs[kOuter].meets(bounds)) return true;
+    const std::array<bool, 2> is_near = {probe.meets(theirs[kInner]), probe.meets(theirs[kOuter])};
+    if (!is_near[kInner] && !is_near[kOuter]) return true;
     if (cage_.part[g] != part) {
       // C4: a part that is small beside a slab must not be swallowed whole.
       for (std::size_t k = 0; k < count; ++k)
@@ -557,14 +585,18 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
     }
     for (std::size_t four = 0; four < trial_.fours.size(); ++four)
       for (const Side mine : {kOuter, kInner})
-        for (const Side side : {kOuter, kInner})
+        for (const Side side : {kOuter, kInner}) {
+          if (!is_near[side]) continue;
           for (unsigned left = trial_.fours[four][mine].meeting(theirs[side]); left != 0; left &= left - 1) {
             const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
             if (mine == side && share_a_corner(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
-            if (!triangles_meet(trial_.shapes[k].triangle(mine), cage_.triangle(g, side))) continue;
+            const LatticeTriangle other = cage_.triangle(g, side);
+            const SlabShape& shape = trial_.shapes[k];
+            if (shape.surely_apart(mine, other) || !triangles_meet(shape.triangle(mine), other)) continue;
             fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
             return false;
           }
+        }
     return true;
   });
   return fault;
@@ -604,7 +636,6 @@ void SlabReducer::commit_lists() {
 
 bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
   if (length(to_double(ends[kOuter] - ends[kInner])) > longest_) return false;
-  gather();
   trial_.ends = ends;
   if (evaluate() != Fault::None) return false;
   cage_.at[trial_.moved] = at;
@@ -631,7 +662,6 @@ bool SlabReducer::drop_end(std::uint32_t h, double most) {
   if (!link_allows(h) || !star_of_edge(h)) return false;
   trial_.fresh = trial_.second;
   if (trial_.fresh == trial_.faces.size() || quality(cage_.at[u]).least < 0.15) return false;
-  gather();
   trial_.ends = cage_.ends[u];
   if (evaluate() != Fault::None) return false;
   merge(h, cage_.at[u]);
@@ -665,6 +695,35 @@ void SlabReducer::adapt_growth(Fault fault) {
   }
 }
 
+/// How far a new fibre through `at` along the unit vector d may reach to each side so that the Jacobian can be positive
+/// at both ends of the slabs around it; nothing where it is not at any height. A filter: rounded, and not all of C1.
+std::optional<std::array<SlabReducer::Range, 2>> SlabReducer::heights_along(Vec3d at, Vec3d d) const noexcept {
+  std::array<Range, 2> heights;
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    const std::array<Vec3d, 2> fibres = {to_double(cage_.ends[f[1]][kOuter] - cage_.ends[f[1]][kInner]),
+                                         to_double(cage_.ends[f[2]][kOuter] - cage_.ends[f[2]][kInner])};
+    for (const Side side : {kInner, kOuter}) {
+      const Vec3d b = to_double(cage_.ends[f[1]][side]) - at, c = to_double(cage_.ends[f[2]][side]) - at;
+      // The triangle from the fibre's end, at the height h, to b and c has the normal n - h turn.
+      const Vec3d n = cross(b, c), turn = cross(b - c, d) * (side == kOuter ? 1.0 : -1.0);
+      if (!(dot(n, d) > 0)) return std::nullopt;
+      for (const Vec3d fibre : fibres) {
+        const double upright = dot(n, fibre), per_height = dot(turn, fibre);
+        if (per_height > 0) {
+          heights[side].most = std::min(heights[side].most, upright / per_height);
+        } else if (per_height < 0) {
+          heights[side].least = std::max(heights[side].least, upright / per_height);
+        } else if (upright <= 0) {
+          return std::nullopt;
+        }
+      }
+      if (!(heights[side].least < heights[side].most)) return std::nullopt;
+    }
+  }
+  return heights;
+}
+
 bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   const double shape = quality(at).least;
   if (shape < 0.08 && shape < 0.9 * shape_before) return false;
@@ -677,15 +736,51 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
                                            normalized(old[0]), normalized(old[1])};
   std::size_t choice = 0;
   std::array<double, 2> heights{};
-  const auto start = [&](Vec3d d) {
-    for (const Side side : {kInner, kOuter}) {
-      const double sign = side == kOuter ? 1 : -1;
-      const double mean =
-          0.5 * sign * (dot(to_double(cage_.ends[u][side]) - at, d) + dot(to_double(cage_.ends[v][side]) - at, d));
-      heights[side] = std::max(mean, 0.25 * thickness) * growth_[side];
+  std::array<Range, 2> room{};
+  // Begins with the next direction that leaves the fibre some height. False when there is none.
+  const auto start = [&] {
+    for (; choice < directions.size(); ++choice) {
+      const Vec3d d = directions[choice];
+      const auto found = heights_along(at, d);
+      if (!found) continue;
+      room = *found;
+      for (const Side side : {kInner, kOuter}) {
+        const double sign = side == kOuter ? 1 : -1;
+        const double mean =
+            0.5 * sign * (dot(to_double(cage_.ends[u][side]) - at, d) + dot(to_double(cage_.ends[v][side]) - at, d));
+        heights[side] = room[side].nearest(std::max(mean, 0.25 * thickness) * growth_[side]);
+      }
+      return true;
     }
+    return false;
   };
-  start(directions[0]);
+  const auto end_at = [&](Side side, double height) {
+    return snap(at + directions[choice] * (side == kOuter ? height : -height));
+  };
+  // Whether the triangle that met a side of a slab would not if the fibre were of this height there.
+  const auto is_cleared = [&](Side side, double height) {
+    SideTriangles slab = trial_.triangles[failed_];
+    slab[side][0] = end_at(side, height);
+    const Meeting m = SlabShape(slab[kInner], slab[kOuter]).meet(source_.triangle(hint_));
+    return m != (side == kOuter ? Meeting::Outer : Meeting::Inner);
+  };
+  const auto grow = [&](Side side) {
+    const double before = heights[side];
+    heights[side] = std::min(1.35 * before + 0.1 * thickness, 0.5 * (before + room[side].most));
+    return heights[side] > 1.02 * before;
+  };
+  const auto grow_clear = [&](Side side) {
+    if (!is_cleared(side, std::min(room[side].most, longest_))) return false;
+    while (grow(side))
+      if (is_cleared(side, heights[side])) return true;
+    return false;
+  };
+  const auto shrink = [&](Side side, double share) {
+    const double before = heights[side];
+    heights[side] = std::max(share * before, 0.5 * (before + room[side].least));
+    return heights[side] < 0.98 * before;
+  };
+  if (!start()) return false;
   int shrunk = 0;
   const bool patient = alive_ <= few_;  // each slab is worth more tries
   for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
@@ -694,43 +789,46 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
       if (attempt > 0) return false;
       for (double& height : heights) height *= 0.999 * longest_ / sum;
     }
-    const Vec3d d = directions[choice];
-    trial_.ends = {snap(at - d * heights[kInner]), snap(at + d * heights[kOuter])};
+    trial_.ends = {end_at(kInner, heights[kInner]), end_at(kOuter, heights[kOuter])};
     const Fault fault = evaluate();
     if (attempt == 0) adapt_growth(fault);
+    bool goes_on = true;  // along this direction
     switch (fault) {
       case Fault::None:
         merge(h, at);
         return true;
-      case Fault::Winding:
       case Fault::Jacobian:
-        if (++shrunk <= 3) {
-          for (double& height : heights) height *= 0.6;
-          break;
-        }
-        if (!patient || ++choice == directions.size()) return false;
-        start(directions[choice]);
-        shrunk = 0;
+        goes_on = ++shrunk <= 3;
+        if (goes_on)
+          for (const Side side : {kInner, kOuter}) shrink(side, 0.6);
         break;
       case Fault::Outer:
-      case Fault::Empty:
-        heights[kOuter] = 1.35 * heights[kOuter] + 0.1 * thickness;
+        goes_on = grow_clear(kOuter);
         break;
       case Fault::Inner:
-        heights[kInner] = 1.35 * heights[kInner] + 0.1 * thickness;
+        goes_on = grow_clear(kInner);
+        break;
+      case Fault::Empty:
+        goes_on = grow(kOuter);
         break;
       case Fault::OuterOverlap:
-        heights[kOuter] *= 0.8;
+        goes_on = shrink(kOuter, 0.8);
         break;
       case Fault::InnerOverlap:
-        heights[kInner] *= 0.8;
+        goes_on = shrink(kInner, 0.8);
         break;
       case Fault::Outside:
         return false;
+      case Fault::Winding:  // at no height
       case Fault::Folded:
-        if (++choice == directions.size()) return false;
+        goes_on = false;
         break;
     }
+    if (goes_on) continue;
+    if (!patient && fault != Fault::Folded) return false;
+    ++choice;
+    if (!start()) return false;
+    shrunk = 0;
   }
   return false;
 }
@@ -836,7 +934,6 @@ void SlabReducer::flip(std::uint32_t h) {
   trial_.fresh = 0;
   trial_.moved = kNone;
   gathered_ = false;
-  gather();
   if (evaluate() != Fault::None) return;
   const std::uint32_t a_to_v = twins_[next_of(h)], u_to_a = twins_[last_of(h)];
   const std::uint32_t b_to_u = twins_[next_of(back)], v_to_b = twins_[last_of(back)];
@@ -914,6 +1011,7 @@ void SlabReducer::tolerate(double share) {
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
   constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last
+  constexpr std::size_t kDear = 12;    // the same where most edges resist: each round tries them anew
   // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
   few_ = stuck ? alive_ : std::max<std::size_t>(16 * target_count, 3200) - 1;
@@ -947,7 +1045,8 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     }
     const std::size_t removed = before - alive_;
     if (alive_ <= floor) break;
-    if (alive_ >= 20000 && 10 * removed >= before) continue;
+    if (stuck && round >= 1 && removed < before / kDear) break;
+    if (!stuck && alive_ >= 20000 && 10 * removed >= before) continue;
     const auto improve_all = [&] {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {
         if (out_[v] == kNone || touched_[v] <= improved_[v]) continue;

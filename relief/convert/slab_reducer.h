@@ -6,6 +6,7 @@
 #include <relief/convert/directions.h>
 #include <relief/convert/triangle_grid.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -117,6 +118,15 @@ class SlabReducer {
     FloatBox box;
     std::uint32_t seen = 0, star = 0;
   };
+  /// Heights of a fibre's end.
+  struct Range {
+    double least = 0, most = 1e30;
+    /// Not quite at its ends.
+    [[nodiscard]] double nearest(double height) const noexcept {
+      const double margin = 0.02 * std::min(most - least, height);
+      return std::clamp(height, least + margin, std::max(least + margin, most - margin));
+    }
+  };
   struct Quality {
     double least = 1, mean = 0;
   };
@@ -158,6 +168,7 @@ class SlabReducer {
   /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
   Direction find_aim();
+  [[nodiscard]] std::vector<std::uint32_t> outermost(Vec3d mean) const;
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
@@ -172,6 +183,7 @@ class SlabReducer {
   bool drop_end(std::uint32_t h, double most);
   bool collapse(std::uint32_t h);
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
+  [[nodiscard]] std::optional<std::array<Range, 2>> heights_along(Vec3d at, Vec3d d) const noexcept;
   void adapt_growth(Fault fault);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
@@ -216,7 +228,9 @@ class SlabReducer {
   std::vector<std::uint32_t> mark_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last
-  std::vector<Vec3d> normals_;
+  std::size_t failed_ = 0;      // the trial's slab that failed last
+  std::vector<std::uint32_t> aimed_at_;
+  std::vector<Vec3d> normals_;  // of the triangles aimed at
 };
 
 }  // namespace relief::detail

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,14 @@ inline constexpr double kMaxSpan = 0x1p30;            // steps; up to it every p
 
 /// A lattice point or a difference of two: at most 2^30 in magnitude.
 using Point = std::array<std::int64_t, 3>;
+
+/// A lattice point as it is stored: its coordinates lie within 2^30 of the lattice's origin, which is one of them.
+using Place = std::array<std::int32_t, 3>;
+
+inline Point widen(const Place& p) { return {p[0], p[1], p[2]}; }
+inline Place narrow(const Point& p) {
+  return {static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]), static_cast<std::int32_t>(p[2])};
+}
 
 inline Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -151,9 +160,11 @@ class Predicates {
 };
 
 struct Box {
-  Point low, high;
+  Place low, high;
 
-  void add(const Point& p) {
+  explicit Box(const Place& p) : low(p), high(p) {}
+  Box(const Place& from, const Place& to) : low(from), high(to) {}
+  void add(const Place& p) {
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], p[k]);
       high[k] = std::max(high[k], p[k]);
@@ -163,16 +174,23 @@ struct Box {
     add(b.low);
     add(b.high);
   }
+  /// By so many steps to every side.
+  void widen(std::int32_t steps) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] -= steps;
+      high[k] += steps;
+    }
+  }
   [[nodiscard]] bool meets(const Box& b) const {
     return low[0] <= b.high[0] && high[0] >= b.low[0] && low[1] <= b.high[1] && high[1] >= b.low[1] &&
            low[2] <= b.high[2] && high[2] >= b.low[2];
   }
 };
 
-inline Box box_of(const Triangle& t) {
-  Box box{t.a, t.a};
-  box.add(t.b);
-  box.add(t.c);
+inline Box box_of(const Place& a, const Place& b, const Place& c) {
+  Box box(a);
+  box.add(b);
+  box.add(c);
   return box;
 }
 
@@ -181,8 +199,9 @@ class Tree {
  public:
   explicit Tree(const std::vector<Box>& boxes) : boxes_(boxes), items_(boxes.size()) {
     for (std::size_t k = 0; k < items_.size(); ++k) items_[k] = static_cast<std::uint32_t>(k);
-    nodes_.reserve(boxes.size());
-    if (!items_.empty()) build(0, items_.size());
+    if (items_.empty()) return;
+    nodes_.reserve(node_count(items_.size()));
+    build(0, items_.size());
   }
   /// Calls visit(item) for each item whose box may meet `box`, until it returns false.
   template <typename Visit>
@@ -195,26 +214,53 @@ class Tree {
     if (!nodes_.empty()) descend(0, reaches, visit);
   }
 
+  /// A branch of the tree: items that lie together.
+  struct Branch {
+    std::uint32_t node;
+    std::size_t first;                     // how many items the branches before it hold
+    std::span<const std::uint32_t> items;  // in the order in which queries visit them
+  };
+  /// The branches of at most `most` items, or of four, whose trunks hold more; in the order of queries.
+  [[nodiscard]] std::vector<Branch> branches(std::size_t most) const {
+    std::vector<Branch> found;
+    if (!nodes_.empty()) find_branches({0, 0, items_}, std::max<std::size_t>(most, 4), found);
+    return found;
+  }
+  [[nodiscard]] const Box& box(const Branch& branch) const { return nodes_[branch.node].box; }
+  /// Calls visit(place) for the items of a branch whose boxes may meet `box`; place: in branch.items.
+  template <typename Visit>
+  void query(const Branch& branch, const Box& box, Visit&& visit) const {
+    const auto visit_place = [&](std::uint32_t place) {
+      visit(place - branch.first);
+      return true;
+    };
+    descend_places(branch.node, [&](const Box& other) { return other.meets(box); }, visit_place);
+  }
+
  private:
   struct Node {
     Box box;
     std::uint32_t first = 0, count = 0;  // leaf: items; inner node: right child and 0 (the left child is next)
   };
+  static constexpr std::size_t kLeaf = 4;  // items
 
+  static std::size_t node_count(std::size_t items) {
+    return items <= kLeaf ? 1 : 1 + node_count(items / 2) + node_count(items - items / 2);
+  }
   std::uint32_t build(std::size_t first, std::size_t last) {
     const auto at = static_cast<std::uint32_t>(nodes_.size());
     Box box = boxes_[items_[first]];
     for (std::size_t k = first; k < last; ++k) box.add(boxes_[items_[k]]);
     nodes_.push_back({box, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last - first)});
-    if (last - first <= 4) return at;
-    const Point extent = box.high - box.low;
+    if (last - first <= kLeaf) return at;
+    const Point extent = widen(box.high) - widen(box.low);
     const auto axis = static_cast<std::size_t>(std::max_element(extent.begin(), extent.end()) - extent.begin());
     const std::size_t middle = first + (last - first) / 2;
     const auto begin = items_.begin();
     std::nth_element(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
                      begin + static_cast<std::ptrdiff_t>(last), [&](std::uint32_t a, std::uint32_t b) {
-                       const std::int64_t ca = boxes_[a].low[axis] + boxes_[a].high[axis];
-                       const std::int64_t cb = boxes_[b].low[axis] + boxes_[b].high[axis];
+                       const std::int64_t ca = std::int64_t{boxes_[a].low[axis]} + boxes_[a].high[axis];
+                       const std::int64_t cb = std::int64_t{boxes_[b].low[axis]} + boxes_[b].high[axis];
                        return std::pair(ca, a) < std::pair(cb, b);
                      });
     build(first, middle);
@@ -223,13 +269,24 @@ class Tree {
     nodes_[at].count = 0;
     return at;
   }
+  void find_branches(const Branch& at, std::size_t most, std::vector<Branch>& found) const {
+    if (at.items.size() <= most) return found.push_back(at);
+    const std::size_t middle = at.items.size() / 2;
+    find_branches({at.node + 1, at.first, at.items.first(middle)}, most, found);
+    find_branches({nodes_[at.node].first, at.first + middle, at.items.subspan(middle)}, most, found);
+  }
   template <typename Reaches, typename Visit>
   bool descend(std::uint32_t at, const Reaches& reaches, Visit& visit) const {
+    const auto visit_place = [&](std::uint32_t place) { return visit(items_[place]); };
+    return descend_places(at, reaches, visit_place);
+  }
+  template <typename Reaches, typename Visit>
+  bool descend_places(std::uint32_t at, const Reaches& reaches, Visit& visit) const {
     const Node& node = nodes_[at];
     if (!reaches(node.box)) return true;
-    if (node.count == 0) return descend(at + 1, reaches, visit) && descend(node.first, reaches, visit);
+    if (node.count == 0) return descend_places(at + 1, reaches, visit) && descend_places(node.first, reaches, visit);
     for (std::uint32_t k = 0; k < node.count; ++k)
-      if (!visit(items_[node.first + k])) return false;
+      if (!visit(node.first + k)) return false;
     return true;
   }
 

@@ -47,15 +47,11 @@ class SampleChecker {
   SampleChecker(const Shell& shell, const Source& source, const CommonLattice& lattice, double tolerance)
       : shell_(shell), source_(source), lattice_(lattice), tolerance_(std::ldexp(tolerance, -lattice.step)) {
     for (const auto& p : source.positions) points_.push_back(place(p));
-    std::vector<Box> boxes;
-    boxes.reserve(source.triangles.size());
+    boxes_.reserve(source.triangles.size());
     for (const auto& f : source.triangles) {
-      Box box = {lattice_.at(source.positions[f[0]]), lattice_.at(source.positions[f[0]])};
-      box.add(lattice_.at(source.positions[f[1]]));
-      box.add(lattice_.at(source.positions[f[2]]));
-      boxes.push_back(box);
+      const auto corner = [&](std::size_t k) { return narrow(lattice_.at(source.positions[f[k]])); };
+      boxes_.push_back(box_of(corner(0), corner(1), corner(2)));
     }
-    boxes_ = std::move(boxes);
   }
 
   SampleCheck run(std::span<const SampleTile> tiles) {

@@ -8,12 +8,13 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <tuple>
 
 namespace relief::verify::detail {
 
 namespace {
 
-constexpr std::int64_t kMargin = 2;  // steps between the source and the triangles of the shell (C5)
+constexpr std::int32_t kMargin = 2;  // steps between the source and the triangles of the shell (C5)
 
 std::int64_t sum_norm(const Point& a) { return std::abs(a[0]) + std::abs(a[1]) + std::abs(a[2]); }
 double to_double(std::int64_t v) { return static_cast<double>(v); }
@@ -178,7 +179,13 @@ class SourceChecker {
         bits_(std::min(14, 41 - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(lattice.span))))),
         predicates_(lattice.span) {
     place(lattice);
-    make_slabs();
+    for (const auto& f : shell_.triangles) {
+      Box box = box_of(inner_[f[0]], inner_[f[1]], inner_[f[2]]);
+      box.add(box_of(outer_[f[0]], outer_[f[1]], outer_[f[2]]));
+      box.widen(kMargin);
+      boxes_.push_back(box);
+    }
+    tree_ = std::make_unique<Tree>(boxes_);
   }
 
   void run() {
@@ -189,22 +196,41 @@ class SourceChecker {
   }
 
  private:
-  using Place = std::array<std::int32_t, 3>;
-
   /// One triangle of the shell.
   struct Side {
     Triangle triangle;
     Box box;                          // widened by the margin
     std::array<HalfSpace, 5> beyond;  // what lies above one of them is far enough away
     bool flat = false;
+
+    explicit Side(const std::array<Place, 3>& p)
+        : triangle{widen(p[0]), widen(p[1]), widen(p[2])}, box(box_of(p[0], p[1], p[2])) {
+      box.widen(kMargin);
+    }
   };
+  /// What is asked of a slab again and again; 1.5 KB.
   struct Slab {
+    std::uint32_t number;
     std::array<Side, 2> sides;  // inner, outer
     std::array<Point, 3> inner, along;
     std::array<std::array<double, 3>, 3> along_places;
     std::array<double, 3> along_sum{};
     std::array<HalfSpace, 8> hull;  // planes with the whole slab below
     std::size_t hull_count = 0;
+  };
+  /// What a source triangle fails. Ordered as they are told: by triangle, then by the order in which queries of the
+  /// tree visit slabs.
+  struct Finding {
+    enum class Kind : std::uint8_t { NoArea, NearInner, MeetsInner, NearOuter, MeetsOuter, Folded };
+    std::uint32_t triangle, place, slab;
+    Kind kind;
+
+    [[nodiscard]] Condition condition() const {
+      return kind == Kind::NoArea || kind == Kind::Folded ? Condition::C6 : Condition::C5;
+    }
+    friend bool operator<(const Finding& a, const Finding& b) {
+      return std::tie(a.triangle, a.place, a.kind) < std::tie(b.triangle, b.place, b.kind);
+    }
   };
 
   [[nodiscard]] std::size_t count(Condition condition) const {
@@ -218,13 +244,14 @@ class SourceChecker {
           {condition, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), sentence()});
   }
 
-  [[nodiscard]] Point point(std::uint32_t vertex) const {
-    const Place& p = points_[vertex];
-    return {p[0], p[1], p[2]};
-  }
+  [[nodiscard]] Point point(std::uint32_t vertex) const { return widen(points_[vertex]); }
   [[nodiscard]] Face face(std::size_t t) const {
     const auto& f = source_.triangles[t];
     return {point(f[0]), point(f[1]), point(f[2])};
+  }
+  [[nodiscard]] Box box_of_face(std::size_t t) const {
+    const auto& f = source_.triangles[t];
+    return box_of(points_[f[0]], points_[f[1]], points_[f[2]]);
   }
 
   void place(const CommonLattice& lattice) {
@@ -246,19 +273,13 @@ class SourceChecker {
     }
     certificate_.source_moved = std::ldexp(std::sqrt(furthest), lattice.step);
     certificate_.lattice_step = std::ldexp(1.0, lattice.step);
-    for (const auto& p : shell_.inner) inner_.push_back(lattice.at(p));
-    for (const auto& p : shell_.outer) outer_.push_back(lattice.at(p));
+    for (const auto& p : shell_.inner) inner_.push_back(narrow(lattice.at(p)));
+    for (const auto& p : shell_.outer) outer_.push_back(narrow(lattice.at(p)));
   }
 
-  [[nodiscard]] Side make_side(const std::vector<Point>& ends, const std::array<std::uint32_t, 3>& f) const {
-    Side side;
-    side.triangle = {ends[f[0]], ends[f[1]], ends[f[2]]};
+  [[nodiscard]] Side make_side(const std::vector<Place>& ends, const std::array<std::uint32_t, 3>& f) const {
+    Side side({ends[f[0]], ends[f[1]], ends[f[2]]});
     const auto& [a, b, c] = side.triangle;
-    side.box = box_of(side.triangle);
-    for (std::size_t k = 0; k < 3; ++k) {
-      side.box.low[k] -= kMargin;
-      side.box.high[k] += kMargin;
-    }
     const Point n = cross(b - a, c - a);
     side.flat = n == Point{};
     const double margin = kMargin;
@@ -279,26 +300,28 @@ class SourceChecker {
     return side;
   }
 
-  void make_slabs() {
-    slabs_.reserve(shell_.triangles.size());
-    for (const auto& f : shell_.triangles) {
-      Slab& slab = slabs_.emplace_back();
-      slab.sides = {make_side(inner_, f), make_side(outer_, f)};
-      std::array<Point, 6> corners{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        corners[k] = slab.inner[k] = inner_[f[k]];
-        corners[k + 3] = outer_[f[k]];
-        slab.along[k] = outer_[f[k]] - inner_[f[k]];
-        slab.along_places[k] = {to_double(slab.along[k][0]), to_double(slab.along[k][1]), to_double(slab.along[k][2])};
-        slab.along_sum[k] = to_double(sum_norm(slab.along[k]));
-      }
-      Box box = slab.sides[0].box;
-      box.add(slab.sides[1].box);
-      boxes_.push_back(box);
-      find_hull(slab, corners);
+  [[nodiscard]] Slab make_slab(std::uint32_t number) const {
+    const auto& f = shell_.triangles[number];
+    Slab slab{.number = number,
+              .sides = {make_side(inner_, f), make_side(outer_, f)},
+              .inner = {},
+              .along = {},
+              .along_places = {},
+              .along_sum = {},
+              .hull = {},
+              .hull_count = 0};
+    std::array<Point, 6> corners{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      corners[k] = slab.inner[k] = widen(inner_[f[k]]);
+      corners[k + 3] = widen(outer_[f[k]]);
+      slab.along[k] = along(f[k]);
+      slab.along_places[k] = {to_double(slab.along[k][0]), to_double(slab.along[k][1]), to_double(slab.along[k][2])};
+      slab.along_sum[k] = to_double(sum_norm(slab.along[k]));
     }
-    tree_ = std::make_unique<Tree>(boxes_);
+    find_hull(slab, corners);
+    return slab;
   }
+  [[nodiscard]] Point along(std::uint32_t fibre) const { return widen(outer_[fibre]) - widen(inner_[fibre]); }
 
   /// The planes through three of the corners that have all six on or below them.
   void find_hull(Slab& slab, const std::array<Point, 6>& corners) const {
@@ -320,30 +343,87 @@ class SourceChecker {
 
   // ---- C5 and C6a, triangle by triangle.
 
-  /// False when cancelled.
+  /// False when cancelled. What is asked of slabs again and again is held for one branch of their tree at a time, so
+  /// that it takes no more than a part of what the source takes.
   bool check_sections() {
-    for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
-      if (!goes_on(t, 0.4, 0.6 / to_double(static_cast<std::int64_t>(source_.triangles.size())))) return false;
+    const std::size_t count = source_.triangles.size();
+    const auto branches = tree_->branches(std::max(kFewSlabs, count / 64));
+    std::array<std::vector<Finding>, 2> findings;  // of C5 and C6
+    bool go_on = true;
+    for (std::size_t k = 0; k < branches.size() && go_on; ++k)
+      go_on = check_branch(branches[k], k, branches.size(), findings);
+    slabs_ = {};
+    std::vector<Finding>& all = findings[0];
+    all.insert(all.end(), findings[1].begin(), findings[1].end());
+    std::sort(all.begin(), all.end());
+    for (const Finding& finding : all)
+      if (!settled(finding.condition())) tell(finding);
+    return go_on;
+  }
+
+  /// The k-th of so many branches. False when cancelled.
+  bool check_branch(const Tree::Branch& branch, std::size_t k, std::size_t branches,
+                    std::array<std::vector<Finding>, 2>& findings) {
+    slabs_.clear();
+    slabs_.reserve(branch.items.size());
+    for (const std::uint32_t s : branch.items) slabs_.push_back(make_slab(s));
+    const std::size_t count = source_.triangles.size();
+    const double steps = to_double(static_cast<std::int64_t>(count * branches));
+    // Of each branch the first that fail are enough to tell the first of them all.
+    const std::array<std::size_t, 2> enough = {findings[0].size() + kCountedPairs, findings[1].size() + kCountedPairs};
+    const auto find = [&](std::size_t t, std::size_t place, std::uint32_t slab, Finding::Kind kind) {
+      const Finding finding = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(place), slab, kind};
+      findings[finding.condition() == Condition::C6].push_back(finding);
+    };
+    for (std::size_t t = 0; t < count; ++t) {
+      if (!goes_on(t, 0.4 + 0.6 * to_double(static_cast<std::int64_t>(count * k)) / steps, 0.6 / steps)) return false;
+      const Box box = box_of_face(t);
+      if (k > 0 && !tree_->box(branch).meets(box)) continue;
       const Face f = face(t);
       if (f.normal == Point{}) {
         separate_ = false;
-        report(Condition::C6, kNothing, t, [&] { return face_name(t) + " has no area"; });
+        if (k == 0) find(t, 0, kNothing, Finding::Kind::NoArea);
         continue;
       }
-      const Box box = box_of(f.triangle);
-      tree_->query(box, [&](std::uint32_t s) {
-        if (!boxes_[s].meets(box)) return true;
-        const Slab& slab = slabs_[s];
-        if (!settled(Condition::C5))
-          for (const Side& side : slab.sides) stays_clear(side, f, box, s, t);
-        if (!settled(Condition::C6) && !section_holds(slab, f))
-          report(Condition::C6, s, t, [&] {
-            return face_name(t) + " does not face outwards along every fibre of " + slab_name(s) + " that meets it";
-          });
-        return true;
+      tree_->query(branch, box, [&](std::size_t at) {
+        const Slab& slab = slabs_[at];
+        if (!boxes_[slab.number].meets(box)) return;
+        if (findings[0].size() < enough[0])
+          for (std::size_t side = 0; side < 2; ++side)
+            if (const auto kind = fault_of(slab.sides[side], side, f, box))
+              find(t, branch.first + at, slab.number, *kind);
+        if (findings[1].size() < enough[1] && !section_holds(slab, f))
+          find(t, branch.first + at, slab.number, Finding::Kind::Folded);
       });
     }
+    for (std::vector<Finding>& of_one : findings) {
+      if (of_one.size() <= kCountedPairs) continue;
+      std::sort(of_one.begin(), of_one.end());
+      of_one.resize(kCountedPairs);
+    }
     return true;
+  }
+
+  void tell(const Finding& finding) {
+    report(finding.condition(), finding.slab, finding.triangle, [&] {
+      using enum Finding::Kind;
+      const std::string name = face_name(finding.triangle), of_slab = slab_name(finding.slab);
+      switch (finding.kind) {
+        case NoArea:
+          return name + " has no area";
+        case NearInner:
+          return name + " comes within two lattice steps of the inner triangle of " + of_slab;
+        case MeetsInner:
+          return name + " meets the inner triangle of " + of_slab;
+        case NearOuter:
+          return name + " comes within two lattice steps of the outer triangle of " + of_slab;
+        case MeetsOuter:
+          return name + " meets the outer triangle of " + of_slab;
+        case Folded:
+          break;
+      }
+      return name + " does not face outwards along every fibre of " + of_slab + " that meets it";
+    });
   }
 
   /// Reports now and then that step k has come; false when cancelled.
@@ -353,21 +433,20 @@ class SourceChecker {
     return true;
   }
 
-  void stays_clear(const Side& side, const Face& f, const Box& box, std::size_t s, std::size_t t) {
+  /// C5 of one triangle of a slab.
+  [[nodiscard]] std::optional<Finding::Kind> fault_of(const Side& side, std::size_t number, const Face& f,
+                                                      const Box& box) {
     if (side.flat) {
       separate_ = false;  // the slab failed C1
-      return;
+      return std::nullopt;
     }
-    if (!side.box.meets(box)) return;
+    if (!side.box.meets(box)) return std::nullopt;
     for (const HalfSpace& h : side.beyond)
-      if (f.above(h)) return;
-    const bool meets = predicates_.meet(side.triangle, f.triangle);
-    if (!meets && !closer(side.triangle, f.triangle, kMargin)) return;
-    report(Condition::C5, s, t, [&] {
-      const char* which = &side == &slabs_[s].sides[0] ? "inner" : "outer";
-      return face_name(t) + (meets ? " meets the " : " comes within two lattice steps of the ") + which +
-             " triangle of " + slab_name(s);
-    });
+      if (f.above(h)) return std::nullopt;
+    using enum Finding::Kind;
+    if (predicates_.meet(side.triangle, f.triangle)) return number == 0 ? MeetsInner : MeetsOuter;
+    if (closer(side.triangle, f.triangle, kMargin)) return number == 0 ? NearInner : NearOuter;
+    return std::nullopt;
   }
 
   /// Whether every fibre of the slab that meets the face leaves through its front: normal . direction > 0, which is
@@ -595,11 +674,11 @@ class SourceChecker {
       }
       for (std::size_t k = 0; k < 3; ++k) d[k] += units_[worst][k];
     }
-    const Point p = point(v);
+    const Place& p = points_[v];
     std::optional<Point> found;
-    tree_->query({p, p}, [&](std::uint32_t s) {
-      for (const Point& along : slabs_[s].along)
-        if (!found && sees_all(along)) found = along;
+    tree_->query(Box(p), [&](std::uint32_t s) {
+      for (const std::uint32_t f : shell_.triangles[s])
+        if (!found && sees_all(along(f))) found = along(f);
       return !found;
     });
     return found;
@@ -632,19 +711,18 @@ class SourceChecker {
     for (const std::uint32_t seed : facts_.seeds) {
       const std::uint32_t f = shell_.triangles[seed][0];
       fibres.push_back(f);
-      Box box = {inner_[f], inner_[f]};
+      Box box(inner_[f]);
       box.add(outer_[f]);
       reaches.push_back(box);
     }
     const Tree tree(reaches);
     std::vector<std::size_t> hits(fibres.size()), met(points_.size());
-    for (const auto& f : source_.triangles) {
-      const Triangle t = {point(f[0]), point(f[1]), point(f[2])};
-      const Box box = box_of(t);
+    for (std::size_t t = 0; t < source_.triangles.size(); ++t) {
+      const Box box = box_of_face(t);
       tree.query(box, [&](std::uint32_t c) {
-        if (reaches[c].meets(box) && crosses(inner_[fibres[c]], outer_[fibres[c]], t)) {
+        if (reaches[c].meets(box) && crosses(widen(inner_[fibres[c]]), widen(outer_[fibres[c]]), face(t).triangle)) {
           ++hits[c];
-          ++met[parts[f[0]]];
+          ++met[parts[source_.triangles[t][0]]];
         }
         return true;
       });
@@ -692,6 +770,7 @@ class SourceChecker {
     return predicates_.side(t, p) == -sense && predicates_.side(t, q) == sense;
   }
 
+  static constexpr std::size_t kFewSlabs = 2048;  // 3 MB
   static constexpr int kHalvings = 2;
   static constexpr double kAxis = 0x1p28;  // length of the directions of C6b
 
@@ -705,12 +784,12 @@ class SourceChecker {
   int bits_;           // by which points may be scaled
   Predicates predicates_, predicates_axis_{kMaxSpan};
   std::vector<Place> points_;         // by source vertex
-  std::vector<Point> inner_, outer_;  // by fibre
-  std::vector<Slab> slabs_;
-  std::vector<Box> boxes_;      // by slab, widened by the margin
-  std::unique_ptr<Tree> tree_;  // over boxes_
-  bool separate_ = true;        // every pair of C5 could be tested
-  std::vector<Spoke> ordered_;  // scratch of C6b, as all that follow
+  std::vector<Place> inner_, outer_;  // by fibre
+  std::vector<Slab> slabs_;           // of one branch of the tree
+  std::vector<Box> boxes_;            // by slab, widened by the margin
+  std::unique_ptr<Tree> tree_;        // over boxes_
+  bool separate_ = true;              // every pair of C5 could be tested
+  std::vector<Spoke> ordered_;        // scratch of C6b, as all that follow
   std::vector<Point> rim_, normals_;
   std::vector<std::array<double, 3>> units_;
 };

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -18,7 +19,8 @@ std::string fibre_name(std::size_t f) { return "fibre " + std::to_string(f); }
 
 class Checker {
  public:
-  explicit Checker(const Shell& shell) : shell_(shell) {}
+  /// `facts`: what is known of the shell once it has passed C0.
+  Checker(const Shell& shell, ShellFacts& facts) : shell_(shell), facts_(facts) {}
 
   Certificate run() {
     Certificate& c = certificate_;
@@ -28,14 +30,16 @@ class Checker {
     const bool sound = jacobians_hold();
     c.holds[1] = sound;
     c.holds[2] = windings_hold();
-    collect_triangles();
+    // What follows takes their place.
+    fans_ = {};
+    fan_begin_ = {};
+    neighbours_ = {};
+    collect_boxes();
     const Tree tree(boxes_);
     c.holds[3] = pairs_hold(tree) && volumes_hold();
     c.holds[4] = c.holds[3] && nesting_holds(tree);
     return std::move(c);
   }
-  /// After run(): what is known of a shell that passed C0.
-  [[nodiscard]] const ShellFacts& facts() const { return facts_; }
 
  private:
   void report(Condition condition, std::size_t a, std::size_t b, std::string what) {
@@ -47,6 +51,9 @@ class Checker {
   [[nodiscard]] std::size_t count(Condition condition) const {
     return certificate_.failure_count[static_cast<std::size_t>(condition)];
   }
+
+  [[nodiscard]] Point inner(std::uint32_t f) const { return widen(inner_[f]); }
+  [[nodiscard]] Point outer(std::uint32_t f) const { return widen(outer_[f]); }
 
   // ---- C0
 
@@ -101,11 +108,11 @@ class Checker {
     certificate_.lattice_step = std::ldexp(1.0, step);
     predicates_ = Predicates(span);
     const auto convert = [&](std::span<const std::array<double, 3>> ends) {
-      std::vector<Point> points(ends.size());
+      std::vector<Place> places(ends.size());
       for (std::size_t f = 0; f < ends.size(); ++f)
         for (std::size_t k = 0; k < 3; ++k)
-          points[f][k] = static_cast<std::int64_t>(std::ldexp(ends[f][k] - facts_.extent.low[k], -step));
-      return points;
+          places[f][k] = static_cast<std::int32_t>(std::ldexp(ends[f][k] - facts_.extent.low[k], -step));
+      return places;
     };
     inner_ = convert(shell_.inner);
     outer_ = convert(shell_.outer);
@@ -173,43 +180,55 @@ class Checker {
     }
   }
 
-  /// Fills link_: for each fibre the fibres around it, counter-clockwise; a closed fan names its first one again at the
-  /// end.
+  /// A corner of a slab.
+  struct Corner {
+    std::uint32_t slab, corner;
+  };
+  /// The corners at a fibre, once fans_hold() has been there: counter-clockwise.
+  [[nodiscard]] std::span<Corner> fan(std::size_t f) {
+    return std::span(fans_).subspan(fan_begin_[f], fan_begin_[f + 1] - fan_begin_[f]);
+  }
+
   void fans_hold() {
-    struct Corner {
-      std::uint32_t slab, corner;
-    };
-    std::vector<std::vector<Corner>> corners(inner_.size());
-    for (std::uint32_t t = 0; t < shell_.triangles.size(); ++t)
-      for (std::uint32_t k = 0; k < 3; ++k) corners[shell_.triangles[t][k]].push_back({t, k});
-    links_.assign(inner_.size(), {});
-    fans_.assign(inner_.size(), {});
+    fan_begin_.assign(inner_.size() + 1, 0);
+    for (const auto& fibres : shell_.triangles)
+      for (const std::uint32_t f : fibres) ++fan_begin_[f + 1];
+    std::partial_sum(fan_begin_.begin(), fan_begin_.end(), fan_begin_.begin());
+    fans_.resize(3 * shell_.triangles.size());
+    {
+      std::vector<std::uint32_t> filled(fan_begin_.begin(), fan_begin_.end() - 1);
+      for (std::uint32_t t = 0; t < shell_.triangles.size(); ++t)
+        for (std::uint32_t k = 0; k < 3; ++k) fans_[filled[shell_.triangles[t][k]]++] = {t, k};
+    }
     open_.assign(inner_.size(), false);
+    std::vector<Corner> ordered;
     for (std::size_t f = 0; f < inner_.size(); ++f) {
-      if (corners[f].empty()) {
+      const std::span<Corner> corners = fan(f);
+      if (corners.empty()) {
         report_fibre(f, " belongs to no slab");
         continue;
       }
-      Corner start = corners[f].front();
-      for (const Corner c : corners[f])
+      Corner start = corners.front();
+      for (const Corner c : corners)
         if (neighbours_[c.slab][(c.corner + 2) % 3] == kNothing) {
           start = c;
           open_[f] = true;
           break;
         }
-      links_[f].push_back(shell_.triangles[start.slab][(start.corner + 1) % 3]);
+      ordered.clear();
       Corner at = start;
       for (;;) {
-        fans_[f].push_back(at.slab);
-        links_[f].push_back(shell_.triangles[at.slab][(at.corner + 2) % 3]);
+        ordered.push_back(at);
         const std::uint32_t next = neighbours_[at.slab][(at.corner + 1) % 3];
         if (next == kNothing || next == start.slab) break;
         const auto& fibres = shell_.triangles[next];
         at = {next, fibres[0] == f ? 0U : fibres[1] == f ? 1U : 2U};
       }
-      if (fans_[f].size() != corners[f].size())
-        report(Condition::C0, corners[f].front().slab, corners[f].back().slab,
+      if (ordered.size() != corners.size())
+        report(Condition::C0, corners.front().slab, corners.back().slab,
                "the slabs around " + fibre_name(f) + " are not one fan");
+      else
+        std::copy(ordered.begin(), ordered.end(), corners.begin());
     }
   }
 
@@ -245,12 +264,12 @@ class Checker {
     unsound_.assign(shell_.triangles.size(), false);
     for (std::size_t t = 0; t < shell_.triangles.size(); ++t) {
       const auto& f = shell_.triangles[t];
-      const Point e_in = inner_[f[1]] - inner_[f[0]], g_in = inner_[f[2]] - inner_[f[0]];
-      const Point e_out = outer_[f[1]] - outer_[f[0]], g_out = outer_[f[2]] - outer_[f[0]];
+      const Point e_in = inner(f[1]) - inner(f[0]), g_in = inner(f[2]) - inner(f[0]);
+      const Point e_out = outer(f[1]) - outer(f[0]), g_out = outer(f[2]) - outer(f[0]);
       const Point n_in = cross(e_in, g_in), n_out = cross(e_out, g_out);
       const Point n_mid = cross(e_in, g_out) + cross(e_out, g_in);
       for (std::size_t i = 0; i < 3; ++i) {
-        const Point d = outer_[f[i]] - inner_[f[i]];
+        const Point d = outer(f[i]) - inner(f[i]);
         const Int128 c0 = dot(n_in, d), c2 = dot(n_out, d), twice_c1 = dot(n_mid, d);
         if (c0 > 0 && c2 > 0 && (twice_c1 >= 0 || square_below_product(twice_c1, 4 * c0, c2))) continue;
         const char* where = c0 <= 0   ? "at its inner triangle"
@@ -269,15 +288,20 @@ class Checker {
 
   bool windings_hold() {
     bool complete = true;
-    for (std::size_t f = 0; f < inner_.size(); ++f) {
-      if (std::any_of(fans_[f].begin(), fans_[f].end(), [&](std::uint32_t t) { return unsound_[t]; })) {
+    for (std::uint32_t f = 0; f < inner_.size(); ++f) {
+      const std::span<const Corner> corners = fan(f);
+      if (std::any_of(corners.begin(), corners.end(), [&](const Corner& c) { return unsound_[c.slab]; })) {
         complete = false;
         continue;
       }
-      const Point along = outer_[f] - inner_[f], first = inner_[links_[f][0]] - inner_[f];
+      // The fibre that a slab's turn ends at is k = 2 of it, counted from this one; k = 1 is where it starts.
+      const auto link = [&](const Corner& c, std::uint32_t k) {
+        return inner(shell_.triangles[c.slab][(c.corner + k) % 3]) - inner(f);
+      };
+      const Point along = outer(f) - inner(f), first = link(corners.front(), 1);
       int turns = 0, before = 0;
-      for (const std::uint32_t other : links_[f]) {
-        const int now = predicates_.determinant(along, first, inner_[other] - inner_[f]);
+      for (const Corner& c : corners) {
+        const int now = predicates_.determinant(along, first, link(c, 2));
         if (before < 0 && now >= 0) ++turns;
         before = now;
       }
@@ -293,11 +317,15 @@ class Checker {
   // ---- C3
 
   /// Inner triangles first, then the outer ones.
-  void collect_triangles() {
+  void collect_boxes() {
+    boxes_.reserve(2 * shell_.triangles.size());
     for (const auto* ends : {&inner_, &outer_})
-      for (const auto& f : shell_.triangles) triangles_.push_back({(*ends)[f[0]], (*ends)[f[1]], (*ends)[f[2]]});
-    boxes_.reserve(triangles_.size());
-    for (const Triangle& t : triangles_) boxes_.push_back(box_of(t));
+      for (const auto& f : shell_.triangles) boxes_.push_back(box_of((*ends)[f[0]], (*ends)[f[1]], (*ends)[f[2]]));
+  }
+  [[nodiscard]] Triangle triangle(std::size_t k) const {
+    const auto& ends = is_outer(k) ? outer_ : inner_;
+    const auto& f = shell_.triangles[slab_of(k)];
+    return {widen(ends[f[0]]), widen(ends[f[1]]), widen(ends[f[2]])};
   }
   [[nodiscard]] bool is_outer(std::size_t triangle) const { return triangle >= shell_.triangles.size(); }
   [[nodiscard]] std::size_t slab_of(std::size_t triangle) const {
@@ -306,19 +334,20 @@ class Checker {
 
   bool pairs_hold(const Tree& tree) {
     bool complete = true;
-    std::vector<bool> flat(triangles_.size());
-    for (std::size_t k = 0; k < triangles_.size(); ++k) {
-      const Triangle& t = triangles_[k];
+    std::vector<bool> flat(boxes_.size());
+    for (std::size_t k = 0; k < boxes_.size(); ++k) {
+      const Triangle t = triangle(k);
       flat[k] = cross(t.b - t.a, t.c - t.a) == Point{};
       if (flat[k]) complete = false;  // its slab failed C1
     }
-    for (std::size_t k = 0; k < triangles_.size() && count(Condition::C3) < kCountedPairs; ++k) {
+    for (std::size_t k = 0; k < boxes_.size() && count(Condition::C3) < kCountedPairs; ++k) {
       if (flat[k]) continue;
+      const Triangle mine = triangle(k);
       tree.query(boxes_[k], [&](std::uint32_t l) {
         if (l <= k || flat[l] || !boxes_[l].meets(boxes_[k])) return true;
         const std::size_t a = slab_of(k), b = slab_of(l);
         if (is_outer(k) == is_outer(l) && share_a_fibre(a, b)) return true;
-        if (!predicates_.meet(triangles_[k], triangles_[l])) return true;
+        if (!predicates_.meet(mine, triangle(l))) return true;
         report_pair(k, l);
         return count(Condition::C3) < kCountedPairs;
       });
@@ -341,8 +370,8 @@ class Checker {
 
   bool volumes_hold() {
     std::vector<std::array<Int128, 2>> volumes(facts_.closed.size());  // six times the volume: inner, outer
-    for (std::size_t k = 0; k < triangles_.size(); ++k) {
-      const Triangle& t = triangles_[k];
+    for (std::size_t k = 0; k < boxes_.size(); ++k) {
+      const Triangle t = triangle(k);
       volumes[facts_.component[slab_of(k)]][is_outer(k)] += dot(cross(t.a, t.b), t.c);
     }
     for (std::size_t c = 0; c < facts_.closed.size(); ++c) {
@@ -366,13 +395,14 @@ class Checker {
     for (std::size_t part = 0; part < facts_.closed.size(); ++part) {
       std::uint32_t found = kNothing;
       for (const auto* ends : {&inner_, &outer_}) {
-        const Point p = (*ends)[shell_.triangles[facts_.seeds[part]][0]];
+        const Place start = (*ends)[shell_.triangles[facts_.seeds[part]][0]];
+        const Point p = widen(start);
         touched.clear();
-        const Box ray = {p, {std::numeric_limits<std::int64_t>::max(), p[1], p[2]}};
+        const Box ray(start, {std::numeric_limits<std::int32_t>::max(), start[1], start[2]});
         tree.query(ray, [&](std::uint32_t k) {
           const std::uint32_t other = facts_.component[slab_of(k)];
           if (other == part || !facts_.closed[other]) return true;
-          const int crossing = ray_crossing(triangles_[k], p);
+          const int crossing = ray_crossing(triangle(k), p);
           if (crossing == 0) return true;
           (is_outer(k) ? windings[other].outer : windings[other].inner) += crossing;
           touched.push_back(other);
@@ -409,16 +439,16 @@ class Checker {
 
   const Shell& shell_;
   Certificate certificate_;
-  ShellFacts facts_;
+  ShellFacts& facts_;
   Predicates predicates_{kMaxSpan};
   std::vector<std::uint32_t> slab_with_;                  // by fibre, once needed
-  std::vector<Point> inner_, outer_;                      // by fibre
+  std::vector<Place> inner_, outer_;                      // by fibre
   std::vector<std::array<std::uint32_t, 3>> neighbours_;  // by slab
-  std::vector<std::vector<std::uint32_t>> links_, fans_;  // by fibre
+  std::vector<Corner> fans_;                              // fibre after fibre
+  std::vector<std::uint32_t> fan_begin_;                  // by fibre, and the end
   std::vector<bool> open_;                                // by fibre
   std::vector<bool> unsound_;                             // by slab
-  std::vector<Triangle> triangles_;
-  std::vector<Box> boxes_;
+  std::vector<Box> boxes_;                                // by triangle
 };
 
 }  // namespace
@@ -428,13 +458,16 @@ std::string_view name(Condition condition) noexcept {
   return kNames[static_cast<std::size_t>(condition)];
 }
 
-Certificate check(const Shell& shell) { return Checker(shell).run(); }
+Certificate check(const Shell& shell) {
+  ShellFacts facts;
+  return Checker(shell, facts).run();
+}
 
 Certificate check(const Shell& shell, const Source& source, const Progress& progress) {
-  Checker checker(shell);
-  Certificate certificate = checker.run();
+  ShellFacts facts;
+  Certificate certificate = Checker(shell, facts).run();
   certificate.with_source = true;
-  if (certificate.holds[0]) check_source(shell, checker.facts(), source, certificate, progress);
+  if (certificate.holds[0]) check_source(shell, facts, source, certificate, progress);
   return certificate;
 }
 

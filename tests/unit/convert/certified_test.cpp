@@ -475,6 +475,16 @@ TEST(Certified, LargeSourcesInCellsOnAnyNumberOfThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+// On a rough source nearly every collapse has to find a height that the fibres around it allow.
+TEST(Certified, RoughSourcesBecomeCoarse) {
+  constexpr int kRows = 40;
+  TriangleMesh rough = testing::ball(kRows);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> share(-1, 1);
+  for (Vec3d& p : rough.positions) p = p * (1 + 2.5 * std::numbers::pi / kRows * share(random));
+  expect_certified(convert(rough, certified(20)), 130, 4);
+}
+
 TEST(Certified, StopsWhenCancelled) {
   std::atomic<bool> cancel = true;
   const auto result = convert(testing::ball(40, 0.1), certified(60), {.report = {}, .cancel = &cancel});

@@ -661,6 +661,41 @@ TEST(VerifySamples, CountsWhatFibresMeet) {
   EXPECT_EQ(c.off, 1U);
 }
 
+// Slabs are looked at a branch of their tree at a time, as many as a share of the source's triangles. Beside a large
+// source they all are one branch: what is said about them must be the same.
+TEST(VerifySource, SaysTheSameOfManyBranchesAsOfOne) {
+  const Vec3d aside = {4, 0, 0};
+  Cage cage = sphere_cage(5);  // 8192 slabs, in eight branches beside a small source
+  cage.add(sphere_cage(0, 0.2, 1.5, aside));
+  Surface source = ball(4);
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::size_t> any(0, source.points.size() - 1);
+  for (int k = 0; k < 30; ++k) {
+    Point& p = source.points[any(random)];
+    const double by = k % 3 == 0 ? 1.3 : k % 3 == 1 ? 0.7 : 1.1;  // out, in, and within the shell
+    for (double& x : p) x = std::round(x * by * kSteps) / kSteps;
+  }
+  std::swap(source.faces[100][1], source.faces[100][2]);
+  source.faces[200][1] = source.faces[200][0];
+  const auto check_beside = [&](int levels) {
+    Surface both = source;
+    both.add(ball(levels, 0.8, aside));
+    return cage.check(both);
+  };
+  const Certificate many = check_beside(1), one = check_beside(8);
+  EXPECT_GT(many.failure_count[5], 100U);
+  EXPECT_GT(many.failure_count[6], 10U);
+  EXPECT_EQ(many.failure_count, one.failure_count);
+  EXPECT_EQ(many.holds, one.holds);
+  ASSERT_EQ(many.failures.size(), one.failures.size());
+  for (std::size_t k = 0; k < many.failures.size(); ++k) {
+    EXPECT_EQ(many.failures[k].condition, one.failures[k].condition);
+    EXPECT_EQ(many.failures[k].a, one.failures[k].a);
+    EXPECT_EQ(many.failures[k].b, one.failures[k].b);
+    EXPECT_EQ(many.failures[k].what, one.failures[k].what);
+  }
+}
+
 TEST(VerifySource, CancelledClaimsNothingThatWasNotTested) {
   const std::atomic<bool> cancel = true;
   const Cage cage = sphere_cage();
