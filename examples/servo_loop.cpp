@@ -20,15 +20,11 @@ int main() {
   double strongest = 0;
 
   // region loop
-  const relief::Box3d bounds = model->slab_mesh().bounds();
   relief::ServoSettings settings;
-  settings.workspace = relief::fit_workspace(relief::DeviceInfo{}, bounds);
+  settings.workspace = relief::fit_workspace(relief::DeviceInfo{}, model->slab_mesh().bounds());
   settings.force.stiffness = 400;  // N/m at the hand
 
-  relief::Box3d reach;  // where the simulated hand explores: the model's box, in device metres
-  reach.add(settings.workspace.to_device(bounds.low));
-  reach.add(settings.workspace.to_device(bounds.high));
-  const auto device = relief::open_device("sim:hand", relief::exploring_hand(reach));
+  const auto device = relief::open_device("sim:hand", relief::exploring_hand(*model, settings.workspace));
   if (!device) return 1;
 
   relief::SnapshotChannel channel(model);  // an editor on another thread would publish here

@@ -20,14 +20,17 @@ struct ReplayOptions {
   std::string recording, model, csv, mcap, report;
   bool verify = false;
   ForceSettings force;
+  double tool_radius = 0;
   std::function<void(ServoSettings&)> change;  ///< empty when no setting was given
 };
 
-ordered_json to_json(const ServoSettings& s) {
+ordered_json to_json(const ServoSettings& s, const DeviceInfo& device) {
   return {{"metres_per_unit", s.workspace.metres_per_unit},
           {"stiffness", s.force.stiffness},
           {"damping", s.force.damping},
           {"friction", s.force.friction},
+          {"static_friction", std::max(s.force.friction, s.force.static_friction)},
+          {"max_force", std::min(s.force.max_force, device.max_force)},
           {"exact_normals", s.force.exact_normals},
           {"paper_contact", s.force.paper_contact},
           {"guard", s.force.guard},
@@ -55,17 +58,20 @@ ordered_json summary_of(const Replay& replay) {
                     {"max_stiffness", replay.device().max_stiffness},
                     {"max_damping", replay.device().max_damping},
                     {"max_force_rate", replay.device().max_force_rate}};
-  json["settings"] = to_json(replay.settings().front());
+  json["settings"] = to_json(replay.settings().front(), replay.device());
   json["settings_changes"] = replay.settings().size() - 1;
   if (!replay.unknown().empty()) json["unknown"] = replay.unknown();
   return json;
 }
 
+/// Of friction at rest, where it is another one.
+std::string at_rest(const ordered_json& settings) {
+  const double still = settings["static_friction"].get<double>();
+  return still > settings["friction"].get<double>() ? fmt::format(" ({} at rest)", still) : std::string();
+}
+
 std::string tool_of(const ordered_json& settings) {
-  if (const auto points = settings["tool_points"].get<std::size_t>(); points > 0)
-    return fmt::format(", a tool of {} points", points);
-  const double radius = settings["tool_radius"].get<double>();
-  return radius > 0 ? fmt::format(", a ball of radius {}", radius) : std::string();
+  return ", " + tool_name(settings["tool_radius"].get<double>(), settings["tool_points"].get<std::size_t>());
 }
 
 void say_summary(const ordered_json& json) {
@@ -77,8 +83,8 @@ void say_summary(const ordered_json& json) {
                     lost == 0 ? "" : fmt::format(", {} lost in {} gaps", lost, json["gaps"].size()),
                     json["settings_changes"].get<std::uint64_t>()));
   const auto& s = json["settings"];
-  print(fmt::format("stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}{}\n", s["stiffness"].get<double>(),
-                    s["damping"].get<double>(), s["friction"].get<double>(),
+  print(fmt::format("stiffness {} N/m, damping {} N*s/m, friction {}{}{}{}{}{}\n", s["stiffness"].get<double>(),
+                    s["damping"].get<double>(), s["friction"].get<double>(), at_rest(s),
                     s["exact_normals"].get<bool>() ? ", exact normals" : "",
                     s["paper_contact"].get<bool>() ? ", the paper's contact" : "",
                     s["guard"].get<bool>() ? ", guarded" : "", tool_of(s)));
@@ -167,10 +173,11 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                              printable(joined(result.missing), 400))));
   }
   if (o.change) {
+    RELIEF_CHECK(check_tool_radius(o.tool_radius, *model, o.recording));
     RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
     ServoSettings changed = replay.settings().front();
     o.change(changed);
-    json["other_settings"] = to_json(changed);
+    json["other_settings"] = to_json(changed, replay.device());
     json["comparison"] = to_json(result);
     if (!context.json) say(result);
   }
@@ -196,16 +203,22 @@ void add_replay(CLI::App& app, Context& context) {
   c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)");
   c->add_option("--report", o->report, "Write one page (HTML) with force, depth, work, times and the worst ticks");
   add_force_options(*c, o->force);
+  c->add_option("--tool-radius", o->tool_radius, "A ball of that radius for a tip, model units; 0: a point")
+      ->check(in_range(0, 1e300));
   finish_command(*c, context, [o, &context] { return run_replay(*o, context); });
   c->parse_complete_callback([o, c] {
     const auto given = [c](const char* option) { return c->count(option) > 0; };
     const bool k = given("--stiffness"), b = given("--damping"), mu = given("--friction"),
+               still = given("--static-friction"), most = given("--max-force"), ball = given("--tool-radius"),
                exact = given("--exact-normals"), paper = given("--paper-contact"), guard = given("--guard");
-    if (!k && !b && !mu && !exact && !paper && !guard) return;
-    o->change = [o, k, b, mu, exact, paper, guard](ServoSettings& settings) {
+    if (!k && !b && !mu && !still && !most && !ball && !exact && !paper && !guard) return;
+    o->change = [o, k, b, mu, still, most, ball, exact, paper, guard](ServoSettings& settings) {
       if (k) settings.force.stiffness = o->force.stiffness;
       if (b) settings.force.damping = o->force.damping;
       if (mu) settings.force.friction = o->force.friction;
+      if (still) settings.force.static_friction = o->force.static_friction;
+      if (most) settings.force.max_force = o->force.max_force;
+      if (ball) settings.tool = {.radius = o->tool_radius};
       if (exact) settings.force.exact_normals = true;
       if (paper) settings.force.paper_contact = true;
       if (guard) settings.force.guard = o->force.guard;

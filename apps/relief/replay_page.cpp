@@ -90,11 +90,12 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
   for (const auto& [key, value] : recording.head().facts)
     html += plots::row(escaped(printable(key, 60)), escaped(printable(value, 400)));
   const ServoSettings& s = replay.settings().front();
-  html += plots::row("settings",
-                     fmt::format("stiffness {} N/m, damping {} N·s/m, friction {}{}{}{}; {} changes", s.force.stiffness,
-                                 s.force.damping, s.force.friction, s.force.exact_normals ? ", exact normals" : "",
-                                 s.force.paper_contact ? ", the paper's contact" : "", s.force.guard ? ", guarded" : "",
-                                 replay.settings().size() - 1));
+  html += plots::row(
+      "settings",
+      fmt::format("stiffness {} N/m, damping {} N·s/m, friction {} ({} at rest){}{}{}; {} changes", s.force.stiffness,
+                  s.force.damping, s.force.friction, std::max(s.force.friction, s.force.static_friction),
+                  s.force.exact_normals ? ", exact normals" : "", s.force.paper_contact ? ", the paper's contact" : "",
+                  s.force.guard ? ", guarded" : "", replay.settings().size() - 1));
   html += plots::row("ticks", fmt::format("{}, {} in contact, {} flagged; {} gaps", recording.tick_count(), contact,
                                           flagged, recording.runs().empty() ? 0 : recording.runs().size() - 1));
   html += "</table><h2>Force</h2>" + plots::trace(force, "tick", "force on the hand, N");

@@ -32,6 +32,7 @@ struct TouchOptions {
   double seconds = 0;
   ForceSettings force;
   double tool_radius = 0;
+  bool names_tool = false;  ///< an option says which
   std::string tool_points;
 };
 
@@ -42,10 +43,18 @@ struct Summary {
   double force_max = 0, depth_max = 0;
 };
 
+/// What a recording that is played as a device says of how it was made.
+struct Played {
+  double radius = 0;
+  std::vector<Vec3d> points;  ///< of a rigid tool
+  bool same_model = false;    ///< it was made with this model
+};
+
 /// A device, and how the model lies in its workspace.
 struct OpenedDevice {
   std::unique_ptr<HapticDevice> device;
   Workspace workspace;
+  std::optional<Played> played = {};  ///< of a recording
 };
 
 /// By its name. A simulated hand goes over the whole model; a recording is played where it was made, unless the scale
@@ -54,34 +63,44 @@ Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
   if (o.device.starts_with(kReplayDevice)) {
     RELIEF_TRY(Replay replay, Replay::open(o.device.substr(kReplayDevice.size())));
     RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
-    const Workspace recorded = replay.settings().front().workspace;
-    return OpenedDevice{std::make_unique<ReplayDevice>(replay.device(), std::move(readings)),
-                        o.metres_per_unit > 0 ? workspace_for(model, replay.device(), o.metres_per_unit) : recorded};
+    const ServoSettings& recorded = replay.settings().front();
+    const bool same =
+        fmt::format("{:016x}", model.head->content_hash()) == replay.recording().head().fact("model_hash");
+    return OpenedDevice{.device = std::make_unique<ReplayDevice>(replay.device(), std::move(readings)),
+                        .workspace = o.metres_per_unit > 0 ? workspace_for(model, replay.device(), o.metres_per_unit)
+                                                           : recorded.workspace,
+                        .played = Played{.radius = recorded.tool.radius,
+                                         .points = {recorded.tool.points.begin(), recorded.tool.points.end()},
+                                         .same_model = same}};
   }
   const Workspace workspace = workspace_for(model, plant_presets().front().info, o.metres_per_unit);
-  const Box3d bounds = model.head->slab_mesh().bounds();
-  Box3d reach;
-  reach.add(workspace.to_device(bounds.low));
-  reach.add(workspace.to_device(bounds.high));
-  RELIEF_TRY(std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(reach)));
-  return OpenedDevice{std::move(device), workspace};
+  RELIEF_TRY(std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(*model.head, workspace)));
+  return OpenedDevice{.device = std::move(device), .workspace = workspace};
 }
 
-/// The servo's settings as the options ask for them; `points` is where a rigid tool's are kept.
+/// The servo's settings as the options ask for them; without a tool among them, that of a recording that is played.
+/// `points` is where a rigid tool's are kept.
 Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file, const Workspace& workspace,
-                                   std::vector<Vec3d>& points) {
-  const double size = diagonal(file.model().head->slab_mesh().bounds());
-  const double least = kSmallestTip * size, most = kLargestTip * size;
-  if (o.tool_radius > most || (o.tool_radius > 0 && o.tool_radius < least))
-    return fail(
-        Errc::InvalidArgument,
-        fmt::format("--tool-radius {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for "
-                    "a point",
-                    o.tool_radius, printable(o.model), least, most));
+                                   const std::optional<Played>& played, std::vector<Vec3d>& points) {
+  double radius = o.tool_radius;
   if (!o.tool_points.empty()) {
     RELIEF_TRY(points, read_tool_points(o.tool_points));
+  } else if (played && !o.names_tool) {
+    radius = played->radius;
+    points = played->points;
   }
-  return ServoSettings{.workspace = workspace, .force = o.force, .tool = {o.tool_radius, points}};
+  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, *file.model().head, o.model));
+  return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
+}
+
+/// What was taken over from a recording that is played.
+void say_played(const TouchOptions& o, const Played& played, const TouchTool& tool) {
+  const std::string recording = printable(o.device.substr(kReplayDevice.size()));
+  if (!o.names_tool)
+    print(fmt::format("{}: its tool was taken over, {}\n", recording, tool_name(tool.radius, tool.points.size())));
+  if (!played.same_model)
+    print(fmt::format("{}: was made with another model than {}, or before that was changed\n", recording,
+                      printable(o.model)));
 }
 
 /// The recorder that --record asks for.
@@ -122,15 +141,16 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
 Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
-  // The limits are those of the device named, or touch-like.
+  // The limits are those of the device named, or touch-like; without one the path may lead anywhere.
   DeviceInfo device = plant_presets().front().info;
+  device.workspace_radius = 0;
   if (!o.device.empty()) {
     RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
     device = named.device->info();
   }
   std::vector<Vec3d> points;
   RELIEF_TRY(const ServoSettings settings,
-             settings_for(o, file, workspace_for(file.model(), device, o.metres_per_unit), points));
+             settings_for(o, file, workspace_for(file.model(), device, o.metres_per_unit), {}, points));
   RELIEF_TRY(std::optional<Recorder> recorder, recorder_for(o, Recorder::Pace::Path, file, settings, device));
   Servo servo(settings, device);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(o.out));
@@ -186,7 +206,8 @@ Status run_live(const TouchOptions& o, const Context& context) {
   }
   Session::Settings settings;
   std::vector<Vec3d> points;
-  RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, points));
+  RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, opened.played, points));
+  if (opened.played && !context.json) say_played(o, *opened.played, settings.servo.tool);
   settings.keep_trace = out.has_value();
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
@@ -216,6 +237,9 @@ Status run_live(const TouchOptions& o, const Context& context) {
   }
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = opened.workspace.metres_per_unit;
+  json["tool_radius"] = settings.servo.tool.radius;
+  json["tool_points"] = points.size();
+  if (opened.played) json["recorded_model"] = opened.played->same_model;
   json["servo"] = {{"ticks", stats.servo.ticks},
                    {"overruns", stats.servo.overruns},
                    {"dropped", stats.servo.dropped},
@@ -241,6 +265,22 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 
 }  // namespace
 
+Status check_tool_radius(double radius, const Snapshot& model, std::string_view name) {
+  const double size = diagonal(model.slab_mesh().bounds());
+  const double least = kSmallestTip * size, most = kLargestTip * size;
+  if (radius == 0 || (radius >= least && radius <= most)) return {};
+  return fail(
+      Errc::InvalidArgument,
+      fmt::format("--tool-radius {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for "
+                  "a point",
+                  radius, printable(name), least, most));
+}
+
+std::string tool_name(double radius, std::size_t points) {
+  if (points > 0) return fmt::format("a tool of {} points", points);
+  return radius > 0 ? fmt::format("a ball of radius {}", radius) : "a point";
+}
+
 std::vector<std::string> flag_names(std::uint32_t flags) {
   std::vector<std::string> names;
   for (std::uint32_t b = 1; b != 0 && b <= flags; b <<= 1U)
@@ -263,6 +303,12 @@ void add_force_options(CLI::App& command, ForceSettings& force) {
   command.add_option("--damping", force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
   command.add_option("--friction", force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")
       ->check(in_range(0, 4));
+  command
+      .add_option("--static-friction", force.static_friction,
+                  "That of a tip at rest, 0 to 4 (default: as --friction, and never less)")
+      ->check(in_range(0, 4));
+  command.add_option("--max-force", force.max_force, "Largest force, N (default and at most: the device's)")
+      ->check(in_range(0, 1e9));
   command.add_flag("--exact-normals", force.exact_normals,
                    "Push straight towards the surface contact point instead of along the interpolated normal");
   command.add_flag("--paper-contact", force.paper_contact,
@@ -298,6 +344,7 @@ void add_touch(CLI::App& app, Context& context) {
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
       ->check(in_range(1e-12, 1e12));
   add_force_options(*c, o->force);
+  c->get_option("--static-friction")->needs("--friction");
   CLI::Option* radius = c->add_option("--tool-radius", o->tool_radius,
                                       "A ball for a tip: its radius in model units, at most 5 % of the diagonal")
                             ->check(in_range(0, 1e300));
@@ -311,6 +358,7 @@ void add_touch(CLI::App& app, Context& context) {
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
   c->parse_complete_callback([o, c] {
+    o->names_tool = c->count("--tool-radius") + c->count("--tool-points") + c->count("--paper-contact") > 0;
     if (c->count("--guard") == 0) o->force.guard = o->path.empty();
     if (o->force.paper_contact && (o->tool_radius > 0 || !o->tool_points.empty()))
       throw CLI::ValidationError("--paper-contact is of a point: it goes with neither --tool-radius nor --tool-points");

@@ -1,6 +1,8 @@
+#include <relief/core/query.h>
 #include <relief/devices/open_device.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -9,13 +11,13 @@ namespace relief {
 namespace {
 
 constexpr std::string_view kSimulatedHand = "sim:hand";
+constexpr int kPlaces = 13;  // that an exploring hand goes to, then again
 
 /// A unit vector that visits the sphere evenly, the top first (golden angle).
 Vec3d direction(int index) noexcept {
-  constexpr int kCount = 13;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
-  const double y = 1 - 2 * (index % kCount + 0.5) / kCount;
-  const double ring = std::sqrt(1 - y * y), turn = golden * (index % kCount) + std::numbers::pi / 2;
+  const double y = 1 - 2 * (index % kPlaces + 0.5) / kPlaces;
+  const double ring = std::sqrt(1 - y * y), turn = golden * (index % kPlaces) + std::numbers::pi / 2;
   return {ring * std::cos(turn), y, ring * std::sin(turn)};
 }
 
@@ -54,28 +56,45 @@ Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScr
   return fail(Errc::NotFound, "no device is named \"" + printable(name) + "\"; known are " + known);
 }
 
-HandScript exploring_hand(const Box3d& reach) {
-  const Vec3d centre = reach.empty() ? Vec3d{} : reach.centre();
-  const Vec3d half = reach.empty() ? Vec3d{} : reach.extent() * 0.5;
-  return [centre, half](double t) -> HandTarget {
-    // One place after the other, 2 s each: travel around the box, press in, stroke there and back, lift off.
-    constexpr double kVisit = 2;
-    const double visit = std::floor(std::max(t, 0.0) / kVisit);
-    const double at = std::max(t, 0.0) - visit * kVisit;
+HandScript exploring_hand(const Snapshot& model, const Workspace& workspace) {
+  Box3d box;
+  box.add(workspace.to_device(model.slab_mesh().bounds().low));
+  box.add(workspace.to_device(model.slab_mesh().bounds().high));
+  const Vec3d centre = box.centre(), half = box.extent() * 0.5;
+  const double size = diagonal(box);
+  /// Where the hand comes from, in the air; where it would press the tool to; along the surface there.
+  struct Place {
+    Vec3d above, in, side;
+  };
+  const auto around = [=](Vec3d way) { return centre + Vec3d{way.x * half.x, way.y * half.y, way.z * half.z} * 1.2; };
+  std::array<Place, kPlaces> places;
+  for (int k = 0; k < kPlaces; ++k) {
+    // The nearest place of the surface: the straight way there is free.
+    const Vec3d above = around(direction(k));
+    const SurfacePoint nearest = closest_point(model, workspace.to_model(above));
+    const bool found = nearest.slab != kNoSlab;
+    const Vec3d normal = found ? nearest.normal : direction(k);
+    const Vec3d surface = found ? workspace.to_device(nearest.position) : centre;
+    const Vec3d side = normalized(cross(normal, std::abs(normal.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
+    places[static_cast<std::size_t>(k)] = {above, surface - normal * (0.08 * size), side * (0.08 * size)};
+  }
+  return [places, around](double t) -> HandTarget {
+    // One place after the other, 2 s each: travel around the box, press in, stroke there and back, lift off. The first
+    // one needs no travel.
+    constexpr double kVisit = 2, kFirst = 0.5;
+    const double now = std::max(t, 0.0) + kFirst, visit = std::floor(now / kVisit), at = now - visit * kVisit;
     const int index = static_cast<int>(std::fmod(visit, 1e6));
     const Vec3d here = direction(index), from = index > 0 ? direction(index - 1) : here;
-
-    Vec3d way = here;
-    if (const double angle = std::acos(std::clamp(dot(from, here), -1.0, 1.0)); at < 0.7 && std::sin(angle) > 1e-6) {
-      const double share = ease(at / 0.7);
-      way = (from * std::sin((1 - share) * angle) + here * std::sin(share * angle)) / std::sin(angle);
-    } else if (at >= 0.7) {
-      const Vec3d side = normalized(cross(here, std::abs(here.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
-      way = normalized(here + side * (0.3 * (ease((at - 0.95) / 0.35) - ease((at - 1.35) / 0.35))));
+    if (at < 0.7) {
+      const double angle = std::acos(std::clamp(dot(from, here), -1.0, 1.0)), share = ease(at / 0.7);
+      if (std::sin(angle) <= 1e-6) return {.position = around(here), .buttons = 0};
+      const Vec3d way = (from * std::sin((1 - share) * angle) + here * std::sin(share * angle)) / std::sin(angle);
+      return {.position = around(way), .buttons = 0};
     }
+    const Place& place = places[static_cast<std::size_t>(index % kPlaces)];
     const double press = ease((at - 0.7) / 0.3) * (1 - ease((at - 1.7) / 0.3));
-    const double out = 1.2 - 0.65 * press;
-    return {.position = centre + Vec3d{way.x * half.x, way.y * half.y, way.z * half.z} * out, .buttons = 0};
+    const double stroke = ease((at - 0.95) / 0.35) - ease((at - 1.35) / 0.35);
+    return {.position = place.above + (place.in - place.above) * press + place.side * stroke, .buttons = 0};
   };
 }
 

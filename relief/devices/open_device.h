@@ -1,8 +1,10 @@
 // Devices by name.
 #pragma once
 
+#include <relief/core/snapshot.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/haptics/device.h>
+#include <relief/haptics/servo.h>
 
 #include <memory>
 #include <string>
@@ -34,7 +36,8 @@ struct DeviceListing {
 /// "sim:hand" or "sim:hand:PRESET". `script` is what the simulated hand does. Error: NotFound, listing the known names.
 [[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
 
-/// The default script for a model nobody scripted: taps and strokes over a box of the given size (device metres).
-[[nodiscard]] HandScript exploring_hand(const Box3d& reach);
+/// The default script for a model nobody scripted: presses and strokes all over its surface, the first one within a
+/// second. It knows the surface as it is now.
+[[nodiscard]] HandScript exploring_hand(const Snapshot& model, const Workspace& workspace);
 
 }  // namespace relief

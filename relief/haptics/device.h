@@ -21,7 +21,7 @@ struct DeviceInfo {
   double max_work = 1;              ///< J, what the force may do on the hand within any second
   double max_speed = 1.5;           ///< m/s of the hand, above which the force only brakes
   int delay_ticks = 0;              ///< 0..3, from a command to its force, as far as it is known
-  double workspace_radius = 0.075;  ///< m around the origin
+  double workspace_radius = 0.075;  ///< m around the origin, in which forces are good; 0: not known
   bool pull = true;                 ///< Relief's thread calls read and write; false: the device's SDK calls Relief
 };
 

@@ -10,7 +10,8 @@ namespace relief {
 /// F.csv.
 enum class ServoFault : std::uint32_t {
   None = 0,
-  /// Not finite, denormal, over 10 m from the workspace's origin, or frozen; or an orientation that is no rotation.
+  /// Not finite, denormal, over 10 m from the workspace's origin, further from the device's than four times the radius
+  /// of its workspace, or frozen; or an orientation that is no rotation.
   BadPosition = 1U << 0U,
   BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by 50 ms or more
   TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s

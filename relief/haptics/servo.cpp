@@ -7,13 +7,17 @@
 namespace relief {
 namespace {
 
-constexpr double kReach = 10;            // m from the workspace's origin; no device's arm is longer
+constexpr double kReach = 10;  // m from the workspace's origin; no device's arm is longer
+// Radii of the stated workspace. That is where forces are good; arms reach two to three times as far, and simulated
+// hands and our own recordings stay within 2.8 (the falcon-like one, with the smallest radius).
+constexpr double kReachOfRadius = 4;
 constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
 constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
 constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s
 constexpr double kFrozenTime = 20e-3;     // s
+constexpr double kRoughest = 4;           // greatest coefficient of friction
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
 constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
@@ -85,7 +89,8 @@ void Servo::limit_settings() noexcept {
   limits_.damping =
       at_most(at_most(wanted.damping, dampest) + (wanted.guard ? limits_.stiffness * late_ / 2 : 0), dampest);
   limits_.lowered = limits_.stiffness < at_most(wanted.stiffness, allowed);
-  limits_.friction = at_most(wanted.friction, 4);
+  limits_.friction = at_most(wanted.friction, kRoughest);
+  limits_.static_friction = std::max(limits_.friction, at_most(wanted.static_friction, kRoughest));
   limits_.max_force = at_most(wanted.max_force, at_most(device_.max_force, kAny));
   guard_.set({.max_force = limits_.max_force,
               .max_force_rate = at_most(device_.max_force_rate, kAny),
@@ -120,6 +125,10 @@ void Servo::let_go() noexcept {
   sliding_ = false;
 }
 
+bool Servo::within_workspace(Vec3d position) const noexcept {
+  return !(device_.workspace_radius > 0) || length(position) <= kReachOfRadius * device_.workspace_radius;
+}
+
 Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
   Admitted now;
   bool timed = false;  // the step from the last reading's time to this one's is good
@@ -144,7 +153,7 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
 
   const Workspace& space = settings_.workspace;
   now.has_position = space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit) && !denormal(reading.position) &&
-                     near(reading.position - space.device_origin, kReach) &&
+                     near(reading.position - space.device_origin, kReach) && within_workspace(reading.position) &&
                      near(space.to_model(reading.position), kFarModel);
   if (!now.has_position) {
     now.faults |= bit(ServoFault::BadPosition);
@@ -321,11 +330,11 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
     return {};
   }
   const SurfacePoint& at = touch.surface;
-  const auto coefficient = [&](Layer layer) noexcept {
-    return at_most(layer_at(model, layer, at.slab, at.u, at.v, limits_.friction), 4);
+  const auto coefficient = [&](Layer layer, double elsewhere) noexcept {
+    return at_most(layer_at(model, layer, at.slab, at.u, at.v, elsewhere), kRoughest);
   };
-  const double kinetic = coefficient(Layer::DynamicFriction);
-  const double still = std::max(kinetic, coefficient(Layer::StaticFriction));
+  const double kinetic = coefficient(Layer::DynamicFriction, limits_.friction);
+  const double still = std::max(kinetic, coefficient(Layer::StaticFriction, limits_.static_friction));
   if (!has_anchor_) {
     anchor_ = position;
     spin_ = 0;

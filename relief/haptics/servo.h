@@ -32,10 +32,11 @@ struct Workspace {
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
-  double stiffness = 400;  ///< N/m at the hand; clamped to the device's max_stiffness
-  double damping = 1;      ///< N*s/m along the normal; clamped to the device's max_damping; never pulls inwards
-  double friction = 0;     ///< Coulomb coefficient, 0 off; static and dynamic alike where the model has no such layers
-  double max_force = 1e9;  ///< N; clamped to the device's
+  double stiffness = 400;      ///< N/m at the hand; clamped to the device's max_stiffness
+  double damping = 1;          ///< N*s/m along the normal; clamped to the device's max_damping; never pulls inwards
+  double friction = 0;         ///< Coulomb coefficient of a tool that slides, 0 off; layers of the model come before it
+  double static_friction = 0;  ///< that of one at rest, never less than the other one; 0: the same
+  double max_force = 1e9;      ///< N; clamped to the device's
   /// The spring pulls straight towards the surface contact point, which gains no energy, in place of the interpolated
   /// normal (paper, Sec. 3.4), which feels smoother. A ball's and a rigid tool's always do.
   bool exact_normals = false;
@@ -109,7 +110,7 @@ class Servo {
  private:
   /// What the settings and the device allow together; every number finite and not negative.
   struct Limits {
-    double stiffness = 0, damping = 0, friction = 0, max_force = 0;
+    double stiffness = 0, damping = 0, friction = 0, static_friction = 0, max_force = 0;
     bool clamped = false;
     bool lowered = false;  ///< stiffness, because ticks come late
   };
@@ -123,6 +124,8 @@ class Servo {
   void limit_settings() noexcept;
   /// Takes in the time between two ticks; limits the settings anew where ticks come late.
   void judge_period(double dt) noexcept;
+  /// Of the device, as far as it states one.
+  [[nodiscard]] bool within_workspace(Vec3d position) const noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
   /// What the tool touches in this tick.
   struct Touch {

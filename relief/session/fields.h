@@ -36,7 +36,7 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
-static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 120 &&
+static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 128 &&
               sizeof(DeviceInfo) == 120 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
 
 template <Is<RecordedTick> T, typename Visit>
@@ -80,6 +80,7 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"stiffness", "N/m"}, settings.force.stiffness);
   visit(Field{"damping", "N*s/m"}, settings.force.damping);
   visit(Field{"friction", ""}, settings.force.friction);
+  visit(Field{"static_friction", ""}, settings.force.static_friction);
   visit(Field{"max_force", "N"}, settings.force.max_force);
   visit(Field{"exact_normals", ""}, settings.force.exact_normals);
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);

@@ -20,7 +20,7 @@ constexpr double kNormal = 1;   // N
 constexpr double kTick = 1e-3;  // s
 constexpr double kPi = 3.14159265358979323846;
 
-/// A plane of 1 m in which static and dynamic friction differ.
+/// A plane of 1 m with layers in which static and dynamic friction differ.
 SnapshotPtr rough_plane() {
   SnapshotDraft draft(testing::flat_plane());
   draft.add_layer(Layer::StaticFriction, 2, static_cast<float>(kStatic));
@@ -28,8 +28,11 @@ SnapshotPtr rough_plane() {
   return draft.finish();
 }
 
-ServoSettings rubbing(const HeldTool& held) {
-  ServoSettings settings = testing::settings_with(kStiffness, 0, 0.1, 1);
+/// On a model without layers, the settings have both coefficients.
+ServoSettings rubbing(const Snapshot& model, const HeldTool& held) {
+  const bool layers = model.has(Layer::StaticFriction);
+  ServoSettings settings = testing::settings_with(kStiffness, 0, layers ? 0.1 : kKinetic, 1);
+  if (!layers) settings.force.static_friction = kStatic;
   settings.tool = held.tool();
   return settings;
 }
@@ -38,7 +41,7 @@ ServoSettings rubbing(const HeldTool& held) {
 class Sled {
  public:
   Sled(const Snapshot& model, const HeldTool& held)
-      : model_(model), radius_(held.radius), hand_(rubbing(held), testing::strong_device()) {
+      : model_(model), radius_(held.radius), hand_(rubbing(model, held), testing::strong_device()) {
     // No point of a rigid tool need be at its lowest place: it goes as deep as the force takes.
     for (int k = 0; k < 100; ++k) {
       static_cast<void>(at(0));
@@ -228,6 +231,11 @@ void friction(Report& report) {
   const SnapshotPtr model = rough_plane();
   for (const HeldTool& held : testing::held_tools(0.04)) {
     rub(report, *model, held);
+    if (held.is_point()) {
+      HeldTool plain = held;
+      plain.name = ", by the settings alone";
+      rub(report, *testing::flat_plane(), plain);
+    }
     rest(report, model, held);
   }
 }

@@ -4,19 +4,29 @@
 #include "support/held_tools.h"
 #include "support/shells.h"
 
+#include <relief/base/cpu_time.h>
 #include <relief/base/spsc_queue.h>
 #include <relief/core/query.h>
 #include <relief/core/snapshot_channel.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/haptics/servo.h>
+#include <relief/haptics/servo_thread.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
+#include <cstdio>
 #include <deque>
 #include <random>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace relief::acceptance {
 namespace {
@@ -302,7 +312,119 @@ void limits(Report& report) {
     }
 }
 
+namespace {
+
+/// What a process that was stopped for a while finds in its telemetry afterwards; times of CLOCK_MONOTONIC, ns.
+struct Stopped {
+  double before = 0, first = 0;           ///< N, in the last tick before and in the first one after
+  double later = 0;                       ///< N, the most in any tick after that
+  std::uint64_t zero_at = 0;              ///< when the first zero had been commanded
+  std::uint64_t late = 0, late_null = 0;  ///< the latest wake-up of the servo, and of a null loop beside it, ns
+  std::uint32_t flags = 0;                ///< of the first tick after
+  std::uint64_t gap = 0;                  ///< ns, the longest from one wake-up to the next
+  bool stood_before = false;              ///< the machine was so busy that the servo stood still before that, too
+  int ticks = 0;
+};
+
+/// A real servo's thread over a pressed hand, for a second in which a drawing thread holds its snapshot, an editor
+/// publishes, and nobody takes the telemetry, as when a disk stands still. Calls `ready` once the hand presses.
+template <typename Ready>
+Stopped pressed_meanwhile(Ready&& ready) {
+  const PlantPreset& preset = plant_presets().front();
+  SimulatedHand hand(preset, {.stiffness = 300, .damping = 3, .max_force = 2, .tremor = 0},
+                     [](double) { return HandTarget{kSpace.to_device({0, 0, 0.95}), 0}; });
+  hand.set_state(kSpace.to_device({0, 0, 1.02}), {});
+  const SnapshotPtr models[] = {ball(), ball()};
+  SnapshotChannel channel(models[0]);
+  SnapshotChannel::Reader drawing = channel.reader();
+  static_cast<void>(drawing.latest());
+  SpscQueue<ServoTick> telemetry(8192);
+  ServoThread servo(hand, channel, {.workspace = kSpace}, &telemetry);
+  ServoTimes null;
+  std::thread beside([&] { null = null_loop(1.2); });
+  for (int k = 0; k < 100; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    channel.publish(models[k % 2]);
+    if (k == 50) ready();
+  }
+  servo.stop();
+  beside.join();
+  Stopped found{.late = servo.times().late.max(), .late_null = null.late.max()};
+  std::vector<ServoTick> ticks;
+  for (ServoTick tick; telemetry.pop(tick);) ticks.push_back(tick);
+  found.ticks = static_cast<int>(ticks.size());
+  std::size_t after = 0;  // the first tick after the longest gap
+  for (std::size_t k = 1; k < ticks.size(); ++k) {
+    const std::uint64_t gap = ticks[k].clock_ns - ticks[k - 1].clock_ns;
+    if (gap <= found.gap) continue;
+    found.gap = gap;
+    after = k;
+  }
+  if (after == 0) return found;
+  for (std::size_t k = 0; k < after; ++k)
+    found.stood_before = found.stood_before || (ticks[k].sample.flags & bit(ServoFault::Stalled)) != 0;
+  found.before = length(ticks[after - 1].sample.force);
+  found.first = length(ticks[after].sample.force);
+  found.flags = ticks[after].sample.flags;
+  for (std::size_t k = after; k < ticks.size(); ++k) {
+    const double force = length(ticks[k].sample.force);
+    if (k > after) found.later = std::max(found.later, force);
+    if (found.zero_at == 0 && force == 0) found.zero_at = ticks[k].clock_ns + ticks[k].sample.compute_ns;
+  }
+  return found;
+}
+
+/// The servo's process is really stopped, by the system, while a hand presses. Times are never judged.
+void stopped_process(Report& report) {
+#if defined(__SANITIZE_THREAD__)
+  report.skipped("no process can be forked under the thread sanitizer");
+#else
+  constexpr std::chrono::milliseconds kStop{250};
+  int ends[2] = {};
+  std::fflush(stdout);
+  const pid_t child = ::pipe(ends) == 0 ? ::fork() : -1;
+  if (child < 0) {
+    report.skipped("the system gives no process");
+    return;
+  }
+  if (child == 0) {
+    const auto tell = [&](const auto& value) { return ::write(ends[1], &value, sizeof value) == sizeof value; };
+    const Stopped found = pressed_meanwhile([&] { static_cast<void>(tell('r')); });
+    ::_exit(tell(found) ? 0 : 1);
+  }
+  ::close(ends[1]);
+  char ready = 0;
+  Stopped found;
+  bool whole = ::read(ends[0], &ready, 1) == 1;
+  int status = 0;
+  whole = whole && ::kill(child, SIGSTOP) == 0 && ::waitpid(child, &status, WUNTRACED) == child && WIFSTOPPED(status);
+  std::this_thread::sleep_for(kStop);
+  const std::uint64_t continued = detail::clock_ns(CLOCK_MONOTONIC);
+  static_cast<void>(::kill(child, SIGCONT));
+  whole = ::read(ends[0], &found, sizeof found) == sizeof found && whole;
+  ::close(ends[0]);
+  whole = ::waitpid(child, &status, 0) == child && whole;
+  report.at_least("a process stopped by SIGSTOP for 250 ms: seen in its ticks",
+                  whole && found.gap > 200'000'000 ? 1 : 0, 1);
+  if (found.stood_before)
+    report.shown("    force in the tick before; the machine stood still before, too", found.before, "N");
+  else
+    report.at_least("    force in the tick before", found.before, 0.3, "N");
+  report.at_most("    force in the first tick after", found.first, 0, "N");
+  report.at_most("    force in any later tick, the hand still pressing", found.later, 0, "N");
+  const std::uint32_t told = bit(ServoFault::Stalled) | bit(ServoFault::Latched);
+  report.at_least("    told in the flags: stalled, latched", std::popcount(found.flags & told), 2);
+  report.shown("    from SIGCONT to the command of zero", (double(found.zero_at) - double(continued)) * 1e-3, "us");
+  report.shown("    the servo's latest wake-up", double(found.late) * 1e-3, "us");
+  report.shown("    a null loop's, beside it", double(found.late_null) * 1e-3, "us");
+  report.shown("    ticks, while drawing and disk stand still", found.ticks);
+#endif
+}
+
+}  // namespace
+
 void standstill(Report& report) {
+  stopped_process(report);
   // The plant, pressed, when nobody commands any more.
   for (const PlantPreset& preset : plant_presets()) {
     const SnapshotPtr model = ball();

@@ -1,29 +1,25 @@
 // S16 to S18: what a tick costs, what lateness does, and what a tick may never call.
 #include "acceptance/acceptance.h"
 #include "support/driver.h"
+#include "support/forbidden_calls.h"
 #include "support/held_tools.h"
-#include "support/no_alloc.h"
+#include "support/watched_servo.h"
 
 #include <relief/base/cpu_time.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/render/renderer.h>
 #include <relief/session/session.h>
 
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
-#include <ucontext.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <thread>
 #include <utility>
@@ -205,60 +201,43 @@ void deadlines(Report& report) {
 
 namespace {
 
-thread_local bool in_tick = false;
-thread_local int system_calls = 0;
-
-void on_system_call(int /*signal*/, siginfo_t* /*info*/, void* context) {
-  if (in_tick) ++system_calls;
-  // The call is refused: what needs it must not be in this thread.
-#if defined(__x86_64__)
-  static_cast<ucontext_t*>(context)->uc_mcontext.gregs[REG_RAX] = -ENOSYS;
-#else
-  static_cast<void>(context);
-#endif
+/// The hand of both: all over the top of a ball of radius 1 that is 0.1 m large.
+SimulatedHand roaming_hand(const testing::HeldTool& held) {
+  return {plant_presets().front(), {.tremor = 1e-3}, [larger = 1 + held.radius](double t) {
+            return HandTarget{Vec3d{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)} * larger, 0};
+          }};
+}
+ServoSettings roaming_settings(const testing::HeldTool& held) {
+  return {.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}, .tool = held.tool()};
 }
 
-/// From here on each system call of this thread, but for those that end it, comes to on_system_call(). False where the
-/// system does not offer that; not for the sanitizers, whose own calls would be seen.
-[[maybe_unused]] bool watch_system_calls() {
-#if defined(__x86_64__)
-  struct sigaction action = {};
-  action.sa_sigaction = on_system_call;
-  action.sa_flags = SA_SIGINFO;
-  if (sigaction(SIGSYS, &action, nullptr) != 0) return false;
-  std::vector<sock_filter> program = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
-  for (const int allowed : {SYS_exit, SYS_exit_group, SYS_rt_sigreturn, SYS_rt_sigprocmask, SYS_munmap, SYS_madvise,
-                            SYS_futex, SYS_getrusage, SYS_write}) {
-    program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<unsigned>(allowed), 0, 1));
-    program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
-  }
-  program.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRAP));
-  const sock_fprog filter = {static_cast<unsigned short>(program.size()), program.data()};
-  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) == 0;
-#else
-  return false;
-#endif
+void show_calls(Report& report, const std::string& of, const testing::ForbiddenCalls& calls, bool watched) {
+  report.at_most("allocations and frees" + of, calls.news + calls.deletes + calls.mallocs + calls.frees, 0);
+  if (testing::kCountsEverything)
+    report.at_most("locks" + of, calls.locks, 0);
+  else
+    report.skipped("locks cannot be counted under a sanitizer");
+  if (watched)
+    report.at_most("system calls but for the clock" + of, calls.system_calls, 0);
+  else
+    report.skipped("system calls cannot be watched here");
 }
 
-}  // namespace
+void show_faults(Report& report, const std::string& of, long minor_faults, long major_faults) {
+  report.shown("minor page faults after warm-up" + of, double(minor_faults));
+  report.at_most("major page faults after warm-up" + of, double(major_faults), 0);
+}
 
-namespace {
-
-void forbidden_calls(Report& report, const testing::HeldTool& held) {
-  std::vector<SnapshotPtr> models;
-  for (const double radius : {1.0, 0.995})
-    models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
+/// One tick after the other, without the loop around them.
+void calls_of_steps(Report& report, const testing::HeldTool& held, const std::vector<SnapshotPtr>& models) {
   SnapshotChannel channel(models.front());
-  const double larger = 1 + held.radius;
-  SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3}, [=](double t) {
-    return HandTarget{Vec3d{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)} * larger, 0};
-  });
-  Servo servo({.workspace = {.metres_per_unit = 0.1}, .force = {.friction = 0.4}, .tool = held.tool()}, hand.info());
+  SimulatedHand hand = roaming_hand(held);
+  Servo servo(roaming_settings(held), hand.info());
   const int warm = 2'000, ticks = (report.long_form() ? 3'000'000 : 30'000) / held.dear;
   testing::ForbiddenCalls calls;
-  int touched = 0, of_system = 0, changes = 0;
-  long minor_faults = 0, major_faults = 0;
-  bool watched = false, checked = false;
+  int touched = 0, changes = 0, breaches = 0;
+  rusage before{}, after{};
+  bool watched = false;
   std::atomic<bool> done{false};
   // The editor publishes meanwhile.
   std::thread editor([&] {
@@ -268,68 +247,70 @@ void forbidden_calls(Report& report, const testing::HeldTool& held) {
     }
   });
   std::thread([&, reader = channel.reader()]() mutable {
-#if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
-    watched = watch_system_calls();
-    if (watched) {
-      // The watch must see one where there is one.
-      in_tick = true;
+    watched = testing::watch_system_calls();
+    {
+      // The watch must see a forbidden call where there is one.
+      const testing::WatchedCalls watch;
+      std::free(std::malloc(1));
       static_cast<void>(syscall(SYS_getppid));
-      in_tick = false;
-      checked = system_calls == 1;
-      system_calls = 0;
+      breaches = watch.calls().total();
     }
-#endif
-    rusage before{};
     const Snapshot* last = models.front().get();
-    for (int k = 0; k < warm + ticks; ++k) {
-      if (k == warm) getrusage(RUSAGE_THREAD, &before);
-      in_tick = true;
-      {
-        const testing::NoAllocScope scope;
-        DeviceState state;
-        static_cast<void>(hand.read(state));
-        const Snapshot& model = reader.latest();
-        changes += &model != std::exchange(last, &model) ? 1 : 0;
-        const ServoSample felt = servo.step(model, state);
-        static_cast<void>(hand.write({felt.force, felt.torque}));
-        touched += felt.contact ? 1 : 0;
-        if (k >= warm) {
-          calls.news += scope.calls().news;
-          calls.deletes += scope.calls().deletes;
-          calls.locks += scope.calls().locks;
-        }
-      }
-      in_tick = false;
+    const auto tick = [&] {
+      DeviceState state;
+      static_cast<void>(hand.read(state));
+      const Snapshot& model = reader.latest();
+      changes += &model != std::exchange(last, &model) ? 1 : 0;
+      const ServoSample felt = servo.step(model, state);
+      static_cast<void>(hand.write({felt.force, felt.torque}));
+      touched += felt.contact ? 1 : 0;
+    };
+    for (int k = 0; k < warm; ++k) tick();
+    getrusage(RUSAGE_THREAD, &before);
+    {
+      const testing::WatchedCalls watch;
+      for (int k = 0; k < ticks; ++k) tick();
+      calls = watch.calls();
+      calls.system_calls += calls.sleeps;
     }
-    rusage after{};
     getrusage(RUSAGE_THREAD, &after);
-    minor_faults = after.ru_minflt - before.ru_minflt;
-    major_faults = after.ru_majflt - before.ru_majflt;
-    of_system = system_calls;
   }).join();
   done.store(true);
   editor.join();
   report.at_least("ticks in contact, of all" + held.name, double(touched) / (warm + ticks), 0.1);
   report.at_least("ticks in which a new model came" + held.name, changes, 20);
-  report.at_most("allocations and frees" + held.name, calls.news + calls.deletes, 0);
-  if (testing::kCountsLocks)
-    report.at_most("locks" + held.name, calls.locks, 0);
-  else
-    report.skipped("locks cannot be counted under a sanitizer");
-  if (watched) {
-    report.at_least("the watch on system calls sees one that is made" + held.name, checked ? 1 : 0, 1);
-    report.at_most("system calls" + held.name, of_system, 0);
-  } else {
-    report.skipped("system calls cannot be watched here");
-  }
-  report.shown("minor page faults after warm-up" + held.name, double(minor_faults));
-  report.at_most("major page faults after warm-up" + held.name, double(major_faults), 0);
+  if (testing::kCountsEverything)
+    report.at_least("forbidden calls seen where three are made" + held.name, breaches, watched ? 3 : 2);
+  show_calls(report, held.name, calls, watched);
+  show_faults(report, held.name, after.ru_minflt - before.ru_minflt, after.ru_majflt - before.ru_majflt);
+}
+
+/// The servo's own thread, or that of a push device, with all that goes on around a step.
+void calls_of_thread(Report& report, const testing::HeldTool& held, const std::vector<SnapshotPtr>& models, bool pull) {
+  const int ticks = report.long_form() ? 60'000 : 600;
+  const testing::WatchedRun run = testing::watched_run(pull, models, roaming_settings(held), roaming_hand(held), ticks);
+  const std::string of = (pull ? ", the servo's thread" : ", a push device's thread") + held.name;
+  report.at_least("ticks in contact" + of, run.touched, 20);
+  report.at_least("changes of model and settings" + of, std::min(run.models, run.settings), 3);
+  report.at_least("ticks after a full queue and after a standstill" + of, std::min(run.dropped, run.stalled), 1);
+  testing::ForbiddenCalls calls = run.calls;
+  // A loop of our own sleeps once before each tick.
+  calls.system_calls += std::abs(calls.sleeps - (pull && run.saw_system_calls ? ticks : 0));
+  show_calls(report, of, calls, run.saw_system_calls);
+  show_faults(report, of, run.minor_faults, run.major_faults);
 }
 
 }  // namespace
 
 void forbidden_calls(Report& report) {
-  for (const testing::HeldTool& held : testing::held_tools(0.05)) forbidden_calls(report, held);
+  std::vector<SnapshotPtr> models;
+  for (const double radius : {1.0, 0.995})
+    models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
+  for (const testing::HeldTool& held : testing::held_tools(0.05)) {
+    calls_of_steps(report, held, models);
+    calls_of_thread(report, held, models, true);
+    calls_of_thread(report, held, models, false);
+  }
 }
 
 }  // namespace relief::acceptance

@@ -88,8 +88,9 @@ class Contract(Case):
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--size", "wide"), 2, "--size", "wide")
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--view", "inside"), 2, "--view", "inside")
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--at", "1,2"), 2, "--at")
-        for option in ("--stiffness", "--damping", "--friction", "--metres-per-unit"):
+        for option in ("--stiffness", "--damping", "--friction", "--static-friction", "--metres-per-unit"):
             self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", option, "nan"), 2, option)
+        self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", "--static-friction", 1), 2, "--friction")
         self.assertFalse((self.folder / "x.png").exists())
         for args in ([], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
                      ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
@@ -764,6 +765,10 @@ class Replay(Case):
         self.assertEqual(free["other_settings"]["friction"], 0)
         self.assertGreater(free["comparison"]["error_max"], 0.01)
         self.assertGreater(free["comparison"]["direction_max_degrees"], 1)
+        for still, differs in (0.1, False), (0.3, False), (0.9, True):  # never less than while it slides
+            held = self.ok("replay", self.rec, "--static-friction", still, "--json").json()
+            self.assertEqual(held["other_settings"]["static_friction"], max(still, 0.3))
+            self.assertEqual(held["comparison"]["error_max"] > 0.01, differs, still)
         soft = self.ok("replay", self.rec, "--stiffness", 100, "--json").json()["comparison"]
         self.assertGreater(soft["error_rms"], 0.5 * soft["force_rms"])
         self.assertIn("differs by rms", self.ok("replay", self.rec, "--exact-normals").out)
@@ -831,6 +836,51 @@ class Replay(Case):
             for row, same in zip(first[1:], other[1:]):
                 self.assertEqual(int(row[flags]) & ~overrun, int(same[flags]) & ~overrun)
                 self.assertEqual(row[:flags], same[:flags])
+
+    def test_a_recording_that_is_played_brings_its_tool(self):
+        ball, rigid, forces, points = (self.folder / name for name in ("ball.rlog", "rigid.rlog", "t.csv", "tool.csv"))
+        points.write_text("x,y,z\n0,0,0\n0,1,0\n")
+        for rec, option in (ball, ["--tool-radius", 2]), (rigid, ["--tool-points", points]):
+            self.ok("touch", self.model, "--path", self.path, "-o", forces, *option, "--record", rec)
+        def played(rec, *options, model=self.model):
+            args = ["touch", model, "--device", f"replay:{rec}", "--seconds", 0.3, *options]
+            report = self.ok(*args, "--json").json()
+            return self.ok(*args).out, (report["tool_radius"], report["tool_points"], report["recorded_model"])
+        said, tool = played(ball)
+        self.assertIn("ball.rlog: its tool was taken over, a ball of radius 2", said)
+        self.assertNotIn("another model", said)
+        self.assertEqual(tool, (2, 0, True))
+        said, tool = played(rigid)
+        self.assertIn("a tool of 2 points", said)
+        self.assertEqual(tool, (0, 2, True))
+        self.assertIn("a point", played(self.rec)[0])
+        for option, tool in ((["--tool-radius", 1], (1, 0, True)), (["--tool-radius", 0], (0, 0, True)),
+                             (["--tool-points", points], (0, 2, True)), (["--paper-contact"], (0, 0, True))):
+            said, used = played(ball, *option)
+            self.assertNotIn("taken over", said)
+            self.assertEqual(used, tool)
+        other = self.folder / "coarse.relief"
+        self.ok("convert", self.scan, "-o", other, "--slabs", 120, "--samples", 8, "--mode", "preview")
+        said, tool = played(ball, model=other)
+        self.assertIn("was made with another model than", said)
+        self.assertEqual(tool, (2, 0, False))
+
+    def test_another_tool_and_largest_force_are_compared(self):
+        gentle = self.ok("replay", self.rec, "--max-force", 0.2, "--json").json()
+        self.assertEqual((gentle["settings"]["max_force"], gentle["other_settings"]["max_force"]), (3.3, 0.2))
+        self.assertGreater(gentle["comparison"]["error_max"], 0.1)
+        self.assertEqual(self.ok("replay", self.rec, "--max-force", 100, "--json").json()["comparison"]["error_max"], 0)
+        ball = self.ok("replay", self.rec, "--tool-radius", 2, "--json").json()
+        self.assertEqual((ball["settings"]["tool_radius"], ball["other_settings"]["tool_radius"]), (0, 2))
+        self.assertGreater(ball["comparison"]["contact_differs"], 10)  # it meets the surface before
+        self.assert_failed(Run("replay", self.rec, "--tool-radius", 1e3), 1, "--tool-radius", "5 %")
+
+    def test_the_largest_force_is_the_users_and_the_devices(self):
+        def most(*options):
+            return self.ok("touch", self.model, "--path", self.path, "-o", self.folder / "m.csv", *options,
+                           "--json").json()["force_max"]
+        self.assertLessEqual(most("--max-force", 0.2), 0.2)
+        self.assertEqual(most("--max-force", 100), most())
 
     def test_a_killed_recording_keeps_what_it_had(self):
         rec = self.folder / "killed.rlog"

@@ -27,6 +27,7 @@ inline std::vector<BadReading> bad_readings() {
       {"Denormal", [](DeviceState& s) { s.position.x = 1e-310; }, ServoFault::BadPosition},
       {"Huge", [](DeviceState& s) { s.position.z = 1e30; }, ServoFault::BadPosition},
       {"Largest", [](DeviceState& s) { s.position.z = std::numeric_limits<double>::max(); }, ServoFault::BadPosition},
+      {"OutsideTheWorkspace", [](DeviceState& s) { s.position.z = 0.31; }, ServoFault::BadPosition},
       {"OutOfReach", [](DeviceState& s) { s.position.z = 11; }, ServoFault::BadPosition},
       {"TimeStands", [](DeviceState& s) { s.t = 1.010; }, ServoFault::BadTime},
       {"TimeRunsBack", [](DeviceState& s) { s.t = 0.5; }, ServoFault::BadTime},

@@ -9,7 +9,12 @@ namespace relief::testing {
 
 /// A device so strong that no limit is in the way of the bare law.
 inline DeviceInfo strong_device() {
-  return {.name = "strong", .max_force = 1e3, .max_stiffness = 1e5, .max_damping = 100, .max_force_rate = 1e9};
+  return {.name = "strong",
+          .max_force = 1e3,
+          .max_stiffness = 1e5,
+          .max_damping = 100,
+          .max_force_rate = 1e9,
+          .workspace_radius = 0};
 }
 
 /// Without the guard, which stands between the law and the motor.

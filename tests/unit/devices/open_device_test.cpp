@@ -1,8 +1,16 @@
+#include "support/data.h"
+
+#include <relief/convert/convert.h>
+#include <relief/core/query.h>
 #include <relief/devices/open_device.h>
+#include <relief/mesh/import.h>
+#include <relief/mesh/samples.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <string_view>
 
 namespace relief {
 namespace {
@@ -52,34 +60,82 @@ TEST(ReplayDevice, PlaysEachReadingOnceAndIsThenLost) {
   EXPECT_FALSE(device.read(state));
 }
 
+SnapshotPtr sample_model(std::string_view name) {
+  const auto mesh = make_sample(name, 20'000);
+  EXPECT_TRUE(mesh);
+  const auto made = convert(*mesh, {.slabs = 200, .intervals = 16, .mode = Mode::Preview});
+  EXPECT_TRUE(made) << made.error().message;
+  return made->model.head;
+}
+
 TEST(ExploringHand, StartsOutsidePressesInAndMovesSmoothly) {
-  Box3d reach;
-  reach.add(Vec3d{-0.04, -0.03, -0.02});
-  reach.add(Vec3d{0.06, 0.03, 0.04});
-  const HandScript script = exploring_hand(reach);
-  const auto share = [&](Vec3d p) {  // 1 on the ellipsoid that touches the box's faces
-    const Vec3d q = p - reach.centre(), h = reach.extent() * 0.5;
-    return length(Vec3d{q.x / h.x, q.y / h.y, q.z / h.z});
-  };
-  EXPECT_GT(share(script(0).position), 1.1);
+  const SnapshotPtr model = sample_model("head");
+  const Box3d& box = model->slab_mesh().bounds();
+  const Workspace space = fit_workspace(DeviceInfo{}, box);
+  const HandScript script = exploring_hand(*model, space);
+  LocateHint hint;
+  const auto inside_at = [&](double t) { return inside(*model, space.to_model(script(t).position), hint); };
+  EXPECT_FALSE(inside_at(0));
   Vec3d last = script(0).position;
   int presses = 0;
   bool in = false;
   Box3d seen;
   for (int k = 1; k <= 30'000; ++k) {
-    const HandTarget now = script(1e-3 * k);
-    ASSERT_LT(length(now.position - last), 0.6e-3) << "under 0.6 m/s, t = " << 1e-3 * k;
-    ASSERT_LT(share(now.position), 1.21);
-    if (const bool pressed = share(now.position) < 0.75; pressed != in) {
+    const Vec3d now = script(1e-3 * k).position;
+    ASSERT_LT(length(now - last), 0.8e-3) << "under 0.8 m/s, t = " << 1e-3 * k;
+    if (const bool pressed = inside_at(1e-3 * k); pressed != in) {
       in = pressed;
       presses += in ? 1 : 0;
     }
-    if (in) seen.add(now.position);
-    last = now.position;
+    if (in) seen.add(space.to_model(now));
+    last = now;
   }
-  EXPECT_EQ(presses, 15);
-  EXPECT_GT(diagonal(seen), 0.5 * diagonal(reach)) << "all sides";
-  EXPECT_TRUE(is_finite(exploring_hand(Box3d{})(0.7).position));
+  EXPECT_GE(presses, 15);
+  EXPECT_GT(diagonal(seen), 0.5 * diagonal(box)) << "all sides";
+}
+
+/// A sample model, or a scan.
+class ExploringHandOn : public ::testing::TestWithParam<std::string_view> {};
+
+/// The first tick with a force comes within a second, and most places are felt.
+void expect_found_soon(const Snapshot& model, const PlantPreset& preset) {
+  const Workspace space = fit_workspace(preset.info, model.slab_mesh().bounds());
+  SimulatedHand hand(preset, {}, exploring_hand(model, space));
+  Servo servo({.workspace = space}, preset.info);
+  int first = -1, visits = 0, touched = 0;
+  for (int k = 0; k < 26'000; ++k) {
+    DeviceState state;
+    static_cast<void>(hand.read(state));
+    const ServoSample felt = servo.step(model, state);
+    static_cast<void>(hand.write({felt.force, felt.torque}));
+    if (length(felt.force) > 0.1) {
+      if (first < 0) first = k;
+      ++touched;
+    }
+    if (k % 2000 != 1999) continue;
+    visits += touched > 300 ? 1 : 0;
+    touched = 0;
+  }
+  EXPECT_GE(first, 0) << preset.name;
+  EXPECT_LT(first, 1000) << preset.name;
+  EXPECT_GE(visits, 10) << preset.name << ": of 13 places; at a rim it may slip off";
+}
+
+TEST_P(ExploringHandOn, FindsTheSurfaceWithinASecond) {
+  const SnapshotPtr model = sample_model(GetParam());
+  ASSERT_TRUE(model);
+  for (const PlantPreset& preset : plant_presets()) expect_found_soon(*model, preset);
+}
+INSTANTIATE_TEST_SUITE_P(Samples, ExploringHandOn, ::testing::ValuesIn(sample_names()),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST(ExploringHand, FindsTheBunny) {
+  RELIEF_DATA_FILE(file, "a_models/bunny.ply");
+  const auto mesh = import_mesh(file);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  const auto made = convert(*mesh, {.slabs = 200, .intervals = 16, .mode = Mode::Preview});
+  ASSERT_TRUE(made) << made.error().message;
+  expect_found_soon(*made->model.head, plant_presets().front());
 }
 
 }  // namespace

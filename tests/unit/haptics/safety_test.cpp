@@ -42,6 +42,41 @@ DeviceState reading(double t, Vec3d cursor) {
 
 class SafeState : public ::testing::TestWithParam<testing::BadReading> {};
 
+/// A touch at a distance from the origin of a device that states a radius; both in m.
+ServoSample felt_at(double distance, double stated_radius) {
+  const SnapshotPtr model = unit_sphere();
+  DeviceInfo device;
+  device.workspace_radius = stated_radius;
+  // The ball is moved so that its top is there.
+  Servo servo({.workspace = {.metres_per_unit = 0.1, .device_origin = {0, 0, distance - 0.1}}}, device);
+  ServoSample felt;
+  for (int k = 0; k <= 20; ++k) {
+    DeviceState state;
+    state.t = 1 + 1e-3 * k;
+    state.position = {0, 0, distance + 2e-3 - 2e-4 * k};
+    felt = servo.step(*model, state);
+  }
+  return felt;
+}
+
+TEST(StatedWorkspace, FurtherThanFourRadiiIsASafeState) {
+  for (const double radius : {0.02, 0.04, 0.075, 0.12, 0.15, 1.0}) {
+    for (const double inside : {0.5, 1.0, 3.0, 3.9}) {
+      const ServoSample felt = felt_at(inside * radius, radius);
+      EXPECT_EQ(felt.flags & bit(ServoFault::BadPosition), 0U) << radius << " * " << inside;
+      EXPECT_GT(length(felt.force), 0.1) << radius << " * " << inside;
+    }
+    for (const double outside : {4.2, 6.0}) {
+      const ServoSample felt = felt_at(outside * radius, radius);
+      EXPECT_NE(felt.flags & bit(ServoFault::BadPosition), 0U) << radius << " * " << outside;
+      EXPECT_EQ(felt.force, Vec3d{}) << radius << " * " << outside;
+    }
+  }
+  for (const double unknown : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_GT(length(felt_at(9, unknown).force), 0.1) << "10 m hold where no radius is stated";
+  }
+}
+
 TEST_P(SafeState, ZeroAtOnceAndUntilLiftOff) {
   const SnapshotPtr model = unit_sphere();
   Servo servo(kSettings, DeviceInfo{});
@@ -268,6 +303,7 @@ TEST(Safety, LimitsHoldThroughAMillionHostileReadings) {
       settings.force = {.stiffness = any_double(),
                         .damping = any_double(),
                         .friction = any_double(),
+                        .static_friction = any_double(),
                         .max_force = chance(2) ? 3 * std::abs(unit(random)) : any_double()};
       servo.set(settings);
     } else if (chance(300)) {

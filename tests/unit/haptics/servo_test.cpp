@@ -311,21 +311,54 @@ TEST(Friction, HoldsWithoutDriftOrChatter) {
   }
 }
 
-TEST(Friction, LayersGiveBreakAwayAndSlidingTheirOwnCoefficients) {
-  SnapshotDraft draft(flat_plane());
-  draft.add_layer(Layer::StaticFriction, 2, 0.75F);
-  draft.add_layer(Layer::DynamicFriction, 2, 0.25F);
-  const SnapshotPtr model = draft.finish();
-  Driver hand(settings_with(400, 0, 0.1), strong_device());
-  static_cast<void>(hand.at(*model, {0.2, 0.01, 0.5}));
-  static_cast<void>(hand.at(*model, {0.2, -0.02, 0.5}));
-  double most = 0, last = 0;
-  for (int k = 1; k <= 400; ++k) {
-    last = -hand.at(*model, {0.2 + 1e-4 * k, -0.02, 0.5}).force.x;
-    most = std::max(most, last);
+/// What friction gives at most, and what while it slides, as coefficients.
+struct Coefficients {
+  double still = 0, sliding = 0;
+};
+Coefficients rubbed(const Snapshot& model, double friction, double static_friction) {
+  ServoSettings settings = settings_with(400, 0, friction);
+  settings.force.static_friction = static_friction;
+  Driver hand(settings, strong_device());
+  static_cast<void>(hand.at(model, {0.2, 0.01, 0.5}));
+  static_cast<void>(hand.at(model, {0.2, -0.02, 0.5}));
+  Coefficients found;
+  for (int k = 1; k <= 10'000; ++k) {
+    found.sliding = -hand.at(model, {0.2 + 1e-5 * k, -0.02, 0.5}).force.x / 0.8;
+    found.still = std::max(found.still, found.sliding);
   }
-  EXPECT_NEAR(most, 0.75 * 0.8, 0.005);
-  EXPECT_NEAR(last, 0.25 * 0.8, 1e-6);
+  return found;
+}
+
+TEST(Friction, BreakAwayAndSlidingHaveTheirOwnCoefficients) {
+  const SnapshotPtr plain = flat_plane();
+  const auto with_layers = [&](std::initializer_list<std::pair<Layer, float>> layers) {
+    SnapshotDraft draft(plain);
+    for (const auto& [layer, value] : layers) draft.add_layer(layer, 2, value);
+    return draft.finish();
+  };
+  const SnapshotPtr still = with_layers({{Layer::StaticFriction, 0.75F}});
+  const SnapshotPtr sliding = with_layers({{Layer::DynamicFriction, 0.25F}});
+  const SnapshotPtr both = with_layers({{Layer::StaticFriction, 0.75F}, {Layer::DynamicFriction, 0.25F}});
+  struct Case {
+    const char* what;
+    SnapshotPtr model;
+    double friction, static_friction;
+    Coefficients expected;
+  };
+  for (const Case& c : {Case{"layers", both, 0.1, 0, {0.75, 0.25}},
+                        {"layers before settings", both, 0.1, 0.5, {0.75, 0.25}},
+                        {"settings", plain, 0.25, 0.75, {0.75, 0.25}},
+                        {"one setting for both", plain, 0.25, 0, {0.25, 0.25}},
+                        {"never less than the other", plain, 0.5, 0.25, {0.5, 0.5}},
+                        {"a layer and the other setting", still, 0.25, 0.5, {0.75, 0.25}},
+                        {"the other layer", sliding, 0.5, 0.75, {0.75, 0.25}},
+                        {"off", plain, 0, 0.75, {0, 0}},
+                        {"at most 4", plain, 0.25, 1e300, {4, 0.25}}}) {
+    const Coefficients found = rubbed(*c.model, c.friction, c.static_friction);
+    // In a tick the pull grows by 0.005 of the pressure.
+    EXPECT_NEAR(found.still, c.expected.still, 0.006) << c.what;
+    EXPECT_NEAR(found.sliding, c.expected.sliding, 1e-6) << c.what;
+  }
 }
 
 TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {

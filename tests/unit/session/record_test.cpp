@@ -71,7 +71,7 @@ class Record : public ::testing::Test {
   }
   /// Steps a servo over readings and records it; ticks for which `keep` is false are lost.
   void record(const SnapshotPtr& model, const std::vector<DeviceState>& readings,
-              const std::function<bool(std::size_t)>& keep = {}) const {
+              const std::function<bool(std::size_t)>& keep = {}, double static_friction = 0.6) const {
     auto made = recorder(model);
     ASSERT_TRUE(made) << made.error().message;
     Servo servo(settings(), DeviceInfo{});
@@ -84,6 +84,7 @@ class Record : public ::testing::Test {
       if (k == 400) {
         ServoSettings stiffer = settings();
         stiffer.force.stiffness = 700;
+        stiffer.force.static_friction = static_friction;
         servo.set(stiffer);
         made->set(stiffer);
       }
@@ -107,9 +108,10 @@ class Record : public ::testing::Test {
     return {};
   }
 
-  /// Writes the recording anew with other columns of ticks, or other rows.
+  /// Writes the recording anew with other columns of ticks, or other rows, or events.
   template <typename Change>
-  void rewrite(Change&& change) const {
+  void rewrite(Change&& change,
+               const std::function<void(RecordingHead&, std::vector<RecordingEvent>&)>& change_events = {}) const {
     auto old = Recording::open(file_);
     ASSERT_TRUE(old) << old.error().message;
     RecordingHead head = old->head();
@@ -126,9 +128,11 @@ class Record : public ::testing::Test {
                           batch.begin() + static_cast<std::ptrdiff_t>(at + width));
     }
     change(columns, rows);
+    std::vector<RecordingEvent> events = old->events();
+    if (change_events) change_events(head, events);
     auto writer = RecordingWriter::create(file_, head, RecordingWriter::Appear::AtTheEnd);
     ASSERT_TRUE(writer) << writer.error().message;
-    for (const RecordingEvent& event : old->events()) ASSERT_TRUE(writer->add_event(event));
+    for (const RecordingEvent& event : events) ASSERT_TRUE(writer->add_event(event));
     old = fail(Errc::NotFound, "closed");  // nobody may read a file that is replaced
     for (std::size_t k = 0; k < rows.size(); ++k) ASSERT_TRUE(writer->add_ticks(k, rows[k]));
     const Status finished = writer->finish({});
@@ -167,6 +171,8 @@ TEST_F(Record, EveryFieldComesBack) {
   ASSERT_EQ(replay->settings().size(), 2U);
   EXPECT_EQ(replay->settings()[0].workspace.metres_per_unit, kMetres);
   EXPECT_EQ(replay->settings()[1].force.stiffness, 700);
+  EXPECT_EQ(replay->settings()[0].force.static_friction, 0);
+  EXPECT_EQ(replay->settings()[1].force.static_friction, 0.6);
   EXPECT_EQ(replay->recording().head().fact("program"), "test");
   Servo servo(settings(), DeviceInfo{});
   std::uint64_t number = 0, contact = 0, flagged = 0;
@@ -243,6 +249,25 @@ TEST_F(Record, WhatAnOlderRecordingLacksIsNamedAndTheRestChecked) {
   EXPECT_EQ(found.checked, 1500U);
   ASSERT_EQ(found.missing.size(), 1U);
   EXPECT_EQ(found.missing[0], "tick: alpha");
+}
+
+TEST_F(Record, AnOlderRecordingHasOneFrictionForBoth) {
+  const SnapshotPtr model = ball();
+  record(model, motion(), {}, 0);
+  // As programs before static_friction wrote it.
+  rewrite([](RecordingColumns&, auto&) {},
+          [](RecordingHead& head, std::vector<RecordingEvent>& events) {
+            RecordingColumns& columns = head.streams["settings"];
+            const auto at = static_cast<std::ptrdiff_t>(offset_of(columns, "static_friction"));
+            for (RecordingEvent& event : events)
+              if (event.stream == "settings") event.row.erase(event.row.begin() + at, event.row.begin() + at + 8);
+            std::erase_if(columns, [](const RecordingColumn& c) { return c.name == "static_friction"; });
+          });
+  const Verification found = verified(model);
+  EXPECT_TRUE(found.holds());
+  EXPECT_EQ(found.checked, 1500U);
+  ASSERT_EQ(found.missing.size(), 1U);
+  EXPECT_EQ(found.missing[0], "settings: static_friction");
 }
 
 TEST_F(Record, WhatANewerProgramAddedIsReadButNotRepeated) {
