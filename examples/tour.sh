@@ -2,6 +2,7 @@
 # The tour of README.md. Needs `relief` on the path; works in the current folder.
 set -euo pipefail
 cp "$(dirname "${BASH_SOURCE[0]}")"/{press.csv,face.json} .
+rm -f carved.relief    # of a tour before: a model with strokes is not replaced
 
 # region make
 relief sample pumpkin -o pumpkin.ply --triangles 100000

@@ -158,8 +158,9 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   const auto [least, most] = std::ranges::minmax(mesh.slabs(), {}, &Slab::intervals);
   json["intervals"] = {{"min", least.intervals}, {"max", most.intervals}};
   json["slabs_too_coarse"] = r.slabs_too_coarse;
+  json["too_coarse_most"] = r.too_coarse_most;
   // The first two are those to the mended source.
-  const auto distance = [](Distance d) { return ordered_json{{"rms", d.rms}, {"max", d.max}}; };
+  const auto distance = [](Distance d) { return ordered_json{{"rms", d.rms}, {"max", d.max}, {"points", d.points}}; };
   json["distance"] = distance(r.to_mended);
   json["distance"]["to_mended"] = distance(r.to_mended);
   json["distance"]["from_mended"] = distance(r.from_mended);
@@ -194,6 +195,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"parts", f.parts},
                     {"boundary_loops", f.boundary_loops}};
   json["notes"] = notes;
+  for (const std::string& note : r.notes) json["notes"].push_back(note);
   for (const auto& phase : r.phases) {
     json["phases"][phase.name] = phase.seconds;
     json["phases_wall"][phase.name] = phase.wall_seconds;
@@ -487,9 +489,10 @@ void add_convert(CLI::App& app, Context& context) {
                                 "Intervals n per slab edge, 1 to 128, the same in every slab (the paper used 15); "
                                 "without it chosen per slab, see --error");
   samples->check(CLI::Range(1, kMaxIntervals));
-  c->add_option("--error", o->settings.error,
-                "How far the surface may lie from the mended source, share of the diagonal (default 1e-4); slabs get "
-                "the smallest power of two for n that keeps to it, at most 128")
+  c->add_option(
+       "--error", o->settings.error,
+       "How far the surface may lie from the mended source, share of the diagonal; slabs get the smallest power "
+       "of two for n that keeps to it, at most 128 (default 1e-4, with samples no finer than the source asks for)")
       ->check(in_range(1e-7, 1))
       ->excludes(samples);
   c->add_option(

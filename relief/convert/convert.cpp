@@ -72,8 +72,8 @@ Status check(const ConvertSettings& settings) {
     return outside("the number of slabs", std::to_string(settings.slabs), "4 to 1000000");
   if (settings.intervals < 0 || settings.intervals > kMaxIntervals)
     return outside("the number of intervals per edge", std::to_string(settings.intervals), "1 to 128");
-  if (!(settings.error >= 1e-7 && settings.error <= 1))
-    return outside("the error", number(settings.error), "1e-7 to 1, a share of the diagonal");
+  if (settings.error && !(*settings.error >= 1e-7 && *settings.error <= 1))
+    return outside("the error", number(*settings.error), "1e-7 to 1, a share of the diagonal");
   if (settings.colour_intervals < 0 || settings.colour_intervals > kMaxIntervals)
     return outside("the number of colour intervals per edge", std::to_string(settings.colour_intervals), "0 to 128");
   if (settings.remesh && !(*settings.remesh == 0 || (*settings.remesh >= 1e-5 && *settings.remesh <= 0.1)))
@@ -422,22 +422,15 @@ int colour_grid(const ConvertSettings& settings, const SlabMesh& mesh, const Sou
   return m;
 }
 
-/// The displacement of every slab, and where the openings are. Each slab is sampled as finely as its part of the source
-/// may need; then its n is taken down as far as the error allows. A given n is kept.
-Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& source, const ConvertSettings& settings,
-                                   double diagonal, ConvertReport& report, const Progress& progress) {
-  std::vector<int> intervals(cage.slab_count(), settings.intervals);
-  if (settings.intervals == 0) intervals = finest_intervals(cage, source);
+/// The displacement of every slab, and where the openings are, on grids that `choose` makes of these; none keeps them.
+Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& source, std::vector<int> intervals,
+                                 const std::function<int(const SlabSamples&)>& choose, HitCount& hits,
+                                 const Progress& progress) {
   RELIEF_TRY(const CagePtr finest, with_intervals(cage, intervals));
-  const double error = settings.error * diagonal / source.lattice.step;
-  std::function<int(const SlabSamples&)> choose;
-  if (settings.intervals == 0)
-    choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
   SampledAlpha sampled = sample_alpha(*finest, source, choose, progress);
   if (progress.cancelled()) return cancelled();
+  hits = sampled.hits;
   for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
-  if (settings.intervals == 0)
-    for (SlabId s = 0; s < cage.slab_count(); ++s) report.slabs_too_coarse += intervals[s] == finest->intervals(s);
   RELIEF_TRY(const CagePtr mesh, with_intervals(cage, intervals));
   if (!settle_alpha(*mesh, source, sampled.slabs, progress)) return cancelled();
 
@@ -460,13 +453,75 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
     if (sampled.hits.several > 0 && !slab.met.empty())
       add_marks(Layer::Folded, s, [&](std::size_t k) { return slab.met[k] == Met::Often; });
   }
-  const HitCount more = count_hits(*mesh, source, sampled.hits.all(), progress);
-  if (progress.cancelled()) return cancelled();
-  report.fibres_cast = sampled.hits.all() + more.all();
-  report.hits_single = sampled.hits.single + more.single;
-  report.hits_none = sampled.hits.none + more.none;
-  report.hits_several = sampled.hits.several + more.several;
   return draft.finish();
+}
+
+constexpr double kUsualError = 1e-4;  // share of the diagonal
+/// Beyond the error that was asked for, rounding.
+constexpr double kAsGood = 1 + 1e-6;
+
+/// Doubles n where the surface does not keep to the error: in the slab, or in the one that sets the samples of the edge
+/// where it is farthest off. False where nothing is left to double.
+bool refine(const SlabMesh& mesh, std::span<const Farthest> there, std::span<const Farthest> back, double error,
+            std::vector<int>& intervals) {
+  std::vector<std::uint8_t> finer(intervals.size(), 0);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for (const Farthest& f : {there[s], back[s]}) {
+      if (f.distance <= error * kAsGood) continue;
+      const int n = mesh.intervals(s);
+      const std::array<double, 3> weights = {1 - f.u - f.v, f.u, f.v};
+      SlabId to_blame = s;
+      for (std::size_t k = 0; k < weights.size(); ++k) {
+        const SlabId other = mesh.slabs()[s].neighbours[k];
+        if (other != kNoSlab && mesh.intervals(other) < n && weights[k] * mesh.intervals(other) < 1) to_blame = other;
+      }
+      finer[to_blame] = 1;
+    }
+  bool changed = false;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    if (finer[s] != 0 && 2 * mesh.intervals(s) <= kMaxIntervals) {
+      intervals[s] = 2 * mesh.intervals(s);
+      changed = true;
+    }
+  return changed;
+}
+
+/// The triangles of a mended source that are not phantom.
+std::span<const Face> scanned(const Ground& ground) {
+  return std::span(ground.mesh.triangles).first(ground.phantom_from);
+}
+
+/// What was sampled, with the n that a given error asks for: each slab is sampled about as finely as its part of the
+/// source, then its n is taken down as far as the error allows; where the surface does not keep to an error that was
+/// asked for, n is doubled until it does. A given n is kept.
+Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& source, const Ground& ground,
+                                   const ConvertSettings& settings, double diagonal, ConvertReport& report,
+                                   const Progress& progress) {
+  std::vector<int> intervals(cage.slab_count(), settings.intervals);
+  const double error = settings.error.value_or(kUsualError) * diagonal / source.lattice.step;
+  std::function<int(const SlabSamples&)> choose;
+  if (settings.intervals == 0) {
+    intervals = finest_intervals(cage, source);
+    choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
+  }
+  HitCount hits;
+  RELIEF_TRY(SnapshotPtr model, sample_grids(cage, source, intervals, choose, hits, progress));
+  while (settings.error && settings.intervals == 0) {
+    const MeasuredSurface made(*model, source.lattice, progress);
+    const Measured there = made.to(source.surface, progress);
+    const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
+    if (progress.cancelled()) return cancelled();
+    for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = model->slab_mesh().intervals(s);
+    if (!refine(model->slab_mesh(), there.slabs, back.slabs, error, intervals)) break;
+    RELIEF_TRY(model, sample_grids(cage, source, intervals, {}, hits, progress));
+  }
+  const HitCount more = count_hits(model->slab_mesh(), source, hits.all(), progress);
+  if (progress.cancelled()) return cancelled();
+  report.fibres_cast = hits.all() + more.all();
+  report.hits_single = hits.single + more.single;
+  report.hits_none = hits.none + more.none;
+  report.hits_several = hits.several + more.several;
+  return model;
 }
 
 Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& surface, const Lattice& lattice,
@@ -481,6 +536,16 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   for (SlabId s = 0; s < mesh.slab_count(); ++s) tiles.push_back(&draft.edit(Layer::Colour, s));
   if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
   return draft.finish();
+}
+
+void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, const ConvertSettings& settings,
+                   double of_diagonal, ConvertReport& report) {
+  for (std::size_t s = 0; s < there.size(); ++s) {
+    const double most = std::max(there[s].distance, back[s].distance) * of_diagonal;
+    if (most <= settings.error.value_or(kUsualError) * kAsGood) continue;
+    ++report.slabs_too_coarse;
+    report.too_coarse_most = std::max(report.too_coarse_most, most);
+  }
 }
 
 void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& report) {
@@ -502,6 +567,16 @@ Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, 
   return {};
 }
 
+/// Where coordinates are coarser than the shape they describe, triangles collapse and coincide.
+void note_collapsed(std::size_t triangles, ConvertReport& report) {
+  constexpr double kMany = 0.2;
+  const std::size_t gone = report.repair.degenerate_triangles + report.repair.duplicate_triangles;
+  if (double(gone) > kMany * double(triangles))
+    report.notes.push_back(std::to_string(gone) + " of " + std::to_string(triangles) +
+                           " triangles have no area or coincide: the file's coordinates may be too coarse for the "
+                           "shape, as far from the origin");
+}
+
 Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
                                    const Progress& progress) {
   Conversion result;
@@ -510,6 +585,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   report.repair = repaired.report;
+  note_collapsed(source.triangles.size(), report);
   stopwatch.phase_done("repair");
   if (settings.remesh) {
     RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, report, progress));
@@ -536,6 +612,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     if (mesh == nullptr && settings.mode)
       return fail(Errc::Unfoldable, "no " + std::string(name(*settings.mode)) + " shell: " + report.not_certified +
                                         "; remesh the source as a solid (--remesh), or convert with --mode preview.");
+    if (mesh == nullptr && !settings.remesh)
+      report.not_certified += "; --remesh makes the source a solid first, which as a rule can be certified";
   }
   const Lattice& lattice = ground.lattice;
   std::optional<SourceSurface> surface(std::in_place, ground.mesh.positions, ground.mesh.triangles, lattice);
@@ -557,18 +635,21 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
-  RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, settings, diagonal, report, progress));
+  RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, ground, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
 
   progress("measure", 0);
-  const auto relative = [&](Distance d) {
-    return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal};
+  const auto relative = [&](const Measured& m) {
+    const Distance& d = m.distance;
+    return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal, d.points};
   };
-  const MeasuredSurface made(*result.model.head, lattice);
-  report.to_mended = relative(made.to(*surface, progress));
-  report.from_mended =
-      relative(made.from(ground.mesh.positions, std::span(ground.mesh.triangles).first(ground.phantom_from), progress));
+  const MeasuredSurface made(*result.model.head, lattice, progress);
+  const Measured there = made.to(*surface, progress);
+  const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
   if (progress.cancelled()) return cancelled();
+  report.to_mended = relative(there);
+  report.from_mended = relative(back);
+  if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
   surface.reset();
   const SourceSurface as_read(source.positions, source.triangles, lattice);
   report.to_source = relative(made.to(as_read, progress));
@@ -660,6 +741,12 @@ std::string to_string(const ConvertReport& report) {
                 report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
                 report.thickness_median);
   text += line.data();
+  if (report.slabs_too_coarse > 0) {
+    std::snprintf(line.data(), line.size(), "%zu slabs lie farther off than the error, by %.2e at most\n",
+                  report.slabs_too_coarse, report.too_coarse_most);
+    text += line.data();
+  }
+  for (const std::string& note : report.notes) text += note + "\n";
   if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
   if (report.moved_vertices > 0) {
     std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",

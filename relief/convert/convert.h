@@ -15,9 +15,12 @@
 namespace relief {
 
 struct ConvertSettings {
-  int slabs = 200;      ///< target; 4 .. 1,000,000
-  int intervals = 0;    ///< n of every slab, 1..128, or 0: chosen per slab by `error`; the paper used 15
-  double error = 1e-4;  ///< how far the surface may lie from the source, share of the diagonal; where n = 128 allows it
+  int slabs = 200;    ///< target; 4 .. 1,000,000
+  int intervals = 0;  ///< n of every slab, 1..128, or 0: chosen per slab by `error`; the paper used 15
+  /// How far the surface may lie from the mended source, share of the diagonal: n becomes the power of two up to 128
+  /// that keeps to it, where one does. Empty: 1e-4 where samples four times as dense as the source's corners keep to
+  /// it.
+  std::optional<double> error = {};
   /// m of the colour layer, only for coloured sources; 0: a power of two, at most 128, at which its samples lie twice
   /// as dense as the source's colours do in nearly all slabs, and at least as dense as a given n.
   int colour_intervals = 0;
@@ -30,6 +33,7 @@ struct ConvertSettings {
 
 struct Distance {
   double rms = 0, max = 0;
+  std::size_t points = 0;  ///< looked at for the greatest
 };
 
 /// What was made, and how long it took.
@@ -37,16 +41,20 @@ struct ConvertReport {
   RepairReport repair;
   std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
-  std::size_t dropped_parts = 0;     ///< smallest parts left out because the target cannot hold them
-  std::size_t dropped_slabs = 0;     ///< left out because the source meets itself there
-  std::size_t fibres_cast = 0;       ///< through the samples of the finest grids, and more: a million at least
-  std::size_t hits_single = 0;       ///< fibres that met the source exactly once
-  std::size_t hits_none = 0;         ///< filled from their neighbours
-  std::size_t hits_several = 0;      ///< the crossing that agrees with the neighbours was taken
-  std::size_t slabs_too_coarse = 0;  ///< that have the finest n they may, so that their error may be larger
-  /// Root mean square and greatest distance, shares of the diagonal, over an even choice of points: from the displaced
+  std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
+  std::size_t dropped_slabs = 0;  ///< left out because the source meets itself there
+  std::size_t fibres_cast = 0;    ///< through the samples of the finest grids, and more: a million at least
+  std::size_t hits_single = 0;    ///< fibres that met the source exactly once
+  std::size_t hits_none = 0;      ///< filled from their neighbours
+  std::size_t hits_several = 0;   ///< the crossing that agrees with the neighbours was taken
+  /// Slabs that do not keep to the error, of the displaced surface to the mended source or back, and the greatest
+  /// distance in them, share of the diagonal. Not where n was given.
+  std::size_t slabs_too_coarse = 0;
+  double too_coarse_most = 0;
+  /// Root mean square over an even choice of points, and greatest distance, shares of the diagonal: from the displaced
   /// surface to the mended source, back from its triangles that are not phantom, and the same to and from the source as
-  /// it was read.
+  /// it was read. The greatest is that in the middles of micro-triangles and of their edges, and at the source's
+  /// corners.
   Distance to_mended, from_mended, to_source, from_source;
   double thickness_min = 0;  ///< shortest fibre, share of the diagonal
   double thickness_median = 0;
@@ -63,8 +71,9 @@ struct ConvertReport {
     std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
     std::size_t crumbs = 0;  ///< parts of a few voxels, left out
   };
-  std::optional<Remesh> remesh;  ///< where it was asked for
-  std::string not_certified;     ///< why the shell is not certified, where that was tried; a sentence
+  std::optional<Remesh> remesh;    ///< where it was asked for
+  std::vector<std::string> notes;  ///< what is odd about the source; sentences without a full stop
+  std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
   /// Connected parts of the closed source, numbered by their first triangle. The certificate is one for all of them:
   /// where some cannot have it, none has, and the obstacles tell which ones these are.
   struct Parts {

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,6 +16,10 @@ namespace relief::detail {
 namespace {
 
 constexpr std::size_t kPoints = 12000;
+/// How many cells about its place in a slab a point is compared with, each way: usually, and where it lies far off.
+constexpr int kReach = 2, kFarReach = 6;
+/// How far from a slab, as weights of its corners, a point may lie that is compared with that slab too.
+constexpr double kBesides = 0.2;
 
 /// The k-th of points that fill a triangle evenly, as weights of its second and third corner.
 std::pair<double, double> spread(std::size_t k) noexcept {
@@ -21,26 +28,89 @@ std::pair<double, double> spread(std::size_t k) noexcept {
   return u + v > 1 ? std::pair{1 - u, 1 - v} : std::pair{u, v};
 }
 
-template <typename DistanceOf>
-std::vector<double> each(const std::vector<Vec3d>& points, const Progress& progress, DistanceOf&& distance_of) {
-  std::vector<double> distances(points.size());
-  for_all(points.size(), 64, progress, [&](std::size_t k) { distances[k] = distance_of(points[k]); });
-  return distances;
+double root_mean_square(const std::vector<double>& distances) {
+  double sum = 0;
+  for (const double d : distances) sum += d * d;
+  return distances.empty() ? 0 : std::sqrt(sum / double(distances.size()));
 }
 
-Distance over(const std::vector<double>& distances) {
-  Distance result;
-  for (const double d : distances) {
-    result.rms += d * d;
-    result.max = std::max(result.max, d);
-  }
-  if (!distances.empty()) result.rms = std::sqrt(result.rms / double(distances.size()));
-  return result;
+void keep_farthest(Farthest& farthest, const Farthest& other) noexcept {
+  if (other.distance > farthest.distance) farthest = other;
+}
+
+double greatest(const std::vector<Farthest>& slabs) noexcept {
+  double most = 0;
+  for (const Farthest& f : slabs) most = std::max(most, f.distance);
+  return most;
 }
 
 }  // namespace
 
-Distance MeasuredSurface::to(const SourceSurface& other, const Progress& progress) const {
+MeasuredSurface::MeasuredSurface(const Snapshot& model, const Lattice& lattice, const Progress& progress)
+    : model_(model), lattice_(lattice), bent_(model.slab_mesh().slab_count()) {
+  constexpr std::size_t kCells = 6000, kLeast = 2, kMost = 64;  // of all slabs, of one
+  const std::size_t most = std::clamp(kCells / std::max<std::size_t>(bent_.size(), 1), kLeast, kMost);
+  for_all(bent_.size(), 1, progress, [&](std::size_t s) { bent_[s] = bent_cells(static_cast<SlabId>(s), most); });
+  for (const Slab& s : model.slab_mesh().slabs())
+    cells_ += static_cast<std::size_t>(s.intervals) * static_cast<std::size_t>(s.intervals);
+}
+
+// Where the surface that the samples lie on has a kink inside a micro-triangle, the displacement bends at its corners,
+// and by a quarter of these second differences it is off at most.
+std::vector<MeasuredSurface::BentCell> MeasuredSurface::bent_cells(SlabId s, std::size_t most) const {
+  const SlabMesh& mesh = model_.slab_mesh();
+  const int n = mesh.intervals(s);
+  const SlabCorners corners = mesh.corners(s);
+  const float* const alpha = model_.displacement(s);
+  const auto on_grid = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  std::vector<float> bends(sample_count(n));
+  std::vector<Vec3d> places(bends.size());
+  std::size_t at = 0;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i + j <= n; ++i, ++at) {
+      const std::array<double, 3> w = {double(n - i - j) / n, double(i) / n, double(j) / n};
+      places[at] = corners.point(w, double(alpha[at]));
+      for (const GridPoint step : {GridPoint{1, 0}, GridPoint{0, 1}, GridPoint{-1, 1}}) {
+        const GridPoint next = {i + step.i, j + step.j}, last = {i - step.i, j - step.j};
+        if (!on_grid(next) || !on_grid(last)) continue;
+        const float bend = alpha[sample_index(n, next)] - 2 * alpha[at] + alpha[sample_index(n, last)];
+        bends[at] = std::max(bends[at], std::abs(bend));
+      }
+    }
+  const std::array<int, 3> edges = mesh.edge_intervals(s);
+  const double wide = double(n) / std::min({edges[0], edges[1], edges[2]});
+  std::vector<BentCell> cells;
+  cells.reserve(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
+  for_each_cell(n, edges, [&](const Cell& cell) {
+    if (model_.is_hole(s, cell)) return;
+    double bend = 0;
+    std::array<double, 3> w{};
+    std::array<Vec3d, 3> p;
+    bool rim = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t index = sample_index(n, cell[k]);
+      const auto weight = weights(n, cell[k]);
+      bend += double(bends[index]);
+      p[k] = places[index];
+      for (std::size_t c = 0; c < 3; ++c) {
+        w[c] += double(weight[c]) / (3 * n);
+        rim = rim || weight[c] == 0;
+      }
+    }
+    const Vec3d fibre = corners.weighted(corners.outer, w) - corners.weighted(corners.inner, w);
+    const double rise = std::abs(dot(normalized(cross(p[1] - p[0], p[2] - p[0])), fibre));
+    cells.push_back({0.25 * bend * rise * (rim ? wide : 1) / lattice_.step, cell});
+  });
+  const auto by_bend = [](const BentCell& a, const BentCell& b) {
+    return std::tuple(-a.bend, a.corners[0].j, a.corners[0].i, a.corners[1].j, a.corners[1].i) <
+           std::tuple(-b.bend, b.corners[0].j, b.corners[0].i, b.corners[1].j, b.corners[1].i);
+  };
+  const std::size_t kept = std::min(most, cells.size());
+  std::partial_sort(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(kept), cells.end(), by_bend);
+  return {cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(kept)};
+}
+
+std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
   const SlabMesh& mesh = model_.slab_mesh();
   // As many points in a slab as its middle has of the area, each inside a micro-triangle.
   std::vector<double> areas;
@@ -51,7 +121,7 @@ Distance MeasuredSurface::to(const SourceSurface& other, const Progress& progres
     areas.push_back(length(cross(c.point({0, 1, 0}, 0.5) - a, c.point({0, 0, 1}, 0.5) - a)));
     all += areas.back();
   }
-  std::vector<Vec3d> points;
+  std::vector<Place> places;
   double sum = 0;
   std::size_t counter = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
@@ -59,23 +129,69 @@ Distance MeasuredSurface::to(const SourceSurface& other, const Progress& progres
     const double share = all / double(kPoints);
     for (sum += areas[s]; sum >= share && share > 0; sum -= share) {
       const auto [u, v] = spread(counter++);
-      const int i = std::min(static_cast<int>(u * n), n - 1), j = std::min(static_cast<int>(v * n), n - 1);
-      const double x = u * n - i, y = v * n - j;
-      const bool upright = x + y <= 1 || i + j + 1 >= n;
-      const std::array<GridPoint, 3> cell = upright
-                                                ? std::array<GridPoint, 3>{{{i, j}, {i + 1, j}, {i, j + 1}}}
-                                                : std::array<GridPoint, 3>{{{i + 1, j + 1}, {i, j + 1}, {i + 1, j}}};
-      if (i + j >= n || model_.is_hole(s, cell)) continue;
-      const double right = upright ? x : 1 - x, up = upright ? y : 1 - y;
-      points.push_back(sample_position(model_, s, cell[0]) * (1 - right - up) +
-                       sample_position(model_, s, cell[1]) * right + sample_position(model_, s, cell[2]) * up);
+      const GridCell cell = cell_at(n, u, v);
+      if (model_.is_hole(s, cell.corners)) continue;
+      Vec3d p;
+      for (std::size_t k = 0; k < 3; ++k) p += sample_position(model_, s, cell.corners[k]) * cell.weights[k];
+      places.push_back({p, s, u, v});
     }
   }
-  return over(each(points, progress, [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; }));
+  return places;
 }
 
-Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces,
+Measured MeasuredSurface::to(const SourceSurface& other, const Progress& progress) const {
+  Measured result{{}, std::vector<Farthest>(bent_.size())};
+  const std::vector<Place> places = even_places();
+  const auto distance = [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; };
+  std::vector<double> distances(places.size());
+  for_all(places.size(), 64, progress, [&](std::size_t k) { distances[k] = distance(places[k].position); });
+  for (std::size_t k = 0; k < places.size(); ++k)
+    keep_farthest(result.slabs[places[k].slab], {distances[k], places[k].u, places[k].v});
+  for_all(bent_.size(), 1, progress, [&](std::size_t slab) {
+    const auto s = static_cast<SlabId>(slab);
+    const int n = model_.slab_mesh().intervals(s);
+    Farthest& farthest = result.slabs[slab];
+    const auto look = [&](const Cell& cell, const std::array<Vec3d, 3>& p, const std::array<double, 3>& w) {
+      Farthest here{distance(p[0] * w[0] + p[1] * w[1] + p[2] * w[2]), 0, 0};
+      for (std::size_t k = 0; k < 3; ++k) {
+        here.u += w[k] * cell[k].i / n;
+        here.v += w[k] * cell[k].j / n;
+      }
+      const bool farther = here.distance > farthest.distance;
+      keep_farthest(farthest, here);
+      return farther;
+    };
+    const auto positions = [&](const Cell& cell) {
+      return std::array{sample_position(model_, s, cell[0]), sample_position(model_, s, cell[1]),
+                        sample_position(model_, s, cell[2])};
+    };
+    const BentCell* worst = nullptr;
+    for (const BentCell& cell : bent_[slab]) {
+      if (cell.bend < farthest.distance) break;
+      const std::array<Vec3d, 3> p = positions(cell.corners);
+      bool farther = look(cell.corners, p, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      for (std::size_t k = 0; k < 3; ++k) {
+        std::array<double, 3> w = {0.5, 0.5, 0.5};
+        w[k] = 0;
+        farther = look(cell.corners, p, w) || farther;
+      }
+      if (farther) worst = &cell;
+    }
+    // There once more, in smaller steps.
+    constexpr int kFine = 8;
+    if (worst == nullptr) return;
+    const std::array<Vec3d, 3> p = positions(worst->corners);
+    for (int j = 0; j <= kFine; ++j)
+      for (int i = 0; i + j <= kFine; ++i)
+        look(worst->corners, p, {double(kFine - i - j) / kFine, double(i) / kFine, double(j) / kFine});
+  });
+  result.distance = {root_mean_square(distances), greatest(result.slabs), places.size() + 4 * cells_};
+  return result;
+}
+
+Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces,
                                const Progress& progress) const {
+  Measured result{{}, std::vector<Farthest>(bent_.size())};
   double area = 0;
   const auto twice_area = [&](const Face& f) {
     const double size = length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
@@ -93,55 +209,158 @@ Distance MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
       chosen.push_back(points[f[0]] + (points[f[1]] - points[f[0]]) * u + (points[f[2]] - points[f[0]]) * v);
     }
   }
-  std::vector<double> distances = each(chosen, progress, [&](Vec3d p) { return distance_within(p); });
+  std::vector<Near> near(chosen.size());
+  for_all(chosen.size(), 64, progress, [&](std::size_t k) {
+    LocateHint hint;
+    near[k] = distance_within(chosen[k], kReach, hint);
+  });
   // Points outside all slabs are compared with everything, which takes time; where there are many, some stand for all.
-  constexpr std::size_t kMostOutside = 1500;
-  std::vector<std::size_t> outside;
-  for (std::size_t k = 0; k < distances.size(); ++k)
-    if (distances[k] < 0) outside.push_back(k);
-  const std::size_t stride = (outside.size() + kMostOutside - 1) / kMostOutside;
-  std::vector<Vec3d> some;
-  for (std::size_t k = 0; k < outside.size(); k += stride) some.push_back(chosen[outside[k]]);
-  const std::vector<double> far = each(some, progress, [&](Vec3d p) {
+  constexpr std::size_t kMostOutside = 1500, kMostCornersOutside = 500;
+  const auto distance = [&](Vec3d p) {
     const SurfacePoint nearest = closest_point(model_, p);
     return nearest.slab == kNoSlab ? 0 : length(nearest.position - p);
+  };
+  double most_outside = 0;
+  const auto look_outside = [&](std::span<const Vec3d> all, std::span<Near> of, std::size_t most) {
+    std::vector<std::size_t> outside;
+    for (std::size_t k = 0; k < of.size(); ++k)
+      if (of[k].slab == kNoSlab && is_finite(all[k])) outside.push_back(k);
+    const std::size_t stride = (outside.size() + most - 1) / most;
+    std::vector<double> far(stride > 0 ? (outside.size() + stride - 1) / stride : 0);
+    for_all(far.size(), 16, progress, [&](std::size_t k) { far[k] = distance(all[outside[k * stride]]); });
+    for (std::size_t k = 0; k < outside.size(); ++k) of[outside[k]].most = far[k / stride];
+    for (const double d : far) most_outside = std::max(most_outside, d);
+  };
+  look_outside(chosen, near, kMostOutside);
+  std::vector<double> distances;
+  distances.reserve(near.size());
+  for (const Near& at : near) distances.push_back(at.most / lattice_.step);
+
+  // The corners: what lies on the same fibre is a bound, and only those that lie farthest off by it are followed up.
+  constexpr std::size_t kBlock = 1024, kMostFollowed = 64;  // corners in a block, points of a slab
+  std::vector<std::uint8_t> used(points.size(), 0);
+  for (const Face& f : faces)
+    for (const std::uint32_t v : f) used[v] = 1;
+  std::vector<std::vector<std::pair<double, std::uint32_t>>> farthest(bent_.size());  // bounds of corners, or of chosen
+  const auto corner_count = static_cast<std::uint32_t>(points.size());
+  const auto add = [&](SlabId s, double bound, std::uint32_t point) {
+    auto& heap = farthest[s];
+    if (heap.size() == kMostFollowed && bound <= heap.front().first) return;
+    if (heap.size() == kMostFollowed) {
+      std::pop_heap(heap.begin(), heap.end(), std::greater<>());
+      heap.pop_back();
+    }
+    heap.emplace_back(bound, point);
+    std::push_heap(heap.begin(), heap.end(), std::greater<>());
+  };
+  for (std::uint32_t k = 0; k < near.size(); ++k)
+    if (near[k].slab != kNoSlab) add(near[k].slab, near[k].most, corner_count + k);
+  std::size_t looked = chosen.size();
+  constexpr std::size_t kAtOnce = 64 * kBlock;
+  std::vector<Near> corners;
+  std::vector<Near> lost;
+  std::vector<Vec3d> lost_points;
+  for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
+    corners.assign(std::min(kAtOnce, points.size() - begin), {});
+    for_all((corners.size() + kBlock - 1) / kBlock, 1, progress, [&](std::size_t block) {
+      LocateHint hint;
+      for (std::size_t k = block * kBlock; k < std::min(corners.size(), (block + 1) * kBlock); ++k)
+        if (used[begin + k] != 0) corners[k] = along_the_fibre(points[begin + k], hint);
+    });
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (used[begin + k] == 0) continue;
+      ++looked;
+      if (corners[k].slab != kNoSlab) {
+        add(corners[k].slab, corners[k].most, static_cast<std::uint32_t>(begin + k));
+      } else {
+        lost.push_back(corners[k]);
+        lost_points.push_back(points[begin + k]);
+      }
+    }
+  }
+  look_outside(lost_points, lost, kMostCornersOutside);
+
+  for_all(farthest.size(), 1, progress, [&](std::size_t s) {
+    std::sort(farthest[s].begin(), farthest[s].end(), std::greater<>());
+    LocateHint hint;
+    for (const auto& [bound, k] : farthest[s]) {
+      if (bound / lattice_.step <= result.slabs[s].distance) break;
+      const Vec3d p = k < corner_count ? points[k] : chosen[k - corner_count];
+      const Near at = distance_within(p, kFarReach, hint);
+      if (at.slab == s)
+        keep_farthest(result.slabs[s], {at.most / lattice_.step, hint.last.u, hint.last.v});
+      else
+        most_outside = std::max(most_outside, distance(p));
+    }
   });
-  for (std::size_t k = 0; k < outside.size(); ++k) distances[outside[k]] = far[k / stride];
-  for (double& d : distances) d /= lattice_.step;
-  return over(distances);
+  result.distance = {root_mean_square(distances), std::max(most_outside / lattice_.step, greatest(result.slabs)),
+                     looked};
+  return result;
 }
 
-double MeasuredSurface::distance_within(Vec3d p) const {
-  constexpr int kReach = 2;  // cells
-  constexpr int kAcross = 2 * kReach + 2;
+MeasuredSurface::Near MeasuredSurface::along_the_fibre(Vec3d p, LocateHint& hint) const {
   const SlabMesh& mesh = model_.slab_mesh();
-  LocateHint hint;
   const auto at = locate(mesh, p, hint);
-  if (!at) return -1;
+  if (!at) return {};
   const int n = mesh.intervals(at->slab);
-  const int left = static_cast<int>(at->u * n) - kReach, low = static_cast<int>(at->v * n) - kReach;
+  const std::array<int, 3> edges = mesh.edge_intervals(at->slab);
+  GridCell cell = cell_at(n, at->u, at->v);
+  for (GridPoint& corner : cell.corners) corner = edge_place(n, edges, corner).nearer();
+  Vec3d on;
+  for (std::size_t k = 0; k < 3; ++k) on += sample_position(model_, at->slab, cell.corners[k]) * cell.weights[k];
+  const double most = model_.is_hole(at->slab, cell.corners) ? Box3d::kFar : length(on - p);
+  return {most, at->slab};
+}
+
+MeasuredSurface::Near MeasuredSurface::distance_within(Vec3d p, int reach, LocateHint& hint) const {
+  const SlabMesh& mesh = model_.slab_mesh();
+  const auto at = locate(mesh, p, hint);
+  if (!at) return {};
+  double best2 = square_within(at->slab, at->u, at->v, p, reach);
+  // Beyond the edges that are near there may be something nearer.
+  const std::array<double, 3> weights = {1 - at->u - at->v, at->u, at->v};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SlabId other = mesh.slabs()[at->slab].neighbours[k];
+    if (other == kNoSlab || weights[k] * mesh.intervals(at->slab) > reach) continue;
+    if (const auto there = coordinates_in(mesh, other, p, kBesides))
+      best2 = std::min(best2, square_within(other, there->u, there->v, p, reach));
+  }
+  if (best2 == Box3d::kFar) return {};
+  return {std::sqrt(best2), at->slab};
+}
+
+double MeasuredSurface::square_within(SlabId slab, double u, double v, Vec3d p, int reach) const {
+  const SlabMesh& mesh = model_.slab_mesh();
+  const int n = mesh.intervals(slab), across = 2 * reach + 2;
+  const std::array<int, 3> edges = mesh.edge_intervals(slab);
+  const int left = static_cast<int>(u * n) - reach, low = static_cast<int>(v * n) - reach;
   const auto on_grid = [&](GridPoint g) { return g.i >= 0 && g.j >= 0 && g.i + g.j <= n; };
-  std::array<std::array<Vec3d, kAcross>, kAcross> places;  // by row
+  thread_local std::vector<Vec3d> places;  // by row
+  places.resize(static_cast<std::size_t>(across * across));
   const auto place = [&](GridPoint g) -> Vec3d& {
-    return places[static_cast<std::size_t>(g.j - low)][static_cast<std::size_t>(g.i - left)];
+    return places[static_cast<std::size_t>((g.j - low) * across + g.i - left)];
   };
-  for (int j = low; j < low + kAcross; ++j)
-    for (int i = left; i < left + kAcross; ++i)
-      if (const GridPoint g = {i, j}; on_grid(g)) place(g) = sample_position(model_, at->slab, g);
+  for (int j = low; j < low + across; ++j)
+    for (int i = left; i < left + across; ++i)
+      if (const GridPoint g = {i, j}; on_grid(g))
+        place(g) = sample_position(model_, slab, edge_place(n, edges, g).nearer());
   double best2 = Box3d::kFar;
-  const auto add = [&](const std::array<GridPoint, 3>& cell) {
-    if (!std::all_of(cell.begin(), cell.end(), on_grid) || model_.is_hole(at->slab, cell)) return;
+  const auto add = [&](const Cell& cell) {
+    if (!std::all_of(cell.begin(), cell.end(), on_grid)) return;
+    Cell to = cell;
+    for (GridPoint& g : to) g = edge_place(n, edges, g).nearer();
+    if (model_.is_hole(slab, to)) return;
     const Vec3d a = place(cell[0]), b = place(cell[1]), c = place(cell[2]);
     const auto w = nearest_in_triangle(p, a, b, c);
     const Vec3d away = a * w[0] + b * w[1] + c * w[2] - p;
     best2 = std::min(best2, dot(away, away));
   };
-  for (int y = low; y + 1 < low + kAcross; ++y)
-    for (int x = left; x + 1 < left + kAcross; ++x) {
+  for (int y = low; y + 1 < low + across; ++y)
+    for (int x = left; x + 1 < left + across; ++x) {
       add({{{x, y}, {x + 1, y}, {x, y + 1}}});
       add({{{x + 1, y}, {x + 1, y + 1}, {x, y + 1}}});
     }
-  return best2 < Box3d::kFar ? std::sqrt(best2) : -1;
+  return best2;
 }
 
 }  // namespace relief::detail

@@ -4,32 +4,71 @@
 #include <relief/convert/convert.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/source_surface.h>
+#include <relief/core/query.h>
 #include <relief/core/snapshot.h>
 
+#include <array>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 namespace relief::detail {
 
-/// The displaced surface of a model, without its holes. All distances are in lattice steps, over an even choice of
-/// about ten thousand points. The same for any number of threads; without meaning when cancelled.
+/// Where a slab is farthest off.
+struct Farthest {
+  double distance = 0;  ///< lattice steps
+  double u = 0, v = 0;
+};
+struct Measured {
+  Distance distance;            ///< lattice steps
+  std::vector<Farthest> slabs;  ///< by slab
+};
+
+/// The displaced surface of a model, stitched and without its holes. Root mean squares are taken over an even choice of
+/// 12,000 points. The greatest distances are looked for everywhere: what lies nearer than a bound that is quickly
+/// found cannot be the greatest. The same for any number of threads; without meaning when cancelled.
 class MeasuredSurface {
  public:
   /// Both must outlive it.
-  MeasuredSurface(const Snapshot& model, const Lattice& lattice) : model_(model), lattice_(lattice) {}
+  MeasuredSurface(const Snapshot& model, const Lattice& lattice, const Progress& progress);
 
-  /// From points inside micro-triangles to the nearest points of the other surface.
-  [[nodiscard]] Distance to(const SourceSurface& other, const Progress& progress) const;
-  /// From points spread over these triangles, by area, to this surface; they are in model units, and what is not finite
-  /// is left out. Compared are the micro-triangles about the place where the point lies in its slab, so never less than
-  /// it is; points outside all slabs are compared with everything, where there are very many a choice of them.
-  [[nodiscard]] Distance from(std::span<const Vec3d> points, std::span<const Face> faces,
+  /// From points inside micro-triangles to the nearest points of the other surface. The greatest distance is looked for
+  /// in the middles and at the middles of the edges of those micro-triangles of each slab that may lie farthest off by
+  /// the bends of the surface around them. So it is that to a surface that the samples lie on; bumps between them are
+  /// found on the way back.
+  [[nodiscard]] Measured to(const SourceSurface& other, const Progress& progress) const;
+  /// From points spread over these triangles, by area, and from all their corners, to this surface; they are in model
+  /// units, and what is not finite is left out. Of those outside all slabs, where there are very many, a choice.
+  [[nodiscard]] Measured from(std::span<const Vec3d> points, std::span<const Face> faces,
                               const Progress& progress) const;
 
  private:
-  /// To the micro-triangles about the place where the point lies in its slab; below zero outside all slabs.
-  [[nodiscard]] double distance_within(Vec3d model_point) const;
+  using Cell = std::array<GridPoint, 3>;
+  struct BentCell {
+    double bend;  ///< how far its inside may lie from what the samples lie on, lattice steps
+    Cell corners;
+  };
+  struct Place {
+    Vec3d position;  ///< model units
+    SlabId slab;
+    double u, v;
+  };
+  /// The slab that a point lies in, kNoSlab outside all, and how far it is from the surface at most, model units.
+  struct Near {
+    double most = 0;
+    SlabId slab = kNoSlab;
+  };
+  [[nodiscard]] std::vector<BentCell> bent_cells(SlabId s, std::size_t most) const;
+  [[nodiscard]] std::vector<Place> even_places() const;
+  /// To the micro-triangles so many cells about the place where the point lies in its slab, and beyond the edges that
+  /// are as near.
+  [[nodiscard]] Near distance_within(Vec3d model_point, int reach, LocateHint& hint) const;
+  [[nodiscard]] double square_within(SlabId slab, double u, double v, Vec3d model_point, int reach) const;
+  [[nodiscard]] Near along_the_fibre(Vec3d model_point, LocateHint& hint) const;
   const Snapshot& model_;
   const Lattice& lattice_;
+  std::vector<std::vector<BentCell>> bent_;  // by slab, the most bent first
+  std::size_t cells_ = 0;                    // of all slabs
 };
 
 }  // namespace relief::detail

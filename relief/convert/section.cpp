@@ -176,12 +176,11 @@ bool SlabShape::surely_apart(std::size_t side, const SlabShape& other, std::size
   return beyond(*this, side, other, other_side) || beyond(other, other_side, *this, side);
 }
 
-// The fibres that do not lean enough towards t fill a corner or a strip of the slab, cut off by a straight line of the
-// base triangle: one or two smaller slabs, each within the hull of its six ends.
+// The fibres that do not lean enough towards t fill the slab, or a corner or a strip of it, cut off by a straight line
+// of the base triangle: one or two smaller slabs, each within the hull of its six ends.
 bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double, 3>& lean) const noexcept {
   std::size_t bad = 0, odd = 0;
   for (std::size_t k = 0; k < 3; ++k) bad += lean[k] <= 0;
-  if (bad == 3) return false;
   for (std::size_t k = 0; k < 3; ++k)
     if ((lean[k] <= 0) == (bad == 1)) odd = k;
   const std::size_t j = (odd + 1) % 3, k = (odd + 2) % 3;
@@ -202,7 +201,6 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
   const auto between = [&](const Pair& to, double share) {
     return Pair{at_odd.in + (to.in - at_odd.in) * share, at_odd.out + (to.out - at_odd.out) * share};
   };
-  const Pair cut_j = between(at_j, cut(j)), cut_k = between(at_k, cut(k));
   const Corners corners = {t.a - origin, t.b - origin, t.c - origin};
   const auto misses = [&](std::initializer_list<Pair> part) {
     const std::size_t count = part.size();
@@ -232,6 +230,8 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
     }
     return apart;
   };
+  if (bad == 3) return misses({at_odd, at_j, at_k});
+  const Pair cut_j = between(at_j, cut(j)), cut_k = between(at_k, cut(k));
   if (bad == 1) return misses({at_odd, cut_j, cut_k});
   // The verifier's cut is nearer to the bad corners, for it needs no slack: the second part holds what it may put
   // there.

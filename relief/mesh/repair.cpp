@@ -203,6 +203,10 @@ class Repairer {
       progress("repair", static_cast<double>(k) / kSteps.size());
       if (progress.cancelled()) return fail(Errc::Cancelled, "repair was cancelled");
       (this->*kSteps[k])();
+      if (mesh_.triangles.empty() && report_.nonfinite_triangles > 0)
+        return fail(Errc::Corrupt, "the mesh has no triangle with area among those with finite coordinates; " +
+                                       std::to_string(report_.nonfinite_triangles) +
+                                       " have a corner that is infinite or not a number");
       if (mesh_.triangles.empty()) return fail(Errc::Corrupt, "the mesh has no triangle with area");
     }
     progress("repair", 1.0);

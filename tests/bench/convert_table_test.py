@@ -47,6 +47,24 @@ class Table(unittest.TestCase):
         self.assertIn("skull.ply", row["error"])
         self.assertIn("- skull: ", (self.folder / "table.md").read_text())
 
+    def test_a_broken_must_is_said_and_is_1(self):
+        # A cube by the name of a scan, with more memory than its twelve triangles may take, else as it must be.
+        corners = "".join(f"{x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1))
+        faces = "0 2 3, 0 3 1, 4 5 7, 4 7 6, 0 1 5, 0 5 4, 2 6 7, 2 7 3, 0 4 6, 0 6 2, 1 3 7, 1 7 5"
+        (self.folder / "bunny.off").write_text("OFF\n8 12 0\n" + corners + "".join(f"3 {f}\n" for f in faces.split(", ")))
+        sys.path.insert(0, str(SCRIPT.parent))
+        import convert_table
+        convert_table.MEMORY, convert_table.MUSTS = (2**20, 0), {"bunny": (60, 1e-3)}
+        arguments = [str(self.folder), "--bin", os.environ["RELIEF_BIN"], "--only", "bunny", "--out", str(self.folder / "out")]
+        self.assertEqual(convert_table.main(arguments), 1)
+        (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
+        self.assertTrue(row["verified"])
+        self.assertEqual(len(row["broken_musts"]), 1)
+        self.assertIn("MiB, must be 1 at most", row["broken_musts"][0])
+        self.assertIn("- bunny breaks a must: ", (self.folder / "out/table.md").read_text())
+        convert_table.MEMORY = (2**31, 0)
+        self.assertEqual(convert_table.main(arguments), 0)
+
     def test_wrong_usage_is_2(self):
         self.assertEqual(table("--only", "melon").returncode, 2)
         self.assertEqual(table(self.folder / "gone").returncode, 2)

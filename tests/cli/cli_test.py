@@ -1030,7 +1030,7 @@ class BadFiles(Case):
                 out = self.folder / "bad.relief"
                 out.unlink(missing_ok=True)
                 before = resource.getrusage(resource.RUSAGE_CHILDREN)
-                run = Run("convert", file, "-o", out, "--json", "--samples", 8, timeout=600)
+                run = Run("convert", file, "-o", out, "--json", timeout=600)
                 after = resource.getrusage(resource.RUSAGE_CHILDREN)
                 if run.status == 0:
                     self.assertTrue(Run("verify", out, "--json").json()["holds"])
@@ -1040,7 +1040,7 @@ class BadFiles(Case):
                     refused.append(f"{file.name}: {run.err.strip()}")
                 if not SANITIZED:
                     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-                    self.assertLess(spent, 120, "runs away")
+                    self.assertLess(spent, 30, "runs away")
                     self.assertLess(after.ru_maxrss, 2 * 1024 * 1024, "more than 2 GiB")
         print("\n".join(["refused:"] + refused))
 

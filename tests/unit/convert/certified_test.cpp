@@ -536,6 +536,14 @@ TEST_F(Section, OnlyThePartOfTheSlabCountsThatTheTriangleIsIn) {
   EXPECT_EQ(s.meet(at(1000)), detail::Meeting::Folded) << "near the leaning fibre";
 }
 
+TEST_F(Section, WhatPassesTheSlabByMayFaceAnyWay) {
+  // Across the upper edge at y = 0, which none of the slab's own planes tells apart.
+  const auto s = slab();
+  const Vec3d low = {100, -80, 190}, high = {100, 80, 330}, along = {400, 0, 0};
+  EXPECT_EQ(s.meet(triangle(low, high, low + along)), detail::Meeting::Section);
+  EXPECT_EQ(s.meet(triangle(low, low + along, high)), detail::Meeting::Section);
+}
+
 // Slabs and triangles at random: where the verdict is Section, fibres that meet the triangle do so from the back to the
 // front, and where it is Apart none meet it.
 TEST_F(Section, VerdictsHoldOnSampledFibres) {

@@ -2,6 +2,7 @@
 #include "support/data.h"
 
 #include <relief/convert/convert.h>
+#include <relief/convert/source_surface.h>
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
 #include <relief/mesh/import.h>
@@ -11,7 +12,9 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <filesystem>
 #include <map>
 #include <sstream>
 
@@ -374,6 +377,80 @@ TEST(Convert, ColoursAreAsFineAsTheSourceHasThem) {
   EXPECT_EQ(colours_at_n(pictured_ball(10, [](double u, double v) { return Vec3d{u, v, 0}; }, {}), 0), 128);
 }
 
+/// The greatest distance of each slab from the mended source and back, share of the diagonal: by many points of each
+/// micro-triangle, and by the source's corners.
+std::vector<double> farthest_of_slabs(const Conversion& made) {
+  constexpr int kFine = 3;
+  constexpr std::size_t kMostCorners = 2000;
+  const Snapshot& model = *made.model.head;
+  const SlabMesh& mesh = model.slab_mesh();
+  const double diagonal = made.model.info.source_diagonal;
+  const detail::Lattice lattice = detail::Lattice::around(bounds(made.mended), 0.1 * diagonal);
+  const detail::SourceSurface source(made.mended.positions, made.mended.triangles, lattice);
+  std::vector<double> farthest(mesh.slab_count(), 0);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& cell) {
+      const std::array<Vec3d, 3> p = {sample_position(model, s, cell[0]), sample_position(model, s, cell[1]),
+                                      sample_position(model, s, cell[2])};
+      for (int j = 0; j <= kFine; ++j)
+        for (int i = 0; i + j <= kFine; ++i) {
+          const Vec3d q = (p[0] * (kFine - i - j) + p[1] * i + p[2] * j) * (1.0 / kFine);
+          farthest[s] = std::max(farthest[s], source.nearest(lattice.to_lattice(q)).distance * lattice.step / diagonal);
+        }
+    });
+  LocateHint hint;
+  const std::size_t stride = 1 + made.mended.positions.size() / kMostCorners;
+  for (std::size_t v = 0; v < made.mended.positions.size(); v += stride) {
+    const Vec3d p = made.mended.positions[v];
+    if (const auto at = locate(mesh, p, hint))
+      farthest[at->slab] = std::max(farthest[at->slab], length(closest_point(model, p).position - p) / diagonal);
+  }
+  return farthest;
+}
+
+TEST(Convert, TheGreatestDistanceIsThatOfADenseMeasurement) {
+  for (const auto& [mesh, n] : {std::pair{testing::ball(40, 0.2), 15}, std::pair{testing::ball(16, 0.3), 32},
+                                std::pair{testing::torus(60, 24), 8}}) {
+    ConvertSettings settings = few(60, n);
+    settings.mode = Mode::Certified;
+    const auto result = convert(mesh, settings);
+    ASSERT_TRUE(result) << result.error().message;
+    const std::vector<double> farthest = farthest_of_slabs(*result);
+    const double truth = *std::max_element(farthest.begin(), farthest.end());
+    const double reported = std::max(result->report.to_mended.max, result->report.from_mended.max);
+    EXPECT_GT(reported, 0.95 * truth) << n;
+    EXPECT_LT(reported, 1.02 * truth) << n;
+    EXPECT_GT(result->report.to_mended.points, result->report.slabs * static_cast<std::size_t>(4 * n * n));
+    EXPECT_GT(result->report.from_mended.points, mesh.positions.size());
+    EXPECT_EQ(result->report.slabs_too_coarse, 0U) << "no error was asked for";
+  }
+}
+
+TEST(Convert, KeepsToTheErrorOrTellsWhichSlabsDoNot) {
+  const TriangleMesh mesh = testing::ball(90, 0.03);
+  std::size_t before = 0;
+  for (const double error : {1e-3, 1e-4, 3e-5}) {
+    ConvertSettings settings = few(60, 0);
+    settings.mode = Mode::Certified;
+    settings.error = error;
+    const auto result = convert(mesh, settings);
+    ASSERT_TRUE(result) << result.error().message;
+    const std::vector<double> farthest = farthest_of_slabs(*result);
+    std::size_t samples = 0, finest = 0;
+    for (const Slab& s : result->model.head->slab_mesh().slabs()) {
+      samples += sample_count(s.intervals);
+      finest += s.intervals == kMaxIntervals;
+    }
+    const auto off = std::count_if(farthest.begin(), farthest.end(), [&](double d) { return d > 1.02 * error; });
+    EXPECT_LE(static_cast<std::size_t>(off), result->report.slabs_too_coarse) << error;
+    EXPECT_LE(result->report.slabs_too_coarse, finest) << error << ": all others could be finer";
+    EXPECT_EQ(result->report.slabs_too_coarse > 0, result->report.too_coarse_most > error) << error;
+    EXPECT_GT(samples, before) << "no finer than it must be";
+    before = samples;
+    EXPECT_TRUE(error < 5e-5 || result->report.slabs_too_coarse == 0) << error;
+  }
+}
+
 TEST(Convert, StopsWhenAsked) {
   std::atomic<bool> cancel = true;
   Progress progress;
@@ -397,6 +474,26 @@ TEST(Convert, StopsWhenAsked) {
     ASSERT_FALSE(result) << phase;
     EXPECT_EQ(result.error().code, Errc::Cancelled);
   }
+}
+
+TEST(Convert, SaysWhatCollapsedAndWhatRemeshingWouldHelp) {
+  TriangleMesh far = testing::ball(60);
+  for (Vec3d& p : far.positions) p = to_double(to_float(p + Vec3d{1e7, 1e7, 1e7}));
+  const auto collapsed = convert(far, few(40));
+  ASSERT_TRUE(collapsed) << collapsed.error().message;
+  ASSERT_EQ(collapsed->report.notes.size(), 1U);
+  EXPECT_NE(collapsed->report.notes.front().find("14160 triangles"), std::string::npos)
+      << collapsed->report.notes.front();
+  EXPECT_NE(to_string(collapsed->report).find(collapsed->report.notes.front()), std::string::npos);
+
+  TriangleMesh crossing = testing::ball(12);
+  append(crossing, testing::ball(12), {0.5, 0.3, 0.2});
+  ConvertSettings settings = few(80);
+  settings.mode = {};
+  const auto made = convert(crossing, settings);
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_TRUE(made->report.notes.empty());
+  EXPECT_NE(made->report.not_certified.find("--remesh"), std::string::npos) << made->report.not_certified;
 }
 
 TEST(Convert, RefusesWithASentence) {
@@ -498,6 +595,55 @@ TEST(ConvertScan, BunnyAt150Slabs) {
   EXPECT_GE(single_share(result->report), 0.97);
   EXPECT_EQ(result->report.dropped_slabs, 0U);
 }
+
+/// What the table of conversions must show (docs/performance.md): slabs, and the greatest rms there and back, shares of
+/// the diagonal.
+struct Must {
+  const char* file;
+  int slabs;
+  double rms;
+  bool closed;  ///< and clean: nothing has to move
+};
+class ConvertTable : public ::testing::TestWithParam<Must> {};
+
+TEST_P(ConvertTable, SlabsCertificateSingleFibresAndDistance) {
+  const Must& must = GetParam();
+  RELIEF_DATA_FILE(file, must.file);
+  const auto mesh = import_mesh(file);
+  ASSERT_TRUE(mesh);
+  ConvertSettings settings;
+  settings.slabs = must.slabs;
+  settings.intervals = 63;
+  const auto result = convert(*mesh, settings);
+  ASSERT_TRUE(result) << result.error().message;
+  const ConvertReport& report = result->report;
+  EXPECT_EQ(result->model.info.mode, Mode::Certified) << report.not_certified;
+  EXPECT_LE(report.slabs, static_cast<std::size_t>(must.slabs));
+  EXPECT_GE(report.fibres_cast, 1'000'000U);
+  EXPECT_EQ(report.hits_single, report.fibres_cast);
+  EXPECT_LE(report.to_mended.rms, must.rms);
+  EXPECT_LE(report.from_mended.rms, must.rms);
+  const auto places = [](const TriangleMesh& of) {
+    std::vector<std::array<double, 3>> all;
+    for (const Vec3d p : of.positions) all.push_back({p.x, p.y, p.z});
+    return all;
+  };
+  const PlainCage cage(result->model.head->slab_mesh());
+  const auto judge = [&](const TriangleMesh& source) {
+    const verify::Certificate c =
+        verify::check({cage.inner, cage.outer, cage.triangles}, {places(source), source.triangles});
+    EXPECT_TRUE(c.all()) << (c.failures.empty() ? "" : c.failures.front().what);
+  };
+  judge(result->mended);
+  if (!must.closed) return;
+  EXPECT_EQ(report.moved_vertices, 0U);
+  judge(*mesh);
+}
+INSTANTIATE_TEST_SUITE_P(Scans, ConvertTable,
+                         ::testing::Values(Must{"a_models/bunny.ply", 150, 1.2e-4, false},
+                                           Must{"a_models/igea.ply", 200, 3e-5, true},
+                                           Must{"a_models/nefertiti.ply", 400, 5e-5, false}),
+                         [](const auto& one) { return std::filesystem::path(one.param.file).stem().string(); });
 
 }  // namespace
 }  // namespace relief

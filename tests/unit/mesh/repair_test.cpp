@@ -253,6 +253,8 @@ TEST(Repair, RefusesWhatHasNoAreaAndStopsWhenAsked) {
   mesh.triangles = {{0, 1, 2}};
   EXPECT_EQ(repair(mesh).error().code, Errc::Corrupt);
   EXPECT_EQ(repair({}).error().code, Errc::Corrupt);
+  for (Vec3d& p : mesh.positions) p.y = std::numeric_limits<double>::infinity();
+  EXPECT_NE(repair(mesh).error().message.find("infinite"), std::string::npos) << repair(mesh).error().message;
   const std::atomic<bool> stop{true};
   EXPECT_EQ(repair(box({0, 0, 0}, {1, 1, 1}), {.report = {}, .cancel = &stop}).error().code, Errc::Cancelled);
 }
