@@ -191,34 +191,48 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
   return {};
 }
 
-Status check_strokes(const std::string& out, bool force) {
+namespace {
+/// Whether a file, or what a link leads to, has the name of a model.
+bool names_model(std::string_view file) {
   std::error_code ignored;
-  if (force || !std::filesystem::exists(out, ignored)) return {};
-  const auto existing = ModelFile::open(out, true);
+  const std::filesystem::path target = std::filesystem::weakly_canonical(file, ignored);
+  const auto is_model = has_extension({".relief"});
+  return is_model(std::string(file)).empty() || is_model(target.string()).empty();
+}
+}  // namespace
+
+Status check_strokes(const std::string& out, bool force, const Context& context) {
+  std::error_code ignored;
+  if (force || !std::filesystem::is_regular_file(out, ignored)) return {};
+  const auto existing = ModelFile::open(out, true, context.progress);
   if (!existing) {
-    if (existing.error().code == Errc::UnsupportedFormat) return {};  // no model
+    // A file of another kind, unless its name says that it was a model.
+    if (existing.error().code == Errc::UnsupportedFormat &&
+        (!names_model(out) || std::filesystem::file_size(out, ignored) == 0))
+      return {};
+    if (existing.error().code == Errc::Cancelled) return std::unexpected(existing.error());
     return fail(Errc::InvalidArgument,
                 fmt::format("{}; it may hold strokes that would be lost: choose another name, or --force",
                             existing.error().message));
   }
-  if (existing->stroke_count() + existing->redo_count() > 0)
+  if (const std::uint64_t strokes = existing->stroke_count() + existing->redo_count(); strokes > 0)
     return fail(Errc::InvalidArgument,
-                fmt::format("{}: holds {} strokes that would be lost; choose another name, or --force", printable(out),
-                            existing->stroke_count() + existing->redo_count()));
+                fmt::format("{}: holds {} stroke{} that would be lost; choose another name, or --force", printable(out),
+                            strokes, strokes == 1 ? "" : "s"));
   return {};
 }
 
 Status check_no_model(std::initializer_list<std::string_view> outputs) {
   std::error_code ignored;
   for (const std::string_view out : outputs)
-    if (has_extension({".relief"})(std::string(out)).empty() && std::filesystem::exists(out, ignored))
+    if (names_model(out) && std::filesystem::exists(out, ignored))
       return fail(Errc::InvalidArgument,
                   printable(out) + ": is the name of a model, which this would replace; choose another name");
   return {};
 }
 
-Result<ModelFile> open_model(const std::string& file, bool read_only) {
-  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only));
+Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only) {
+  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only, context.progress));
   if (!model.doubt().empty())
     std::fputs(fmt::format("relief: warning: {}: {}; relief verify names the places\n", printable(file),
                            printable(model.doubt(), 380))

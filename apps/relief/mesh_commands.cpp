@@ -50,7 +50,7 @@ Status run_sample(const std::string& name, const std::string& out, std::size_t t
 Status run_export(const std::string& file, const std::string& out, int level, const Context& context) {
   RELIEF_CHECK(check_outputs({out}, {file}));
   RELIEF_CHECK(check_no_model({out}));
-  RELIEF_TRY(const ModelFile model, open_model(file));
+  RELIEF_TRY(const ModelFile model, open_model(file, context));
   const Snapshot& head = *model.model().head;
   if (lower_extension(out) == ".slabs") {
     RELIEF_TRY(AtomicFile target, AtomicFile::create(out));

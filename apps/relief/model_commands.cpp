@@ -215,7 +215,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
                 printable(o.out) + ": is both the model and the mended source; choose two names");
-  RELIEF_CHECK(check_strokes(o.out, o.force));
+  RELIEF_CHECK(check_strokes(o.out, o.force, context));
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
@@ -402,7 +402,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
 }
 
 Status run_info(const std::string& file, bool list_strokes, const Context& context) {
-  RELIEF_TRY(const ModelFile model, open_model(file));
+  RELIEF_TRY(const ModelFile model, open_model(file, context));
   const ModelInfo& info = model.model().info;
   const Snapshot& head = *model.model().head;
   const SlabMesh& mesh = head.slab_mesh();
@@ -459,7 +459,7 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
 }
 
 Status run_undo(const std::string& file, std::uint64_t strokes, bool forward, const Context& context) {
-  RELIEF_TRY(ModelFile model, open_model(file, false));
+  RELIEF_TRY(ModelFile model, open_model(file, context, false));
   RELIEF_TRY(const std::uint64_t moved, forward ? model.redo(strokes) : model.undo(strokes));
   if (moved == 0)
     return fail(Errc::NotFound,

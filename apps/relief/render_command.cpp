@@ -70,7 +70,7 @@ Status run_render(RenderOptions& o, const Context& context) {
     o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
     o.draw.heat_map = o.draw.heat_map || overlay == "heat";
   }
-  RELIEF_TRY(const ModelFile file, open_model(o.model));
+  RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   const Snapshot& head = *file.model().head;
   if (!o.at.empty()) {
     RELIEF_TRY(const Vec3d cursor, parse_vector("--at", o.at));

@@ -36,10 +36,10 @@ Status run_sculpt(const std::string& model, const std::string& strokes_file, con
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
   std::error_code ignored;
   if (!std::filesystem::equivalent(model, out, ignored)) {
-    RELIEF_CHECK(check_strokes(out, force));
+    RELIEF_CHECK(check_strokes(out, force, context));
     RELIEF_CHECK(ModelFile::copy(model, out));
   }
-  RELIEF_TRY(ModelFile file, open_model(out, false));
+  RELIEF_TRY(ModelFile file, open_model(out, context, false));
   Editor editor(file.model().head);
   ordered_json report = ordered_json::array();
   for (std::size_t k = 0; k < strokes.size(); ++k) {

@@ -139,7 +139,7 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
 }
 
 Status run_path(const TouchOptions& o, const Context& context) {
-  RELIEF_TRY(const ModelFile file, open_model(o.model));
+  RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
   // The limits are those of the device named, or touch-like; without one the path may lead anywhere.
   DeviceInfo device = plant_presets().front().info;
@@ -196,7 +196,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
 }
 
 Status run_live(const TouchOptions& o, const Context& context) {
-  RELIEF_TRY(const ModelFile file, open_model(o.model));
+  RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
   HapticDevice& device = *opened.device;
   std::optional<AtomicFile> out;

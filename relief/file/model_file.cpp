@@ -91,19 +91,27 @@ std::string certificate_text(const SlabMesh& mesh) {
   return text;
 }
 
-/// The verifier on the cage of a file that was read, against what the file says.
-std::string doubt_about(const SlabMesh& mesh, Mode mode, std::string_view certificate) {
+/// The verifier on the cage of a file that was read, against what the file says of it.
+std::string doubt_about(const SlabMesh& mesh, Mode mode, std::string_view certificate, const Progress& progress) {
   const PlainCage cage(mesh);
-  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles});
-  std::string failing;
-  for (std::size_t k = 0; k < verify::kShellConditionCount; ++k) {
+  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles}, progress);
+  const auto missed = [&](std::size_t k) {
     const std::string_view condition = name(static_cast<verify::Condition>(k));
-    if (found.holds[k] || !(claims(mode).contains(condition) || certificate.contains(condition))) continue;
-    failing += (failing.empty() ? "" : ", ") + std::string(condition);
+    const bool said = certificate.contains(condition) || (mode != Mode::Preview && claims(mode).contains(condition));
+    return said && !found.holds[k];
+  };
+  std::string failing, untested;
+  for (std::size_t k = 0; k < verify::kShellConditionCount; ++k) {
+    if (!missed(k)) continue;
+    std::string& list = found.failure_count[k] > 0 ? failing : untested;
+    list += (list.empty() ? "" : ", ") + std::string(name(static_cast<verify::Condition>(k)));
   }
-  if (failing.empty()) return failing;
-  return "its slabs do not hold " + failing + " of what it says of them" +
-         (found.failures.empty() ? "" : ": " + found.failures.front().what);
+  if (failing.empty() && untested.empty()) return {};
+  std::string text = failing.empty() ? "" : "its slabs do not hold " + failing;
+  if (!untested.empty()) text += (text.empty() ? "" : ", and ") + untested + " could not be tested";
+  for (const verify::Failure& f : found.failures)
+    if (missed(static_cast<std::size_t>(f.condition))) return text + ": " + f.what;
+  return text;
 }
 
 std::vector<std::byte> fibre_bytes(const SlabMesh& mesh) {
@@ -705,7 +713,7 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
   return ModelFile(std::move(state));
 }
 
-Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only) {
+Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only, const Progress& progress) {
   RELIEF_TRY(Database database,
              Database::open(file, read_only ? Database::Access::Read : Database::Access::Write, kKind));
   auto state = std::make_unique<State>(State{.database = std::move(database), .read_only = read_only});
@@ -719,8 +727,9 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_o
   RELIEF_TRY(state->layers, rows.read_layers(state->meta.current));
   RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
   state->model.info = state->meta.info;
-  state->doubt = doubt_about(*mesh, state->meta.info.mode, state->meta.certificate);
   if (read_only) state->database.roll_back();
+  state->doubt = doubt_about(*mesh, state->meta.info.mode, state->meta.certificate, progress);
+  if (progress.cancelled()) return fail(Errc::Cancelled, printable(file.string()) + ": opening was cancelled.");
   return ModelFile(std::move(state));
 }
 

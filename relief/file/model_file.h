@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/progress.h>
 #include <relief/core/model.h>
 
 #include <cstdint>
@@ -32,9 +33,11 @@ class ModelFile {
   /// or torn at an edge).
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
-  /// and constrained samples and ranges. Then the verifier looks at the cage (see doubt()); some 15 microseconds per
-  /// slab. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
-  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false);
+  /// and constrained samples and ranges. Then the verifier looks at the cage (see doubt()): some 3 microseconds per
+  /// slab, far more where many lie across each other, which can be cancelled. Errors: NotFound, Io, Corrupt,
+  /// NewerVersion, UnsupportedFormat (not a .relief file), Cancelled.
+  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false,
+                                              const Progress& progress = {});
   /// Copies a model file with its whole history to another place, as a whole and at once.
   [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to);
 
@@ -44,8 +47,9 @@ class ModelFile {
 
   /// The model at the current stroke.
   [[nodiscard]] const Model& model() const noexcept;
-  /// What the file says of its slabs and the verifier, which needs no source for it, did not find when the file was
-  /// opened: one sentence; empty where all of it holds. The model is none the less as it was saved.
+  /// Where the slabs do not hold what was proven of them when the file was made, or what certified and tolerant mode
+  /// claim, by the verifier when the file was opened: one sentence; else empty. The model is none the less as it was
+  /// saved.
   [[nodiscard]] const std::string& doubt() const noexcept;
   /// Finished strokes up to the current one; undone ones follow in redo_count().
   [[nodiscard]] std::uint64_t stroke_count() const noexcept;

@@ -20,7 +20,8 @@ std::string fibre_name(std::size_t f) { return "fibre " + std::to_string(f); }
 class Checker {
  public:
   /// `facts`: what is known of the shell once it has passed C0.
-  Checker(const Shell& shell, ShellFacts& facts) : shell_(shell), facts_(facts) {}
+  Checker(const Shell& shell, ShellFacts& facts, const Progress& progress)
+      : shell_(shell), facts_(facts), progress_(progress) {}
 
   Certificate run() {
     Certificate& c = certificate_;
@@ -341,6 +342,7 @@ class Checker {
       if (flat[k]) complete = false;  // its slab failed C1
     }
     for (std::size_t k = 0; k < boxes_.size() && count(Condition::C3) < kCountedPairs; ++k) {
+      if (progress_.cancelled()) return false;
       if (flat[k]) continue;
       const Triangle mine = triangle(k);
       tree.query(boxes_[k], [&](std::uint32_t l) {
@@ -440,6 +442,7 @@ class Checker {
   const Shell& shell_;
   Certificate certificate_;
   ShellFacts& facts_;
+  const Progress& progress_;
   Predicates predicates_{kMaxSpan};
   std::vector<std::uint32_t> slab_with_;                  // by fibre, once needed
   std::vector<Place> inner_, outer_;                      // by fibre
@@ -458,14 +461,14 @@ std::string_view name(Condition condition) noexcept {
   return kNames[static_cast<std::size_t>(condition)];
 }
 
-Certificate check(const Shell& shell) {
+Certificate check(const Shell& shell, const Progress& progress) {
   ShellFacts facts;
-  return Checker(shell, facts).run();
+  return Checker(shell, facts, progress).run();
 }
 
 Certificate check(const Shell& shell, const Source& source, const Progress& progress) {
   ShellFacts facts;
-  Certificate certificate = Checker(shell, facts).run();
+  Certificate certificate = Checker(shell, facts, progress).run();
   certificate.with_source = true;
   if (certificate.holds[0]) check_source(shell, facts, source, certificate, progress);
   return certificate;

@@ -521,6 +521,13 @@ class Workflow(Case):
         cut = self.folder / "cut.relief"
         cut.write_bytes(model.read_bytes()[:-4096])
         self.assert_failed(Run("convert", self.scan, "-o", cut), 1, "--force")
+        cut.write_bytes(bytes(100) + model.read_bytes()[100:])
+        self.assert_failed(Run("sculpt", self.model, "--strokes", strokes, "-o", cut), 1, "--force")
+        # Nor is a model replaced through a link.
+        link = self.folder / "link.csv"
+        link.symlink_to(model)
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 1, "name of a model")
+        self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("sculpt", self.model, "--strokes", strokes, "-o", model, "--force")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("convert", self.scan, "-o", model, "--force", "--samples", 8)

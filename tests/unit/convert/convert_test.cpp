@@ -381,7 +381,7 @@ TEST(Convert, ColoursAreAsFineAsTheSourceHasThem) {
 /// micro-triangle, and by the source's corners.
 std::vector<double> farthest_of_slabs(const Conversion& made) {
   constexpr int kFine = 3;
-  constexpr std::size_t kMostCorners = 2000;
+  constexpr std::size_t kMostCorners = 20'000;
   const Snapshot& model = *made.model.head;
   const SlabMesh& mesh = model.slab_mesh();
   const double diagonal = made.model.info.source_diagonal;

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unit/file/file_support.h>
 
+#include <atomic>
 #include <bit>
 #include <cstring>
 #include <functional>
@@ -334,6 +335,11 @@ TEST(ForgedFile, ACageThatIsNotWhatTheFileSaysIsOpenedWithADoubt) {
   }
   RELIEF_MUST(model, ModelFile::open(file));
   EXPECT_NE(model.doubt().find("do not hold C1"), std::string::npos) << model.doubt();
+  EXPECT_NE(model.doubt().find("is folded at"), std::string::npos) << model.doubt();
+  const std::atomic<bool> stop = true;
+  const auto stopped = ModelFile::open(folder / "b.relief", true, {.report = {}, .cancel = &stop});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Errc::Cancelled);
   // Nothing that was saved is kept from its owner.
   EXPECT_OK(model.commit(stroke(model.model().head, 1), {}));
   // Preview claims less, but what the file says was proven must hold, too.
@@ -346,6 +352,12 @@ TEST(ForgedFile, ACageThatIsNotWhatTheFileSaysIsOpenedWithADoubt) {
   }
   RELIEF_MUST(doubtful, ModelFile::open(folder / "p.relief"));
   EXPECT_NE(doubtful.doubt(), "");
+  // A preview of which nothing was proven, for its numbers lie on no lattice, says nothing that could fail.
+  preview = ball();
+  preview.info.mode = Mode::Preview;
+  ASSERT_TRUE(ModelFile::create(folder / "q.relief", preview));
+  RELIEF_MUST(plain, ModelFile::open(folder / "q.relief"));
+  EXPECT_EQ(plain.doubt(), "");
 }
 
 TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
