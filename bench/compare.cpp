@@ -204,6 +204,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   });
   // From nothing and over the whole surface, it takes longer. It is what the others are compared with.
   std::vector<Workload> few;
+  few.reserve(works.size());
   for (const Workload& work : works) few.push_back(work.few(500));
   row("relief closest point", build_seconds, bytes, few, {},
       [&](Vec3d p, bool) { return length(closest_point(model, p).position - p); });
@@ -234,6 +235,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   // The servo with a point, with a ball of 1 % of the diagonal, and with a rigid tool: points all over a sphere of 5 %.
   const std::vector<Vec3d> shell = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
   std::vector<Workload> fewer;
+  fewer.reserve(works.size());
   for (const Workload& work : works) fewer.push_back(work.few(1000));
   struct Held {
     const char* name;

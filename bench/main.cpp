@@ -23,6 +23,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 
 namespace relief::bench {
 
@@ -388,4 +389,11 @@ int main_inner(int argc, char** argv) {
 
 }  // namespace relief::bench
 
-int main(int argc, char** argv) { return relief::bench::main_inner(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return relief::bench::main_inner(argc, argv);
+  } catch (const std::exception& error) {
+    std::fputs((std::string("relief-bench: ") + error.what() + "\n").c_str(), stderr);
+    return 1;
+  }
+}

@@ -296,7 +296,7 @@ Result<std::string> play(Replay& replay, const SnapshotPtr& model, const Progres
     }
     RELIEF_TRY(const bool more, replay.next(number, tick));
     if (!more) return std::string();
-    if (tick.model != model_number && !edits.lead_to(model_number = tick.model))
+    if (const auto before = std::exchange(model_number, tick.model); tick.model != before && !edits.lead_to(tick.model))
       return "the model changed at tick " + std::to_string(number) + " in a way that was not recorded";
     if (!visit(number, tick, edits.head())) return std::string();
   }

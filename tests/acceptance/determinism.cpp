@@ -1,10 +1,10 @@
 // S19: the same motion gives the same forces, to the bit; and almost the same from another build.
 #include "acceptance/acceptance.h"
+#include "support/bits.h"
 #include "support/forces_of_a_script.h"
 
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <string>
 
 namespace relief::acceptance {
@@ -18,9 +18,9 @@ void determinism(Report& report) {
     long touched = 0, differ = 0;
     for (std::size_t k = 0; k < ticks; ++k) {
       touched += once[k].contact ? 1 : 0;
-      const bool same = std::memcmp(&once[k].force, &again[k].force, sizeof(Vec3d)) == 0 &&
-                        std::memcmp(&once[k].torque, &again[k].torque, sizeof(Vec3d)) == 0 &&
-                        std::memcmp(&once[k].contact_point, &again[k].contact_point, sizeof(Vec3d)) == 0 &&
+      const bool same = testing::bits(once[k].force) == testing::bits(again[k].force) &&
+                        testing::bits(once[k].torque) == testing::bits(again[k].torque) &&
+                        testing::bits(once[k].contact_point) == testing::bits(again[k].contact_point) &&
                         once[k].flags == again[k].flags;
       differ += same ? 0 : 1;
     }

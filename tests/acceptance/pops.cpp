@@ -19,8 +19,8 @@ struct Scene {
   SnapshotPtr model;
 };
 
-SnapshotPtr formed(std::shared_ptr<const SlabMesh> shell, double (*radius)(Vec3d)) {
-  return testing::shaped(std::move(shell), [=](Vec3d p) { return length(p) - radius(p * (1 / length(p))); });
+SnapshotPtr formed(const std::shared_ptr<const SlabMesh>& shell, double (*radius)(Vec3d)) {
+  return testing::shaped(shell, [=](Vec3d p) { return length(p) - radius(p * (1 / length(p))); });
 }
 
 /// A disc, 0.2 mm thick where its diagonal is 0.15 m, and thinner towards its sharp rim.

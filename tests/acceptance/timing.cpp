@@ -79,7 +79,7 @@ Live live_session(double seconds) {
   Session session(hand, model, nullptr, {.servo = {.workspace = space}, .sculpt = {.full_depth = 0.05}});
   session.set_brush({.tool = Tool::Carve, .radius = 0.05, .strength = 0.2});
   std::atomic<int> pictures{0};
-  std::jthread drawing([&pictures, reader = session.reader(), model](std::stop_token stop) mutable {
+  std::jthread drawing([&pictures, reader = session.reader(), model](const std::stop_token& stop) mutable {
     Result<Renderer> renderer = Renderer::create();
     if (!renderer) {
       std::fprintf(stderr, "%s\n", renderer.error().message.c_str());

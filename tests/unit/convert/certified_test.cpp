@@ -486,7 +486,7 @@ TEST(Certified, RoughSourcesBecomeCoarse) {
 }
 
 TEST(Certified, StopsWhenCancelled) {
-  std::atomic<bool> cancel = true;
+  const std::atomic<bool> cancel = true;
   const auto result = convert(testing::ball(40, 0.1), certified(60), {.report = {}, .cancel = &cancel});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, Errc::Cancelled);

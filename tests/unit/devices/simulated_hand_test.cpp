@@ -1,4 +1,5 @@
 // The plant's parts one by one; what it does as a whole is acceptance test S1.
+#include "support/bits.h"
 #include "support/plants.h"
 
 #include <relief/devices/simulated_hand.h>
@@ -6,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -167,7 +167,7 @@ TEST(Hand, IsDeterministic) {
   };
   const auto a = run(), b = run();
   for (std::size_t k = 0; k < a.size(); ++k)
-    EXPECT_EQ(std::memcmp(&a[k].position, &b[k].position, sizeof(Vec3d)), 0) << k;
+    EXPECT_EQ(testing::bits(a[k].position), testing::bits(b[k].position)) << k;
 }
 
 TEST(Presets, AreCompleteAndSafe) {
