@@ -393,7 +393,9 @@ int main(int argc, char** argv) {
   try {
     return relief::bench::main_inner(argc, argv);
   } catch (const std::exception& error) {
-    std::fputs((std::string("relief-bench: ") + error.what() + "\n").c_str(), stderr);
+    std::fputs("relief-bench: ", stderr);
+    std::fputs(error.what(), stderr);
+    std::fputs("\n", stderr);
     return 1;
   }
 }

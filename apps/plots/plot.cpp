@@ -102,7 +102,7 @@ std::string trace(const Envelope& values, std::string_view x_title, std::string_
     if (values.empty(k)) continue;
     const double x = plot.x(end * (static_cast<double>(k) + 0.5) / Envelope::kColumns);
     area_top += fmt::format("{:.1f},{:.1f} ", x, plot.y(values.high(k)));
-    area_bottom = fmt::format("{:.1f},{:.1f} ", x, plot.y(values.low(k))) + area_bottom;
+    area_bottom.insert(0, fmt::format("{:.1f},{:.1f} ", x, plot.y(values.low(k))));
     if (const std::string_view fill = colour ? colour(k) : ""; !fill.empty())
       strip += fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="1.3" height="5" fill="{}"/>)", x - 0.6, plot.y(0) + 1,
                            fill);

@@ -39,10 +39,10 @@ Status parse_size(const std::string& text, DrawSettings& draw) {
 
 /// A named view or "azimuth,elevation" in degrees.
 Result<std::pair<double, double>> parse_view(const std::string& text) {
-  static const std::map<std::string, std::pair<double, double>> kViews = {
+  static const std::map<std::string, std::pair<double, double>> views = {
       {"front", {0, 12}}, {"back", {180, 12}},    {"right", {90, 12}}, {"left", {-90, 12}},
       {"top", {0, 89.9}}, {"bottom", {0, -89.9}}, {"corner", {35, 22}}};
-  if (const auto named = kViews.find(text); named != kViews.end()) return named->second;
+  if (const auto named = views.find(text); named != views.end()) return named->second;
   const std::size_t comma = text.find(',');
   double azimuth = 0, elevation = 0;
   if (comma != std::string::npos) {

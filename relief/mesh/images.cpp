@@ -46,7 +46,8 @@ class Shrinker {
       sum.r += row[x].r, sum.g += row[x].g, sum.b += row[x].b;
       ++sum.count;
     }
-    if (++y_ % step_ != 0 && y_ != height_) return;
+    ++y_;
+    if (y_ % step_ != 0 && y_ != height_) return;
     Rgba8* const out = image.pixels.data() + std::size_t{(y_ - 1) / step_} * image.width;
     for (std::uint32_t x = 0; x < image.width; ++x) {
       const auto mean = [&](std::uint64_t channel) {

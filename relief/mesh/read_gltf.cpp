@@ -14,15 +14,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-const Json* member(const Json& object, const char* key) noexcept {
+const Json* member(const Json& object, const char* key) {
   if (!object.is_object()) return nullptr;
   const auto at = object.find(key);
   return at == object.end() ? nullptr : &*at;
 }
 
 /// A whole number that is not negative; `otherwise` when it is missing.
-std::optional<std::uint64_t> whole(const Json& object, const char* key,
-                                   std::optional<std::uint64_t> otherwise = {}) noexcept {
+std::optional<std::uint64_t> whole(const Json& object, const char* key, std::optional<std::uint64_t> otherwise = {}) {
   const Json* value = member(object, key);
   if (value == nullptr) return otherwise;
   if (value->is_number_unsigned()) return value->get<std::uint64_t>();
@@ -34,7 +33,7 @@ std::optional<std::uint64_t> whole(const Json& object, const char* key,
 }
 
 /// The element of a top-level array, or null.
-const Json* element(const Json& root, const char* array, std::optional<std::uint64_t> index) noexcept {
+const Json* element(const Json& root, const char* array, std::optional<std::uint64_t> index) {
   const Json* list = member(root, array);
   return list != nullptr && list->is_array() && index && *index < list->size() ? &(*list)[*index] : nullptr;
 }
@@ -45,7 +44,7 @@ std::string text(const Json& object, const char* key) {
 }
 
 template <std::size_t kCount>
-bool numbers(const Json& object, const char* key, std::array<double, kCount>& values) noexcept {
+bool numbers(const Json& object, const char* key, std::array<double, kCount>& values) {
   const Json* list = member(object, key);
   if (list == nullptr) return true;
   if (!list->is_array() || list->size() != kCount) return false;

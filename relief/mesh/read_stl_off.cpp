@@ -120,7 +120,7 @@ std::optional<TriangleMesh> read_off_binary(const Source& source, const char* at
   header.faces = load<std::uint32_t>(at + 4, swap);
   at += 12;
   const std::size_t stride =
-      4 * (3 + (header.normals ? 3U : 0U) + (header.colours ? 4U : 0U) + (header.texture ? 2U : 0U));
+      std::size_t{4} * (3 + (header.normals ? 3U : 0U) + (header.colours ? 4U : 0U) + (header.texture ? 2U : 0U));
   const auto left = [&] { return static_cast<std::size_t>(end - at); };
   if (header.vertices > left() / stride || header.faces > (left() - header.vertices * stride) / 4) return std::nullopt;
   TriangleMesh mesh;

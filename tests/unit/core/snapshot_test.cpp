@@ -79,7 +79,7 @@ TEST(Snapshot, ValidateNamesACrackAndABadValue) {
 
 TEST(SnapshotChannel, FreesWhatNobodyPins) {
   SnapshotPtr model = Snapshot::make(sphere_shell(1, 4));
-  std::weak_ptr<const Snapshot> first = model;
+  const std::weak_ptr<const Snapshot> first = model;
   SnapshotChannel channel(model);
   SnapshotDraft draft(model);
   {

@@ -122,7 +122,7 @@ TEST(Play, LeavesOutWhatIsNotFinite) {
   const double nan = std::nan("");
   const auto mesh = testing::plane_shell(4, 15);
   const std::vector<StrokePoint> good = {{0, {0.3, 0, 0.5}, 0.5}, {1, {0.6, 0, 0.5}, 0.5}};
-  std::vector<StrokePoint> bad = {
+  const std::vector<StrokePoint> bad = {
       good[0], {0.2, {nan, 0, 0}, 1}, {nan, {0.4, 0, 0.4}, 1}, {0.3, {0, 0, 0}, HUGE_VAL}, good[1]};
   Editor a(Snapshot::make(mesh)), b(Snapshot::make(mesh));
   EXPECT_TRUE(play(a, line(Tool::Carve, 0.1, good)));

@@ -114,7 +114,7 @@ TEST(KilledProcess, WhileItMadeAFileTheOldOneStays) {
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      for (;;) (void)ModelFile::create(path, second);
+      for (;;) static_cast<void>(ModelFile::create(path, second));
     }
     ::usleep(static_cast<useconds_t>((round * 1237) % 30000));
     ::kill(child, SIGKILL);

@@ -362,7 +362,7 @@ TEST(ForgedFile, ACageThatIsNotWhatTheFileSaysIsOpenedWithADoubt) {
 
 TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   const Folder folder;
-  constexpr int n = 4;
+  const int n = 4;
   const std::size_t tile = sample_count(n);
   const auto tampered = [&](const std::string& table, const std::string& where, std::size_t width, std::size_t bytes,
                             const std::function<void(std::byte*)>& change) {

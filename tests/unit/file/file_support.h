@@ -110,6 +110,7 @@ inline std::uint64_t saved_hash(const std::filesystem::path& file) {
 }  // namespace relief::testing
 
 /// The value of a Result, or the end of the test with its message.
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration has none
 #define RELIEF_MUST(declaration, expression)                                         \
   auto must_##declaration = (expression);                                            \
   ASSERT_TRUE(must_##declaration.has_value()) << must_##declaration.error().message; \

@@ -140,7 +140,7 @@ TEST(ContactJudge, SeesWhatIsWrong) {
     // The judge is told of a shorter way than the cursor went.
     static_cast<void>(proxy.step(*model, {0.6, -0.05, 0.6}, {}));
     EXPECT_EQ(judge.judge(proxy, below), testing::Fault::TooFast);
-    Proxy gone;
+    const Proxy gone;
     EXPECT_EQ(judge.judge(gone, below), testing::Fault::LetGoInside);
   }
   EXPECT_TRUE(soup.connected(above - Vec3d{0, 0.05, 0}, far - Vec3d{0, 0.05, 0}, 1, 1e-9));

@@ -95,7 +95,7 @@ TEST(Repair, FlatTrianglesDoNotOpenTheMesh) {
 }
 
 TEST(Repair, TinyTrianglesFarAwayAreNotFlat) {
-  TriangleMesh mesh = box({5e5, 4e6, 0}, {5e5 + 1e-6, 4e6 + 1e-6, 1e-6});
+  const TriangleMesh mesh = box({5e5, 4e6, 0}, {5e5 + 1e-6, 4e6 + 1e-6, 1e-6});
   EXPECT_EQ(repaired(mesh).mesh.triangles.size(), 12U);
 }
 

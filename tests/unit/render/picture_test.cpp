@@ -346,7 +346,7 @@ class PngFile : public ::testing::Test {
 };
 
 TEST_F(PngFile, ReadsBackWhatWasSaved) {
-  Picture picture{3, 2, {255, 0, 0, 0, 255, 0, 0, 0, 255, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
+  const Picture picture{3, 2, {255, 0, 0, 0, 255, 0, 0, 0, 255, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
   const std::filesystem::path file = folder / "a b.png";
   ASSERT_TRUE(save_png(picture, file));
   png_image image{};

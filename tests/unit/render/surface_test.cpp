@@ -85,7 +85,7 @@ TEST(Cracks, AreFoundWhereTheyAre) {
 TEST(Mixed, LooksLikeTheSameShapeOnOneGrid) {
   const auto bump = [](Vec3d d) { return 0.03 * std::sin(5 * d.x) * std::cos(4 * d.y); };
   const auto field = [&](Vec3d p) { return std::clamp(((1 + bump(normalized(p))) / length(p) - 0.8) / 0.4, 0.0, 1.0); };
-  DrawSettings settings = small_settings();
+  const DrawSettings settings = small_settings();
   const Picture one = draw(*displaced(sphere_shell(3, 32), field), front(), settings);
   const Picture mixed = draw(*displaced(mixed_shell(*sphere_shell(3, 1), 8, 2), field), front(), settings);
   EXPECT_GT(psnr(one, mixed), 42);

@@ -1,4 +1,5 @@
 // Recordings: what a servo did comes back bit for bit, and what cannot be repeated is said.
+#include "support/bits.h"
 #include "support/shells.h"
 
 #include <relief/devices/open_device.h>
@@ -115,6 +116,7 @@ class Record : public ::testing::Test {
     auto old = Recording::open(file_);
     ASSERT_TRUE(old) << old.error().message;
     RecordingHead head = old->head();
+    // NOLINTNEXTLINE(misc-const-correctness): `change` changes them
     RecordingColumns& columns = head.streams[std::string(kTickStream)];
     const std::size_t width = row_bytes(columns);
     std::vector<std::vector<std::byte>> rows;
@@ -188,7 +190,7 @@ TEST_F(Record, EveryFieldComesBack) {
     detail::append_row(tick, was);
     detail::append_row(RecordedTick{0, tick.settings, 0, readings[k], sample}, is);
     ASSERT_EQ(was, is) << k;
-    EXPECT_EQ(std::memcmp(&tick.sample.device, &sample.device, sizeof sample.device), 0);
+    EXPECT_EQ(testing::bits(tick.sample.device), testing::bits(sample.device));
     contact += sample.contact ? 1U : 0U;
     flagged += sample.flags != 0 ? 1U : 0U;
   }
@@ -308,7 +310,7 @@ TEST_F(Record, OtherSettingsOnTheSameMotion) {
   double squares = 0, deepest = 0;
   int pressed = 0;
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    ServoTick tick{
+    const ServoTick tick{
         .number = k, .model = plane.get(), .reading = readings[k], .sample = servo.step(*plane, readings[k])};
     made->tick(tick);
     if (const double depth = -readings[k].position.y; depth > 0) {

@@ -624,7 +624,8 @@ TEST(VerifySamples, ComparesEachWithItsFibre) {
 TEST(VerifySamples, ThoseThatACoarserNeighbourLacksAreNotHeldAgainstTheSource) {
   const Cage cage = cube_cage(0.5, 1);
   const Surface source = cube(0.75);
-  Tiles coarse = cube_tiles(cage, 4), fine = cube_tiles(cage, 16);
+  const Tiles coarse = cube_tiles(cage, 4);
+  Tiles fine = cube_tiles(cage, 16);
   std::vector<SampleTile> tiles = coarse.view();
   tiles[5] = fine.view()[5];
   const auto found = [&] { return check_samples(cage.view(), source.view(), tiles, 1e-4); };
