@@ -166,8 +166,7 @@ TEST(Hand, IsDeterministic) {
     return path;
   };
   const auto a = run(), b = run();
-  for (std::size_t k = 0; k < a.size(); ++k)
-    EXPECT_EQ(testing::bits(a[k].position), testing::bits(b[k].position)) << k;
+  for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(testing::bits(a[k].position), testing::bits(b[k].position)) << k;
 }
 
 TEST(Presets, AreCompleteAndSafe) {
