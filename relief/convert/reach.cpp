@@ -1,7 +1,5 @@
+#include <relief/convert/parallel.h>
 #include <relief/convert/reach.h>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,30 +23,28 @@ Fibres wanted_fibres(const BaseMesh& base, const SourceSurface& source, double l
   const int m = std::clamp(static_cast<int>(std::sqrt(60000.0 / double(faces))), 3, 16);
   const std::size_t per_face = static_cast<std::size_t>(m + 1) * static_cast<std::size_t>(m + 2) / 2;
   std::vector<Departure> departures(faces * per_face);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces, 16), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t s = range.begin(); s != range.end(); ++s) {
-      const Face& f = base.faces[s];
-      std::size_t at = s * per_face;
-      // What lies farther off than the face is large is another part of the source.
-      double edge = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-        edge = std::max(edge, length(to_double(base.points[f[k]]) - to_double(base.points[f[(k + 1) % 3]])));
-      const double far = std::min(longest, 1.5 * edge);
-      Crossings crossings;
-      for (int j = 0; j <= m; ++j)
-        for (int i = 0; i + j <= m; ++i, ++at) {
-          const std::array<double, 3> w = {double(m - i - j) / m, double(i) / m, double(j) / m};
-          Vec3d p, d;
-          for (std::size_t k = 0; k < 3; ++k) {
-            p += to_double(base.points[f[k]]) * w[k];
-            d += fibres.directions[f[k]] * w[k];
-          }
-          departures[at] = {w, std::numeric_limits<double>::quiet_NaN()};
-          source.cross(p, d, -far, far, crossings);
-          for (const Crossing& c : crossings.all())
-            if (c.front && !(std::abs(c.t) >= std::abs(departures[at].height))) departures[at].height = c.t;
+  for_all(faces, 16, {}, [&](std::size_t s) {
+    const Face& f = base.faces[s];
+    std::size_t at = s * per_face;
+    // What lies farther off than the face is large is another part of the source.
+    double edge = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      edge = std::max(edge, length(to_double(base.points[f[k]]) - to_double(base.points[f[(k + 1) % 3]])));
+    const double far = std::min(longest, 1.5 * edge);
+    Crossings crossings;
+    for (int j = 0; j <= m; ++j)
+      for (int i = 0; i + j <= m; ++i, ++at) {
+        const std::array<double, 3> w = {double(m - i - j) / m, double(i) / m, double(j) / m};
+        Vec3d p, d;
+        for (std::size_t k = 0; k < 3; ++k) {
+          p += to_double(base.points[f[k]]) * w[k];
+          d += fibres.directions[f[k]] * w[k];
         }
-    }
+        departures[at] = {w, std::numeric_limits<double>::quiet_NaN()};
+        source.cross(p, d, -far, far, crossings);
+        for (const Crossing& c : crossings.all())
+          if (c.front && !(std::abs(c.t) >= std::abs(departures[at].height))) departures[at].height = c.t;
+      }
   });
 
   std::array<std::vector<double>, 2> need = {std::vector<double>(points, 0.0), std::vector<double>(points, 0.0)};
@@ -99,32 +95,30 @@ std::vector<double> missed_shares(const Shell& shell, const SourceSurface& sourc
   std::sort(edges.begin(), edges.end());
   const int m = std::clamp(static_cast<int>(std::sqrt(20000.0 / double(std::max<std::size_t>(faces, 1)))), 4, 10);
   std::vector<double> shares(faces, 0);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces, 16), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t s = range.begin(); s != range.end(); ++s) {
-      const Face& f = shell.faces[s];
-      bool rim = false;
-      for (std::size_t k = 0; k < 3; ++k)
-        rim = rim || !std::binary_search(edges.begin(), edges.end(), key(f[(k + 1) % 3], f[k]));
-      int cast = 0, missed = 0;
-      Crossings crossings;
-      for (int j = 0; j < m; ++j)
-        for (int i = 0; i + j < m; ++i) {
-          // Off the corners and edges by a third of a step.
-          const double u = (i + 1.0 / 3) / m, v = (j + 1.0 / 3) / m;
-          const std::array<double, 3> w = {1 - u - v, u, v};
-          Vec3d in, out;
-          for (std::size_t k = 0; k < 3; ++k) {
-            in += to_double(shell.ends[kInner][f[k]]) * w[k];
-            out += to_double(shell.ends[kOuter][f[k]]) * w[k];
-          }
-          source.cross(in, out - in, 0, 1, crossings);
-          bool front = false;
-          for (const Crossing& c : crossings.all()) front = front || c.front;
-          ++cast;
-          missed += front ? 0 : 1;
+  for_all(faces, 16, {}, [&](std::size_t s) {
+    const Face& f = shell.faces[s];
+    bool rim = false;
+    for (std::size_t k = 0; k < 3; ++k)
+      rim = rim || !std::binary_search(edges.begin(), edges.end(), key(f[(k + 1) % 3], f[k]));
+    int cast = 0, missed = 0;
+    Crossings crossings;
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i + j < m; ++i) {
+        // Off the corners and edges by a third of a step.
+        const double u = (i + 1.0 / 3) / m, v = (j + 1.0 / 3) / m;
+        const std::array<double, 3> w = {1 - u - v, u, v};
+        Vec3d in, out;
+        for (std::size_t k = 0; k < 3; ++k) {
+          in += to_double(shell.ends[kInner][f[k]]) * w[k];
+          out += to_double(shell.ends[kOuter][f[k]]) * w[k];
         }
-      shares[s] = std::max(0.0, double(missed) / cast - (rim ? 0.25 : 0));
-    }
+        source.cross(in, out - in, 0, 1, crossings);
+        bool front = false;
+        for (const Crossing& c : crossings.all()) front = front || c.front;
+        ++cast;
+        missed += front ? 0 : 1;
+      }
+    shares[s] = std::max(0.0, double(missed) / cast - (rim ? 0.25 : 0));
   });
   return shares;
 }

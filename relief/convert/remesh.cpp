@@ -1,6 +1,7 @@
 #include <relief/base/try.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/directions.h>
+#include <relief/convert/parallel.h>
 #include <relief/convert/remesh.h>
 #include <relief/convert/shell.h>
 #include <relief/convert/sort_unique.h>
@@ -13,8 +14,6 @@
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tools/VolumeToMesh.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -95,12 +94,10 @@ std::vector<std::uint8_t> find_sheets(const VoxelMesh& mesh, const Parts& parts)
   }
   const WindingNumber winding(mesh.points, mesh.triangles);
   std::vector<double> behind(chosen.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chosen.size(), 64), [&](const auto& range) {
-    for (std::size_t k = range.begin(); k != range.end(); ++k) {
-      const auto& [a, b, c] = mesh.triangles[chosen[k]];
-      const Vec3d p = mesh.points[a], q = mesh.points[b], r = mesh.points[c];
-      behind[k] = winding.at((p + q + r) / 3.0 - normalized(cross(q - p, r - p)) * kJustBehind);
-    }
+  for_all(chosen.size(), 64, {}, [&](std::size_t k) {
+    const auto& [a, b, c] = mesh.triangles[chosen[k]];
+    const Vec3d p = mesh.points[a], q = mesh.points[b], r = mesh.points[c];
+    behind[k] = winding.at((p + q + r) / 3.0 - normalized(cross(q - p, r - p)) * kJustBehind);
   });
   std::vector<double> sum(parts.count, 0), count(parts.count, 0);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
@@ -138,13 +135,11 @@ class SolidField {
     openvdb::tools::changeBackground(grid_->tree(), kFar);
     std::vector<FloatGrid::TreeType::LeafNodeType*> leaves;
     grid_->tree().getNodes(leaves);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
-      if (progress.cancelled()) return;
-      for (std::size_t k = range.begin(); k != range.end(); ++k)
-        for (auto voxel = leaves[k]->beginValueOn(); voxel; ++voxel)
-          if (winding_.at(place(voxel.getCoord())) > 0.5) voxel.setValue(-*voxel);
-    });
-    if (progress.cancelled()) return;
+    if (!for_all(leaves.size(), 4, progress, [&](std::size_t k) {
+          for (auto voxel = leaves[k]->beginValueOn(); voxel; ++voxel)
+            if (winding_.at(place(voxel.getCoord())) > 0.5) voxel.setValue(-*voxel);
+        }))
+      return;
     close_holes(progress);
     openvdb::tools::signedFloodFill(grid_->tree());
   }

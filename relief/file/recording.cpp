@@ -135,7 +135,7 @@ struct RecordingWriter::State {
   /// While somebody reads the file, the transaction stays open for the next time.
   [[nodiscard]] Status commit(bool last = false) const {
     if (!database->in_transaction()) return {};
-    Status done = database->run("COMMIT");
+    const Status done = database->run("COMMIT");
     return done || last || !database->in_transaction() ? done : Status{};
   }
 
