@@ -79,11 +79,13 @@ inline constexpr std::string_view kReplayDevice = "replay:";
 
 /// Refuses a file that holds strokes, or may hold them, for it cannot be read: they would be lost. Error:
 /// InvalidArgument.
-[[nodiscard]] Status check_strokes(const std::string& out, bool force, const Context& context);
+[[nodiscard]] Status check_strokes(const std::string& out, bool force);
 /// Refuses to write what is no model over a .relief file that is there, also through a link. Error: InvalidArgument.
 [[nodiscard]] Status check_no_model(std::initializer_list<std::string_view> outputs);
-/// Opens a model and warns on standard error where it has a doubt().
+/// Opens a model and warns on standard error where it has a doubt(). Errors: those of ModelFile::open(), Cancelled.
 [[nodiscard]] Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only = true);
+/// The warning alone, for a model that was opened otherwise. Error: Cancelled.
+[[nodiscard]] Status warn_of_doubt(const std::string& file, const ModelFile& model, const Context& context);
 
 /// Whether `file` has one of the extensions, whatever their case; the form that an option's check takes.
 [[nodiscard]] std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions);

@@ -201,16 +201,15 @@ bool names_model(std::string_view file) {
 }
 }  // namespace
 
-Status check_strokes(const std::string& out, bool force, const Context& context) {
+Status check_strokes(const std::string& out, bool force) {
   std::error_code ignored;
   if (force || !std::filesystem::is_regular_file(out, ignored)) return {};
-  const auto existing = ModelFile::open(out, true, context.progress);
+  const auto existing = ModelFile::open(out, true);
   if (!existing) {
     // A file of another kind, unless its name says that it was a model.
     if (existing.error().code == Errc::UnsupportedFormat &&
         (!names_model(out) || std::filesystem::file_size(out, ignored) == 0))
       return {};
-    if (existing.error().code == Errc::Cancelled) return std::unexpected(existing.error());
     return fail(Errc::InvalidArgument,
                 fmt::format("{}; it may hold strokes that would be lost: choose another name, or --force",
                             existing.error().message));
@@ -232,13 +231,20 @@ Status check_no_model(std::initializer_list<std::string_view> outputs) {
 }
 
 Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only) {
-  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only, context.progress));
-  if (!model.doubt().empty())
-    std::fputs(fmt::format("relief: warning: {}: {}; relief verify names the places\n", printable(file),
-                           printable(model.doubt(), 380))
-                   .c_str(),
-               stderr);
+  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only));
+  RELIEF_CHECK(warn_of_doubt(file, model, context));
   return model;
+}
+
+Status warn_of_doubt(const std::string& file, const ModelFile& model, const Context& context) {
+  const std::string doubt = model.doubt(context.progress);
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, printable(file) + ": opening was cancelled.");
+  if (!doubt.empty())
+    std::fputs(
+        fmt::format("relief: warning: {}: {}; relief verify names the places\n", printable(file), printable(doubt, 380))
+            .c_str(),
+        stderr);
+  return {};
 }
 
 std::string joined(const std::vector<std::string>& words) {

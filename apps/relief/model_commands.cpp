@@ -52,8 +52,9 @@ verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage
 struct PlainSource {
   std::vector<Place> positions;
   std::vector<Corners> triangles;
+  std::optional<std::size_t> phantom_from;
 
-  explicit PlainSource(const TriangleMesh& mesh) : triangles(mesh.triangles) {
+  explicit PlainSource(const TriangleMesh& mesh) : triangles(mesh.triangles), phantom_from(mesh.phantom_from) {
     std::vector<std::uint32_t> order(mesh.positions.size()), number(mesh.positions.size());
     std::iota(order.begin(), order.end(), 0U);
     const auto key = [&](std::uint32_t v) {
@@ -71,7 +72,7 @@ struct PlainSource {
       for (std::uint32_t& v : t)
         if (v < number.size()) v = number[v];
   }
-  [[nodiscard]] verify::Source view() const { return {positions, triangles}; }
+  [[nodiscard]] verify::Source view() const { return {positions, triangles, phantom_from}; }
 };
 
 /// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
@@ -98,11 +99,16 @@ std::string first_reason(Mode mode, const verify::Certificate& c) {
   return "no reason given";
 }
 
-ordered_json to_json(const verify::Certificate& certificate) {
+/// How a condition fared; where it failed, `at_least` so often, and on request in which slabs.
+ordered_json to_json(const verify::Certificate& certificate, bool name_slabs = false) {
   ordered_json object;
-  for (std::size_t k = 0; k < certificate.asked(); ++k)
-    object[std::string(verify::name(static_cast<verify::Condition>(k)))] = {{"holds", certificate.holds[k]},
-                                                                            {"failures", certificate.failure_count[k]}};
+  for (std::size_t k = 0; k < certificate.asked(); ++k) {
+    const auto condition = static_cast<verify::Condition>(k);
+    ordered_json& of_one = object[std::string(verify::name(condition))];
+    of_one = {{"holds", certificate.holds[k]}, {"failures", certificate.failure_count[k]}};
+    if (certificate.at_least[k]) of_one["at_least"] = true;
+    if (name_slabs) of_one["slabs"] = certificate.failing(condition);
+  }
   return object;
 }
 
@@ -215,7 +221,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
     return fail(Errc::InvalidArgument,
                 printable(o.out) + ": is both the model and the mended source; choose two names");
-  RELIEF_CHECK(check_strokes(o.out, o.force, context));
+  RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
@@ -267,8 +273,12 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   return {};
 }
 
-/// The first fault that the verifier finds in the tiles that lie on each slab's own grid; empty where there is none.
-std::string fault_of_tiles(const PlainCage& shell, const Snapshot& head) {
+/// What the verifier finds in the tiles that lie on each slab's own grid.
+struct TileFaults {
+  std::string first;                 ///< a sentence; empty where all hold
+  std::vector<std::uint32_t> slabs;  ///< of the same layer, all that fail
+};
+TileFaults faults_of_tiles(const PlainCage& shell, const Snapshot& head) {
   for (const auto& [layer, between] :
        {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
         std::pair{Layer::Folded, verify::Between::Nearer}}) {
@@ -279,7 +289,8 @@ std::string fault_of_tiles(const PlainCage& shell, const Snapshot& head) {
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
     }
     const verify::TileCheck found = verify::check_tiles(view(shell), tiles, between);
-    if (found.failure_count > 0) return fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what);
+    if (found.failure_count > 0)
+      return {fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what), found.slabs};
   }
   return {};
 }
@@ -310,16 +321,43 @@ Result<verify::SampleCheck> compare_samples(const std::string& file, const Model
                                             const PlainSource& source) {
   RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
   const Snapshot& head = *model.model().head;
-  std::vector<verify::SampleTile> tiles;
+  constexpr std::array kJudged = {Layer::Displacement, Layer::Void, Layer::Folded};
+  std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
   for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
-    const Tile& tile = head.tile(Layer::Displacement, s);
-    if (tile.same_values(first->tile(Layer::Displacement, s)))
-      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
-    else
-      tiles.push_back({tile.intervals(), {}});
+    const bool as_sampled = std::ranges::all_of(kJudged, [&](Layer layer) {
+      return head.has(layer) == first->has(layer) &&
+             (!head.has(layer) || head.tile(layer, s).same_values(first->tile(layer, s)));
+    });
+    for (std::size_t k = 0; k < kJudged.size(); ++k) {
+      if (!head.has(kJudged[k])) continue;
+      const Tile& tile = head.tile(kJudged[k], s);
+      tiles[k].push_back(
+          {tile.intervals(), as_sampled ? std::span(tile.plane(), tile.size()) : std::span<const float>()});
+    }
   }
-  return verify::check_samples(view(shell), source.view(), tiles,
-                               kSampleTolerance * diagonal(head.slab_mesh().bounds()));
+  return verify::check_samples(view(shell), source.view(), tiles[0],
+                               kSampleTolerance * diagonal(head.slab_mesh().bounds()),
+                               verify::SampleMarks{.voids = tiles[1], .folded = tiles[2]});
+}
+
+/// " in 3 slabs: 2, 5, 7"; long lists are cut short. Nothing where no slab is named.
+std::string in_slabs(const std::vector<std::uint32_t>& slabs) {
+  constexpr std::size_t kShown = 20;
+  if (slabs.empty()) return {};
+  std::vector<std::string> shown;
+  for (const std::uint32_t slab : std::span(slabs).first(std::min(slabs.size(), kShown)))
+    shown.push_back(std::to_string(slab));
+  std::string text = fmt::format(" in {} slab{}: {}", slabs.size(), slabs.size() == 1 ? "" : "s", joined(shown));
+  if (slabs.size() > kShown) text += fmt::format(" and {} more (--json names all)", slabs.size() - kShown);
+  return text;
+}
+/// "holds", or how often a condition fails, and where.
+std::string verdict(const verify::Certificate& certificate, std::size_t k) {
+  if (certificate.holds[k]) return "holds";
+  const std::size_t failures = certificate.failure_count[k];
+  if (failures == 0) return "could not be tested";
+  return fmt::format("fails {}{} time{},{}", certificate.at_least[k] ? "at least " : "", failures,
+                     failures == 1 ? "" : "s", in_slabs(certificate.failing(static_cast<verify::Condition>(k))));
 }
 
 ordered_json to_json(const verify::Failure& f) {
@@ -334,11 +372,13 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   const PlainCage shell(model.model().head->slab_mesh());
   verify::Certificate certificate;
   verify::SampleCheck samples;
+  std::optional<std::size_t> phantoms;  // of the source
   if (source_file.empty()) {
     certificate = verify::check(view(shell));
   } else {
     RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
     const PlainSource source(mesh);
+    if (mesh.phantom_from) phantoms = mesh.triangles.size() - *mesh.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
     if (certificate.holds[0]) {
@@ -346,26 +386,30 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     }
   }
   const bool shell_holds = claim_holds(mode, certificate);
-  const std::string tile_fault = certificate.holds[0] ? fault_of_tiles(shell, *model.model().head) : std::string();
+  const TileFaults tiles = certificate.holds[0] ? faults_of_tiles(shell, *model.model().head) : TileFaults();
   // Preview says nothing of where the samples lie.
   const bool samples_hold = mode == Mode::Preview || samples.off == 0;
-  const bool holds = shell_holds && tile_fault.empty() && samples_hold;
+  const bool holds = shell_holds && tiles.first.empty() && samples_hold;
   if (context.json) {
     ordered_json json;
     json["mode"] = name(mode);
     json["holds"] = holds;
     json["slabs"] = shell.triangles.size();
-    json["certificate"] = to_json(certificate);
-    json["tiles"] = certificate.holds[0] ? ordered_json(tile_fault.empty()) : ordered_json();
+    json["certificate"] = to_json(certificate, true);
+    json["tiles"] = certificate.holds[0] ? ordered_json(tiles.first.empty()) : ordered_json();
+    if (!tiles.first.empty()) json["failed_tiles"] = {{"what", tiles.first}, {"slabs", tiles.slabs}};
     if (certificate.with_source) {
       json["source"] = {{"parts", certificate.source_parts},
                         {"moved", certificate.source_moved},
-                        {"lattice_step", certificate.lattice_step}};
+                        {"lattice_step", certificate.lattice_step},
+                        {"phantom_triangles", phantoms ? ordered_json(*phantoms) : ordered_json()}};
       json["samples"] = {{"tested", samples.tested},
                          {"off", samples.off},
+                         {"slabs", samples.slabs},
                          {"worst", samples.worst},
                          {"hits", {{"single", samples.single}, {"none", samples.none}, {"several", samples.several}}}};
     }
+    if (samples.at_least) json["samples"]["at_least"] = true;
     json["failures"] = ordered_json::array();
     for (const auto& f : certificate.failures) json["failures"].push_back(to_json(f));
     if (certificate.with_source) {
@@ -376,25 +420,23 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     print_json(json);
   } else {
     for (std::size_t k = 0; k < certificate.asked(); ++k)
-      print(fmt::format("{} {}\n", verify::name(static_cast<verify::Condition>(k)),
-                        certificate.holds[k] ? "holds"
-                        : certificate.failure_count[k] == 0
-                            ? "could not be tested"
-                            : fmt::format("fails {} times", certificate.failure_count[k])));
+      print(fmt::format("{} {}\n", verify::name(static_cast<verify::Condition>(k)), verdict(certificate, k)));
     for (const auto& f : certificate.failures) print(fmt::format("  {}: {}\n", verify::name(f.condition), f.what));
-    if (certificate.holds[0]) print(tile_fault.empty() ? "tiles hold\n" : fmt::format("tiles fail: {}\n", tile_fault));
+    if (certificate.holds[0])
+      print(tiles.first.empty() ? "tiles hold\n"
+                                : fmt::format("tiles fail{}; {}\n", in_slabs(tiles.slabs), tiles.first));
     if (certificate.with_source)
       print(fmt::format(
-          "samples {} tested, {} off, at most {:.3g} away\nsource  {} parts, judged on a lattice of {:.3g}, "
+          "samples {} tested, {}{} off{}, at most {:.3g} away\nsource  {} parts, judged on a lattice of {:.3g}, "
           "vertices moved by at most {:.3g}\n",
-          samples.tested, samples.off, samples.worst, certificate.source_parts, certificate.lattice_step,
-          certificate.source_moved));
+          samples.tested, samples.at_least ? "at least " : "", samples.off, in_slabs(samples.slabs), samples.worst,
+          certificate.source_parts, certificate.lattice_step, certificate.source_moved));
     print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
   }
   if (holds) return {};
-  const std::string reason = !shell_holds          ? first_reason(mode, certificate)
-                             : !tile_fault.empty() ? tile_fault
-                                                   : samples.failures.front().what;
+  const std::string reason = !shell_holds           ? first_reason(mode, certificate)
+                             : !tiles.first.empty() ? tiles.first
+                                                    : samples.failures.front().what;
   return fail(
       Errc::Corrupt,
       fmt::format("{}: it does not hold what {} mode claims ({}); convert it again{}", printable(file), name(mode),

@@ -150,7 +150,9 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
   if (o.verify || o.change || !o.model.empty()) {
-    RELIEF_TRY(SnapshotPtr found, find_model(replay, o.model));
+    RELIEF_TRY(SnapshotPtr found, find_model(replay, o.model, [&](const auto& file, const ModelFile& opened) {
+                 return warn_of_doubt(file.string(), opened, context);
+               }));
     model = std::move(found);
   }
   ordered_json json = summary_of(replay);

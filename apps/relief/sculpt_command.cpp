@@ -36,7 +36,7 @@ Status run_sculpt(const std::string& model, const std::string& strokes_file, con
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
   std::error_code ignored;
   if (!std::filesystem::equivalent(model, out, ignored)) {
-    RELIEF_CHECK(check_strokes(out, force, context));
+    RELIEF_CHECK(check_strokes(out, force));
     RELIEF_CHECK(ModelFile::copy(model, out));
   }
   RELIEF_TRY(ModelFile file, open_model(out, context, false));

@@ -666,7 +666,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   progress("measure", 1);
   result.mended = std::move(ground.mesh);
-  result.phantom_from = ground.phantom_from;
+  result.mended.phantom_from = ground.phantom_from;
   return result;
 }
 

@@ -96,8 +96,8 @@ struct ConvertReport {
 struct Conversion {
   Model model;
   ConvertReport report;
-  TriangleMesh mended;           ///< the repaired source, the surface that the displacement was sampled from
-  std::size_t phantom_from = 0;  ///< its triangles from here on are phantom: they close openings
+  TriangleMesh
+      mended;  ///< the repaired source, the surface that the displacement was sampled from; phantom_from is set
 };
 
 /// With `remesh`, the source becomes a solid first: sheets that meet, double and cross count as one, holes are closed,

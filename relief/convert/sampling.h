@@ -62,11 +62,15 @@ class SampleNumbers {
 struct Line {
   Vec3d origin, direction;
 };
-/// The one of a slab at the barycentric weights w.
+/// The one of a slab at the barycentric weights w. The corners are lattice points, whose coordinates on the lattice are
+/// exact; places between them would be rounded by the distance from the model's origin.
 [[nodiscard]] inline Line fibre_at(const SlabCorners& corners, const Lattice& lattice,
                                    const std::array<double, 3>& w) noexcept {
-  const Vec3d in = lattice.to_lattice(corners.weighted(corners.inner, w));
-  return {in, lattice.to_lattice(corners.weighted(corners.outer, w)) - in};
+  const auto at = [&](const std::array<Vec3d, 3>& ends) {
+    return corners.weighted({lattice.to_lattice(ends[0]), lattice.to_lattice(ends[1]), lattice.to_lattice(ends[2])}, w);
+  };
+  const Vec3d in = at(corners.inner);
+  return {in, at(corners.outer) - in};
 }
 
 /// What fibres are cut with.

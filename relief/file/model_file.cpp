@@ -635,7 +635,6 @@ struct ModelFile::State {
   Meta meta{};
   LayerTable layers{};
   Model model{};
-  std::string doubt{};
   std::int64_t data_version = 0;  ///< differs once another program has written the file
 
   /// Makes every commit durable, and keeps other writers out from now on; readers are let in except while we write.
@@ -713,7 +712,7 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
   return ModelFile(std::move(state));
 }
 
-Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only, const Progress& progress) {
+Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only) {
   RELIEF_TRY(Database database,
              Database::open(file, read_only ? Database::Access::Read : Database::Access::Write, kKind));
   auto state = std::make_unique<State>(State{.database = std::move(database), .read_only = read_only});
@@ -728,8 +727,6 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_o
   RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
   state->model.info = state->meta.info;
   if (read_only) state->database.roll_back();
-  state->doubt = doubt_about(*mesh, state->meta.info.mode, state->meta.certificate, progress);
-  if (progress.cancelled()) return fail(Errc::Cancelled, printable(file.string()) + ": opening was cancelled.");
   return ModelFile(std::move(state));
 }
 
@@ -750,7 +747,9 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
 }
 
 const Model& ModelFile::model() const noexcept { return state_->model; }
-const std::string& ModelFile::doubt() const noexcept { return state_->doubt; }
+std::string ModelFile::doubt(const Progress& progress) const {
+  return doubt_about(state_->model.head->slab_mesh(), state_->meta.info.mode, state_->meta.certificate, progress);
+}
 std::uint64_t ModelFile::stroke_count() const noexcept { return static_cast<std::uint64_t>(state_->meta.current); }
 std::uint64_t ModelFile::redo_count() const noexcept {
   return static_cast<std::uint64_t>(state_->meta.last - state_->meta.current);

@@ -33,11 +33,9 @@ class ModelFile {
   /// or torn at an edge).
   [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
-  /// and constrained samples and ranges. Then the verifier looks at the cage (see doubt()): some 3 microseconds per
-  /// slab, far more where many lie across each other, which can be cancelled. Errors: NotFound, Io, Corrupt,
-  /// NewerVersion, UnsupportedFormat (not a .relief file), Cancelled.
-  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false,
-                                              const Progress& progress = {});
+  /// and constrained samples and ranges; whether its slabs are sound is asked with doubt(). Errors: NotFound, Io,
+  /// Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
+  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false);
   /// Copies a model file with its whole history to another place, as a whole and at once.
   [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to);
 
@@ -47,10 +45,10 @@ class ModelFile {
 
   /// The model at the current stroke.
   [[nodiscard]] const Model& model() const noexcept;
-  /// Where the slabs do not hold what was proven of them when the file was made, or what certified and tolerant mode
-  /// claim, by the verifier when the file was opened: one sentence; else empty. The model is none the less as it was
-  /// saved.
-  [[nodiscard]] const std::string& doubt() const noexcept;
+  /// Has the verifier look at the slabs: one sentence where they do not hold what was proven of them when the file was
+  /// made, or what certified and tolerant mode claim; else empty. The model is none the less as it was saved. Some 3
+  /// microseconds per slab, far more where many lie across each other. Cancelled: what it says means nothing.
+  [[nodiscard]] std::string doubt(const Progress& progress = {}) const;
   /// Finished strokes up to the current one; undone ones follow in redo_count().
   [[nodiscard]] std::uint64_t stroke_count() const noexcept;
   [[nodiscard]] std::uint64_t redo_count() const noexcept;

@@ -36,8 +36,10 @@ void write_number(OutFile& out, double value, bool as_float) {
 
 void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles) {
   const bool alpha = std::ranges::any_of(mesh.colours, [](Rgba8 c) { return c.a != 255; });
-  std::string head = "ply\nformat binary_little_endian 1.0\ncomment made by Relief\nelement vertex " +
-                     std::to_string(mesh.positions.size()) + "\n";
+  std::string head = "ply\nformat binary_little_endian 1.0\ncomment made by Relief\n";
+  if (mesh.phantom_from)
+    head += "comment phantom_triangles " + std::to_string(mesh.triangles.size() - *mesh.phantom_from) + "\n";
+  head += "element vertex " + std::to_string(mesh.positions.size()) + "\n";
   for (const char* axis : {"x", "y", "z"})
     head += std::string("property ") + (doubles ? "double " : "float ") + axis + "\n";
   if (!mesh.colours.empty()) {

@@ -89,8 +89,9 @@ struct Header {
   bool text = false;
   bool swap = false;  ///< the body's byte order is not this machine's
   std::vector<Element> elements;
-  std::size_t body = 0;       ///< where it starts
-  std::size_t body_line = 0;  ///< the line number there
+  std::optional<std::uint64_t> phantoms;  ///< how many triangles, the last ones, close openings; in files of ours
+  std::size_t body = 0;                   ///< where it starts
+  std::size_t body_line = 0;              ///< the line number there
 };
 
 /// Takes the next line of the header off `rest`. Files of old systems end lines with \r alone; then a \n after the last
@@ -153,8 +154,11 @@ Result<Header> read_header(const Source& source) {
       property.type = *known;
       property.name = words.word();
       header.elements.back().properties.push_back(std::move(property));
+    } else if (key == "comment" && words.word() == "phantom_triangles") {
+      if (std::int64_t count = 0; words.integer(count) && count >= 0)
+        header.phantoms = static_cast<std::uint64_t>(count);
     }
-    // comment, obj_info and words from newer writers carry no structure.
+    // Other comments, obj_info and words from newer writers carry no structure.
   }
   if (!has_format) return source.corrupt("the header has no format line");
   header.body = source.bytes.size() - rest.size();
@@ -269,6 +273,8 @@ class Reader {
                            "holds the raw range grid of a scanner and no faces; mesh it first");
     }
     RELIEF_CHECK(sink_.finish(source_, Rows::kUnit));
+    if (header_.phantoms && *header_.phantoms <= mesh_.triangles.size())
+      mesh_.phantom_from = mesh_.triangles.size() - *header_.phantoms;
     return std::move(mesh_);
   }
 

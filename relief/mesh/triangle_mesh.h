@@ -5,6 +5,7 @@
 #include <relief/base/vec.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -45,6 +46,9 @@ struct TriangleMesh {
   std::vector<Material> materials = {};
   std::vector<std::uint32_t> material_of = {};  ///< empty, or one entry of `materials` per triangle
   std::vector<TriangleUv> uvs = {};             ///< empty where no material has an image, else one per triangle
+  /// The triangles from here on were not scanned: they close openings. Nothing where nobody said so; what convert mends
+  /// says it, also as PLY.
+  std::optional<std::size_t> phantom_from = std::nullopt;
   std::vector<std::string> notes = {};  ///< what the file names and could not be had, such as an image; sentences
 
   [[nodiscard]] bool empty() const noexcept { return triangles.empty(); }

@@ -216,7 +216,8 @@ Result<SnapshotPtr> model_at(const std::filesystem::path& file, std::uint64_t st
 
 }  // namespace
 
-Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead) {
+Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead,
+                               const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened) {
   const Recording& recording = replay.recording();
   const std::uint64_t hash = number_of(recording.head().fact("model_hash"), 16);
   const std::uint64_t strokes = number_of(recording.head().fact("model_strokes"), 10);
@@ -230,9 +231,10 @@ Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path
       return fail(Errc::NotFound, said + ": its model '" + printable(recording.head().fact("model")) +
                                       "' is not there; name it with --model");
   }
-  RELIEF_TRY(const ModelFile opened, ModelFile::open(file, true));
-  if (opened.model().head->content_hash() == hash) return opened.model().head;
-  if (opened.stroke_count() != strokes && opened.stroke_count() + opened.redo_count() >= strokes) {
+  RELIEF_TRY(const ModelFile found, ModelFile::open(file, true));
+  if (opened) RELIEF_CHECK(opened(file, found));
+  if (found.model().head->content_hash() == hash) return found.model().head;
+  if (found.stroke_count() != strokes && found.stroke_count() + found.redo_count() >= strokes) {
     RELIEF_TRY(SnapshotPtr before, model_at(file, strokes));
     if (before->content_hash() == hash) return before;
   }

@@ -4,6 +4,7 @@
 #include <relief/base/error.h>
 #include <relief/base/progress.h>
 #include <relief/core/snapshot.h>
+#include <relief/file/model_file.h>
 #include <relief/file/recording.h>
 #include <relief/haptics/servo_thread.h>
 
@@ -58,9 +59,11 @@ class Replay {
 };
 
 /// The model that was recorded: `instead` where given, else where the recording says, else the file of that name beside
-/// the recording; as it was after the strokes that it had then. Errors: NotFound, InvalidArgument (another model),
-/// those of ModelFile::open().
-[[nodiscard]] Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead = {});
+/// the recording; as it was after the strokes that it had then. `opened` gets the file that was found, to ask it for a
+/// doubt() perhaps. Errors: NotFound, InvalidArgument (another model), those of ModelFile::open() and of `opened`.
+[[nodiscard]] Result<SnapshotPtr> find_model(
+    const Replay& replay, const std::filesystem::path& instead = {},
+    const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened = {});
 
 /// What verify() found.
 struct Verification {

@@ -14,9 +14,9 @@ namespace relief::verify::detail {
 __extension__ using Int128 = __int128;
 __extension__ using Uint128 = unsigned __int128;
 
-inline constexpr std::size_t kListed = 100;           // failures that are described
-inline constexpr std::size_t kCountedPairs = 100000;  // a condition stops here: the verdict is settled
-inline constexpr double kMaxSpan = 0x1p30;            // steps; up to it every predicate below fits its type
+inline constexpr std::size_t kListed = 100;     // failures that are described
+inline constexpr std::size_t kCounted = 10000;  // failures of pairs that are counted; then only slabs are named
+inline constexpr double kMaxSpan = 0x1p30;      // steps; up to it every predicate below fits its type
 
 /// A lattice point or a difference of two: at most 2^30 in magnitude.
 using Point = std::array<std::int64_t, 3>;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -18,7 +20,14 @@ Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-double length(const Vector& a) { return std::hypot(a[0], a[1], a[2]); }
+double length(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+/// A length to three digits, however small or large the model is.
+std::string length_text(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
 
 /// A fibre between the corners; coordinates in steps.
 struct Fibre {
@@ -44,8 +53,14 @@ struct Fibre {
 
 class SampleChecker {
  public:
-  SampleChecker(const Shell& shell, const Source& source, const CommonLattice& lattice, double tolerance)
-      : shell_(shell), source_(source), lattice_(lattice), tolerance_(std::ldexp(tolerance, -lattice.step)) {
+  SampleChecker(const Shell& shell, const Source& source, const CommonLattice& lattice, double tolerance,
+                const std::optional<SampleMarks>& marks)
+      : shell_(shell),
+        source_(source),
+        lattice_(lattice),
+        tolerance_(std::ldexp(tolerance, -lattice.step)),
+        marks_(marks),
+        said_(marks && !source.phantom_from ? source.triangles.size() : 0, Said::Nothing) {
     for (const auto& p : source.positions) points_.push_back(place(p));
     boxes_.reserve(source.triangles.size());
     for (const auto& f : source.triangles) {
@@ -68,7 +83,7 @@ class SampleChecker {
       std::size_t at = 0;
       for (std::size_t j = 0; j <= n; ++j)
         for (std::size_t i = 0; i + j <= n; ++i, ++at)
-          if (!bound.contains({s, at})) check(tree, s, at, fibre(s, n, i, j), tile.values[at]);
+          if (!bound.contains({s, at}) && wanted(s)) check(tree, s, at, fibre(s, n, i, j), tile.values[at]);
     }
     check_.worst = std::ldexp(check_.worst, lattice_.step);
     return std::move(check_);
@@ -88,7 +103,14 @@ class SampleChecker {
       }
     return bound;
   }
+  /// Whether what a sample of the slab says could still be counted, or name the slab.
+  [[nodiscard]] bool wanted(std::size_t slab) {
+    if (check_.off < kCounted || check_.slabs.back() != slab) return true;
+    check_.at_least = true;
+    return false;
+  }
   void note(std::size_t slab, std::size_t sample, std::string what) {
+    if (check_.slabs.empty() || check_.slabs.back() != slab) check_.slabs.push_back(static_cast<std::uint32_t>(slab));
     if (check_.off++ < kListed)
       check_.failures.push_back(
           {Condition::C7, static_cast<std::uint32_t>(slab), static_cast<std::uint32_t>(sample), std::move(what)});
@@ -116,44 +138,132 @@ class SampleChecker {
   void check(const Tree& tree, std::size_t slab, std::size_t sample, const Fibre& fibre, float value) {
     ++check_.tested;
     hits_.clear();
+    const double whole = length(fibre.along);
     tree.descend_if([&](const Box& box) { return fibre.reaches(box); },
                     [&](std::uint32_t t) {
-                      if (fibre.reaches(boxes_[t])) cross_triangle(fibre, t);
+                      if (fibre.reaches(boxes_[t])) cross_triangle(fibre, whole, t);
                       return true;
                     });
-    std::sort(hits_.begin(), hits_.end());
+    std::sort(hits_.begin(), hits_.end(), [](const Hit& a, const Hit& b) { return a.at < b.at; });
     // What passes through an edge or a vertex meets several triangles at one place.
-    const double whole = length(fibre.along), apart = std::max(1e-7, 0x1p-20 / std::max(whole, 1.0));
+    const double apart = std::max(1e-7, 0x1p-20 / std::max(whole, 1.0));
     std::size_t places = 0;
-    for (std::size_t k = 0; k < hits_.size(); ++k)
-      if (k == 0 || hits_[k] - hits_[k - 1] > apart) ++places;
+    double nearest = whole, last = 0;
+    for (const Hit& hit : hits_) {
+      if (hit.how == Hit::How::Grazed) continue;
+      if (places == 0 || hit.at - last > apart) ++places;
+      last = hit.at;
+      nearest = std::min(nearest, std::abs(hit.at - static_cast<double>(value)) * whole);
+    }
     ++(places == 0 ? check_.none : places == 1 ? check_.single : check_.several);
     const auto name = [&] { return "sample " + std::to_string(sample) + " of slab " + std::to_string(slab); };
     if (!(value >= 0.0F && value <= 1.0F)) return note(slab, sample, name() + " is not in 0..1");
-    if (places == 0) return note(slab, sample, name() + " has a fibre that does not meet the source");
-    double nearest = whole;
-    for (const double hit : hits_) nearest = std::min(nearest, std::abs(hit - static_cast<double>(value)) * whole);
+    const bool is_void = marks_ && marked(marks_->voids, slab, sample);
+    if (places == 0) {
+      if (is_void && !source_.phantom_from) return;
+      return note(slab, sample, name() + " has a fibre that does not meet the source");
+    }
     check_.worst = std::max(check_.worst, nearest);
     if (nearest > tolerance_)
-      note(slab, sample,
-           name() + " lies " + std::to_string(std::ldexp(nearest, lattice_.step)) +
-               " away from where its fibre meets the source");
+      return note(slab, sample,
+                  name() + " lies " + length_text(std::ldexp(nearest, lattice_.step)) +
+                      " away from where its fibre meets the source");
+    if (!marks_) return;
+    std::string wrong = wrong_void(is_void, value, whole);
+    if (wrong.empty()) wrong = wrong_fold(marked(marks_->folded, slab, sample), whole);
+    if (!wrong.empty()) note(slab, sample, name() + wrong);
   }
 
-  void cross_triangle(const Fibre& fibre, std::uint32_t t) {
+  [[nodiscard]] bool marked(std::span<const SampleTile> tiles, std::size_t slab, std::size_t sample) const {
+    return slab < tiles.size() && sample < tiles[slab].values.size() && tiles[slab].values[sample] > 0.5F;
+  }
+  /// What is wrong with the mark of a sample of which the surface lies here, or with its absence; else nothing.
+  [[nodiscard]] std::string wrong_void(bool is_void, float value, double whole) {
+    bool can_be = false, clear = true;
+    std::size_t here = 0;
+    std::uint32_t triangle = 0;
+    for (const Hit& hit : hits_) {
+      if (std::abs(hit.at - static_cast<double>(value)) * whole > tolerance_) continue;
+      ++here;
+      clear = clear && hit.how == Hit::How::Clear;
+      triangle = hit.triangle;
+      const Said said =
+          source_.phantom_from ? (triangle >= *source_.phantom_from ? Said::Void : Said::Surface) : said_[triangle];
+      can_be = can_be || said == Said::Nothing || said == (is_void ? Said::Void : Said::Surface);
+    }
+    if (!source_.phantom_from) {
+      if (here != 1 || !clear) return {};  // it says nothing of any one triangle
+      if (can_be) said_[triangle] = is_void ? Said::Void : Said::Surface;
+    }
+    if (can_be) return {};
+    if (!source_.phantom_from)
+      return std::string(is_void ? " is marked void, but others" : " is not marked void, but others") +
+             " on source triangle " + std::to_string(triangle) + (is_void ? " are not" : " are");
+    return is_void ? " is marked void, but its fibre meets the surface there"
+                   : " is not marked void, but only what closes an opening is there";
+  }
+  /// The same for the mark that its fibre meets the source several times.
+  [[nodiscard]] std::string wrong_fold(bool folded, double whole) const {
+    constexpr double kEnd = 1e-5;  // of the fibre: what meets it nearer to its ends may be beyond them
+    struct Range {
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+    };
+    Range enters, leaves;
+    bool one_way = true;
+    for (const Hit& hit : hits_) {
+      one_way = one_way && hit.leaves == hits_.front().leaves;
+      if (hit.how != Hit::How::Clear || hit.at < kEnd || hit.at > 1 - kEnd) continue;
+      Range& range = hit.leaves ? leaves : enters;
+      range = {std::min(range.low, hit.at), std::max(range.high, hit.at)};
+    }
+    const bool often = std::max(leaves.high - enters.low, enters.high - leaves.low) * whole > tolerance_;
+    if (!folded) return often ? " is not marked folded, but its fibre enters and leaves the source" : std::string();
+    const bool at_one_place =
+        hits_.size() < 2 || (one_way && (hits_.back().at - hits_.front().at) * whole <= tolerance_);
+    return at_one_place ? " is marked folded, but its fibre meets the source once" : std::string();
+  }
+
+  void cross_triangle(const Fibre& fibre, double whole, std::uint32_t t) {
+    constexpr double kGraze = 0x1p-8;  // steps
     const auto& f = source_.triangles[t];
     const Vector a = points_[f[0]] - fibre.inner, b = points_[f[1]] - fibre.inner, c = points_[f[2]] - fibre.inner;
-    const double u = dot(fibre.along, cross(b, c)), v = dot(fibre.along, cross(c, a)),
-                 w = dot(fibre.along, cross(a, b));
+    // The distance of the fibre's line from an edge, times the lengths of both and the sine between them.
+    double u = dot(fibre.along, cross(b, c)), v = dot(fibre.along, cross(c, a)), w = dot(fibre.along, cross(a, b));
     const double sum = u + v + w, slack = 1e-12 * (std::abs(u) + std::abs(v) + std::abs(w));
     if (sum == 0) return;
-    if (!((u >= -slack && v >= -slack && w >= -slack) || (u <= slack && v <= slack && w <= slack))) return;
-    const Vector n = cross(b - a, c - a);
+    if (sum < 0) {
+      u = -u;
+      v = -v;
+      w = -w;
+    }
+    const double graze = kGraze * whole;
+    const Vector e = b - a, g = c - a;
+    const double longest = length(e) + length(g);
+    if (std::min({u, v, w}) < -std::max(slack, graze * longest)) return;
+    const Vector n = cross(e, g);
     const double steep = dot(n, fibre.along);
     if (steep == 0) return;
     const double at = dot(n, a) / steep;
-    if (at >= -1e-9 && at <= 1 + 1e-9) hits_.push_back(at);
+    const double of_u = graze * length(g - e), of_v = graze * length(g), of_w = graze * length(e);
+    Hit hit = {.at = at, .triangle = t, .leaves = steep > 0, .how = Hit::How::Grazed};
+    if (u >= -slack && v >= -slack && w >= -slack && at >= -1e-9 && at <= 1 + 1e-9)
+      hit.how = u > of_u && v > of_v && w > of_w ? Hit::How::Clear : Hit::How::Met;
+    else if (!marks_ || u < -of_u || v < -of_v || w < -of_w || at < -1e-5 || at > 1 + 1e-5)
+      return;
+    hits_.push_back(hit);
   }
+
+  /// A place where a fibre meets a triangle of the source.
+  struct Hit {
+    /// Beside it or beyond the fibre's ends by no more than rounding; on it; and nowhere near its edges.
+    enum class How : std::uint8_t { Grazed, Met, Clear };
+    double at;  // along the fibre
+    std::uint32_t triangle;
+    bool leaves;  // through its front
+    How how;
+  };
+  /// What the samples on a triangle say of it.
+  enum class Said : std::uint8_t { Nothing, Surface, Void };
 
   const Shell& shell_;
   const Source& source_;
@@ -162,13 +272,15 @@ class SampleChecker {
   SampleCheck check_;
   std::vector<Vector> points_;  // by source vertex
   std::vector<Box> boxes_;      // by source triangle
-  std::vector<double> hits_;    // scratch
+  const std::optional<SampleMarks>& marks_;
+  std::vector<Said> said_;  // by source triangle, where the source does not say it; else empty
+  std::vector<Hit> hits_;   // scratch
 };
 
 }  // namespace
 
-SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
-                          double tolerance) {
+SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles, double tolerance,
+                          const std::optional<SampleMarks>& marks) {
   Extent extent;
   const std::string fault = source_fault(source, extent);
   const CommonLattice lattice(extent_of(shell), extent);
@@ -181,7 +293,7 @@ SampleCheck check_samples(const Shell& shell, const Source& source, std::span<co
                         : "the source reaches so far beyond the slabs that no lattice of 2^30 steps holds both"});
     return refused;
   }
-  return SampleChecker(shell, source, lattice, tolerance).run(tiles);
+  return SampleChecker(shell, source, lattice, tolerance, marks).run(tiles);
 }
 
 }  // namespace relief::verify

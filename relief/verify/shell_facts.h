@@ -32,7 +32,18 @@ struct ShellFacts {
   std::vector<std::uint32_t> component;  ///< by slab: which slabs hang together
   std::vector<bool> closed;              ///< by component
   std::vector<std::uint32_t> seeds;      ///< by component: its lowest slab
+  std::vector<std::uint8_t> failed;      ///< by component: what fails in all of its slabs, as in Certificate
+
+  /// What fails in a whole component fails in each of its slabs.
+  void hand_on(Certificate& certificate) const {
+    for (std::size_t s = 0; s < component.size(); ++s) certificate.failed[s] |= failed[component[s]];
+  }
 };
+
+/// Notes that a condition fails in a slab or a component.
+inline void fail_in(std::vector<std::uint8_t>& failed, Condition condition, std::size_t which) {
+  failed[which] |= static_cast<std::uint8_t>(1U << static_cast<unsigned>(condition));
+}
 
 /// Shell and source on one lattice.
 struct CommonLattice {
@@ -62,7 +73,7 @@ struct SharedEdge {
 [[nodiscard]] std::size_t sample_on_edge(int n, std::uint32_t edge, int t);
 
 /// C5 to C7, into the certificate of a shell that passed C0; none of them holds when cancelled.
-void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate,
+void check_source(const Shell& shell, ShellFacts& facts, const Source& source, Certificate& certificate,
                   const Progress& progress);
 
 }  // namespace relief::verify::detail

@@ -167,7 +167,7 @@ std::string slab_name(std::size_t s) { return "slab " + std::to_string(s); }
 
 class SourceChecker {
  public:
-  SourceChecker(const Shell& shell, const ShellFacts& facts, const Source& source, const CommonLattice& lattice,
+  SourceChecker(const Shell& shell, ShellFacts& facts, const Source& source, const CommonLattice& lattice,
                 Certificate& certificate, const Progress& progress)
       : shell_(shell),
         facts_(facts),
@@ -233,10 +233,32 @@ class SourceChecker {
     }
   };
 
+  /// What was found of one condition.
+  struct OfOne {
+    std::vector<Finding> first;  // in order, so many as are listed
+    std::size_t count = 0;
+    std::size_t unnamed = 0;  // slabs of the branch in which it is not known to fail
+
+    /// Whether what a triangle fails would still be listed or counted.
+    [[nodiscard]] bool counts(std::size_t triangle) const {
+      return count < kCounted || triangle <= first.back().triangle;
+    }
+    [[nodiscard]] bool wants(std::size_t triangle) const { return unnamed > 0 || counts(triangle); }
+    void add(const Finding& finding) {
+      ++count;
+      if (first.size() == kListed && !(finding < first.back())) return;
+      first.insert(std::upper_bound(first.begin(), first.end(), finding), finding);
+      if (first.size() > kListed) first.pop_back();
+    }
+  };
+  using Findings = std::array<OfOne, 2>;  // of C5 and C6
+
   [[nodiscard]] std::size_t count(Condition condition) const {
     return certificate_.failure_count[static_cast<std::size_t>(condition)];
   }
-  [[nodiscard]] bool settled(Condition condition) const { return count(condition) >= kCountedPairs; }
+  [[nodiscard]] bool& at_least(Condition condition) {
+    return certificate_.at_least[static_cast<std::size_t>(condition)];
+  }
   template <typename Sentence>
   void report(Condition condition, std::size_t a, std::size_t b, Sentence&& sentence) {
     if (certificate_.failure_count[static_cast<std::size_t>(condition)]++ < kListed)
@@ -346,36 +368,46 @@ class SourceChecker {
   /// False when cancelled. What is asked of slabs again and again is held for one branch of their tree at a time, so
   /// that it takes no more than a part of what the source takes.
   bool check_sections() {
-    const std::size_t count = source_.triangles.size();
-    const auto branches = tree_->branches(std::max(kFewSlabs, count / 64));
-    std::array<std::vector<Finding>, 2> findings;  // of C5 and C6
+    const auto branches = tree_->branches(std::max(kFewSlabs, source_.triangles.size() / 64));
+    Findings findings;
     bool go_on = true;
     for (std::size_t k = 0; k < branches.size() && go_on; ++k)
       go_on = check_branch(branches[k], k, branches.size(), findings);
     slabs_ = {};
-    std::vector<Finding>& all = findings[0];
-    all.insert(all.end(), findings[1].begin(), findings[1].end());
+    std::vector<Finding> all = findings[0].first;
+    all.insert(all.end(), findings[1].first.begin(), findings[1].first.end());
     std::sort(all.begin(), all.end());
-    for (const Finding& finding : all)
-      if (!settled(finding.condition())) tell(finding);
+    for (const Finding& finding : all) tell(finding);
+    for (const Condition condition : {Condition::C5, Condition::C6}) {
+      const OfOne& of_one = findings[condition == Condition::C6];
+      certificate_.failure_count[static_cast<std::size_t>(condition)] += of_one.count - of_one.first.size();
+      at_least(condition) = at_least(condition) || of_one.count >= kCounted;
+    }
     return go_on;
   }
 
   /// The k-th of so many branches. False when cancelled.
-  bool check_branch(const Tree::Branch& branch, std::size_t k, std::size_t branches,
-                    std::array<std::vector<Finding>, 2>& findings) {
+  bool check_branch(const Tree::Branch& branch, std::size_t k, std::size_t branches, Findings& findings) {
     slabs_.clear();
     slabs_.reserve(branch.items.size());
     for (const std::uint32_t s : branch.items) slabs_.push_back(make_slab(s));
     const std::size_t count = source_.triangles.size();
     const double steps = to_double(static_cast<std::int64_t>(count * branches));
-    // Of each branch the first that fail are enough to tell the first of them all.
-    const std::array<std::size_t, 2> enough = {findings[0].size() + kCountedPairs, findings[1].size() + kCountedPairs};
+    for (OfOne& of_one : findings) of_one.unnamed = branch.items.size();
+    const auto of = [&](Condition condition) -> OfOne& { return findings[condition == Condition::C6]; };
+    const auto wanted = [&](Condition condition, std::size_t t, std::uint32_t slab) {
+      return !certificate_.fails(condition, slab) || of(condition).counts(t);
+    };
     const auto find = [&](std::size_t t, std::size_t place, std::uint32_t slab, Finding::Kind kind) {
       const Finding finding = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(place), slab, kind};
-      findings[finding.condition() == Condition::C6].push_back(finding);
+      const Condition condition = finding.condition();
+      of(condition).add(finding);
+      if (slab == kNothing || certificate_.fails(condition, slab)) return;
+      fail_in(certificate_.failed, condition, slab);
+      --of(condition).unnamed;
     };
     for (std::size_t t = 0; t < count; ++t) {
+      if (!findings[0].wants(t) && !findings[1].wants(t)) break;
       if (!goes_on(t, 0.4 + 0.6 * to_double(static_cast<std::int64_t>(count * k)) / steps, 0.6 / steps)) return false;
       const Box box = box_of_face(t);
       if (k > 0 && !tree_->box(branch).meets(box)) continue;
@@ -388,18 +420,13 @@ class SourceChecker {
       tree_->query(branch, box, [&](std::size_t at) {
         const Slab& slab = slabs_[at];
         if (!boxes_[slab.number].meets(box)) return;
-        if (findings[0].size() < enough[0])
+        if (wanted(Condition::C5, t, slab.number))
           for (std::size_t side = 0; side < 2; ++side)
             if (const auto kind = fault_of(slab.sides[side], side, f, box))
               find(t, branch.first + at, slab.number, *kind);
-        if (findings[1].size() < enough[1] && !section_holds(slab, f))
+        if (wanted(Condition::C6, t, slab.number) && !section_holds(slab, f))
           find(t, branch.first + at, slab.number, Finding::Kind::Folded);
       });
-    }
-    for (std::vector<Finding>& of_one : findings) {
-      if (of_one.size() <= kCountedPairs) continue;
-      std::sort(of_one.begin(), of_one.end());
-      of_one.resize(kCountedPairs);
     }
     return true;
   }
@@ -549,7 +576,7 @@ class SourceChecker {
       for (std::size_t k = 0; k < 3; ++k)
         corners[filled[source_.triangles[t][k]]++] = static_cast<std::uint32_t>(3 * t + k);
     std::vector<Spoke> spokes;
-    for (std::uint32_t v = 0; v < vertex_count && !settled(Condition::C6); ++v) {
+    for (std::uint32_t v = 0; v < vertex_count; ++v) {
       if (!goes_on(v, 0, 0.4 / to_double(static_cast<std::int64_t>(vertex_count)))) return false;
       spokes.clear();
       for (std::uint32_t c = begin[v]; c < begin[v + 1]; ++c) {
@@ -558,6 +585,8 @@ class SourceChecker {
       }
       if (spokes.empty()) continue;
       if (!is_one_fan(v, spokes)) continue;
+      at_least(Condition::C6) = count(Condition::C6) >= kCounted;
+      if (at_least(Condition::C6)) continue;
       const std::uint32_t t = spokes.front().triangle;
       const int turns = turns_around(v, spokes);
       if (turns == 0)
@@ -729,6 +758,7 @@ class SourceChecker {
     }
     for (std::size_t c = 0; c < hits.size(); ++c) {
       const std::uint32_t seed = facts_.seeds[c];
+      if (hits[c] != 1 || !facts_.closed[c]) fail_in(facts_.failed, Condition::C7, c);
       if (hits[c] != 1)
         report(Condition::C7, seed, kNothing, [&] {
           return "fibre " + std::to_string(fibres[c]) + " of " + slab_name(seed) + " meets the source " +
@@ -775,7 +805,7 @@ class SourceChecker {
   static constexpr double kAxis = 0x1p28;  // length of the directions of C6b
 
   const Shell& shell_;
-  const ShellFacts& facts_;
+  ShellFacts& facts_;
   const Source& source_;
   Certificate& certificate_;
   const Progress& progress_;
@@ -796,7 +826,7 @@ class SourceChecker {
 
 }  // namespace
 
-void check_source(const Shell& shell, const ShellFacts& facts, const Source& source, Certificate& certificate,
+void check_source(const Shell& shell, ShellFacts& facts, const Source& source, Certificate& certificate,
                   const Progress& progress) {
   const auto refuse = [&](std::string what) {
     certificate.failure_count[5] = 1;

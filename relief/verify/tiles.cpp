@@ -47,24 +47,29 @@ namespace {
 class TileChecker {
  public:
   TileChecker(const Shell& shell, std::span<const SampleTile> tiles, Between between)
-      : shell_(shell), tiles_(tiles), between_(between) {}
+      : shell_(shell), tiles_(tiles), between_(between), failed_(tiles.size()) {}
 
   TileCheck run() {
-    if (tiles_.size() != shell_.triangles.size()) {
-      note(kNothing, kNothing,
-           "there are tiles for " + std::to_string(tiles_.size()) + " slabs, not " +
-               std::to_string(shell_.triangles.size()));
-      return std::move(check_);
-    }
-    for (std::uint32_t s = 0; s < tiles_.size(); ++s) sizes_and_ranges(s);
-    if (check_.failure_count > 0) return std::move(check_);
-    corners();
-    for (const detail::SharedEdge& edge : detail::shared_edges(shell_)) along(edge);
+    check_all();
+    for (std::uint32_t s = 0; s < failed_.size(); ++s)
+      if (failed_[s]) check_.slabs.push_back(s);
     return std::move(check_);
   }
 
  private:
+  void check_all() {
+    if (tiles_.size() != shell_.triangles.size()) {
+      return note(kNothing, kNothing,
+                  "there are tiles for " + std::to_string(tiles_.size()) + " slabs, not " +
+                      std::to_string(shell_.triangles.size()));
+    }
+    for (std::uint32_t s = 0; s < tiles_.size(); ++s) sizes_and_ranges(s);
+    if (check_.failure_count > 0) return;
+    corners();
+    for (const detail::SharedEdge& edge : detail::shared_edges(shell_)) along(edge);
+  }
   void note(std::uint32_t slab, std::uint32_t sample, std::string what) {
+    if (slab != kNothing) failed_[slab] = true;
     if (check_.failure_count++ < 100) check_.failures.push_back({slab, sample, std::move(what)});
   }
   [[nodiscard]] std::uint32_t bits(std::uint32_t slab, std::size_t sample) const {
@@ -132,6 +137,7 @@ class TileChecker {
   const Shell& shell_;
   std::span<const SampleTile> tiles_;
   Between between_;
+  std::vector<bool> failed_;  // by slab
   TileCheck check_;
 };
 

@@ -25,8 +25,12 @@ class Checker {
 
   Certificate run() {
     Certificate& c = certificate_;
+    c.failed.assign(shell_.triangles.size(), 0);
     c.holds[0] = numbers_hold() && snap() && complex_holds();
-    if (!c.holds[0]) return std::move(c);
+    if (!c.holds[0]) {
+      name_slabs_of_bad_fibres();
+      return std::move(c);
+    }
     make_components();
     const bool sound = jacobians_hold();
     c.holds[1] = sound;
@@ -44,10 +48,15 @@ class Checker {
 
  private:
   void report(Condition condition, std::size_t a, std::size_t b, std::string what) {
-    ++certificate_.failure_count[static_cast<std::size_t>(condition)];
-    if (certificate_.failures.size() < kListed)
+    if (certificate_.failure_count[static_cast<std::size_t>(condition)]++ < kListed)
       certificate_.failures.push_back(
           {condition, static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), std::move(what)});
+  }
+  /// A failure of one or two slabs.
+  void report_slabs(Condition condition, std::size_t a, std::size_t b, std::string what) {
+    fail_in(certificate_.failed, condition, a);
+    fail_in(certificate_.failed, condition, b);
+    report(condition, a, b, std::move(what));
   }
   [[nodiscard]] std::size_t count(Condition condition) const {
     return certificate_.failure_count[static_cast<std::size_t>(condition)];
@@ -58,33 +67,41 @@ class Checker {
 
   // ---- C0
 
-  /// A C0 failure of a fibre is filed under the first slab that names it.
+  /// A C0 failure of a fibre is filed under the first slab that names it, and fails in all that do.
   void report_fibre(std::size_t f, std::string_view what) {
     if (slab_with_.empty()) {
-      slab_with_.assign(shell_.inner.size(), 0);
+      bad_fibres_.assign(shell_.inner.size(), false);
+      slab_with_.assign(shell_.inner.size(), kNothing);
       for (std::size_t t = shell_.triangles.size(); t-- > 0;)
         for (const std::uint32_t g : shell_.triangles[t])
           if (g < slab_with_.size()) slab_with_[g] = static_cast<std::uint32_t>(t);
     }
+    bad_fibres_[f] = true;
     report(Condition::C0, slab_with_[f], slab_with_[f], fibre_name(f) + std::string(what));
+  }
+  void name_slabs_of_bad_fibres() {
+    for (std::size_t t = 0; t < shell_.triangles.size(); ++t)
+      for (const std::uint32_t f : shell_.triangles[t])
+        if (f < bad_fibres_.size() && bad_fibres_[f]) fail_in(certificate_.failed, Condition::C0, t);
   }
 
   bool numbers_hold() {
     if (shell_.inner.size() != shell_.outer.size()) {
-      report(Condition::C0, 0, 0,
+      report(Condition::C0, kNothing, kNothing,
              "there are " + std::to_string(shell_.inner.size()) + " inner but " + std::to_string(shell_.outer.size()) +
                  " outer ends of fibres");
       return false;
     }
     if (shell_.triangles.empty()) {
-      report(Condition::C0, 0, 0, "there are no slabs");
+      report(Condition::C0, kNothing, kNothing, "there are no slabs");
       return false;
     }
     for (std::size_t t = 0; t < shell_.triangles.size(); ++t)
       for (const std::uint32_t f : shell_.triangles[t])
         if (f >= shell_.inner.size())
-          report(Condition::C0, t, t,
-                 slab_name(t) + " names fibre " + std::to_string(f) + " of " + std::to_string(shell_.inner.size()));
+          report_slabs(
+              Condition::C0, t, t,
+              slab_name(t) + " names fibre " + std::to_string(f) + " of " + std::to_string(shell_.inner.size()));
     for (std::size_t f = 0; f < shell_.inner.size(); ++f)
       for (std::size_t k = 0; k < 3; ++k)
         if (!std::isfinite(shell_.inner[f][k]) || !std::isfinite(shell_.outer[f][k])) {
@@ -100,7 +117,7 @@ class Checker {
     const int step = facts_.extent.step();
     const double span = facts_.extent.span(step);
     if (!(span <= kMaxSpan)) {
-      report(Condition::C0, 0, 0,
+      report(Condition::C0, kNothing, kNothing,
              "the coordinates lie on no lattice of at most 2^30 steps (they are multiples of 2^" +
                  std::to_string(step) + " and span more): snap them to a coarser one");
       return false;
@@ -135,14 +152,15 @@ class Checker {
     for (std::size_t t = 0; t < shell_.triangles.size(); ++t) {
       std::array<std::uint32_t, 3> f = shell_.triangles[t];
       std::sort(f.begin(), f.end());
-      if (f[0] == f[1] || f[1] == f[2]) report(Condition::C0, t, t, slab_name(t) + " names a fibre twice");
+      if (f[0] == f[1] || f[1] == f[2]) report_slabs(Condition::C0, t, t, slab_name(t) + " names a fibre twice");
       sorted.emplace_back(f, static_cast<std::uint32_t>(t));
     }
     std::sort(sorted.begin(), sorted.end());
     for (std::size_t k = 1; k < sorted.size(); ++k)
       if (sorted[k].first == sorted[k - 1].first)
-        report(Condition::C0, sorted[k - 1].second, sorted[k].second,
-               slab_name(sorted[k - 1].second) + " and " + slab_name(sorted[k].second) + " have the same three fibres");
+        report_slabs(
+            Condition::C0, sorted[k - 1].second, sorted[k].second,
+            slab_name(sorted[k - 1].second) + " and " + slab_name(sorted[k].second) + " have the same three fibres");
   }
 
   /// Fills neighbours_: entry k of a slab is the slab across the edge opposite its corner k.
@@ -170,10 +188,11 @@ class Checker {
       const Edge &a = edges[first], &b = edges[first + 1];
       const std::string where = "the edge between fibres " + std::to_string(a.low) + " and " + std::to_string(a.high);
       if (last - first > 2) {
+        for (std::size_t k = first; k < last; ++k) fail_in(certificate_.failed, Condition::C0, edges[k].slab);
         report(Condition::C0, a.slab, b.slab, where + " lies in " + std::to_string(last - first) + " slabs");
       } else if (a.upwards == b.upwards) {
-        report(Condition::C0, a.slab, b.slab,
-               slab_name(a.slab) + " and " + slab_name(b.slab) + " run the same way through " + where);
+        report_slabs(Condition::C0, a.slab, b.slab,
+                     slab_name(a.slab) + " and " + slab_name(b.slab) + " run the same way through " + where);
       } else {
         neighbours_[a.slab][a.corner] = b.slab;
         neighbours_[b.slab][b.corner] = a.slab;
@@ -225,11 +244,13 @@ class Checker {
         const auto& fibres = shell_.triangles[next];
         at = {next, fibres[0] == f ? 0U : fibres[1] == f ? 1U : 2U};
       }
-      if (ordered.size() != corners.size())
+      if (ordered.size() != corners.size()) {
+        for (const Corner& c : corners) fail_in(certificate_.failed, Condition::C0, c.slab);
         report(Condition::C0, corners.front().slab, corners.back().slab,
                "the slabs around " + fibre_name(f) + " are not one fan");
-      else
+      } else {
         std::copy(ordered.begin(), ordered.end(), corners.begin());
+      }
     }
   }
 
@@ -241,6 +262,7 @@ class Checker {
       if (facts_.component[seed] != kNothing) continue;
       const auto number = static_cast<std::uint32_t>(facts_.closed.size());
       facts_.closed.push_back(true);
+      facts_.failed.push_back(0);
       facts_.seeds.push_back(seed);
       facts_.component[seed] = number;
       waiting.push_back(seed);
@@ -276,7 +298,7 @@ class Checker {
         const char* where = c0 <= 0   ? "at its inner triangle"
                             : c2 <= 0 ? "at its outer triangle"
                                       : "between its inner and outer triangle";
-        report(Condition::C1, t, t, slab_name(t) + " is folded at " + fibre_name(f[i]) + " " + where);
+        report_slabs(Condition::C1, t, t, slab_name(t) + " is folded at " + fibre_name(f[i]) + " " + where);
         unsound_[t] = true;
         break;
       }
@@ -306,9 +328,11 @@ class Checker {
         if (before < 0 && now >= 0) ++turns;
         before = now;
       }
-      if (open_[f] && turns > 0)
+      if (open_[f] ? turns == 0 : turns == 1) continue;
+      for (const Corner& c : corners) fail_in(certificate_.failed, Condition::C2, c.slab);
+      if (open_[f])
         report(Condition::C2, f, f, "the slabs around open " + fibre_name(f) + " turn a full circle or more");
-      if (!open_[f] && turns != 1)
+      else
         report(Condition::C2, f, f,
                "the slabs around " + fibre_name(f) + " wind " + std::to_string(turns) + " times instead of once");
     }
@@ -333,6 +357,7 @@ class Checker {
     return is_outer(triangle) ? triangle - shell_.triangles.size() : triangle;
   }
 
+  /// Tests all pairs while they are counted; then each slab that has not failed yet, until it does.
   bool pairs_hold(const Tree& tree) {
     bool complete = true;
     std::vector<bool> flat(boxes_.size());
@@ -341,27 +366,34 @@ class Checker {
       flat[k] = cross(t.b - t.a, t.c - t.a) == Point{};
       if (flat[k]) complete = false;  // its slab failed C1
     }
-    for (std::size_t k = 0; k < boxes_.size() && count(Condition::C3) < kCountedPairs; ++k) {
+    for (std::size_t k = 0; k < boxes_.size(); ++k) {
       if (progress_.cancelled()) return false;
-      if (flat[k]) continue;
+      const bool named_only = count(Condition::C3) >= kCounted;
+      if (flat[k] || (named_only && certificate_.fails(Condition::C3, slab_of(k)))) continue;
       const Triangle mine = triangle(k);
       tree.query(boxes_[k], [&](std::uint32_t l) {
-        if (l <= k || flat[l] || !boxes_[l].meets(boxes_[k])) return true;
+        if ((named_only ? l == k : l <= k) || flat[l] || !boxes_[l].meets(boxes_[k])) return true;
         const std::size_t a = slab_of(k), b = slab_of(l);
         if (is_outer(k) == is_outer(l) && share_a_fibre(a, b)) return true;
         if (!predicates_.meet(mine, triangle(l))) return true;
-        report_pair(k, l);
-        return count(Condition::C3) < kCountedPairs;
+        if (named_only) {
+          fail_in(certificate_.failed, Condition::C3, a);
+          fail_in(certificate_.failed, Condition::C3, b);
+        } else {
+          report_pair(k, l);
+        }
+        return count(Condition::C3) < kCounted;
       });
     }
+    certificate_.at_least[static_cast<std::size_t>(Condition::C3)] = count(Condition::C3) >= kCounted;
     return complete && count(Condition::C3) == 0;
   }
   void report_pair(std::size_t k, std::size_t l) {
     if (slab_of(l) < slab_of(k)) std::swap(k, l);
     const auto side = [&](std::size_t m) { return is_outer(m) ? "outer" : "inner"; };
-    report(Condition::C3, slab_of(k), slab_of(l),
-           std::string("the ") + side(k) + " triangle of " + slab_name(slab_of(k)) + " meets the " + side(l) +
-               " triangle of " + slab_name(slab_of(l)));
+    report_slabs(Condition::C3, slab_of(k), slab_of(l),
+                 std::string("the ") + side(k) + " triangle of " + slab_name(slab_of(k)) + " meets the " + side(l) +
+                     " triangle of " + slab_name(slab_of(l)));
   }
   [[nodiscard]] bool share_a_fibre(std::size_t a, std::size_t b) const {
     for (const std::uint32_t f : shell_.triangles[a])
@@ -376,11 +408,12 @@ class Checker {
       const Triangle t = triangle(k);
       volumes[facts_.component[slab_of(k)]][is_outer(k)] += dot(cross(t.a, t.b), t.c);
     }
-    for (std::size_t c = 0; c < facts_.closed.size(); ++c) {
+    for (std::uint32_t c = 0; c < facts_.closed.size(); ++c) {
       const int in = sign(volumes[c][0]), out = sign(volumes[c][1]);
-      if (facts_.closed[c] && (in != out || in == 0))
-        report(Condition::C3, facts_.seeds[c], facts_.seeds[c],
-               "the part with " + slab_name(facts_.seeds[c]) + " has inner and outer volumes of different signs");
+      if (!facts_.closed[c] || (in == out && in != 0)) continue;
+      fail_in(facts_.failed, Condition::C3, c);
+      report(Condition::C3, facts_.seeds[c], facts_.seeds[c],
+             "the part with " + slab_name(facts_.seeds[c]) + " has inner and outer volumes of different signs");
     }
     return count(Condition::C3) == 0;
   }
@@ -394,7 +427,7 @@ class Checker {
     };
     std::vector<Windings> windings(facts_.closed.size());
     std::vector<std::uint32_t> touched;
-    for (std::size_t part = 0; part < facts_.closed.size(); ++part) {
+    for (std::uint32_t part = 0; part < facts_.closed.size(); ++part) {
       std::uint32_t found = kNothing;
       for (const auto* ends : {&inner_, &outer_}) {
         const Place start = (*ends)[shell_.triangles[facts_.seeds[part]][0]];
@@ -415,10 +448,11 @@ class Checker {
         }
         for (const std::uint32_t other : touched) windings[other] = {};
       }
-      if (found != kNothing)
-        report(Condition::C4, facts_.seeds[part], facts_.seeds[found],
-               "the part with " + slab_name(facts_.seeds[part]) + " reaches into the shell of the part with " +
-                   slab_name(facts_.seeds[found]));
+      if (found == kNothing) continue;
+      for (const std::uint32_t one : {part, found}) fail_in(facts_.failed, Condition::C4, one);
+      report(Condition::C4, facts_.seeds[part], facts_.seeds[found],
+             "the part with " + slab_name(facts_.seeds[part]) + " reaches into the shell of the part with " +
+                 slab_name(facts_.seeds[found]));
     }
     return count(Condition::C4) == 0;
   }
@@ -444,7 +478,8 @@ class Checker {
   ShellFacts& facts_;
   const Progress& progress_;
   Predicates predicates_{kMaxSpan};
-  std::vector<std::uint32_t> slab_with_;                  // by fibre, once needed
+  std::vector<std::uint32_t> slab_with_;                  // by fibre, once needed, as the next
+  std::vector<bool> bad_fibres_;                          // named by failures of C0
   std::vector<Place> inner_, outer_;                      // by fibre
   std::vector<std::array<std::uint32_t, 3>> neighbours_;  // by slab
   std::vector<Corner> fans_;                              // fibre after fibre
@@ -461,9 +496,18 @@ std::string_view name(Condition condition) noexcept {
   return kNames[static_cast<std::size_t>(condition)];
 }
 
+std::vector<std::uint32_t> Certificate::failing(Condition condition) const {
+  std::vector<std::uint32_t> slabs;
+  for (std::uint32_t s = 0; s < failed.size(); ++s)
+    if (fails(condition, s)) slabs.push_back(s);
+  return slabs;
+}
+
 Certificate check(const Shell& shell, const Progress& progress) {
   ShellFacts facts;
-  return Checker(shell, facts, progress).run();
+  Certificate certificate = Checker(shell, facts, progress).run();
+  facts.hand_on(certificate);
+  return certificate;
 }
 
 Certificate check(const Shell& shell, const Source& source, const Progress& progress) {
@@ -471,6 +515,7 @@ Certificate check(const Shell& shell, const Source& source, const Progress& prog
   Certificate certificate = Checker(shell, facts, progress).run();
   certificate.with_source = true;
   if (certificate.holds[0]) check_source(shell, facts, source, certificate, progress);
+  facts.hand_on(certificate);
   return certificate;
 }
 

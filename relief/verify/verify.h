@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -26,6 +27,8 @@ struct Shell {
 struct Source {
   std::span<const std::array<double, 3>> positions;
   std::span<const std::array<std::uint32_t, 3>> triangles;
+  /// The triangles from here on close openings of what was scanned; nothing where that is not known.
+  std::optional<std::size_t> phantom_from = std::nullopt;
 };
 
 /// The conditions. Without a source, C0: an oriented manifold complex, no repeated triangle, inner != outer. C1: the
@@ -42,9 +45,9 @@ inline constexpr std::size_t kShellConditionCount = 5;  ///< C0 to C4
 
 inline constexpr std::uint32_t kNothing = 0xffffffffU;
 
-/// Where a condition fails. C0, C1, C3, C4: a and b are slabs, b = a where there is only one. C2: a is the fibre. C5,
-/// C6: a is the slab, or kNothing where the source itself is at fault; b is the source triangle. C7: a is a slab of the
-/// part and b is kNothing, or a is kNothing and b a triangle of the source.
+/// Where a condition fails. C0, C1, C3, C4: a and b are slabs, b = a where there is only one, both kNothing where no
+/// slab is to blame. C2: a is the fibre. C5, C6: a is the slab, or kNothing where the source itself is at fault; b is
+/// the source triangle. C7: a is a slab of the part and b is kNothing, or a is kNothing and b a triangle of the source.
 struct Failure {
   Condition condition;
   std::uint32_t a = 0, b = 0;
@@ -53,11 +56,13 @@ struct Failure {
 
 struct Certificate {
   std::array<bool, kConditionCount> holds{};  ///< by condition; false also when it could not be tested (below)
-  std::array<std::size_t, kConditionCount> failure_count{};  ///< counting of C3, C5, C6 stops at 100 000
-  std::vector<Failure> failures;                             ///< the first 100 without, and 100 of each with the source
-  bool on_lattice = false;       ///< coordinates were exact lattice points, so the verdict is exact
-  bool with_source = false;      ///< C5 to C7 were asked for
-  double lattice_step = 0;       ///< model units; of the lattice on which shell and source were judged
+  std::array<std::size_t, kConditionCount> failure_count{};
+  std::array<bool, kConditionCount> at_least{};  ///< there may be more than were counted: C3, C5, C6 beyond 10 000
+  std::vector<Failure> failures;                 ///< the first 100 of each condition
+  std::vector<std::uint8_t> failed;              ///< by slab: bit k says that condition k fails there; see failing()
+  bool on_lattice = false;                       ///< coordinates were exact lattice points, so the verdict is exact
+  bool with_source = false;                      ///< C5 to C7 were asked for
+  double lattice_step = 0;                       ///< model units; of the lattice on which shell and source were judged
   double source_moved = 0;       ///< model units; how far the furthest source vertex lay from that lattice
   std::size_t source_parts = 0;  ///< components of the source
 
@@ -68,6 +73,12 @@ struct Certificate {
       if (!holds[k]) return false;
     return true;
   }
+  [[nodiscard]] bool fails(Condition condition, std::size_t slab) const noexcept {
+    return (failed[slab] >> static_cast<unsigned>(condition) & 1U) != 0;
+  }
+  /// All slabs in which a condition fails, in rising order, however many failures are listed. C2: those around the
+  /// fibre. The volumes of C3, C4, C7: all slabs of the parts. What only the source is at fault for is in no slab.
+  [[nodiscard]] std::vector<std::uint32_t> failing(Condition condition) const;
 };
 
 /// Exact where all coordinates are multiples of one power of two that spans at most 2^30 steps (what convert writes);
@@ -107,6 +118,7 @@ struct TileFailure {
 struct TileCheck {
   std::size_t failure_count = 0;
   std::vector<TileFailure> failures;  ///< the first 100
+  std::vector<std::uint32_t> slabs;   ///< all that fail, in rising order
 };
 
 /// Tests that all values lie in 0..1, that slabs which share an edge differ in n by a power of two only, that the
@@ -117,16 +129,31 @@ struct TileCheck {
 /// How the samples fit the source. Copies of shared samples count each.
 struct SampleCheck {
   std::size_t tested = 0;
-  std::size_t off = 0;  ///< further than the tolerance from every place where the fibre meets it
+  std::size_t off = 0;  ///< further than the tolerance from every place where the fibre meets it, or wrongly marked
   std::size_t single = 0, none = 0, several = 0;  ///< how often the fibres meet the source
-  double worst = 0;                               ///< model units; greatest distance of a sample from such a place
-  std::vector<Failure> failures;  ///< the first 100 that are off: a is the slab, b the number in its tile
+  bool at_least = false;  ///< beyond 10 000 that are off, a slab was left at its first: all numbers may be higher
+  double worst = 0;       ///< model units; greatest distance of a sample from such a place
+  std::vector<Failure> failures;     ///< the first 100 that are off: a is the slab, b the number in its tile
+  std::vector<std::uint32_t> slabs;  ///< all that have one that is off, in rising order
+};
+
+/// What samples say of themselves beside where they are, as tiles like theirs: above 1/2 where it is so. Without
+/// tiles none does.
+struct SampleMarks {
+  std::span<const SampleTile> voids;   ///< there is no surface: an opening was closed
+  std::span<const SampleTile> folded;  ///< the fibre meets the source several times
 };
 
 /// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
 /// fibre), but for those on edges that a coarser neighbour lacks (see Between). In doubles. The shell must pass C0;
 /// tiles of the wrong size and values out of 0..1 are off.
+///
+/// With marks, a void sample must lie on a triangle that closes an opening, any other on one that does not; where its
+/// fibre passes within 2^-8 lattice steps of the rim between them, or meets both within the tolerance, it may be
+/// either. Where the source does not say which triangles close openings, all samples on one triangle must agree, and a
+/// void one may meet nothing. A folded sample's fibre must meet the source twice or more, that of any other must not
+/// both enter and leave it at places further apart than the tolerance.
 [[nodiscard]] SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
-                                        double tolerance);
+                                        double tolerance, const std::optional<SampleMarks>& marks = std::nullopt);
 
 }  // namespace relief::verify

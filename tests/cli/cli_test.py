@@ -222,11 +222,18 @@ class Contract(Case):
             self.assertIs(report["tiles"], True)
             self.assertEqual(report["samples"]["hits"]["single"], report["samples"]["tested"])
             self.assertLess(report["source"]["moved"], 1e-6)
+            self.assertEqual(report["source"]["phantom_triangles"], 0 if source == mended else None)
+            self.assertEqual({tuple(c["slabs"]) for c in report["certificate"].values()}, {()})
         self.assertIn("C7 holds", Run("verify", out, "--source", scan).out)
         self.assertEqual(len(Run("verify", out, "--json").json()["certificate"]), 5)
         # Another surface is not what the slabs hold, and is named where it passes through them.
         report = Run("verify", out, "--source", self.scan, "--json").json()
         self.assertFalse(report["certificate"]["C5"]["holds"])
+        named = report["certificate"]["C5"]["slabs"]
+        self.assertEqual(named, sorted(set(named)))
+        self.assertLessEqual({f["a"] for f in report["failures"] if f["condition"] == "C5"}, set(named))
+        self.assertIn(f"in {len(named)} slab", Run("verify", out, "--source", self.scan).out)
+        self.assertGreater(len(report["samples"]["slabs"]), 0)
         self.assertRegex(report["failures"][0]["what"], "source triangle|source's edge")
         self.assertGreater(report["samples"]["off"], 0)
         self.assert_failed(Run("verify", out, "--source", self.folder / "gone.ply"), 1, "gone.ply")
@@ -454,9 +461,12 @@ class Workflow(Case):
         path, forces = self.folder / "through.csv", self.folder / "through_forces.csv"
         for way, touched in ((1, False), (-1, True)):
             path.write_text("t,x,y,z\n" + "".join(f"{k / 1000},0.05,{way * (1.3 - k / 1000)},0.02\n" for k in range(500)))
-            self.ok("touch", model, "--path", path, "-o", forces)
+            self.ok("touch", model, "--path", path, "-o", forces, "--record", self.folder / "through.rlog")
             with forces.open() as rows:
                 self.assertEqual("1" in [row["contact"] for row in csv.DictReader(rows)], touched)
+        replayed = Run("replay", self.folder / "through.rlog", "--verify")
+        self.assertEqual(replayed.status, 0)
+        self.assertIn("do not hold C0", replayed.err, "the warning that every other command gives")
         strokes = self.folder / "across.json"
         strokes.write_text(json.dumps([
             {"tool": tool, "radius": 0.3, "strength": 0.5, "colour": [200, 30, 30],

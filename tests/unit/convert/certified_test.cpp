@@ -215,14 +215,92 @@ TEST(Certified, HolesAreClosedWithPhantoms) {
   EXPECT_GT(report.phantom_triangles, 0U);
   EXPECT_EQ(report.replaced_triangles, 0U);
   const TriangleMesh& mended = result->mended;
-  ASSERT_EQ(result->phantom_from + report.phantom_triangles, mended.triangles.size());
-  EXPECT_EQ(result->phantom_from, report.source_triangles);
-  for (std::size_t t = result->phantom_from; t < mended.triangles.size(); ++t) {
+  ASSERT_EQ(mended.phantom_from.value() + report.phantom_triangles, mended.triangles.size());
+  EXPECT_EQ(*mended.phantom_from, report.source_triangles);
+  for (std::size_t t = *mended.phantom_from; t < mended.triangles.size(); ++t) {
     const Vec3d centre = (mended.positions[mended.triangles[t][0]] + mended.positions[mended.triangles[t][1]] +
                           mended.positions[mended.triangles[t][2]]) /
                          3.0;
     EXPECT_TRUE(centre.z > 0.6 || centre.x < -0.5);
   }
+}
+
+/// A model's tiles of a layer, as the verifier reads them; may be changed.
+struct Tiles {
+  std::vector<std::vector<float>> values;
+  std::vector<int> intervals;
+
+  Tiles(const Snapshot& model, Layer layer) {
+    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+      intervals.push_back(model.slab_mesh().intervals(s));
+      if (model.has(layer))
+        values.emplace_back(model.tile(layer, s).plane(), model.tile(layer, s).plane() + model.tile(layer, s).size());
+    }
+  }
+  [[nodiscard]] std::vector<verify::SampleTile> view() const {
+    std::vector<verify::SampleTile> tiles;
+    for (std::size_t s = 0; s < values.size(); ++s) tiles.push_back({intervals[s], values[s]});
+    return tiles;
+  }
+};
+
+std::vector<std::array<double, 3>> places(const TriangleMesh& mesh) {
+  std::vector<std::array<double, 3>> all;
+  for (const Vec3d p : mesh.positions) all.push_back({p.x, p.y, p.z});
+  return all;
+}
+
+TEST(Certified, TheVerifierHoldsVoidMarksAgainstTheMendedSource) {
+  const auto holes = [](Vec3d p) { return p.z > 0.9 || p.x < -0.8; };
+  const auto result = convert(pierced(testing::ball(40, 0.05), holes), certified(80, 16));
+  ASSERT_TRUE(result) << result.error().message;
+  const Snapshot& model = *result->model.head;
+  const PlainCage cage(model.slab_mesh());
+  const auto positions = places(result->mended);
+  const verify::Source source = {positions, result->mended.triangles, result->mended.phantom_from};
+  const Tiles values(model, Layer::Displacement);
+  Tiles voids(model, Layer::Void);
+  const Tiles folded(model, Layer::Folded);
+  ASSERT_EQ(voids.values.size(), model.slab_mesh().slab_count());
+  ASSERT_TRUE(folded.values.empty());
+  const auto check = [&] {
+    const auto tiles = values.view(), marks = voids.view(), folds = folded.view();
+    return verify::check_samples({cage.inner, cage.outer, cage.triangles}, source, tiles, 1e-6,
+                                 verify::SampleMarks{marks, folds});
+  };
+  EXPECT_EQ(check().off, 0U);
+  std::mt19937 random(3);
+  int flipped = 0, caught = 0;
+  for (int k = 0; k < 60; ++k) {
+    const std::size_t s = random() % voids.values.size(), at = random() % voids.values[s].size();
+    float& mark = voids.values[s][at];
+    mark = 1 - mark;
+    ++flipped;
+    caught += check().off > 0;
+    mark = 1 - mark;
+  }
+  // Only a fibre that runs through the rim itself may be either.
+  EXPECT_GE(caught, flipped - 1);
+}
+
+// Samples are cast from where the fibres are, however far that is from the origin of the model's units.
+TEST(Certified, FarFromTheOriginTheSamplesAreWhereTheSourceIs) {
+  TriangleMesh mesh = testing::ball(40, 0.05);
+  const Vec3d far = {0x1p36, -0x1p35, 0x1p34};
+  for (Vec3d& p : mesh.positions) {
+    p = p * 256;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = std::round(p[k] * 64) / 64 + far[k];
+  }
+  const auto result = convert(mesh, certified(80, 16));
+  ASSERT_TRUE(result) << result.error().message;
+  const PlainCage cage(result->model.head->slab_mesh());
+  const auto positions = places(result->mended);
+  const Tiles values(*result->model.head, Layer::Displacement);
+  const auto tiles = values.view();
+  const verify::SampleCheck c = verify::check_samples({cage.inner, cage.outer, cage.triangles},
+                                                      {positions, result->mended.triangles}, tiles, 1e-4);
+  EXPECT_EQ(c.off, 0U);
+  EXPECT_LT(c.worst, 5e-6) << "the rounding of alpha to a float, in a fibre some 70 long";
 }
 
 TEST(Certified, TerrainAndBowlsStayOpenBehindABox) {

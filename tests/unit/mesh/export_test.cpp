@@ -131,6 +131,21 @@ TEST_P(RoundTrip, AnotherReaderAgrees) {
   }
 }
 
+TEST(Export, PlySaysWhichTrianglesCloseOpenings) {
+  const TempFolder folder;
+  TriangleMesh mesh = {.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                       .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}},
+                       .colours = {}};
+  for (const std::optional<std::size_t> from :
+       {std::optional<std::size_t>(), std::optional<std::size_t>(2), std::optional<std::size_t>(3)}) {
+    mesh.phantom_from = from;
+    ASSERT_TRUE(export_mesh(mesh, folder / "m.ply", {.double_positions = true}));
+    const auto back = import_mesh(folder / "m.ply");
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_EQ(back->phantom_from, from);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Formats, RoundTrip, ::testing::Values("ply", "obj", "stl", "glb", "3mf"),
                          [](const auto& format) { return std::string("format_").append(format.param); });
 

@@ -14,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -644,6 +645,121 @@ TEST(VerifySamples, ThoseThatACoarserNeighbourLacksAreNotHeldAgainstTheSource) {
   EXPECT_EQ(found().tested, 153U - 3U * 12U);
 }
 
+/// The cage between cubes and a source cube between them, one side of which closes an opening.
+struct OpenBox {
+  static constexpr int kN = 6;
+  Cage cage = cube_cage(0.5, 1);
+  Surface source = cube(0.75);
+  Tiles values = cube_tiles(cage, kN), voids = cube_tiles(cage, kN), folded = cube_tiles(cage, kN);
+
+  OpenBox() {
+    for (std::size_t s = 0; s < cage.faces.size(); ++s) {
+      std::ranges::fill(voids.values[s], s >= 10 ? 1.0F : 0.0F);  // the last side
+      std::ranges::fill(folded.values[s], 0.0F);
+    }
+  }
+  [[nodiscard]] SampleCheck check(std::optional<std::size_t> phantom_from) const {
+    const auto v = voids.view(), f = folded.view();
+    Source seen = source.view();
+    seen.phantom_from = phantom_from;
+    return check_samples(cage.view(), seen, values.view(), 1e-4, SampleMarks{v, f});
+  }
+  /// On how many sides of the cube a sample lies, and whether on the last.
+  [[nodiscard]] std::pair<int, bool> sides_of(std::size_t slab, std::size_t sample) const {
+    std::size_t at = 0;
+    for (int j = 0; j <= kN; ++j)
+      for (int i = 0; i + j <= kN; ++i, ++at) {
+        if (at != sample) continue;
+        const auto& f = cage.faces[slab];
+        const Vec3d p =
+            (vec(cage.outer[f[0]]) * (kN - i - j) + vec(cage.outer[f[1]]) * i + vec(cage.outer[f[2]]) * j) / kN;
+        const auto on = [](double x) { return std::abs(x) > 1 - 1e-9 ? 1 : 0; };
+        return {on(p.x) + on(p.y) + on(p.z), p.z > 1 - 1e-9};
+      }
+    return {};
+  }
+};
+
+TEST(VerifySamples, VoidIsWhatClosesAnOpeningAndNothingElse) {
+  OpenBox box;
+  ASSERT_EQ(box.source.faces[10][0], 4U);  // the side at +z
+  EXPECT_EQ(box.check(10).off, 0U);
+  EXPECT_EQ(box.check(std::nullopt).off, 0U);
+  EXPECT_EQ(box.check(12).off, 2U * 28U) << "nothing closes an opening";
+  for (std::size_t s = 0; s < box.cage.faces.size(); ++s)
+    for (std::size_t k = 0; k < box.voids.values[s].size(); ++k) {
+      float& mark = box.voids.values[s][k];
+      mark = 1 - mark;
+      const auto [sides, on_last] = box.sides_of(s, k);
+      const bool rim = on_last && sides > 1;
+      const SampleCheck c = box.check(10);
+      EXPECT_EQ(c.off, rim ? 0U : 1U) << s << ' ' << k;
+      if (!rim) {
+        EXPECT_EQ(c.slabs, std::vector<std::uint32_t>(1, static_cast<std::uint32_t>(s)));
+        EXPECT_NE(c.failures.at(0).what.find("marked void"), std::string::npos);
+      }
+      // Not knowing which they are, only samples inside of triangles contradict each other.
+      const bool inside = k != 0 && sides == 1 && (s < 10 || on_last);
+      if (inside && k == 8) {
+        EXPECT_GT(box.check(std::nullopt).off, 0U) << s;
+      }
+      mark = 1 - mark;
+    }
+  // A scan that was left open: a void sample may meet nothing.
+  box.source.faces.resize(10);
+  EXPECT_EQ(box.check(std::nullopt).off, 0U);
+  EXPECT_GT(box.check(10).off, 0U);
+  box.voids.values[10][8] = 0;
+  EXPECT_EQ(box.check(std::nullopt).off, 1U);
+}
+
+TEST(VerifySamples, FoldedIsWhatFibresMeetSeveralTimes) {
+  OpenBox box;
+  const auto inside = [&](std::size_t s, std::size_t k) { return box.sides_of(s, k).first == 1; };
+  const std::size_t all = box.check(10).tested;
+  for (auto& tile : box.folded.values) std::ranges::fill(tile, 1.0F);
+  EXPECT_EQ(box.check(10).off, all) << "a fibre that meets it once, also through an edge";
+  // Out, in, and out again: the samples are on the middle one.
+  box.source.add(cube(0.6));
+  Surface turned = box.source.inside_out();
+  std::copy(turned.faces.begin(), turned.faces.begin() + 12, box.source.faces.begin());
+  box.source.add(cube(0.9));
+  std::size_t seen = 0;
+  for (auto& tile : box.voids.values) std::ranges::fill(tile, 0.0F);
+  EXPECT_EQ(box.check(box.source.faces.size()).off, 0U);
+  for (auto& tile : box.folded.values) std::ranges::fill(tile, 0.0F);
+  const SampleCheck c = box.check(box.source.faces.size());
+  for (std::size_t s = 0; s < 12; ++s)
+    for (std::size_t k = 0; k < 28; ++k) seen += inside(s, k);
+  EXPECT_GE(c.off, seen / 2) << "those that lie on an edge of the source may be either";
+  EXPECT_NE(c.failures.at(0).what.find("not marked folded"), std::string::npos);
+}
+
+TEST(VerifySamples, NamesEverySlabHoweverManyAreOff) {
+  const Cage cage = cube_cage(0.5, 1);
+  Tiles tiles = cube_tiles(cage, 100);  // 12 times 5151
+  for (std::size_t s = 0; s < 12; ++s)
+    if (s != 3 && s != 9) std::ranges::fill(tiles.values[s], 0.25F);
+  tiles.values[11].assign(5151, 0.5F);
+  tiles.values[11][2000] = 0.25F;
+  // Their copies on shared edges are right, or wrong, by their own slab.
+  const SampleCheck c = check_samples(cage.view(), cube(0.75).view(), tiles.view(), 1e-4);
+  EXPECT_TRUE(c.at_least);
+  EXPECT_GE(c.off, 10000U);
+  EXPECT_LT(c.off, 2U * 5151U + 20U);
+  EXPECT_EQ(c.slabs, (std::vector<std::uint32_t>{0, 1, 2, 4, 5, 6, 7, 8, 10, 11}));
+}
+
+TEST(VerifySamples, LengthsAreReadableInTinyModels) {
+  Cage cage = cube_cage(0x1p-41, 0x1p-40);
+  const Surface source = cube(0x1.8p-41);
+  Tiles tiles = cube_tiles(cage, 1);
+  tiles.values[0][0] = 0.75F;
+  const SampleCheck c = check_samples(cage.view(), source.view(), tiles.view(), 0x1p-60);
+  EXPECT_EQ(c.off, 1U);
+  EXPECT_NE(c.failures.at(0).what.find("lies 1.97e-13 away"), std::string::npos) << c.failures.at(0).what;
+}
+
 TEST(VerifySamples, CountsWhatFibresMeet) {
   const Cage cage = cube_cage(0.5, 1);
   Surface source = cube(0.75);
@@ -695,6 +811,37 @@ TEST(VerifySource, SaysTheSameOfManyBranchesAsOfOne) {
     EXPECT_EQ(many.failures[k].b, one.failures[k].b);
     EXPECT_EQ(many.failures[k].what, one.failures[k].what);
   }
+}
+
+// Beyond what is counted, triangles are only looked at where they could name another slab: a large wrong source names
+// the slabs that its pieces name, each of them too small for that.
+TEST(VerifySource, NamesEverySlabHoweverMuchOfTheSourceIsWrong) {
+  const Cage cage = sphere_cage(5);  // 8192 slabs, in several branches
+  Surface source = ball(6, [](Vec3d d) { return d.x > 0.5 ? 1.21 : d.z > 0.3 ? 1.0 : 0.9; });
+  for (std::size_t t = 0; t < source.faces.size(); ++t)
+    if (source.points[source.faces[t][0]][1] > 0.25) std::swap(source.faces[t][1], source.faces[t][2]);
+  const Certificate whole = cage.check(source);
+  std::array<std::set<std::uint32_t>, kConditionCount> pieces;
+  constexpr std::size_t kPieces = 16;
+  for (std::size_t k = 0; k < kPieces; ++k) {
+    Surface piece = source;
+    piece.faces.clear();
+    for (std::size_t t = k; t < source.faces.size(); t += kPieces) piece.faces.push_back(source.faces[t]);
+    const Certificate c = cage.check(piece);
+    for (const Condition condition : {Condition::C5, Condition::C6}) {
+      EXPECT_FALSE(c.at_least[static_cast<std::size_t>(condition)]);
+      const auto named = c.failing(condition);
+      pieces[static_cast<std::size_t>(condition)].insert(named.begin(), named.end());
+    }
+  }
+  for (const std::size_t k : {5U, 6U}) {
+    const auto named = whole.failing(static_cast<Condition>(k));
+    EXPECT_GT(named.size(), 100U);
+    EXPECT_LT(named.size(), cage.faces.size());
+    EXPECT_TRUE(std::ranges::equal(named, pieces[k])) << k;
+  }
+  EXPECT_TRUE(whole.at_least[6]);
+  EXPECT_GE(whole.failure_count[6], 10000U);
 }
 
 TEST(VerifySource, CancelledClaimsNothingThatWasNotTested) {

@@ -94,6 +94,12 @@ Parts plate(Point a, Point b, Point c, double thickness = 1) {
   return parts;
 }
 
+std::vector<std::uint32_t> numbers(std::uint32_t from, std::uint32_t to) {
+  std::vector<std::uint32_t> all;
+  for (; from < to; ++from) all.push_back(from);
+  return all;
+}
+
 std::set<Condition> broken(const Certificate& certificate) {
   std::set<Condition> conditions;
   for (const Failure& f : certificate.failures) conditions.insert(f.condition);
@@ -327,7 +333,7 @@ TEST(Verify, FindsFaultsOfTheComplex) {
 
   Parts unused = tetrahedron();
   unused.fibre({0, 0, 0}, {0, 0, 0.125});
-  only_c0("a fibre belongs to no slab", unused, 0, "no slab");
+  only_c0("a fibre belongs to no slab", unused, kNothing, "no slab");
 
   Parts pinched = tetrahedron();
   pinched.inner[3] = pinched.outer[3];
@@ -341,12 +347,12 @@ TEST(Verify, FindsFaultsOfTheComplex) {
 
   Parts uneven = tetrahedron();
   uneven.inner[0][0] = 0.1;
-  only_c0("a coordinate lies on no lattice of 2^30 steps", uneven, 0, "lattice");
+  only_c0("a coordinate lies on no lattice of 2^30 steps", uneven, kNothing, "lattice");
 
   Parts short_one = tetrahedron();
   short_one.outer.pop_back();
-  only_c0("there are fewer outer ends than inner ones", short_one, 0, "ends");
-  only_c0("there are no slabs", Parts{}, 0, "no slabs");
+  only_c0("there are fewer outer ends than inner ones", short_one, kNothing, "ends");
+  only_c0("there are no slabs", Parts{}, kNothing, "no slabs");
 }
 
 TEST(Verify, CountsAllFailuresButListsAHundred) {
@@ -355,7 +361,63 @@ TEST(Verify, CountsAllFailuresButListsAHundred) {
   std::swap(parts.inner, parts.outer);
   const Certificate c = parts.check();
   EXPECT_EQ(c.failure_count[1], 150U);
+  EXPECT_FALSE(c.at_least[1]);
   EXPECT_EQ(c.failures.size(), 100U);
+  EXPECT_EQ(c.failing(Condition::C1), numbers(0, 150));
+  EXPECT_TRUE(c.failing(Condition::C3).empty());
+  // Those of one condition leave room for those of another.
+  parts.add(plate({-100, 0, 0}, {-90, 0, 0}, {-90, 10, 0}));
+  parts.add(plate({-95, 1, -5}, {-95, 2, -5}, {-95, 2, 5}));
+  const Certificate both = parts.check();
+  EXPECT_EQ(both.failing(Condition::C3), numbers(150, 152));
+  EXPECT_EQ(std::ranges::count(both.failures, Condition::C3, &Failure::condition),
+            static_cast<std::ptrdiff_t>(both.failure_count[3]));
+}
+
+TEST(Verify, NamesAllSlabsOfAFault) {
+  Parts pinched = cube();
+  pinched.inner[7] = pinched.outer[7];
+  std::vector<std::uint32_t> around;
+  for (std::uint32_t s = 0; s < pinched.faces.size(); ++s)
+    if (std::ranges::count(pinched.faces[s], 7U) > 0) around.push_back(s);
+  EXPECT_EQ(pinched.check().failing(Condition::C0), around);
+
+  Parts nested = cube(1, 9);
+  nested.add(cube(0.5, 1), {5, 0, 0});
+  EXPECT_EQ(nested.check().failing(Condition::C4), numbers(0, 24));
+}
+
+// Beyond what is counted, slabs are only looked at until they fail; each that does must be named all the same.
+TEST(Verify, NamesEverySlabHoweverManyMeet) {
+  Parts parts;
+  const auto upright = [](double x, double y, double turn) {
+    return plate({x, y, 0}, {x + 8, y + turn, 0}, {x + 8, y + turn, 8}, 0.5);
+  };
+  const auto add_upright = [&](double x, double y, double turn) {
+    Parts one = upright(x, y, turn);
+    for (std::size_t f = 0; f < 3; ++f) {  // thick to the left of its run
+      const Point p = one.inner[f];
+      one.outer[f] = {p[0] + turn / 64, p[1] - 0.125, p[2]};
+    }
+    parts.add(one);
+  };
+  constexpr std::uint32_t kSheaf = 120, kPairs = 30, kAlone = 10;
+  for (std::uint32_t k = 0; k < kSheaf; ++k) add_upright(0, k * 0.0625, 8 - k * 0.125);  // all across each other
+  std::vector<std::uint32_t> failing = numbers(0, kSheaf);
+  for (std::uint32_t k = 0; k < kPairs + kAlone; ++k) {
+    const auto at = static_cast<std::uint32_t>(parts.faces.size());
+    add_upright(100 + 20 * k, 0, 4);
+    if (k >= kPairs) continue;
+    add_upright(100 + 20 * k, 4, -4);
+    failing.push_back(at);
+    failing.push_back(at + 1);
+  }
+  const Certificate c = parts.check();
+  EXPECT_TRUE(c.holds[1]);
+  EXPECT_TRUE(c.at_least[3]);
+  EXPECT_GE(c.failure_count[3], 10000U);
+  EXPECT_LT(c.failure_count[3], 4U * kSheaf * kSheaf / 2);
+  EXPECT_EQ(c.failing(Condition::C3), failing);
 }
 
 }  // namespace
