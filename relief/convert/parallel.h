@@ -15,7 +15,8 @@ namespace relief::detail {
 template <typename Work>
 bool for_all(std::size_t count, std::size_t grain, const Progress& progress, Work&& work) {
   // TBB hands the work over and back; said once more in atomics, a thread sanitizer sees it, too (tests/tsan.supp).
-  std::atomic<bool> begun = true;
+  std::atomic<bool> begun;
+  begun.store(true, std::memory_order_release);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),
                     [&](const tbb::blocked_range<std::size_t>& range) {
