@@ -33,16 +33,18 @@ constexpr double kBehind =
 constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
-constexpr int kWork = 480;
+constexpr int kWork = 560;
 constexpr int kWorkAhead = 320;   // of that, to see where the ball would come to rest
-constexpr int kListWork = 140;    // of that, what a list takes at most in most places
+constexpr int kListWork = 140;    // what the first list is taken to cost
 constexpr int kTriangleWork = 2;  // what a triangle takes that is near
-constexpr int kMostWork = 4000;   // and where it has not moved yet
-constexpr int kAheadWork = 120;   // of that, up to which what may be near soon is made ready
+constexpr int kMostWork = 4000;   // and where the model has changed
+constexpr int kAheadWork = 400;   // up to which what may be near soon is made ready
+constexpr int kMostWaits = 2;     // ticks in which the ball may be left where it is, as it takes too long to see more
 constexpr int kStepWork = 8;      // what a step takes beside its look
 constexpr double kMargin = 1.0;   // of the radius: how much farther than a look the list at the start goes at most
 constexpr double kAway = 0.3;     // the same, farther off
 constexpr double kSoon = 0.3;     // the same, of what a ball in the open may meet soon
+constexpr double kLeap = 10;      // radii: how far a ball in the open goes at a time
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -134,12 +136,38 @@ class Stops {
   std::size_t count_ = 0, next_ = 0;
 };
 
+/// What barred the ball from leaving a place, where it still is: it need not be found anew in the next tick.
+struct Walls {
+  double stride = 0;  ///< how far it was last to go from there at a time
+
+  void forget() noexcept { count_ = 0; }
+  [[nodiscard]] bool at(Vec3d place) const noexcept { return count_ > 0 && place == place_; }
+  [[nodiscard]] std::span<const HalfSpace> all() const noexcept { return std::span(spaces_).first(count_); }
+  void keep(Vec3d place, std::span<const HalfSpace> more, double next_stride) noexcept {
+    if (!at(place)) count_ = 0;
+    place_ = place;
+    stride = next_stride;
+    more = more.first(std::min(more.size(), spaces_.size() - count_));
+    std::ranges::copy(more, spaces_.begin() + static_cast<std::ptrdiff_t>(count_));
+    count_ += more.size();
+  }
+
+ private:
+  Vec3d place_;
+  std::array<HalfSpace, kMost> spaces_;  ///< relative to the place
+  std::size_t count_ = 0;
+};
+
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = 3 * kMost;
   detail::Neighbourhood home, away;  ///< around where it is, and around where it looks from farther off
   detail::Patches patches;
   Stops stops;
+  Walls walls;
+  int look_work = 0, list_work = kListWork;  ///< what the last look took at what is known, and the last list
+  int waits = 0;                             ///< for so many ticks it was left where it was
+  SlabId nearest = kNoSlab;                  ///< where to look first in the open
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
@@ -150,6 +178,7 @@ struct Room {
     away.forget();
     patches.forget();
     stops.forget();
+    walls.forget();
     known = false;
   }
 };
@@ -207,12 +236,13 @@ class Mover {
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
   /// place no further on the way than `reach` is kept.
   Way advance(Vec3d goal, double reach, double share, int searches, int work) noexcept {
-    searches += searches_;
+    const int before = searches_;
+    searches += before;
     Way way;
     bool arrived = false;
     within_ = centre_;
     mind(share);
-    double stride = kStride * radius_, rest = kRest * radius_;
+    double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches) {
       const Vec3d target = goal - centre_;
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
@@ -235,26 +265,32 @@ class Mover {
       }
       way.settled = !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
-      double most = std::max(stride, here_->nearest - radius_);
-      const bool cut = reach > 0 && reach < std::min(most, wanted);  // what comes next may be as long
-      if (cut) most = reach;
-      if (wanted > most) *step *= most / wanted;
-      const Vec3d next = whole && wanted <= most ? goal : centre_ + *step;
-      // Late in a tick, what takes another list can wait for the next.
-      const int cost = searches_ > 0 && !known(next, near()) ? kListWork : 0;
-      way.cut = surface_.placed() + cost > (!arrived ? kMostWork : reach > 0 ? std::max(work, kWork) : work);
+      double longest = std::max(stride, here_->nearest - radius_);
+      const bool cut = reach > 0 && reach < std::min(longest, wanted);  // what comes next may be as long
+      if (cut) longest = reach;
+      if (wanted > longest) *step *= longest / wanted;
+      const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
+      // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last.
+      const int most = !arrived || reach > 0 ? std::max(work, kWork) : work;
+      const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
+      way.cut = searches_ > before && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
-      look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_);
-      if (bars(*step, share)) {
+      tried_ = *step;
+      way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_,
+                         may_wait || !listed ? most : detail::kAnyWork);
+      const bool barred = bars(share);
+      if (barred) {
         stride = std::max(0.5 * stride, kSkin * radius_);
-        continue;
+        if (share == 0 && centre_ == start_) room_.walls.keep(centre_, found_bars(), stride);
       }
+      if (way.cut) break;
+      if (barred) continue;
       arrive(next);
       arrived = true;
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
-      reach -= std::min(wanted, most);
+      reach -= std::min(wanted, longest);
       if (!cut) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
@@ -262,6 +298,7 @@ class Mover {
       stride = std::min(2 * stride, kStride * radius_);
       mind(0);
     }
+    room_.waits = way.cut && !arrived ? room_.waits + 1 : 0;
     return way;
   }
 
@@ -285,9 +322,14 @@ class Mover {
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
+  /// Those that the last try has found.
+  [[nodiscard]] std::span<const HalfSpace> found_bars() const noexcept {
+    return spaces().last(static_cast<std::size_t>(barring_));
+  }
   /// Finds what is nearer to a place than the radius and the skin; where there is nothing, up to which distance there
-  /// is none, at most `far`.
-  void look_at(Vec3d at, double far, Around& found) noexcept {
+  /// is none, at most `far`. `most`: for a place that is only tried, of which nothing more is looked at once the ball
+  /// is deep enough in the surface to be barred, or once so much was done, which is to be taken up again: then false.
+  bool look_at(Vec3d at, double far, Around& found, std::optional<int> most = {}) noexcept {
     ++searches_;
     const double near = this->near();
     found.count = 0;
@@ -295,20 +337,26 @@ class Mover {
     const detail::Neighbourhood* list = known(at, near);
     if (!list && far > near) {
       const double soon = near + kSoon * radius_;
-      found.nearest = detail::clear_around(surface_, at, soon, std::max(soon, far), nearest_, 0);
-      if (found.nearest > soon) return;
+      found.nearest =
+          detail::clear_around(surface_, at, soon, std::max(soon, std::min(far, kLeap * radius_)), room_.nearest, 0);
+      if (found.nearest > soon) return true;
     }
     if (!list) list = learn(at);
+    const int done = surface_.placed() - room_.patches.work();
     const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
+    int barring = 0;
     const auto add = [&](const NearTriangle& t) noexcept {
       surface_.add_placed(kTriangleWork);
       found.add(t, deep2, reach2);
+      if (most && found.deep && bar(t, 0) && ++barring == kFew) reach2 = 0;
     };
+    bool finished = true;
     if (list)
-      list->visit_near(surface_, room_.patches, at, reach2, add);
+      finished = list->visit_near(surface_, room_.patches, at, reach2, most.value_or(detail::kAnyWork), add);
     else
       detail::visit_near(surface_, at, kFlat * radius_, reach2, add);
+    room_.look_work = surface_.placed() - room_.patches.work() - done;
     found.nearest = near;
     if (found.count > 0) {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
@@ -316,6 +364,7 @@ class Mover {
     } else if (list && far > near) {
       found.nearest = std::max(near, list->clear_around(at, std::min(far, list->reach_at(at))));
     }
+    return finished;
   }
   /// How far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
@@ -332,14 +381,19 @@ class Mover {
   [[nodiscard]] const detail::Neighbourhood* learn(Vec3d at) noexcept {
     const bool home = near_start(at);
     auto& list = home ? room_.home : room_.away;
+    const int placed = surface_.placed();
     list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), near() + (home ? kMargin : kAway) * radius_,
                 kFlat * radius_);
+    room_.list_work = surface_.placed() - placed;
     return list.covers(at, near()) ? &list : nullptr;
   }
   void mind(double share) noexcept {
     count_ = barring_ = 0;
+    behind_ = is_behind(*here_, radius_);
     for (const NearTriangle& t : here_->all())
       if (!shows_its_back(t)) spaces_[static_cast<std::size_t>(count_++)] = beyond(t, radius_, share);
+    if (share == 0 && room_.walls.at(centre_))
+      for (const HalfSpace& wall : room_.walls.all()) spaces_[static_cast<std::size_t>(count_++)] = wall;
     stops_minded_ = false;
   }
   /// And those that stopped a step of late, which are not near yet.
@@ -364,23 +418,28 @@ class Mover {
   /// Whether triangles around the next place bar the way there; they are minded from then on. One that shows its back
   /// here and there is a sheet, or a nearer one stands for it; one that shows it only here is beyond a ridge, unless
   /// the ball is in a sheet that it came to from behind.
-  [[nodiscard]] bool bars(Vec3d step, double share) noexcept {
-    const bool behind = is_behind(*here_, radius_);
-    const double in2 = radius_ * radius_ * (1 - kBehind);
+  [[nodiscard]] bool bars(double share) noexcept {
     bool barred = false;
     for (const NearTriangle& t : there_->all()) {
-      if (t.distance2 >= radius_ * radius_) continue;
-      const NearTriangle here = seen_from(t, -step);
-      if (shows_its_back(here) && (behind || shows_its_back(t) || here.distance2 < in2)) continue;
-      const HalfSpace space = beyond(here, radius_, share);
-      if (space.room(step) >= -2 * kSlack * radius_) continue;
+      const auto space = bar(t, share);
+      if (!space) continue;
       barred = true;
       if (count_ == static_cast<int>(Room::kSpaces)) break;
-      spaces_[static_cast<std::size_t>(count_++)] = space;
-      bars_[static_cast<std::size_t>(barring_++)] = {space, &t};
+      spaces_[static_cast<std::size_t>(count_++)] = *space;
+      bars_[static_cast<std::size_t>(barring_++)] = {*space, &t};
     }
-    tried_ = step;
     return barred;
+  }
+  /// What a triangle around the place that is tried leaves, if it bars the way there.
+  [[nodiscard]] std::optional<HalfSpace> bar(const NearTriangle& t, double share) const noexcept {
+    const double radius2 = radius_ * radius_;
+    if (t.distance2 >= radius2) return std::nullopt;
+    const NearTriangle here = seen_from(t, -tried_);
+    if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2 * (1 - kBehind)))
+      return std::nullopt;
+    const HalfSpace space = beyond(here, radius_, share);
+    if (space.room(tried_) >= -2 * kSlack * radius_) return std::nullopt;
+    return space;
   }
 
   MicroTriangles& surface_;
@@ -397,8 +456,8 @@ class Mover {
   std::array<Bar, kMost> bars_;  ///< what barred the last try
   int barring_ = 0;
   bool stops_minded_ = false;
-  Vec3d tried_;               ///< this step
-  SlabId nearest_ = kNoSlab;  ///< where to look first in the open
+  bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
+  Vec3d tried_;          ///< this step
 };
 
 }  // namespace
@@ -436,7 +495,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   last_ = cursor;
   MicroTriangles surface(model);
   if (other_model) memory_->forget();
-  Mover ball(surface, *memory_, start, radius, held_ ? 0 : length(move));
+  const bool free = !held_ || under_way_;
+  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0);
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {
@@ -449,8 +509,10 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   settling_ = overlap > kTouching * radius && (settling_ || rise_ > kTouching * radius);
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
-  if (!held_) {
-    static_cast<void>(ball.advance(cursor, kAnywhere, share, kSearches, kWork));
+  under_way_ = false;
+  if (free) {
+    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, kWork);
+    under_way_ = way.straight && way.cut;
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
   } else {
@@ -479,8 +541,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const auto [settled, straight, cut, open] = way;
     const Vec3d rest = ball.centre() - cursor;
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
-    const bool in_reach = ball.within() == ball.centre(), free = rest == Vec3d{};
-    if (straight || (free ? in_reach : detail::same_side(rest, side_) && (settled || !round || cut))) {
+    const bool in_reach = ball.within() == ball.centre(), released = rest == Vec3d{};
+    if (straight || (released ? in_reach : detail::same_side(rest, side_) && (settled || !round || cut))) {
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
@@ -503,13 +565,16 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const Vec3d out = centre_ - cursor;
   depth_ = length(out);
   held_ = depth_ > 0;
-  if (!held_) {
+  if (held_)
+    way_out_ = out / depth_;
+  else
     ball.prepare();
+  work_ = surface.placed();
+  if (!held_ || under_way_) {
     surface_ = {};
     normals_ = {};
     return false;
   }
-  way_out_ = out / depth_;
   grown_ = std::clamp(overlap - overlap_, 0.0, push);
   if (other_model)
     surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});

@@ -2,6 +2,10 @@
 
 namespace relief {
 
+namespace {
+constexpr int kSlabWork = 4;  // what it takes to enter a slab, in the time of a sample
+}  // namespace
+
 double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough, double reach, SlabId& nearest,
                             int work) noexcept {
   const int most = surface.placed() + work;
@@ -10,6 +14,7 @@ double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough,
   const auto search = [&](SlabId s) {
     const double before = reach;
     surface.enter(s);
+    surface.add_placed(kSlabWork);
     NearSlab(surface, s, point, 0).keep_clear(reach, enough, most);
     if (reach < before) nearest = s;
     return reach <= enough;

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace relief::detail {
@@ -50,38 +51,43 @@ class Neighbourhood {
   /// Everything that is nearer to a place than this is in the list.
   [[nodiscard]] double reach_at(Vec3d point) const noexcept { return reach_ * (1 - 1e-9) - length(point - centre_); }
   [[nodiscard]] bool covers(Vec3d point, double distance) const noexcept { return reach_at(point) >= distance; }
-  /// As visit_near(), for what is covered. Knows the triangles of a square from the patches.
+  /// As visit_near(), for what is covered. Knows the triangles of a square from the patches. Once more than `most`
+  /// samples are placed it leaves the rest, and returns false; what is known by then need not be found again.
   template <typename Visit>
-  void visit_near(MicroTriangles& surface, Patches& patches, Vec3d point, double& reach2,
+  bool visit_near(MicroTriangles& surface, Patches& patches, Vec3d point, double& reach2, int most,
                   Visit&& visit) const noexcept {
-    struct Near {
-      float least;
-      GridSquare square;
-    };
     surface.add_placed(static_cast<int>(list_.size() / kScanned));
     std::array<Near, kMost> near;
-    std::size_t count = 0, nearest = 0;
+    std::size_t count = 0;
     auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
     const auto add = [&](const GridSquare& square, float least) noexcept {
-      if (count == kMost) visit_in(surface, patches, near[--count].square, point, reach2, visit);
-      near[count] = {least, square};
-      if (least < near[nearest].least) nearest = count;
-      ++count;
+      if (count == kMost) return visit_in(surface, patches, square, point, reach2, visit);
+      near[count++] = {least, square};
     };
-    list_.each_near(to_float((point - centre_) * scale_), reach, [&](const GridSquare& square, float least) noexcept {
-      if (square.flat || square.level == 0)
-        add(square, least);
-      else
+    // The nearest comes next, after which there may be less to look for.
+    const auto put_nearest_last = [&](std::size_t first) noexcept {
+      const auto of = std::span(near).first(count).subspan(first);
+      if (of.size() > 1) std::swap(*std::ranges::min_element(of, {}, &Near::least), of.back());
+    };
+    list_.each_near(to_float((point - centre_) * scale_), reach, add);
+    put_nearest_last(0);
+    while (count > 0) {
+      const auto [least, square] = near[--count];
+      if (least >= reach) continue;
+      if (surface.placed() > most) return false;
+      if (!square.flat && square.level > 0) {
+        surface.add_placed(kVisited);
+        const std::size_t first = count;
         patches.blocks.of(surface, square, centre_, scale_, flat_).each_near(point, reach, add);
-    });
-    // The nearest first, after which there may be less to look for.
-    if (count > 0) std::swap(near[0], near[nearest]);
-    for (std::size_t k = 0; k < count; ++k) {
-      if (near[k].least >= reach) continue;
+        put_nearest_last(first);
+        continue;
+      }
       const double before = reach2;
-      visit_in(surface, patches, near[k].square, point, reach2, visit);
+      visit_in(surface, patches, square, point, reach2, visit);
+      if (!(reach2 > 0)) return true;
       if (reach2 != before) reach = static_cast<float>(std::sqrt(reach2) * scale_);
     }
+    return true;
   }
   /// Gets the triangles ready of squares that may be nearer to a place than `reach`, as long as the work is below
   /// `most` (samples placed).
@@ -107,6 +113,10 @@ class Neighbourhood {
   }
 
  private:
+  struct Near {
+    float least;
+    GridSquare square;
+  };
   static constexpr std::size_t kMost = 512, kEnough = 130;
   static constexpr std::size_t kScanned = 16;  // squares that are passed over in the time of a sample that is placed
   static constexpr int kVisited = 2;           // and how many samples' time one takes whose triangles may be near

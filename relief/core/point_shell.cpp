@@ -20,7 +20,8 @@ constexpr std::size_t kRays = 4;         // points in a tick that are looked for
 constexpr double kSteepest = 4;          // lengths of a way by which the push may change along it
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kLook = 300;  // samples that are placed to tell a point that it is clear
-constexpr int kCheck = 32, kFirst = 120, kStep = 10;
+constexpr int kCheck = 32, kFirst = 200, kStep = 10;
+constexpr int kShortWay = 96;  // samples on a way, of which those after that are seldom in the cache and count twice
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -128,7 +129,8 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, Ea
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
   point.grown = proxy.grown();
-  work_ += kStep + proxy.samples_placed() * 4 / 3;
+  const int samples = proxy.samples_placed();
+  work_ += kStep + samples * 4 / 3 + std::max(0, samples - kShortWay);
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   lost_ = lost_ || proxy.lost();

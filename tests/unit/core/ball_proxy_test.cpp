@@ -7,8 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -161,6 +163,41 @@ TEST(BallProxy, IsNeverInTheMaterial) {
     }
     EXPECT_GT(held, 1000) << radius;
   }
+}
+
+/// Wherever a hand shakes, presses and jumps on fine rough ground, a tick takes no more than it may: most by the
+/// budget, and all with the one look, and the list for it, that none goes without.
+TEST(BallProxy, NoTickTakesLong) {
+  const SnapshotPtr model = displaced(torus_shell(16, 8, 128), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y) + 0.02 * std::sin(90 * p.x);
+  });
+  const Box3d& box = model->slab_mesh().bounds();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto any = [&](double size) { return Vec3d{normal(random), normal(random), normal(random)} * size; };
+  std::vector<int> work;
+  int held = 0;
+  for (const double share : {0.003, 0.01, 0.03}) {
+    const double radius = share * diagonal(box);
+    BallProxy ball;
+    Vec3d hand = {0, 3, 0}, way;
+    ball.step(*model, hand, radius, kAtOnce);
+    for (int k = 0; k < 8000; ++k) {
+      way = way * 0.9 + any(k % 1000 < 500 ? 0.05 * radius : 0.5 * radius) - hand * 1e-3;
+      hand += way;
+      if (k % 100 == 99) hand = closest_point(*model, any(1.5)).position;
+      held += ball.step(*model, hand, radius, kAtOnce);
+      work.push_back(ball.work());
+    }
+  }
+  EXPECT_GT(held, 5000);
+  std::ranges::sort(work);
+  const auto share_of = [&](double q) {
+    return work[static_cast<std::size_t>(q * static_cast<double>(work.size() - 1))];
+  };
+  EXPECT_LT(share_of(0.99), 800);
+  EXPECT_LT(share_of(0.999), 1000);
+  EXPECT_LT(share_of(1), 1600);
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.

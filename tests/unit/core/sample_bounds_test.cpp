@@ -204,7 +204,7 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
         }
         std::set<Key> found, all;
         double reach2 = reach * reach, nearest2 = reach2;
-        list.visit_near(surface, *patches, p, reach2, [&](const detail::NearTriangle& t) {
+        list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle& t) {
           EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
           EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
           const auto [low, high] = std::minmax({t.corners[0].i, t.corners[1].i, t.corners[2].i});
@@ -217,8 +217,14 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
         EXPECT_EQ(found, all);
         EXPECT_LE(list.clear_around(p, reach), std::sqrt(nearest2));
         // Lowered by what is found, it comes down to the nearest.
-        list.visit_near(surface, *patches, p, reach2, [&](const detail::NearTriangle& t) { reach2 = t.distance2; });
+        list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                        [&](const detail::NearTriangle& t) { reach2 = t.distance2; });
         EXPECT_NEAR(reach2, nearest2, 1e-12);
+        // Where it may do nothing more, it says so instead of looking.
+        reach2 = reach * reach;
+        const bool finished =
+            list.visit_near(surface, *patches, p, reach2, -1, [](const detail::NearTriangle&) { FAIL(); });
+        EXPECT_TRUE(!finished || all.empty());
         most = std::max(most, all.size());
         ++covered;
       }
@@ -262,7 +268,7 @@ TEST(Neighbourhood, KnowsBothEndsOfACliff) {
       if (!list.covers(p, reach)) continue;
       std::set<Key> found, all;
       double reach2 = reach * reach;
-      list.visit_near(surface, *patches, p, reach2,
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
                       [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
       detail::visit_near(surface, p, 0, reach2,
                          [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
