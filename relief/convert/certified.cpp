@@ -129,20 +129,29 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
   Mender mender(s, start, settings.farthest);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
+  // Vertices that are seen, if only just, stay where they are when a thin shell stands for all that.
+  const auto seen = mender.look_at_all(kWanted, kLeast, progress);
+  if (!seen) return std::nullopt;
+  if (*seen == Mender::Seen::Poorly) {
+    if (!thin.update({}, {}, progress)) return std::nullopt;
+    if (thin.faults().empty() && thin.folds().empty())
+      return succeed(result, std::move(mender), std::move(thin), replaced);
+  }
   for (int cut = 0; cut <= kMostCuts; ++cut) {
     progress("shell", double(cut) / kMostCuts);
     std::vector<std::uint32_t> trouble, bad;
     // Smoothing settles a few crossings; many do not yield to it.
     const int rounds = cut == 0 ? kSmoothings : 1;
     for (int round = 0; round < rounds; ++round) {
-      const auto singular = mender.smooth(trouble, kWanted, kLeast, progress);
+      const auto neighbours = cut == 0 && round == 0 ? Mender::Neighbours::FollowLate : Mender::Neighbours::Follow;
+      const auto singular = mender.smooth(trouble, kWanted, kLeast, neighbours, progress);
       if (!singular) return std::nullopt;
       if (!singular->empty()) {
         bad = faces_around(mender, *singular);
         result.place = source.points[singular->front()];
         result.obstacle = std::to_string(singular->size()) +
                           (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
-                          " that no direction sees, as at a folded or doubled sheet";
+                          " that no direction sees, or only by a degree, as at a folded or doubled sheet or a needle";
         result.bad_parts = parts_of(mender, bad, " triangles lie around vertices whose faces no direction sees");
         break;
       }
@@ -191,7 +200,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
       if (std::ranges::any_of(source.faces[f], [&](std::uint32_t v) { return pushed[v] != 0; })) close.push_back(f);
     if (close.empty()) break;
     if (!mender.push_apart(close, progress)) return false;
-    auto unseen = mender.smooth({}, kEven, kLeast, progress);
+    auto unseen = mender.smooth({}, kEven, kLeast, Mender::Neighbours::Follow, progress);
     if (!unseen) return false;
     singular = std::move(*unseen);
     latest = mender.take_changes().points;
@@ -240,7 +249,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   int vain = 0, cuts = 0;
   for (int round = 0; round < kRounds; ++round) {
     progress("shell", double(round) / kRounds);
-    const auto singular = mender.smooth({}, kWanted, kLeast, progress);
+    const auto singular = mender.smooth({}, kWanted, kLeast, Mender::Neighbours::Follow, progress);
     if (!singular) return std::nullopt;
     const Mender::Changes latest = mender.take_changes();
     if (!room->update(latest.points, latest.gone, progress)) return std::nullopt;

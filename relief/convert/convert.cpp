@@ -10,6 +10,7 @@
 #include <relief/convert/resolution.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/shell.h>
+#include <relief/convert/sort_unique.h>
 #include <relief/convert/source_surface.h>
 #include <relief/core/plain_cage.h>
 #include <relief/core/tessellate.h>
@@ -253,17 +254,28 @@ struct Ground {
   bool tolerant = false;  ///< the shell may fold in a small share of the area
 };
 
-/// A mesh whose openings are closed with phantom triangles; these come last.
-struct ClosedMesh {
-  std::vector<Vec3d> points;
-  std::vector<Face> faces;
+/// A source whose openings are closed with phantom triangles, on the lattice; these come last.
+struct Closed {
+  ClosedSource source;
   std::vector<std::size_t> patches;  ///< where each rim's faces begin, and the end
+  Lattice lattice;
 };
 
-ClosedMesh close_openings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
-                          const std::vector<Closing>& closings) {
-  ClosedMesh closed{mesh.positions, mesh.triangles, {}};
-  closed.patches = close_rims(closed.points, closed.faces, rims, closings);
+Closed close_openings(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
+                      const std::vector<Closing>& closings, double room) {
+  Closed closed;
+  ClosedSource& source = closed.source;
+  std::vector<Vec3d> points = mesh.positions;
+  source.faces = mesh.triangles;
+  closed.patches = close_rims(points, source.faces, rims, closings);
+  Box3d box;
+  for (const Vec3d p : points) box.add(p);
+  closed.lattice = Lattice::around(box, room);
+  source.points.reserve(points.size());
+  for (const Vec3d p : points) source.points.push_back(snap(closed.lattice.to_lattice(p)));
+  source.phantom.assign(mesh.triangles.size(), 0);
+  source.phantom.resize(source.faces.size(), 1);
+  source.patch = source.phantom;
   return closed;
 }
 
@@ -300,6 +312,39 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const Parts& part
   return closings;
 }
 
+/// Gives boxes to rims whose membranes have bad faces, the longest rims first, each where the patches then meet no more
+/// of the surface and of each other than before: a box that would run through the part does not help. Whether any was
+/// given.
+bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
+                const std::vector<std::size_t>& patches, std::span<const std::uint32_t> bad_faces, double room,
+                std::vector<Closing>& closings) {
+  constexpr std::size_t kMostTried = 4;  // each costs about as much as closing all
+  std::vector<std::size_t> tried;
+  for (const std::uint32_t f : bad_faces) {
+    if (f < mesh.triangles.size()) continue;
+    const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
+    const std::size_t rim = static_cast<std::size_t>(next - patches.begin()) - 1;
+    if (closings[rim] == Closing::Membrane) tried.push_back(rim);
+  }
+  sort_unique(tried);
+  std::stable_sort(tried.begin(), tried.end(), [&](auto a, auto b) { return rims[a].size() > rims[b].size(); });
+  tried.resize(std::min(tried.size(), kMostTried));
+  if (tried.empty()) return false;
+  bool any = false;
+  std::size_t fewest = count_meetings(close_openings(mesh, rims, closings, room).source);
+  for (const std::size_t rim : tried) {
+    closings[rim] = Closing::Box;
+    const std::size_t meetings = count_meetings(close_openings(mesh, rims, closings, room).source);
+    if (meetings <= fewest) {
+      fewest = meetings;
+      any = true;
+    } else {
+      closings[rim] = Closing::Membrane;
+    }
+  }
+  return any;
+}
+
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
 /// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
 /// one when cancelled.
@@ -329,37 +374,20 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   std::vector<Closing> closings = choose_closings(open, parts, rims);
   CertifiedShell made;
   Lattice lattice;
+  const double room = settings.thickness * diagonal;
   for (int attempt = 0; attempt < 2; ++attempt) {
-    ClosedMesh closed = close_openings(open, rims, closings);
-    Box3d box;
-    for (const Vec3d p : closed.points) box.add(p);
-    lattice = Lattice::around(box, settings.thickness * diagonal);
-    ClosedSource source;
-    source.points.reserve(closed.points.size());
-    for (const Vec3d p : closed.points) source.points.push_back(snap(lattice.to_lattice(p)));
-    closed.points = {};
-    source.faces = std::move(closed.faces);
-    source.phantom.assign(open.triangles.size(), 0);
-    source.phantom.resize(source.faces.size(), 1);
-    source.patch = source.phantom;
-    made = build_certified(std::move(source),
+    Closed closed = close_openings(open, rims, closings, room);
+    lattice = closed.lattice;
+    made = build_certified(std::move(closed.source),
                            {.target = static_cast<std::size_t>(settings.slabs),
-                            .longest = settings.thickness * diagonal / lattice.step,
+                            .longest = room / lattice.step,
                             .farthest = kFarthest * diagonal / lattice.step,
                             .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
                                                                           : std::span<const double>()},
                            progress);
     if (!made.shell.faces.empty() || made.obstacle.empty()) break;
     // Membranes that met the surface give way to boxes.
-    bool changed = false;
-    for (const std::uint32_t f : made.bad_faces) {
-      if (f < open.triangles.size()) continue;
-      const auto next = std::upper_bound(closed.patches.begin(), closed.patches.end(), std::size_t{f});
-      Closing& closing = closings[static_cast<std::size_t>(next - closed.patches.begin()) - 1];
-      changed = changed || closing == Closing::Membrane;
-      closing = Closing::Box;
-    }
-    if (!changed) break;
+    if (attempt == 0 && !give_boxes(open, rims, closed.patches, made.bad_faces, room, closings)) break;
   }
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())

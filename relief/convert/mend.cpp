@@ -1,3 +1,4 @@
+#include <relief/convert/box_tree.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/fill.h>
 #include <relief/convert/mend.h>
@@ -70,6 +71,28 @@ std::size_t part_touching(ClosedSource& source, double farthest) {
   return moved.size();
 }
 
+std::size_t count_meetings(const ClosedSource& given) {
+  const OrderedSource source(given.points, given.faces);
+  const auto box_of = [&](std::size_t f) {
+    Box3d box;
+    for (const LatticePoint p : source.corners(static_cast<std::uint32_t>(f))) box.add(to_double(p));
+    return box;
+  };
+  const BoxTree tree(source.faces.size(), box_of);
+  const auto is_patch = [&](std::uint32_t f) { return given.patch[source.face_of[f]] != 0; };
+  std::size_t meetings = 0;
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f) {
+    if (!is_patch(f)) continue;
+    tree.query(box_of(f), [&](std::uint32_t g) {
+      const bool counted = is_patch(g) && g <= f;
+      if (!counted && !share_a_corner(source.faces[f], source.faces[g]))
+        meetings += triangles_meet(source.corners(f), source.corners(g));
+      return true;
+    });
+  }
+  return meetings;
+}
+
 Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest)
     : source_(given.points, given.faces),
       rings_(source_.faces, source_.points.size()),
@@ -110,17 +133,26 @@ void Mender::look_at(std::uint32_t v, double wanted, double least) {
   sight_[v] = visibility < least ? Sight::Singular : visibility < wanted ? Sight::Poor : Sight::Well;
 }
 
-std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::uint32_t> given, double wanted,
-                                                         double least, const Progress& progress) {
-  constexpr int kRounds = 60;
+std::optional<Mender::Seen> Mender::look_at_all(double wanted, double least, const Progress& progress) {
   const auto count = static_cast<std::uint32_t>(source_.points.size());
-  if (!looked_) {
-    looked_ = true;
-    if (!for_all(count, 1024, progress, [&](std::size_t v) { look_at(static_cast<std::uint32_t>(v), wanted, least); }))
-      return std::nullopt;
-    for (std::uint32_t v = 0; v < count; ++v)
-      if (sight_[v] != Sight::Well) poor_.push_back(v);
+  if (!for_all(count, 1024, progress, [&](std::size_t v) { look_at(static_cast<std::uint32_t>(v), wanted, least); }))
+    return std::nullopt;
+  looked_ = true;
+  poor_.clear();
+  auto seen = Seen::Well;
+  for (std::uint32_t v = 0; v < count; ++v) {
+    if (sight_[v] == Sight::Well) continue;
+    poor_.push_back(v);
+    seen = std::max(seen, sight_[v] == Sight::Poor ? Seen::Poorly : Seen::NotAll);
   }
+  return seen;
+}
+
+std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::uint32_t> given, double wanted,
+                                                         double least, Neighbours neighbours,
+                                                         const Progress& progress) {
+  constexpr int kRounds = 60, kLate = 8;
+  if (!looked_ && !look_at_all(wanted, least, progress)) return std::nullopt;
   std::vector<std::uint32_t> look = std::move(pending_), seen, marked(given.begin(), given.end()), movers;
   pending_ = {};
   look.insert(look.end(), poor_.begin(), poor_.end());
@@ -139,8 +171,9 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
       break;
     }
     movers = marked;
-    for (const std::uint32_t v : marked)
-      rings_.around(v, [&](std::uint32_t h) { movers.push_back(source_.faces[h / 3][(h + 1) % 3]); });
+    if (neighbours == Neighbours::Follow || round >= kLate)
+      for (const std::uint32_t v : marked)
+        rings_.around(v, [&](std::uint32_t h) { movers.push_back(source_.faces[h / 3][(h + 1) % 3]); });
     sort_unique(movers);
     moves.clear();
     for (const std::uint32_t v : movers) {

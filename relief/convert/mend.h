@@ -27,6 +27,9 @@ struct ClosedSource {
 /// so far; says how many.
 std::size_t part_touching(ClosedSource& source, double farthest);
 
+/// Pairs of faces that meet, of which at least one is a patch and which have no corner in common. O(n log n + pairs).
+[[nodiscard]] std::size_t count_meetings(const ClosedSource& source);
+
 /// A closed source while it is mended. Every step costs what lies near the places that it changes, not what the whole
 /// source has; only the first smoothing looks at all of it. Deterministic.
 class Mender {
@@ -46,10 +49,17 @@ class Mender {
   }
   [[nodiscard]] OrderedSource take_source() && { return std::move(source_); }
 
-  /// Moves vertices whose visibility is below `wanted`, and those given, towards their neighbours. The vertices whose
-  /// visibility stays below `least`; nothing when cancelled.
+  enum class Seen : std::uint8_t { Well, Poorly, NotAll };
+  /// How well some direction sees the faces of every vertex: whether all have the visibility that is wanted, or at
+  /// least the least one; nothing when cancelled.
+  std::optional<Seen> look_at_all(double wanted, double least, const Progress& progress);
+
+  enum class Neighbours : std::uint8_t { Follow, FollowLate };
+  /// Moves vertices whose visibility is below `wanted`, and those given, towards their neighbours. These follow a
+  /// little, from the start or only where moving the vertices alone does not help. The vertices whose visibility stays
+  /// below `least`; nothing when cancelled.
   std::optional<std::vector<std::uint32_t>> smooth(std::span<const std::uint32_t> given, double wanted, double least,
-                                                   const Progress& progress);
+                                                   Neighbours neighbours, const Progress& progress);
 
   /// Moves the points of faces that meet others, or come too near to them, off these: into the solid where it overlaps
   /// itself, out of it where it is inside out. By 2 % of the edges there, and more each time that a point is moved.

@@ -136,20 +136,18 @@ TEST(Certified, MendedSourceIsTheSourceWhereNothingHadToMove) {
   EXPECT_EQ(result->mended.positions, ball.positions);
 }
 
-TEST(Certified, OneSpikeIsMendedAndReported) {
+TEST(Certified, OneSpikeIsMendedAloneAndReported) {
   TriangleMesh ball = testing::ball(24);
   // Pulled through its neighbours, the vertex has faces that no direction sees.
   const std::size_t spike = 500;
   const Vec3d aside = normalized(cross(ball.positions[spike], Vec3d{0, 0, 1}));
-  ball.positions[spike] = ball.positions[spike] * 0.999 + aside * 0.17;
+  ball.positions[spike] = ball.positions[spike] * 0.999 + aside * 0.22;
   const auto result = convert(ball, certified(60));
-  if (!result) {
-    EXPECT_NE(result.error().message.find("near ("), std::string::npos) << result.error().message;
-    return;
-  }
-  expect_certified(result, 200);
-  EXPECT_GT(result->report.moved_vertices + result->report.replaced_triangles, 0U);
+  expect_certified(result, 60);
+  EXPECT_GT(result->report.moved_vertices, 0U);
+  EXPECT_LE(result->report.moved_vertices, 4U);
   EXPECT_LT(result->report.moved_most, 0.01);
+  EXPECT_EQ(result->report.replaced_triangles, 0U);
 }
 
 TEST(Certified, ManyPlacesAreMendedTheSameOnAnyNumberOfThreads) {
@@ -308,6 +306,74 @@ TEST(Certified, TerrainAndBowlsStayOpenBehindABox) {
     const auto result = convert(testing::sheet(40, height), certified(100));
     expect_certified(result, 100);
     EXPECT_EQ(result->report.closed_openings, 1U);
+    EXPECT_EQ(result->report.replaced_triangles, 0U);
+  }
+}
+
+/// A bowl with a wall as thick as a fifth of its radius and a hole through its bottom, open between its two brims: the
+/// outer one lies level, the inner one rises on one side and hangs down on the other.
+TriangleMesh bowl_open_at_its_brims() {
+  constexpr double kInside = 0.8, kHole = 0.2, kBrim = 0.3, kSlant = 0.5;
+  const double inner = std::acos(kHole / kInside), outer = std::acos(kHole);
+  const double through = kInside * std::sin(inner) - std::sin(outer);
+  // Down the inside, through the hole, up the outside: r and z, in the ratio of their lengths.
+  return testing::bent_grid(48, 60, true, false, [&](double u, double v) {
+    const double a = 2 * std::numbers::pi * u;
+    double at = v * (kBrim + kInside * inner - through + outer), r = kHole, z = 0;
+    if (at <= kBrim) {
+      r = kInside;
+      z = (kBrim - at) * (1 + kSlant / kBrim * std::cos(a));
+    } else if ((at -= kBrim) <= kInside * inner) {
+      r = kInside * std::cos(at / kInside);
+      z = -kInside * std::sin(at / kInside);
+    } else if ((at -= kInside * inner) <= -through) {
+      z = -kInside * std::sin(inner) - at;
+    } else {
+      r = std::cos(outer - (at + through));
+      z = -std::sin(outer - (at + through));
+    }
+    return Vec3d{r * std::cos(a), r * std::sin(a), z};
+  });
+}
+
+TEST(Certified, OnlyRimsThatABoxHelpsGetOne) {
+  // The membranes of both brims cross each other. A box over the outer brim holds the inner one's membrane; a box on
+  // the inner brim would run down through the bowl.
+  const auto result = convert(bowl_open_at_its_brims(), certified(200));
+  expect_certified(result, 250);
+  EXPECT_EQ(result->report.closed_openings, 2U);
+  EXPECT_LT(result->report.replaced_triangles, result->report.source_triangles / 50);
+}
+
+TEST(CountMeetings, PairsWithPatchesThatShareNoCorner) {
+  using detail::LatticePoint;
+  // A triangle, one across it, one beside that across both, and one at a corner of the first.
+  detail::ClosedSource source;
+  source.points = {{0, 0, 0},      {900, 0, 0},     {0, 900, 0},   {100, 100, -500}, {120, 100, 500}, {100, 140, 500},
+                   {90, 90, -200}, {90, 110, -200}, {130, 120, 9}, {0, 0, 700},      {500, 0, 700}};
+  source.faces = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}, {0, 9, 10}};
+  source.phantom.assign(4, 0);
+  const auto count = [&](std::vector<std::uint8_t> patch) {
+    source.patch = std::move(patch);
+    return detail::count_meetings(source);
+  };
+  EXPECT_EQ(count({0, 0, 0, 0}), 0U);
+  EXPECT_EQ(count({1, 0, 0, 0}), 2U);
+  EXPECT_EQ(count({0, 0, 1, 0}), 2U);
+  EXPECT_EQ(count({0, 0, 0, 1}), 0U);
+  EXPECT_EQ(count({1, 1, 1, 1}), 3U);
+}
+
+TEST(Certified, VerticesThatAreSeenOnlyJustStayWhereTheyAre) {
+  // Open: a lone obtuse triangle, whose corners are as sharp as 3 degrees. Closed: a wedge of 5 degrees.
+  const TriangleMesh triangle = {{{0, 0, 0}, {10, 0, 0}, {1, 0.5, 0}}, {{0, 1, 2}}, {}};
+  TriangleMesh wedge = testing::box({1, 0.0875, 1});
+  for (Vec3d& p : wedge.positions) p.y *= 1 - p.x;
+  wedge.triangles = {{0, 2, 1}, {4, 5, 6}, {0, 1, 5}, {0, 5, 4}, {0, 4, 6}, {0, 6, 2}, {2, 6, 5}, {2, 5, 1}};
+  for (const TriangleMesh& mesh : {triangle, wedge}) {
+    const auto result = convert(mesh, certified(40));
+    expect_certified(result, 40);
+    EXPECT_EQ(result->report.moved_vertices, 0U);
     EXPECT_EQ(result->report.replaced_triangles, 0U);
   }
 }
