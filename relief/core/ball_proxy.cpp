@@ -39,6 +39,7 @@ constexpr int kListWork = 140;    // what the first list is taken to cost
 constexpr int kTriangleWork = 2;  // what a triangle takes that is near
 constexpr int kMostWork = 4000;   // and where the model has changed
 constexpr int kAheadWork = 400;   // up to which what may be near soon is made ready
+constexpr int kMostLate = 2;      // ticks that the ball may be late; each that follows may take twice the work
 constexpr int kMostWaits = 2;     // ticks in which the ball may be left where it is, as it takes too long to see more
 constexpr int kStepWork = 8;      // what a step takes beside its look
 constexpr double kMargin = 1.0;   // of the radius: how much farther than a look the list at the start goes at most
@@ -510,8 +511,9 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   under_way_ = false;
+  const int work = late_ < kMostLate ? kWork : 2 * kWork, ahead = late_ < kMostLate ? kWorkAhead : work;
   if (free) {
-    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, kWork);
+    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);
     under_way_ = way.straight && way.cut;
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
@@ -524,7 +526,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
       reach = detail::kFollow * length(move) + settle + push;
       const Mover::Way way =
-          ball.advance(cursor, reach, share, kSearches / 2, other_model || easing_ ? kMostWork : kWorkAhead);
+          ball.advance(cursor, reach, share, kSearches / 2, other_model || easing_ ? kMostWork : ahead);
       left_ = length(ball.centre() - ball.within());
       return way;
     };
@@ -551,7 +553,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       ball.put_back_to_start();
       const double far = std::min(reach, length(aside.move) + push + open);
       const Vec3d pressed = start + aside.move - normalized(out) * far;
-      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2, kWork));
+      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2, work));
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
@@ -571,6 +573,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     ball.prepare();
   work_ = surface.placed();
   if (!held_ || under_way_) {
+    late_ = held_ ? late_ + 1 : 0;
     surface_ = {};
     normals_ = {};
     return false;
@@ -597,6 +600,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     }
     if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
   }
+  late_ = surface_.slab == kNoSlab ? late_ + 1 : 0;
   return surface_.slab != kNoSlab;
 }
 

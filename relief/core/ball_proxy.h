@@ -36,7 +36,10 @@ class BallProxy {
   /// Whether no micro-triangle is nearer to the centre than the radius.
   [[nodiscard]] static bool clear(const Snapshot& model, Vec3d centre, double radius) noexcept;
 
+  /// Whether the centre is not where the cursor is.
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// It is so only because it follows in the open.
+  [[nodiscard]] bool under_way() const noexcept { return under_way_; }
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
   /// What the last tick took, in the time of a sample that is placed, some 25 ns.
@@ -81,6 +84,7 @@ class BallProxy {
   OwnMemory memory_;  ///< what is known of the surface, and room to work in; 0.8 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool under_way_ = false;   ///< in the open, to a cursor too far away for one tick
+  int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick
   Vec3d centre_;

@@ -282,6 +282,7 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
 
 Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
   Touch now;
+  double to_go = 0;  // through the air to what it will touch
   now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
   now.jumped = ball_.lost() || risen(ball_.rise());
   now.surface = ball_.surface();
@@ -290,10 +291,13 @@ Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease 
     const Vec3d far = ball_.way_out() * (ball_.depth() + settings_.tool.radius);
     const auto ahead = first_entry(model, ball_.centre(), ball_.centre() - far);
     now.touching = ahead.has_value();
-    if (now.touching) now.surface = ahead->point;
+    if (now.touching) {
+      now.surface = ahead->point;
+      to_go = std::clamp(length(ahead->point.position - ball_.centre()) - settings_.tool.radius, 0.0, ball_.depth());
+    }
   }
   if (!now.touching) return now;
-  now.depth = now.push = ball_.depth();
+  now.depth = now.push = ball_.depth() - to_go;
   now.grown = ball_.grown();
   now.normal = ball_.way_out();
   now.contact_point = now.surface.position;

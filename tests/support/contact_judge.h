@@ -336,7 +336,7 @@ class BallJudge {
   [[nodiscard]] Fault judge(const BallProxy& ball, bool touches, Vec3d cursor) {
     const Vec3d centre = ball.held() ? ball.centre() : cursor;
     const Fault fault = last_ ? verdict(centre, cursor, touches) : Fault::None;
-    last_ = Last{cursor, centre, ball.held()};
+    last_ = Last{cursor, centre, ball.held() && !ball.under_way()};
     return fault;
   }
   /// By how much it was in a triangle at most, of its radius.
@@ -353,10 +353,11 @@ class BallJudge {
     most_overlap_ = std::max(most_overlap_, overlap);
     if (overlap > kFlat) return Fault::Overlaps;
     const double went = length(centre - last_->centre), moved = length(cursor - last_->cursor);
-    // It only ever comes nearer to the cursor, and once held it goes no further than this.
+    // It only ever comes nearer to the cursor, and once held it goes no further than this; but not where it follows in
+    // the open, which is not felt as more than what it will touch.
     const double reach = 10 * moved + 0.02 * length(cursor - last_->centre) + 1e-6 * radius_;
     if (last_->held && went > reach) return Fault::TooFast;
-    if (!last_->held && touches && soup_.keeps_off(last_->cursor, cursor, radius_ * (1 + kFlat)))
+    if (!last_->held && touches && soup_.keeps_off(last_->centre, cursor, radius_ * (1 + kFlat)))
       return Fault::CaughtInAir;
     // A way of less than a radius between two places where it is clear leads through nothing.
     if (went < radius_ || soup_.keeps_off(last_->centre, centre, 0.5 * radius_)) return Fault::None;
