@@ -61,8 +61,15 @@ class Neighbourhood {
     std::size_t count = 0;
     auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
     const auto add = [&](const GridSquare& square, float least) noexcept {
-      if (count == kMost) return visit_in(surface, patches, square, point, reach2, visit);
-      near[count++] = {least, square};
+      if (count < kMost)
+        near[count++] = {least, square};
+      else if (square.flat || square.level == 0)
+        visit_in(surface, patches, square, point, reach2, visit);
+      else
+        patches.blocks.of(surface, square, centre_, scale_, flat_)
+            .each_near(point, reach, [&](const GridSquare& part, float) noexcept {
+              visit_in(surface, patches, part, point, reach2, visit);
+            });
     };
     // The nearest comes next, after which there may be less to look for.
     const auto put_nearest_last = [&](std::size_t first) noexcept {

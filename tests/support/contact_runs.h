@@ -156,8 +156,8 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
     auto judged = start(soup, run);
     for (int k = 0; k < kTicks; ++k) {
       const Vec3d cursor = hand.next();
-      // A ball begins where it has room.
-      if (k == 0 && radius > 0 && soup.distance(cursor, radius) < radius) break;
+      // A ball begins where it has room, and that in the open: so far above one part may be within another.
+      if (k == 0 && radius > 0 && (soup.distance(cursor, radius) < radius || soup.inside(cursor))) break;
       const Fault fault = judged.step(model, cursor);
       ++done.ticks;
       done.pressed += judged.held() ? 1 : 0;
