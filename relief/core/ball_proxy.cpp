@@ -242,6 +242,7 @@ class Mover {
     Way way;
     bool arrived = false;
     within_ = centre_;
+    share_ = share;
     mind(share);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches) {
@@ -280,7 +281,7 @@ class Mover {
       tried_ = *step;
       way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_,
                          may_wait || !listed ? most : detail::kAnyWork);
-      const bool barred = bars(share);
+      const bool barred = bars();
       if (barred) {
         stride = std::max(0.5 * stride, kSkin * radius_);
         if (share == 0 && centre_ == start_) room_.walls.keep(centre_, found_bars(), stride);
@@ -350,7 +351,7 @@ class Mover {
     const auto add = [&](const NearTriangle& t) noexcept {
       surface_.add_placed(kTriangleWork);
       found.add(t, deep2, reach2);
-      if (most && found.deep && bar(t, 0) && ++barring == kFew) reach2 = 0;
+      if (most && found.deep && bar(t, share_) && ++barring == kFew) reach2 = 0;
     };
     bool finished = true;
     if (list)
@@ -419,10 +420,10 @@ class Mover {
   /// Whether triangles around the next place bar the way there; they are minded from then on. One that shows its back
   /// here and there is a sheet, or a nearer one stands for it; one that shows it only here is beyond a ridge, unless
   /// the ball is in a sheet that it came to from behind.
-  [[nodiscard]] bool bars(double share) noexcept {
+  [[nodiscard]] bool bars() noexcept {
     bool barred = false;
     for (const NearTriangle& t : there_->all()) {
-      const auto space = bar(t, share);
+      const auto space = bar(t, share_);
       if (!space) continue;
       barred = true;
       if (count_ == static_cast<int>(Room::kSpaces)) break;
@@ -459,6 +460,7 @@ class Mover {
   bool stops_minded_ = false;
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
+  double share_ = 0;     ///< of what is within the ball, by which it is pushed out
 };
 
 }  // namespace
