@@ -161,7 +161,7 @@ struct Walls {
 
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
-  static constexpr std::size_t kSpaces = 3 * kMost;
+  static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
   detail::Neighbourhood home, away;  ///< around where it is, and around where it looks from farther off
   detail::Patches patches;
   Stops stops;

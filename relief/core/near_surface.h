@@ -516,7 +516,7 @@ class NearSlab {
   void triangles(const Square& square, int i0, int j0, bool changed, const double& reach2, Take&& take) const noexcept {
     constexpr int kSide = SampleBounds::kSide, kRow = kSide + 1;
     // Number by number: as vectors they are stored and loaded in pieces of different size, which stalls.
-    constexpr std::size_t kPlaces = kRow * kRow;
+    constexpr std::size_t kPlaces = std::size_t{kRow} * kRow;
     std::array<double, kPlaces> x, y, z, distance2;
     const int rows = std::min(kSide, n_ - j0);
     const auto columns = [&](int j) noexcept { return std::min(kSide, n_ - i0 - j0 - j); };
