@@ -312,13 +312,13 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const Parts& part
   return closings;
 }
 
-/// Gives boxes to rims whose membranes have bad faces, the longest rims first, each where the patches then meet no more
-/// of the surface and of each other than before: a box that would run through the part does not help. Whether any was
-/// given.
+/// Gives boxes to rims whose membranes have bad faces, the longest four one by one, the others together, each time
+/// where the patches then meet no more of the surface and of each other than before: a box that would run through the
+/// part does not help. Whether any was given, and not when cancelled.
 bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uint32_t>>& rims,
                 const std::vector<std::size_t>& patches, std::span<const std::uint32_t> bad_faces, double room,
-                std::vector<Closing>& closings) {
-  constexpr std::size_t kMostTried = 4;  // each costs about as much as closing all
+                std::vector<Closing>& closings, const Progress& progress) {
+  constexpr std::size_t kOneByOne = 4;  // each try costs about as much as closing all
   std::vector<std::size_t> tried;
   for (const std::uint32_t f : bad_faces) {
     if (f < mesh.triangles.size()) continue;
@@ -328,21 +328,23 @@ bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uin
   }
   sort_unique(tried);
   std::stable_sort(tried.begin(), tried.end(), [&](auto a, auto b) { return rims[a].size() > rims[b].size(); });
-  tried.resize(std::min(tried.size(), kMostTried));
   if (tried.empty()) return false;
   bool any = false;
-  std::size_t fewest = count_meetings(close_openings(mesh, rims, closings, room).source);
-  for (const std::size_t rim : tried) {
-    closings[rim] = Closing::Box;
-    const std::size_t meetings = count_meetings(close_openings(mesh, rims, closings, room).source);
+  std::size_t fewest = count_meetings(close_openings(mesh, rims, closings, room).source, progress);
+  for (std::span<const std::size_t> left = tried; !left.empty() && !progress.cancelled();) {
+    const bool one = tried.size() - left.size() < kOneByOne;
+    const auto now = left.first(one ? 1 : left.size());
+    left = left.subspan(now.size());
+    for (const std::size_t rim : now) closings[rim] = Closing::Box;
+    const std::size_t meetings = count_meetings(close_openings(mesh, rims, closings, room).source, progress);
     if (meetings <= fewest) {
       fewest = meetings;
       any = true;
     } else {
-      closings[rim] = Closing::Membrane;
+      for (const std::size_t rim : now) closings[rim] = Closing::Membrane;
     }
   }
-  return any;
+  return any && !progress.cancelled();
 }
 
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
@@ -387,7 +389,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
                            progress);
     if (!made.shell.faces.empty() || made.obstacle.empty()) break;
     // Membranes that met the surface give way to boxes.
-    if (attempt == 0 && !give_boxes(open, rims, closed.patches, made.bad_faces, room, closings)) break;
+    if (attempt == 0 && !give_boxes(open, rims, closed.patches, made.bad_faces, room, closings, progress)) break;
   }
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())

@@ -71,7 +71,7 @@ std::size_t part_touching(ClosedSource& source, double farthest) {
   return moved.size();
 }
 
-std::size_t count_meetings(const ClosedSource& given) {
+std::size_t count_meetings(const ClosedSource& given, const Progress& progress) {
   const OrderedSource source(given.points, given.faces);
   const auto box_of = [&](std::size_t f) {
     Box3d box;
@@ -82,6 +82,7 @@ std::size_t count_meetings(const ClosedSource& given) {
   const auto is_patch = [&](std::uint32_t f) { return given.patch[source.face_of[f]] != 0; };
   std::size_t meetings = 0;
   for (std::uint32_t f = 0; f < source.faces.size(); ++f) {
+    if (progress.cancelled()) break;
     if (!is_patch(f)) continue;
     tree.query(box_of(f), [&](std::uint32_t g) {
       const bool counted = is_patch(g) && g <= f;

@@ -28,7 +28,8 @@ struct ClosedSource {
 std::size_t part_touching(ClosedSource& source, double farthest);
 
 /// Pairs of faces that meet, of which at least one is a patch and which have no corner in common. O(n log n + pairs).
-[[nodiscard]] std::size_t count_meetings(const ClosedSource& source);
+/// When cancelled, those found so far.
+[[nodiscard]] std::size_t count_meetings(const ClosedSource& source, const Progress& progress);
 
 /// A closed source while it is mended. Every step costs what lies near the places that it changes, not what the whole
 /// source has; only the first smoothing looks at all of it. Deterministic.

@@ -62,15 +62,23 @@ struct Around {
   /// Where one is nearer than the root of deep2, a few are enough. `limit2`: what was looked for; comes down to the
   /// farthest where there is no more room.
   void add(const NearTriangle& t, double deep2, double& limit2) noexcept {
-    deep = deep || t.distance2 < deep2;
+    if (!deep && t.distance2 < deep2) {
+      deep = true;
+      find_farthest();
+    }
     const int most = deep ? kFew : kMost;
     const auto place = static_cast<std::size_t>(count < most ? count++ : farthest);
     triangles[place] = t;
     distance2[place] = t.distance2;
     if (count < most) return;
+    find_farthest();
+    limit2 = distance2[static_cast<std::size_t>(farthest)];
+  }
+
+ private:
+  void find_farthest() noexcept {
     const auto all = std::span(distance2).first(static_cast<std::size_t>(count));
-    farthest = static_cast<int>(std::ranges::max_element(all) - all.begin());
-    limit2 = all[static_cast<std::size_t>(farthest)];
+    farthest = count > 0 ? static_cast<int>(std::ranges::max_element(all) - all.begin()) : 0;
   }
 };
 
@@ -180,6 +188,9 @@ struct Room {
     patches.forget();
     stops.forget();
     walls.forget();
+    look_work = waits = 0;
+    list_work = kListWork;
+    nearest = kNoSlab;
     known = false;
   }
 };
@@ -210,6 +221,7 @@ class Mover {
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
     room_.known = true;
+    room_.waits = cut_ && centre_ == start_ ? room_.waits + 1 : 0;
   }
 
   [[nodiscard]] Vec3d centre() const noexcept { return centre_; }
@@ -243,13 +255,13 @@ class Mover {
     bool arrived = false;
     within_ = centre_;
     share_ = share;
-    mind(share);
+    mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches) {
       const Vec3d target = goal - centre_;
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
-      if (!step && share > 0) {  // squeezed from two sides
-        share = 0;
+      if (!step && share_ > 0) {  // squeezed from two sides
+        share_ = 0;
         mind(0);
         continue;
       }
@@ -284,7 +296,7 @@ class Mover {
       const bool barred = bars();
       if (barred) {
         stride = std::max(0.5 * stride, kSkin * radius_);
-        if (share == 0 && centre_ == start_) room_.walls.keep(centre_, found_bars(), stride);
+        if (share_ == 0 && centre_ == start_) room_.walls.keep(centre_, found_bars(), stride);
       }
       if (way.cut) break;
       if (barred) continue;
@@ -296,11 +308,11 @@ class Mover {
       if (!cut) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
-      share = 0;
+      share_ = 0;
       stride = std::min(2 * stride, kStride * radius_);
       mind(0);
     }
-    room_.waits = way.cut && !arrived ? room_.waits + 1 : 0;
+    cut_ = way.cut;
     return way;
   }
 
@@ -344,7 +356,8 @@ class Mover {
       if (found.nearest > soon) return true;
     }
     if (!list) list = learn(at);
-    const int done = surface_.placed() - room_.patches.work();
+    const int placed = surface_.placed();
+    const std::uint32_t made = room_.patches.work();
     const double deep2 = radius_ * radius_ * (1 - kSkin);
     double reach2 = near * near;
     int barring = 0;
@@ -358,7 +371,7 @@ class Mover {
       finished = list->visit_near(surface_, room_.patches, at, reach2, most.value_or(detail::kAnyWork), add);
     else
       detail::visit_near(surface_, at, kFlat * radius_, reach2, add);
-    room_.look_work = surface_.placed() - room_.patches.work() - done;
+    room_.look_work = surface_.placed() - placed - static_cast<int>(room_.patches.work() - made);
     found.nearest = near;
     if (found.count > 0) {
       const auto all = std::span(found.distance2).first(static_cast<std::size_t>(found.count));
@@ -457,7 +470,7 @@ class Mover {
   };
   std::array<Bar, kMost> bars_;  ///< what barred the last try
   int barring_ = 0;
-  bool stops_minded_ = false;
+  bool stops_minded_ = false, cut_ = false;
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
   double share_ = 0;     ///< of what is within the ball, by which it is pushed out
@@ -516,7 +529,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const int work = late_ < kMostLate ? kWork : 2 * kWork, ahead = late_ < kMostLate ? kWorkAhead : work;
   if (free) {
     const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);
-    under_way_ = way.straight && way.cut;
+    under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
   } else {

@@ -63,13 +63,8 @@ class Neighbourhood {
     const auto add = [&](const GridSquare& square, float least) noexcept {
       if (count < kMost)
         near[count++] = {least, square};
-      else if (square.flat || square.level == 0)
+      else  // part of a larger one: there is room for the whole list
         visit_in(surface, patches, square, point, reach2, visit);
-      else
-        patches.blocks.of(surface, square, centre_, scale_, flat_)
-            .each_near(point, reach, [&](const GridSquare& part, float) noexcept {
-              visit_in(surface, patches, part, point, reach2, visit);
-            });
     };
     // The nearest comes next, after which there may be less to look for.
     const auto put_nearest_last = [&](std::size_t first) noexcept {

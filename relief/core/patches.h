@@ -276,8 +276,8 @@ template <typename Item, unsigned kSets>
 class Recent {
  public:
   void forget() noexcept { keys_ = {}; }
-  /// Samples that were placed so far to make what was not known.
-  [[nodiscard]] int work() const noexcept { return work_; }
+  /// Samples that were placed so far to make what was not known, modulo 2^32.
+  [[nodiscard]] std::uint32_t work() const noexcept { return work_; }
   /// See Patch::make().
   const Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     if (scale != scale_ || flat != flat_) forget();
@@ -294,7 +294,7 @@ class Recent {
       way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
       const int placed = surface.placed();
       items_[set * kWays + way].make(surface, square, origin, scale, flat);
-      work_ += surface.placed() - placed;
+      work_ += static_cast<std::uint32_t>(surface.placed() - placed);
       keys[way] = key;
     }
     used[way] = ++asked_;
@@ -307,7 +307,7 @@ class Recent {
   using OfSets = std::array<std::array<Number, kWays>, kSets>;
   double scale_ = 0, flat_ = 0;
   std::uint64_t asked_ = 0;
-  int work_ = 0;
+  std::uint32_t work_ = 0;
   OfSets<std::uint64_t> keys_{};  ///< of squares, 0: none yet
   OfSets<std::uint64_t> used_{};  ///< when each was asked about last
   std::array<Item, kWays * kSets> items_;
@@ -317,7 +317,7 @@ class Recent {
 struct Patches {
   Recent<Patch, 32> patches;
   Recent<Block, 16> blocks;
-  [[nodiscard]] int work() const noexcept { return patches.work() + blocks.work(); }
+  [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + blocks.work(); }
   void forget() noexcept {
     patches.forget();
     blocks.forget();

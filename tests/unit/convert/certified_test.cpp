@@ -355,7 +355,7 @@ TEST(CountMeetings, PairsWithPatchesThatShareNoCorner) {
   source.phantom.assign(4, 0);
   const auto count = [&](std::vector<std::uint8_t> patch) {
     source.patch = std::move(patch);
-    return detail::count_meetings(source);
+    return detail::count_meetings(source, {});
   };
   EXPECT_EQ(count({0, 0, 0, 0}), 0U);
   EXPECT_EQ(count({1, 0, 0, 0}), 2U);

@@ -165,6 +165,22 @@ TEST(BallProxy, IsNeverInTheMaterial) {
   }
 }
 
+/// A leap over hundreds of radii in the open takes a few ticks, in which the ball is under way, not held for good.
+TEST(BallProxy, ArrivesAfterALeapInTheOpen) {
+  const SnapshotPtr model = displaced(plane_shell(2, 32, 0.1), [](Vec3d) { return 0.5; });
+  const double radius = 1e-3;
+  for (const double height : {0.05, 0.15, 0.3}) {
+    BallProxy ball;
+    ball.step(*model, {0.5, height, 0.5}, radius, kAtOnce);
+    int ticks = 0;
+    do {
+      EXPECT_FALSE(ball.step(*model, {0.5, 0.04, 0.5}, radius, kAtOnce));
+      EXPECT_EQ(ball.held(), ball.under_way());
+    } while (++ticks < 10 && ball.held());
+    EXPECT_LE(ticks, 4) << height;
+  }
+}
+
 /// Wherever a hand shakes, presses and jumps on fine rough ground, a tick takes no more than it may: most by the
 /// budget, and all with the one look, and the list for it, that none goes without.
 TEST(BallProxy, NoTickTakesLong) {
@@ -198,7 +214,7 @@ TEST(BallProxy, NoTickTakesLong) {
   EXPECT_LT(share_of(0.9), 800);
   EXPECT_LT(share_of(0.99), 1200);  // a ball that is late takes twice the work
   EXPECT_LT(share_of(0.999), 1300);
-  EXPECT_LT(share_of(1), 1600);
+  EXPECT_LT(share_of(1), 3000);  // a look to the end, after ticks in which none was finished
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
