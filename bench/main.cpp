@@ -389,13 +389,7 @@ int main_inner(int argc, char** argv) {
 
 }  // namespace relief::bench
 
-int main(int argc, char** argv) {
-  try {
-    return relief::bench::main_inner(argc, argv);
-  } catch (const std::exception& error) {
-    std::fputs("relief-bench: ", stderr);
-    std::fputs(error.what(), stderr);
-    std::fputs("\n", stderr);
-    return 1;
-  }
+int main(int argc, char** argv) try { return relief::bench::main_inner(argc, argv); } catch (const std::exception& e) {
+  std::fprintf(stderr, "relief-bench: %s\n", e.what());
+  return 1;
 }

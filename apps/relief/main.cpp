@@ -284,13 +284,7 @@ Result<std::string> read_text(const std::filesystem::path& file, std::uintmax_t 
 
 }  // namespace relief::cli
 
-int main(int argc, char** argv) {
-  try {
-    return relief::cli::main_inner(argc, argv);
-  } catch (const std::exception& error) {
-    std::fputs("relief: ", stderr);
-    std::fputs(error.what(), stderr);
-    std::fputs("\n", stderr);
-    return 1;
-  }
+int main(int argc, char** argv) try { return relief::cli::main_inner(argc, argv); } catch (const std::exception& e) {
+  std::fprintf(stderr, "relief: %s\n", e.what());
+  return 1;
 }

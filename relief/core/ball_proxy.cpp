@@ -121,6 +121,19 @@ bool is_behind(const Around& around, double radius) noexcept {
   return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
 }
 
+/// Of the triangles that are no farther than `touching`, the one that pushes most that way; none where none does.
+const NearTriangle* that_pushes_most(const Around& around, Vec3d way, double touching) noexcept {
+  double most = 0;
+  const NearTriangle* found = nullptr;
+  for (const NearTriangle& t : around.all()) {
+    const double distance = std::sqrt(t.distance2), pushes = -dot(t.nearest, way);
+    if (distance > touching || !(pushes > most * distance) || shows_its_back(t)) continue;
+    most = pushes / distance;
+    found = &t;
+  }
+  return found;
+}
+
 /// The triangles that stopped a step of late: they will stop the next, and need not be found anew by trying.
 class Stops {
  public:
@@ -280,8 +293,8 @@ class Mover {
       way.settled = !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double longest = std::max(stride, here_->nearest - radius_);
-      const bool cut = reach > 0 && reach < std::min(longest, wanted);  // what comes next may be as long
-      if (cut) longest = reach;
+      const bool short_of = reach > 0 && reach < std::min(longest, wanted);  // what comes next may be as long
+      if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
       // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last.
@@ -305,7 +318,7 @@ class Mover {
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, longest);
-      if (!cut) rest = std::max({rest, kEnough * wanted, kFine * radius_});
+      if (!short_of) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
       share_ = 0;
@@ -364,7 +377,7 @@ class Mover {
     const auto add = [&](const NearTriangle& t) noexcept {
       surface_.add_placed(kTriangleWork);
       found.add(t, deep2, reach2);
-      if (most && found.deep && bar(t, share_) && ++barring == kFew) reach2 = 0;
+      if (most && found.deep && bar(t) && ++barring == kFew) reach2 = 0;
     };
     bool finished = true;
     if (list)
@@ -436,7 +449,7 @@ class Mover {
   [[nodiscard]] bool bars() noexcept {
     bool barred = false;
     for (const NearTriangle& t : there_->all()) {
-      const auto space = bar(t, share_);
+      const auto space = bar(t);
       if (!space) continue;
       barred = true;
       if (count_ == static_cast<int>(Room::kSpaces)) break;
@@ -446,13 +459,13 @@ class Mover {
     return barred;
   }
   /// What a triangle around the place that is tried leaves, if it bars the way there.
-  [[nodiscard]] std::optional<HalfSpace> bar(const NearTriangle& t, double share) const noexcept {
+  [[nodiscard]] std::optional<HalfSpace> bar(const NearTriangle& t) const noexcept {
     const double radius2 = radius_ * radius_;
     if (t.distance2 >= radius2) return std::nullopt;
     const NearTriangle here = seen_from(t, -tried_);
     if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2 * (1 - kBehind)))
       return std::nullopt;
-    const HalfSpace space = beyond(here, radius_, share);
+    const HalfSpace space = beyond(here, radius_, share_);
     if (space.room(tried_) >= -2 * kSlack * radius_) return std::nullopt;
     return space;
   }
@@ -588,35 +601,27 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     ball.prepare();
   work_ = surface.placed();
   if (!held_ || under_way_) {
-    late_ = held_ ? late_ + 1 : 0;
     surface_ = {};
     normals_ = {};
-    return false;
-  }
-  grown_ = std::clamp(overlap - overlap_, 0.0, push);
-  if (other_model)
-    surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});
-  // The triangle that pushes most; in the air, the last one, and where there was none yet, one that it all but touches.
-  const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
-  double most = 0;
-  const NearTriangle* touched = nullptr;
-  for (const NearTriangle& t : ball.around().all()) {
-    const double distance = std::sqrt(t.distance2), pushes = -dot(t.nearest, way_out_);
-    if (distance > touching || !(pushes > most * distance) || shows_its_back(t)) continue;
-    most = pushes / distance;
-    touched = &t;
-  }
-  if (touched) {
-    double u = 0, v = 0;
-    const int n = surface.mesh().intervals(touched->slab);
-    for (std::size_t k = 0; k < 3; ++k) {
-      u += touched->weights[k] * touched->corners[k].i / n;
-      v += touched->weights[k] * touched->corners[k].j / n;
+  } else {
+    grown_ = std::clamp(overlap - overlap_, 0.0, push);
+    if (other_model)
+      surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});
+    // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
+    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
+    if (const NearTriangle* touched = that_pushes_most(ball.around(), way_out_, touching)) {
+      double u = 0, v = 0;
+      const int n = surface.mesh().intervals(touched->slab);
+      for (std::size_t k = 0; k < 3; ++k) {
+        u += touched->weights[k] * touched->corners[k].i / n;
+        v += touched->weights[k] * touched->corners[k].j / n;
+      }
+      if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
     }
-    if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
   }
-  late_ = surface_.slab == kNoSlab ? late_ + 1 : 0;
-  return surface_.slab != kNoSlab;
+  const bool touches = surface_.slab != kNoSlab;
+  late_ = held_ && !touches ? late_ + 1 : 0;
+  return touches;
 }
 
 }  // namespace relief
