@@ -39,7 +39,8 @@ constexpr int kListWork = 140;    // what the first list is taken to cost
 constexpr int kTriangleWork = 2;  // what a triangle takes that is near
 constexpr int kMostWork = 4000;   // and where the model has changed
 constexpr int kAheadWork = 400;   // up to which what may be near soon is made ready
-constexpr int kMostLate = 2;      // ticks that the ball may be late; each that follows may take twice the work
+constexpr int kMostLate = 2;      // ticks that the ball may be late; each that follows may take twice as much
+constexpr int kMostDoubled = 4;   // but no more than that many times
 constexpr int kMostWaits = 2;     // ticks in which the ball may be left where it is, as it takes too long to see more
 constexpr int kStepWork = 8;      // what a step takes beside its look
 constexpr double kMargin = 1.0;   // of the radius: how much farther than a look the list at the start goes at most
@@ -539,7 +540,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   under_way_ = false;
-  const int work = late_ < kMostLate ? kWork : 2 * kWork, ahead = late_ < kMostLate ? kWorkAhead : work;
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  const int ahead = doubled == 0 ? kWorkAhead : work;
   if (free) {
     const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);
     under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);

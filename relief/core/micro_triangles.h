@@ -100,12 +100,12 @@ class MicroTriangles {
     const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
     return corners_.weighted(corners_.outer, w) - corners_.weighted(corners_.inner, w);
   }
-  /// The place at (u, v), or close to it where edges are stitched; empty where there is a hole.
+  /// The place at (u, v), in the triangle that reaches there where edges are stitched; empty where there is a hole.
   [[nodiscard]] std::optional<SurfacePlace> place_at(SlabId slab, double u, double v) noexcept {
     enter(slab);
-    const GridCell cell = cell_at(n_, u, v);
+    const GridCell cell = stitched_cell(cell_at(n_, u, v));
+    if (!has_triangle(cell.corners)) return std::nullopt;
     SurfacePlace place{.triangle = {slab, cell.corners, {}}, .weights = cell.weights, .position = {}};
-    if (!stitch(place.triangle.corners)) return std::nullopt;
     measure(place.triangle);
     place.position = place.triangle.point(cell.weights);
     return place;
@@ -152,6 +152,42 @@ class MicroTriangles {
   }
 
  private:
+  /// Which of the stitched cells beside the edges holds the place that a cell holds before they are stitched.
+  [[nodiscard]] GridCell stitched_cell(const GridCell& at) const noexcept {
+    if (std::ranges::all_of(at.corners, [&](GridPoint p) { return stitched(p) == p; })) return at;
+    double i = 0, j = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      i += at.weights[k] * at.corners[k].i;
+      j += at.weights[k] * at.corners[k].j;
+    }
+    GridCell found = at;
+    double most = -1;  // the least weight in it
+    const auto look_in = [&](const std::array<GridPoint, 3>& cell) noexcept {
+      const std::array<GridPoint, 3> c = {stitched(cell[0]), stitched(cell[1]), stitched(cell[2])};
+      const GridPoint a = c[1] - c[0], b = c[2] - c[0];
+      const double area = a.i * b.j - a.j * b.i, x = i - c[0].i, y = j - c[0].j;
+      if (area == 0) return;
+      const double wa = (x * b.j - y * b.i) / area, wb = (y * a.i - x * a.j) / area;
+      const double least = std::min({wa, wb, 1 - wa - wb});
+      if (least <= most) return;
+      most = least;
+      const double w1 = std::clamp(wa, 0.0, 1.0), w2 = std::clamp(wb, 0.0, 1 - w1);
+      found = {c, {1 - w1 - w2, w1, w2}};
+    };
+    const std::array<double, 3> w = {n_ - i - j, i, j};
+    for (int edge = 0; edge < 3; ++edge) {
+      const auto e = static_cast<std::size_t>(edge);
+      if (edges_[e] == n_ || w[e] > 1) continue;
+      const int t = static_cast<int>(w[(e + 2) % 3]), reach = n_ / edges_[e] / 2 + 2;
+      const GridPoint in = edge_point(n_, (edge + 2) % 3, 0) - edge_point(n_, (edge + 2) % 3, 1);
+      for (int k = std::max(0, t - reach); k < std::min(n_, t + reach); ++k) {
+        const GridPoint p = edge_point(n_, edge, k), q = edge_point(n_, edge, k + 1);
+        look_in({p, q, p + in});
+        if (on_grid(n_, q + in)) look_in({p + in, q, q + in});
+      }
+    }
+    return found;
+  }
   /// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
   [[nodiscard]] static constexpr GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
   [[nodiscard]] bool inside(GridPoint p) const noexcept { return p.i > 0 && p.j > 0 && p.i + p.j < n_; }

@@ -1,5 +1,6 @@
 // A ball on the surface: planes, spheres, creases, thin parts, rough ground, a surface that changes under it.
 #include "support/driver.h"
+#include "support/shells.h"
 
 #include <relief/core/ball_proxy.h>
 #include <relief/core/half_spaces.h>
@@ -101,6 +102,22 @@ TEST(BallProxy, RestsOnAPlaneAtItsRadius) {
   EXPECT_NEAR(ball.surface().position.x, 0.4, 1e-3);
   lead(ball, *model, {0.4, -0.02, 0.6}, {0.4, 0.05, 0.6}, 0.03, 20);
   EXPECT_FALSE(ball.held());
+}
+
+TEST(BallProxy, IsFeltWhereEdgesAreStitched) {
+  // Next to a slab of smaller n some cells are drawn together to an edge or a corner, and others reach over them.
+  const auto model = displaced(testing::mixed_shell(*plane_shell(3, 1, 0.25), 1, 4), [](Vec3d) { return 0.5; });
+  const double height = surface_point(*model, 0, 0.3, 0.3).position.y;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(0.05, 0.95);
+  for (int k = 0; k < 3000; ++k) {
+    const Vec3d above = {unit(random), height + 0.004, unit(random)};
+    BallProxy ball;
+    ASSERT_FALSE(ball.step(*model, above, 0.002, kAtOnce));
+    lead(ball, *model, above, above - Vec3d{0, 0.004, 0}, 0.002, 10);
+    ASSERT_TRUE(ball.step(*model, above - Vec3d{0, 0.0041, 0}, 0.002, kAtOnce)) << above.x << " " << above.z;
+    ASSERT_LT(length(ball.surface().position - Vec3d{above.x, height, above.z}), 1e-9);
+  }
 }
 
 TEST(BallProxy, OnASphereItsCentreIsOnTheLargerSphere) {
