@@ -315,8 +315,8 @@ class Recent {
 
 /// Cost: a few nanoseconds for what was asked about of late, some three hundred for another.
 struct Patches {
-  Recent<Patch, 32> patches;
-  Recent<Block, 16> blocks;
+  Recent<Patch, 128> patches;
+  Recent<Block, 32> blocks;
   [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + blocks.work(); }
   void forget() noexcept {
     patches.forget();
