@@ -110,13 +110,13 @@ ordered_json times(const Question& ask, const std::vector<Workload>& works, cons
     for (int pass = 0; pass < 3; ++pass)
       for (std::size_t k = 0; k < least.size(); ++k) {
         if (approach && k % work.section == 0) approach(work.cursors[k]);
-        least[k] = std::min(least[k], timer([&] { sum += ask(work.cursors[k], work.coherent); }));
+        least[k] = std::min(least[k], timer([&] { sum += std::abs(ask(work.cursors[k], work.coherent)); }));
       }
     std::vector<double> cold;
     for (std::size_t k = 0; k < std::min<std::size_t>(500, work.cursors.size()); ++k) {
       if (approach && k % work.section == 0) approach(work.cursors[k]);
       for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
-      cold.push_back(timer([&] { sum += ask(work.cursors[k], work.coherent); }));
+      cold.push_back(timer([&] { sum += std::abs(ask(work.cursors[k], work.coherent)); }));
     }
     json[work.name] = {{"warm_ns", percentiles(least, 1e9)}, {"cold_ns", percentiles(cold, 1e9)}};
   }

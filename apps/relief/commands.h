@@ -59,8 +59,8 @@ void add_replay(CLI::App& app, Context& context);
 /// --stiffness, --damping, --friction, --static-friction, --max-force, --exact-normals, --paper-contact, --guard and
 /// --no-guard.
 void add_force_options(CLI::App& command, ForceSettings& force);
-/// Refuses a ball that is too large or too small for a model. Error: InvalidArgument.
-[[nodiscard]] Status check_tool_radius(double radius, const Snapshot& model, std::string_view name);
+/// Refuses a ball that is too large or too small for a model of that diagonal. Error: InvalidArgument.
+[[nodiscard]] Status check_tool_radius(double radius, double diagonal, std::string_view name);
 /// "a ball of radius 2".
 [[nodiscard]] std::string tool_name(double radius, std::size_t points);
 /// The names of the flags that are set.

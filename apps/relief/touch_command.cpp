@@ -7,6 +7,7 @@
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
 #include <relief/file/model_file.h>
+#include <relief/render/renderer.h>
 #include <relief/session/recorder.h>
 #include <relief/session/replay.h>
 #include <relief/session/session.h>
@@ -89,7 +90,10 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
     radius = played->radius;
     points = played->points;
   }
-  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, *file.model().head, o.model));
+  const Model& model = file.model();
+  const double size =
+      model.info.source_diagonal > 0 ? model.info.source_diagonal : diagonal(surface_bounds(*model.head));
+  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, size, o.model));
   return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
 }
 
@@ -265,9 +269,8 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 
 }  // namespace
 
-Status check_tool_radius(double radius, const Snapshot& model, std::string_view name) {
-  const double size = diagonal(model.slab_mesh().bounds());
-  const double least = kSmallestTip * size, most = kLargestTip * size;
+Status check_tool_radius(double radius, double diagonal, std::string_view name) {
+  const double least = kSmallestTip * diagonal, most = kLargestTip * diagonal;
   if (radius == 0 || (radius >= least && radius <= most)) return {};
   return fail(
       Errc::InvalidArgument,

@@ -694,6 +694,9 @@ class Touch(Case):
             points.write_text(text)
             self.assert_failed(Run(*touch, "--tool-points", points), 1, "bad_tool.csv", word)
         self.assert_failed(Run(*touch, "--tool-radius", 1000), 1, "--tool-radius", "5 %")
+        size = self.ok("info", self.model, "--json").json()["source_diagonal"]
+        self.assert_failed(Run(*touch, "--tool-radius", 0.0501 * size), 1, "--tool-radius", "5 %")
+        self.ok(*touch, "--tool-radius", 0.0499 * size)
         self.assert_failed(Run(*touch, "--tool-radius", 1e-9), 1, "--tool-radius", "a millionth")
         self.assert_failed(Run(*touch, "--tool-radius", -1), 2)
         self.assert_failed(Run(*touch, "--tool-radius", 1, "--tool-points", points), 2)
