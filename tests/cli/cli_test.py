@@ -696,7 +696,7 @@ class Touch(Case):
         self.assert_failed(Run(*touch, "--tool-radius", 1000), 1, "--tool-radius", "5 %")
         size = self.ok("info", self.model, "--json").json()["source_diagonal"]
         self.assert_failed(Run(*touch, "--tool-radius", 0.0501 * size), 1, "--tool-radius", "5 %")
-        self.ok(*touch, "--tool-radius", 0.0499 * size)
+        self.ok(*touch[:-1], self.folder / "largest.csv", "--tool-radius", 0.0499 * size)
         self.assert_failed(Run(*touch, "--tool-radius", 1e-9), 1, "--tool-radius", "a millionth")
         self.assert_failed(Run(*touch, "--tool-radius", -1), 2)
         self.assert_failed(Run(*touch, "--tool-radius", 1, "--tool-points", points), 2)
