@@ -89,6 +89,12 @@ TEST_P(LegalContactAsConverted, OnACertifiedScan) {
   const Snapshot& model = *made->model.head;
   ASSERT_TRUE(is_closed(model.slab_mesh()) && !model.has(Layer::Void));
   judge(GetParam() + std::string(", closed"), model, true, wanted_ticks() / 2);
+  const double size = TriangleSoup(model).size();
+  for (const double share : {0.002, 0.01, 0.03}) {
+    const testing::ContactRuns done = testing::judged_ball_runs(model, share * size, wanted_ticks() / 100);
+    std::printf("%s, a ball of %g: %ld pressed: %ld bad\n", GetParam(), share, done.pressed, done.bad());
+    EXPECT_EQ(done.bad(), 0) << GetParam() << ", a ball of " << share << ", " << done.first;
+  }
 }
 INSTANTIATE_TEST_SUITE_P(Scans, LegalContactAsConverted,
                          ::testing::Values("bunny", "visible_human_skin", "elephant_refined"),
