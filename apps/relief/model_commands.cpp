@@ -181,11 +181,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                                           {"reason", part.reason}});
   if (r.remesh)
     json["remesh"] = {{"voxel", r.remesh->voxel}, {"sheets", r.remesh->sheets}, {"crumbs", r.remesh->crumbs}};
-  json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
-                    {"parted_vertices", r.parted_vertices},    {"replaced_triangles", r.replaced_triangles},
-                    {"vanished_parts", r.vanished_parts},      {"dropped_parts", r.dropped_parts},
-                    {"dropped_slabs", r.dropped_slabs},        {"closed_openings", r.closed_openings},
-                    {"phantom_triangles", r.phantom_triangles}};
+  json["mended"] = {{"moved_vertices", r.moved_vertices},   {"moved_most", r.moved_most},
+                    {"parted_vertices", r.parted_vertices}, {"replaced_triangles", r.replaced_triangles},
+                    {"vanished_parts", r.vanished_parts},   {"specks", r.specks},
+                    {"dropped_parts", r.dropped_parts},     {"dropped_slabs", r.dropped_slabs},
+                    {"closed_openings", r.closed_openings}, {"phantom_triangles", r.phantom_triangles}};
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},

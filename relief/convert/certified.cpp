@@ -51,20 +51,49 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   return {std::move(source), std::move(ends), std::move(tree)};
 }
 
-/// Which parts the bad faces belong to.
-std::vector<PartObstacle> parts_of(Mender& mender, std::span<const std::uint32_t> bad, std::string_view reason) {
+/// "7 triangles of the source", or how many of them were only made to close openings and cuts.
+std::string triangles_of(const Mender& mender, std::span<const std::uint32_t> faces) {
+  const auto made = std::ranges::count_if(faces, [&](std::uint32_t f) { return !mender.is_scanned(f); });
+  const std::string all = std::to_string(faces.size()) + (faces.size() == 1 ? " triangle" : " triangles");
+  if (made == 0) return all + " of the source";
+  if (static_cast<std::size_t>(made) == faces.size()) return all + " that close openings";
+  return all + ", " + std::to_string(made) + " of which close openings,";
+}
+
+/// Which parts the bad faces belong to, and how many of them have which fault.
+std::vector<PartObstacle> parts_of(Mender& mender, std::span<const std::uint32_t> bad, std::string_view fault) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // part and face
   for (const std::uint32_t f : bad) found.emplace_back(mender.part_of(f), f);
   sort_unique(found);
   std::vector<PartObstacle> parts;
-  for (std::size_t k = 0; k < found.size() && parts.size() < kMostBadParts;) {
+  std::vector<std::uint32_t> faces;
+  for (std::size_t k = 0; k < found.size();) {
     const auto [part, face] = found[k];
-    std::size_t count = 0;
-    for (; k < found.size() && found[k].first == part; ++k) ++count;
+    faces.clear();
+    for (; k < found.size() && found[k].first == part; ++k) faces.push_back(found[k].second);
     const OrderedSource& source = mender.source();
-    parts.push_back({part, source.points[source.faces[face][0]], std::to_string(count) + std::string(reason)});
+    parts.push_back(
+        {part, source.points[source.faces[face][0]], triangles_of(mender, faces) + " " + std::string(fault)});
   }
   return parts;
+}
+
+/// Those of some parts, ascending, that are at most so wide.
+std::vector<PartObstacle> specks_of(Mender& mender, const std::vector<PartObstacle>& parts, double widest) {
+  if (parts.empty()) return {};
+  const OrderedSource& source = mender.source();
+  std::vector<std::uint32_t> number(std::size_t{parts.back().part} + 1, kNone);
+  for (std::uint32_t k = 0; k < parts.size(); ++k) number[parts[k].part] = k;
+  std::vector<Box3d> boxes(parts.size());
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f) {
+    const std::uint32_t part = mender.part_of(f);
+    if (!source.alive(f) || part >= number.size() || number[part] == kNone) continue;
+    for (const LatticePoint p : source.corners(f)) boxes[number[part]].add(to_double(p));
+  }
+  std::vector<PartObstacle> specks;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (const Vec3d e = boxes[k].extent(); std::max({e.x, e.y, e.z}) <= widest) specks.push_back(parts[k]);
+  return specks;
 }
 
 constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
@@ -152,7 +181,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
         result.obstacle = std::to_string(singular->size()) +
                           (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
                           " that no direction sees, or only by a degree, as at a folded or doubled sheet or a needle";
-        result.bad_parts = parts_of(mender, bad, " triangles lie around vertices whose faces no direction sees");
+        result.bad_parts = parts_of(mender, bad, "lie around vertices whose faces no direction sees");
         break;
       }
       const Mender::Changes changes = mender.take_changes();
@@ -168,11 +197,13 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       if (cut == 0)
         for (const std::uint32_t f : thin.faults()) result.bad_faces.push_back(source.face_of[f]);
       result.place = source.points[trouble.front()];
-      result.obstacle = std::to_string(thin.faults().size()) + " triangles of the source meet others";
-      result.bad_parts = parts_of(mender, bad, " triangles meet others");
+      result.obstacle = triangles_of(mender, thin.faults()) + " meet others";
+      result.bad_parts = parts_of(mender, bad, "meet others");
       if (thin.faults().size() > 200 + s.faces.size() / 200) break;
     }
-    if (cut == kMostCuts) break;
+    if (cut == 0) result.specks = specks_of(mender, result.bad_parts, settings.speck);
+    if (result.bad_parts.size() > kMostBadParts) result.bad_parts.resize(kMostBadParts);
+    if (cut == kMostCuts || !result.specks.empty()) break;
     const auto loss = mender.cut_and_close(bad, 1);
     if (!loss) break;
     replaced.add(*loss);
@@ -234,7 +265,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
 std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
                                   const CertifiedSettings& settings, const Progress& progress) {
   constexpr int kRounds = 60, kVain = 3;
-  constexpr std::size_t kMany = 1000;  // faces; what few take is soon done, and they may be cut out
+  constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
   constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
   constexpr double kFarther = 4;
   constexpr double kMostNear = 0.09;  // of the scanned faces: parts that lie in each other cannot be pushed out of it
@@ -264,7 +295,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     const std::vector<std::uint32_t> near = with_folded(room->faults());
     const auto scanned = std::ranges::count_if(near, [&](std::uint32_t f) { return mender.is_scanned(f); });
     const double share = replaced.share_of(static_cast<std::size_t>(scanned));
-    if (share > kMostNear) return std::nullopt;
+    if (share > kMostNear && near.size() > kMany) return std::nullopt;
     if (round == 0) {
       at_first = near.size();
       if (result.bad_faces.empty())
@@ -272,12 +303,14 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
     }
     vain = double(near.size()) > kGain * double(fewest) ? vain + 1 : 0;
     fewest = std::min(fewest, near.size());
-    if (!near.empty() && (vain < kVain || farthest < kFarther * settings.farthest)) {
+    const bool may_go_farther = farthest < kFarther * settings.farthest;
+    // Many faces, folds among them, that pushing makes no fewer at first do not yield to more room either.
+    const bool in_vain = farthest == settings.farthest && !folded.empty() && near.size() >= std::max(at_first, kMany);
+    const bool is_last = vain == kVain && may_go_farther && (share > kMostReplaced || in_vain);
+    // The thin shell may stand all the same: solids with a common face are apart already.
+    if (is_last && near.size() > kMany) return std::nullopt;
+    if (!near.empty() && !is_last && (vain < kVain || may_go_farther)) {
       if (vain == kVain) {
-        if (share > kMostReplaced) return std::nullopt;
-        // Many faces, folds among them, that pushing makes no fewer at first do not yield to more room either.
-        if (farthest == settings.farthest && !folded.empty() && near.size() >= std::max(at_first, kMany))
-          return std::nullopt;
         farthest *= 2;
         mender.allow(farthest);
         vain = 0;
@@ -295,7 +328,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
       if (!widen(mender, thin, settings.longest, progress)) return std::nullopt;
       return succeed(result, std::move(mender), std::move(thin), replaced);
     }
-    if (++cuts > kMostCuts) return std::nullopt;
+    if (is_last || ++cuts > kMostCuts) return std::nullopt;
     const auto loss = mender.cut_and_close(bad, 0);
     if (!loss) return std::nullopt;
     replaced.add(*loss);
@@ -311,7 +344,8 @@ std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& setti
   const std::vector<LatticePoint> start = result.source.points;
   result.parted_points = part_touching(result.source, settings.farthest);
   std::optional<Start> mended = smooth_and_cut(result, start, settings, progress);
-  if (!mended && !progress.cancelled()) mended = push_and_cut(result, start, settings, progress);
+  if (!mended && result.specks.empty() && !progress.cancelled())
+    mended = push_and_cut(result, start, settings, progress);
   return mended;
 }
 

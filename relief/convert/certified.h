@@ -21,6 +21,8 @@ struct CertifiedSettings {
   double longest = 0;        ///< longest fibre, lattice steps
   double farthest = 0;  ///< how far a source vertex may be moved to mend it, lattice steps; four times as far where
                         ///< sheets are pushed apart and less does not do
+  double speck = 0;     ///< parts no wider than this that have no thin shell are named and nothing is cut out of them;
+                        ///< lattice steps
   /// Shares of a slab's area in which fibres may meet the source several times, one after the other, as long as the
   /// target is not reached; all other conditions stay (shell.md 14).
   std::span<const double> tolerances = {};
@@ -46,6 +48,7 @@ struct CertifiedShell {
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
   LatticePoint place;
   std::vector<PartObstacle> bad_parts;  ///< the first of them, at most kMostBadParts
+  std::vector<PartObstacle> specks;     ///< all parts that stand in the way and are mere specks; no shell then
 };
 inline constexpr std::size_t kMostBadParts = 20;
 
@@ -58,10 +61,10 @@ struct Crowd {
 
 /// Mends the source: points that lie on others are moved off them, vertices that no direction sees and those around
 /// faces that meet others are smoothed within bounds, and what still fails is cut out and closed with patches, as long
-/// as that is a small share of the surface. Where that fails, sheets that meet are pushed apart instead, and less is
-/// cut out. Then K = S with short fibres is a shell that satisfies C0 to C3, C5, C6 and C7 of shell.md, and edges are
-/// collapsed, ends moved and edges flipped as long as all of them stay (shell.md 11). Deterministic. Cancelled: neither
-/// shell nor obstacle.
+/// as that is a small share of the surface; but where specks are in the way, it stops with these. Where that fails,
+/// sheets that meet are pushed apart instead, and less is cut out. Then K = S with short fibres is a shell that
+/// satisfies C0 to C3, C5, C6 and C7 of shell.md, and edges are collapsed, ends moved and edges flipped as long as all
+/// of them stay (shell.md 11). Deterministic. Cancelled: neither shell nor obstacle.
 [[nodiscard]] CertifiedShell build_certified(ClosedSource source, const CertifiedSettings& settings,
                                              const Progress& progress);
 

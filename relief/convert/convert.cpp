@@ -53,6 +53,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_wall_ = std::chrono::steady_clock::now();
 };
 
+constexpr double kUsualError = 1e-4;  // share of the diagonal
+
 std::string number(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
@@ -324,7 +326,7 @@ bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uin
     if (f < mesh.triangles.size()) continue;
     const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
     const std::size_t rim = static_cast<std::size_t>(next - patches.begin()) - 1;
-    if (closings[rim] == Closing::Membrane) tried.push_back(rim);
+    if (closings[rim].kind == Closing::Membrane) tried.push_back(rim);
   }
   sort_unique(tried);
   std::stable_sort(tried.begin(), tried.end(), [&](auto a, auto b) { return rims[a].size() > rims[b].size(); });
@@ -347,54 +349,161 @@ bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uin
   return any && !progress.cancelled();
 }
 
-/// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
-/// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
-/// one when cancelled.
-std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
-                                        ConvertReport& report, const Progress& progress) {
-  report.parts = {};
+/// Gives thin backs to rims whose boxes have bad faces, if so much as one depth makes the patches meet no more of the
+/// surface and of each other; these rims come last then. Whether any was given, and not when cancelled.
+bool give_backs(const TriangleMesh& mesh, std::vector<std::vector<std::uint32_t>>& rims,
+                const std::vector<std::size_t>& patches, std::span<const std::uint32_t> bad_faces, double room,
+                std::vector<Closing>& closings, const Progress& progress) {
+  constexpr std::array<double, 4> kDepths = {0.02, 0.005, 0.00125, 0.0003};  // of the diagonal of the rim's box
+  std::vector<std::uint8_t> is_bad(rims.size(), 0);
+  for (const std::uint32_t f : bad_faces) {
+    if (f < mesh.triangles.size()) continue;
+    const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
+    is_bad[static_cast<std::size_t>(next - patches.begin()) - 1] = 1;
+  }
+  std::vector<std::vector<std::uint32_t>> ordered, last;
+  std::vector<Closing> ordered_closings;
+  for (std::size_t r = 0; r < rims.size(); ++r) {
+    if (is_bad[r] != 0 && closings[r].kind == Closing::Box) {
+      last.push_back(rims[r]);
+    } else {
+      ordered.push_back(rims[r]);
+      ordered_closings.push_back(closings[r]);
+    }
+  }
+  if (last.empty()) return false;
+  ordered.insert(ordered.end(), last.begin(), last.end());
+  for (const double share : kDepths) {
+    std::vector<Closing> now = ordered_closings;
+    for (const auto& rim : last) {
+      Box3d box;
+      for (const std::uint32_t v : rim) box.add(mesh.positions[v]);
+      now.emplace_back(Closing::Back, share * diagonal_of(box));
+    }
+    const std::size_t meetings = count_meetings(close_openings(mesh, ordered, now, room).source, progress);
+    if (progress.cancelled()) return false;
+    if (meetings > 0) continue;
+    rims = std::move(ordered);
+    closings = std::move(now);
+    return true;
+  }
+  return false;
+}
+
+/// A shell that closes the openings of a source first, as suits them.
+struct ClosedShell {
+  CertifiedShell made;
+  Lattice lattice;
+  std::size_t openings = 0;
+};
+
+ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
+                              double diagonal, const Progress& progress) {
   // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal; more where
   // sheets have to be pushed apart.
   constexpr double kFarthest = 2e-3;
   // Shares of a slab's area in which a tolerant shell may fold.
   constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
-  const TriangleMesh& open = ground.mesh;
-  const Parts parts = find_parts(open.positions.size(), open.triangles);
-  report.parts.count = parts.count;
+  constexpr int kAttempts = 3;
+  auto rims = find_rims(open.positions.size(), open.triangles);
+  std::vector<Closing> closings = choose_closings(open, parts, rims);
+  ClosedShell result;
+  result.openings = rims.size();
+  const double room = settings.thickness * diagonal;
+  for (int attempt = 1;; ++attempt) {
+    Closed closed = close_openings(open, rims, closings, room);
+    const double share = diagonal / closed.lattice.step;
+    result.lattice = closed.lattice;
+    result.made = build_certified(std::move(closed.source),
+                                  {.target = static_cast<std::size_t>(settings.slabs),
+                                   .longest = settings.thickness * share,
+                                   .farthest = kFarthest * share,
+                                   .speck = kUsualError * share,
+                                   .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
+                                                                                 : std::span<const double>()},
+                                  progress);
+    const CertifiedShell& made = result.made;
+    if (!made.shell.faces.empty() || made.obstacle.empty() || !made.specks.empty()) break;
+    if (attempt == kAttempts) break;
+    // Membranes that met the surface give way to boxes, and boxes that did to backs.
+    if (attempt == 1 && give_boxes(open, rims, closed.patches, made.bad_faces, room, closings, progress)) continue;
+    if (!give_backs(open, rims, closed.patches, made.bad_faces, room, closings, progress)) break;
+  }
+  return result;
+}
+
+/// A sentence about a part that was left out, without its full stop.
+std::string left_out(const TriangleMesh& mesh, const Parts& parts, const PartObstacle& speck, double step,
+                     double diagonal) {
+  Box3d box;
+  std::size_t triangles = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    if (parts.of_face[f] != speck.part) continue;
+    ++triangles;
+    for (const std::uint32_t v : mesh.triangles[f]) box.add(mesh.positions[v]);
+  }
+  return "a part of " + std::to_string(triangles) + " triangles at " + place((box.low + box.high) * 0.5) + ", only " +
+         number(diagonal_of(box) / diagonal) + " of the diagonal across, was left out: on the lattice, whose step is " +
+         number(step / diagonal) + " of it, " + speck.reason;
+}
+
+/// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
+/// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
+/// one when cancelled.
+std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
+                                        ConvertReport& report, const Progress& progress) {
+  constexpr std::size_t kMostNotes = 5;
+  report.parts = {};
+  const Parts all_parts = find_parts(ground.mesh.positions.size(), ground.mesh.triangles);
+  report.parts.count = all_parts.count;
   const auto note_obstacle = [&](std::uint32_t part, Vec3d near, const std::string& reason) {
-    const auto size = std::count(parts.of_face.begin(), parts.of_face.end(), part);
+    if (report.parts.obstacles.size() == kMostBadParts) return;
+    const auto size = std::count(all_parts.of_face.begin(), all_parts.of_face.end(), part);
     report.parts.obstacles.push_back({part, static_cast<std::size_t>(size), near, reason});
   };
-  if (const auto crowd = find_crowd(open.positions.size(), open.triangles)) {
+  if (const auto crowd = find_crowd(ground.mesh.positions.size(), ground.mesh.triangles)) {
+    const TriangleMesh& open = ground.mesh;
     report.not_certified = crowd->obstacle + ", at " + place(open.positions[crowd->point]);
     std::size_t f = 0;
     while (std::find(open.triangles[f].begin(), open.triangles[f].end(), crowd->point) == open.triangles[f].end()) ++f;
-    note_obstacle(parts.of_face[f], open.positions[crowd->point], crowd->obstacle);
+    note_obstacle(all_parts.of_face[f], open.positions[crowd->point], crowd->obstacle);
     return nullptr;
   }
-  const auto rims = find_rims(open.positions.size(), open.triangles);
-  std::vector<Closing> closings = choose_closings(open, parts, rims);
-  CertifiedShell made;
-  Lattice lattice;
-  const double room = settings.thickness * diagonal;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    Closed closed = close_openings(open, rims, closings, room);
-    lattice = closed.lattice;
-    made = build_certified(std::move(closed.source),
-                           {.target = static_cast<std::size_t>(settings.slabs),
-                            .longest = room / lattice.step,
-                            .farthest = kFarthest * diagonal / lattice.step,
-                            .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
-                                                                          : std::span<const double>()},
-                           progress);
-    if (!made.shell.faces.empty() || made.obstacle.empty()) break;
-    // Membranes that met the surface give way to boxes.
-    if (attempt == 0 && !give_boxes(open, rims, closed.patches, made.bad_faces, room, closings, progress)) break;
+  TriangleMesh rest;  // without the specks, once there are any
+  const TriangleMesh* open = &ground.mesh;
+  std::vector<std::string> notes;  // about the specks
+  std::size_t specks = 0;
+  std::vector<std::uint32_t> part_number(all_parts.count);  // of those in `open`
+  std::iota(part_number.begin(), part_number.end(), 0U);
+  ClosedShell closed;
+  for (;;) {
+    const Parts parts = find_parts(open->positions.size(), open->triangles);
+    closed = close_and_certify(*open, parts, settings, diagonal, progress);
+    const CertifiedShell& made = closed.made;
+    for (const PartObstacle& bad : made.specks.empty() ? made.bad_parts : made.specks)
+      note_obstacle(part_number[bad.part], closed.lattice.to_model(bad.place), bad.reason);
+    if (made.specks.empty() || made.specks.size() == parts.count) break;
+    std::vector<std::uint8_t> stays(parts.count, 1);
+    for (const PartObstacle& speck : made.specks) {
+      stays[speck.part] = 0;
+      if (notes.size() < kMostNotes) notes.push_back(left_out(*open, parts, speck, closed.lattice.step, diagonal));
+    }
+    specks += made.specks.size();
+    TriangleMesh fewer;
+    fewer.positions = open->positions;
+    for (std::size_t f = 0; f < parts.of_face.size(); ++f)
+      if (stays[parts.of_face[f]] != 0) fewer.triangles.push_back(open->triangles[f]);
+    std::size_t kept = 0;
+    for (std::uint32_t part = 0; part < parts.count; ++part)
+      if (stays[part] != 0) part_number[kept++] = part_number[part];
+    rest = std::move(fewer);
+    open = &rest;
   }
+  CertifiedShell& made = closed.made;
+  const Lattice& lattice = closed.lattice;
   if (made.shell.faces.empty()) {
     if (!made.obstacle.empty())
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
-    for (const PartObstacle& bad : made.bad_parts) note_obstacle(bad.part, lattice.to_model(bad.place), bad.reason);
     return nullptr;
   }
   auto mesh = slab_mesh_of(made.shell, lattice);
@@ -415,12 +524,17 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.parted_vertices = made.parted_points;
   report.replaced_triangles = made.replaced_faces;
   report.vanished_parts = made.vanished_parts;
-  report.closed_openings = rims.size();
-  report.parts.certified = made.tolerant ? 0 : report.parts.count - made.vanished_parts;
+  report.closed_openings = closed.openings;
+  report.specks = specks;
+  if (specks > notes.size()) notes.push_back(std::to_string(specks - notes.size()) + " more such parts were left out");
+  report.notes.insert(report.notes.end(), notes.begin(), notes.end());
+  report.parts = {};
+  report.parts.count = find_parts(made.source.points.size(), made.source.faces).count;
+  report.parts.certified = made.tolerant ? 0 : report.parts.count;
   ground.tolerant = made.tolerant;
   ground.lattice = lattice;
   TriangleMesh mended;
-  mended.unit = open.unit;
+  mended.unit = ground.mesh.unit;
   for (const int phantom : {0, 1}) {
     for (std::size_t f = 0; f < made.source.faces.size(); ++f)
       if (made.source.phantom[f] == phantom) mended.triangles.push_back(made.source.faces[f]);
@@ -486,7 +600,6 @@ Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& sourc
   return draft.finish();
 }
 
-constexpr double kUsualError = 1e-4;  // share of the diagonal
 /// Beyond the error that was asked for, rounding.
 constexpr double kAsGood = 1 + 1e-6;
 
@@ -778,6 +891,10 @@ std::string to_string(const ConvertReport& report) {
   }
   for (const std::string& note : report.notes) text += note + "\n";
   if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
+  if (report.parts.count > 1)
+    for (const ConvertReport::Parts::Obstacle& part : report.parts.obstacles)
+      text += "  part " + std::to_string(part.part) + " of " + std::to_string(report.parts.count) + ", " +
+              std::to_string(part.triangles) + " triangles: " + part.reason + ", first near " + place(part.near) + "\n";
   if (report.moved_vertices > 0) {
     std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",
                   report.moved_vertices, report.moved_most);

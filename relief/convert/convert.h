@@ -64,6 +64,7 @@ struct ConvertReport {
   std::size_t parted_vertices = 0;     ///< of these, such as lay on others
   std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
   std::size_t vanished_parts = 0;      ///< that were cut out as a whole
+  std::size_t specks = 0;              ///< parts left out, narrower than 1e-4 of the diagonal, on which no shell stands
   std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void
   std::size_t phantom_triangles = 0;
   struct Remesh {
@@ -74,8 +75,9 @@ struct ConvertReport {
   std::optional<Remesh> remesh;    ///< where it was asked for
   std::vector<std::string> notes;  ///< what is odd about the source; sentences without a full stop
   std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
-  /// Connected parts of the closed source, numbered by their first triangle. The certificate is one for all of them:
-  /// where some cannot have it, none has, and the obstacles tell which ones these are.
+  /// Connected parts of the mended source. The certificate is one for all of them: where some cannot have it, none has,
+  /// then the parts are those of the repaired source, numbered by their first triangle, and the obstacles tell which
+  /// ones these are.
   struct Parts {
     struct Obstacle {
       std::size_t part = 0, triangles = 0;

@@ -307,6 +307,25 @@ class Patch {
   std::set<Edge> flipped_;
 };
 
+/// The faces once more, shifted and turned round, and walls between their rims.
+void add_back(std::vector<Vec3d>& points, std::vector<Face>& faces, std::span<const Face> front, const Loop& rim,
+              Vec3d shift) {
+  std::vector<std::uint32_t> behind(points.size(), kNone);
+  for (const Face& f : front) {
+    for (const std::uint32_t v : f) {
+      if (behind[v] != kNone) continue;
+      behind[v] = static_cast<std::uint32_t>(points.size());
+      points.push_back(points[v] + shift);
+    }
+    faces.push_back({behind[f[0]], behind[f[2]], behind[f[1]]});
+  }
+  for (std::size_t k = 0; k < rim.size(); ++k) {
+    const std::uint32_t a = rim[k], b = rim[(k + 1) % rim.size()];
+    faces.push_back({a, b, behind[a]});
+    faces.push_back({b, behind[b], behind[a]});
+  }
+}
+
 /// The unit normal of the plane that best holds a rim, out of the opening.
 Vec3d rim_normal(std::span<const Vec3d> points, const Loop& rim) noexcept {
   Vec3d sum;
@@ -378,7 +397,7 @@ std::vector<std::size_t> close_rims(std::vector<Vec3d>& points, std::vector<Face
     }
   Parts parts;
   std::vector<std::uint32_t> part_of(surface_points, kNone);
-  if (std::find(closings.begin(), closings.end(), Closing::Box) != closings.end()) {
+  if (std::ranges::any_of(closings, [](Closing c) { return c.kind != Closing::Membrane; })) {
     parts = find_parts(surface_points, faces);
     for (std::size_t f = 0; f < faces.size(); ++f)
       for (const std::uint32_t v : faces[f]) part_of[v] = parts.of_face[f];
@@ -387,9 +406,20 @@ std::vector<std::size_t> close_rims(std::vector<Vec3d>& points, std::vector<Face
   for (std::size_t r = 0; r < rims.size(); ++r) {
     begins.push_back(faces.size());
     if (rims[r].size() < 3) continue;
+    if (closings[r].kind == Closing::Back) {
+      std::vector<Face> part;
+      for (std::size_t f = 0; f < begins[0]; ++f)
+        if (parts.of_face[f] == part_of[rims[r].front()]) part.push_back(faces[f]);
+      for (std::size_t other = 0; other < r; ++other)
+        if (part_of[rims[other].front()] == part_of[rims[r].front()])
+          part.insert(part.end(), faces.begin() + static_cast<std::ptrdiff_t>(begins[other]),
+                      faces.begin() + static_cast<std::ptrdiff_t>(begins[other + 1]));
+      add_back(points, faces, part, rims[r], rim_normal(points, rims[r]) * closings[r].depth);
+      continue;
+    }
     std::sort(taken[r].begin(), taken[r].end());
     Patch patch(points, faces, rims[r], taken[r], std::move(across[r]));
-    if (closings[r] == Closing::Box) {
+    if (closings[r].kind == Closing::Box) {
       constexpr double kBeyond = 0.1;  // of the part's extent
       const Vec3d normal = rim_normal(points, rims[r]);
       double low = Box3d::kFar, high = -Box3d::kFar;

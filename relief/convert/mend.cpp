@@ -12,6 +12,7 @@
 #include <cmath>
 #include <numeric>
 #include <tuple>
+#include <unordered_set>
 #include <utility>
 
 namespace relief::detail {
@@ -430,12 +431,40 @@ bool Mender::cut_crumbs() {
   return any;
 }
 
+/// Cuts pieces in which nothing is left that was scanned, only patches; whether there were any.
+bool Mender::cut_bare() {
+  std::unordered_set<std::uint32_t> sound, seen;
+  std::vector<std::uint32_t> piece;
+  bool any = false;
+  for (const std::uint32_t seed : rim()) {
+    const std::uint32_t first = seed / 3;
+    if (is_cut(first) || is_scanned(first) || sound.contains(first)) continue;
+    piece.assign(1, first);
+    seen = {first};
+    bool is_sound = false;
+    for (std::size_t k = 0; k < piece.size() && !is_sound; ++k)
+      for (std::uint32_t h = 3 * piece[k]; h < 3 * piece[k] + 3; ++h) {
+        const std::uint32_t other = rings_.twins[h] / 3;
+        if (is_cut(other)) continue;
+        is_sound = is_sound || is_scanned(other) || sound.contains(other);
+        if (seen.insert(other).second) piece.push_back(other);
+      }
+    if (is_sound) {
+      sound.insert(piece.begin(), piece.end());
+      continue;
+    }
+    for (const std::uint32_t f : piece) cut(f, 1);
+    any = true;
+  }
+  return any;
+}
+
 std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad, std::size_t rings) {
   find_parts_once();
   was_cut_ = true;
   cut_.clear();
   mark_rings(bad, rings);
-  while (cut_pinched() || cut_crumbs()) {
+  while (cut_pinched() || cut_crumbs() || cut_bare()) {
   }
   alive_ -= cut_.size();
   if (alive_ == 0) return std::nullopt;

@@ -81,9 +81,9 @@ class Mender {
     std::size_t faces = 0, parts = 0;
   };
   /// Takes the faces out with so many rings around them, and with one ring more each time that a place is cut again,
-  /// then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too. A patch is phantom
-  /// where what lay at its rim was. Nothing when no face would be left or a rim cannot be closed: the mender is of no
-  /// more use then.
+  /// then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too, and those of patches
+  /// alone. A patch is phantom where what lay at its rim was. Nothing when no face would be left or a rim cannot be
+  /// closed: the mender is of no more use then.
   std::optional<Loss> cut_and_close(std::span<const std::uint32_t> bad, std::size_t rings);
 
   /// What has changed since the last call: points that faces around them have moved, come or gone, and the faces that
@@ -117,6 +117,7 @@ class Mender {
   std::vector<std::uint32_t> move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves);
   bool cut_pinched();
   bool cut_crumbs();
+  bool cut_bare();
   [[nodiscard]] bool is_cut(std::uint32_t f) const noexcept { return level_[f] != 0; }
   void cut(std::uint32_t f, std::uint8_t level);
   /// Half-edges of faces that stay, at faces that go.

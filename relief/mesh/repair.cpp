@@ -272,6 +272,7 @@ class Repairer {
     }
   }
 
+  /// Drops triangles with the corners of another, unless the two are a face that solids share.
   void drop_duplicates() {
     const std::size_t count = mesh_.triangles.size();
     const auto sorted = [&](Index t) {
@@ -292,18 +293,83 @@ class Repairer {
       const Triangle s = sorted(t);
       entries[fill[s[0]]++] = {s[1], s[2], t};
     }
+    const auto sense = [&](Index t) {  // which way round its corners run
+      const auto& [a, b, c] = mesh_.triangles[t];
+      return (a < b) == ((b < c) == (c < a));
+    };
     std::vector<bool> gone(count, false);
     std::size_t dropped = 0;
+    std::vector<std::array<Index, 2>> pairs;  // of opposite senses
     for (std::size_t v = 0; v + 1 < start.size(); ++v) {
       std::sort(entries.begin() + start[v], entries.begin() + start[v + 1]);
-      for (Index k = start[v]; k + 1 < start[v + 1]; ++k) {
-        if (entries[k].middle != entries[k + 1].middle || entries[k].high != entries[k + 1].high) continue;
-        gone[entries[k + 1].triangle] = true;
-        ++dropped;
+      for (Index k = start[v]; k < start[v + 1];) {
+        const Index first = entries[k].triangle;
+        Index opposite = kNone;
+        Index last = k + 1;
+        for (; last < start[v + 1]; ++last) {
+          if (entries[k].middle != entries[last].middle || entries[k].high != entries[last].high) break;
+          const Index t = entries[last].triangle;
+          if (opposite == kNone && sense(t) != sense(first)) opposite = t;
+          gone[t] = t != opposite;
+          dropped += gone[t] ? 1U : 0U;
+        }
+        if (opposite != kNone) pairs.push_back({first, opposite});
+        k = last;
       }
     }
-    report_.duplicate_triangles += dropped;
-    if (dropped != 0) keep([&](Index t) { return !gone[t]; });
+    if (dropped != 0) {
+      report_.duplicate_triangles += dropped;
+      keep([&](Index t) { return !gone[t]; });
+      if (!pairs.empty()) drop_duplicates();  // once more: numbers have changed
+    } else if (!pairs.empty()) {
+      gone = doubled_sheets(pairs);
+      report_.duplicate_triangles += static_cast<std::size_t>(std::ranges::count(gone, true));
+      keep([&](Index t) { return !gone[t]; });
+    }
+  }
+
+  /// Of triangles that coincide and look opposite ways, both stay where two solids share a face: around each stretch of
+  /// them, other triangles bound a solid on either side. The second of each pair goes where not, as in a sheet that is
+  /// there twice. Which ones go.
+  std::vector<bool> doubled_sheets(const std::vector<std::array<Index, 2>>& pairs) {
+    const std::size_t count = mesh_.triangles.size();
+    std::vector<bool> gone(count, false);
+    std::vector<Index> pair_of(count, kNone);
+    for (Index k = 0; k < pairs.size(); ++k)
+      for (const Index t : pairs[k]) pair_of[t] = k;
+    std::vector<Index> root(pairs.size());  // of each stretch
+    std::iota(root.begin(), root.end(), 0U);
+    const auto root_of = [&](Index k) {
+      while (root[k] != k) k = root[k] = root[root[k]];
+      return k;
+    };
+    const EdgeTable edges = make_edges(mesh_.triangles, mesh_.positions.size());
+    std::vector<std::array<Index, 2>> bounds;  // a pair at an edge with others, and whether these agree
+    for (std::size_t e = 0; e + 1 < edges.crowd_start.size(); ++e) {
+      const auto crowd =
+          std::span(edges.crowd).subspan(edges.crowd_start[e], edges.crowd_start[e + 1] - edges.crowd_start[e]);
+      Index one = kNone;
+      int along = 0, against = 0;  // single triangles
+      for (const Index h : crowd) {
+        const Index pair = pair_of[h / 3];
+        if (pair == kNone) {
+          ++(from(h) < to(h) ? along : against);
+        } else if (one == kNone) {
+          one = pair;
+        } else {
+          root[root_of(pair)] = root_of(one);
+        }
+      }
+      if (one != kNone && along + against != 0) bounds.push_back({one, along == against ? 1U : 0U});
+    }
+    std::vector<bool> bounded(pairs.size(), false), broken(pairs.size(), false);
+    for (const auto& [pair, agree] : bounds) (agree != 0 ? bounded : broken)[root_of(pair)] = true;
+    for (Index k = 0; k < pairs.size(); ++k)
+      for (Index h = 3 * pairs[k][0]; h < 3 * pairs[k][0] + 3; ++h)
+        if (edges.twin[h] != kMany) broken[root_of(k)] = true;  // ends there
+    for (Index k = 0; k < pairs.size(); ++k)
+      if (!bounded[root_of(k)] || broken[root_of(k)]) gone[pairs[k][1]] = true;
+    return gone;
   }
 
   template <typename F>
@@ -477,6 +543,29 @@ class Repairer {
     std::ranges::sort(wings, [](const Wing& a, const Wing& b) {
       return a.angle != b.angle ? a.angle < b.angle : a.half_edge < b.half_edge;
     });
+    // Where solids touch, the material of one ends before that of the other begins, whatever rounding says of the
+    // angles. The round starts behind the widest gap, so that none that touch lie on either side of its start.
+    std::size_t begin = 0;
+    double widest = wings.front().angle + 4.0 - wings.back().angle;
+    for (std::size_t k = 1; k < wings.size(); ++k) {
+      const double gap = wings[k].angle - wings[k - 1].angle;
+      if (gap > widest) {
+        widest = gap;
+        begin = k;
+      }
+    }
+    std::ranges::rotate(wings, wings.begin() + static_cast<std::ptrdiff_t>(begin));
+    const auto touches = [](const Wing& a, const Wing& b) {
+      constexpr double kSame = 1e-6;  // about the angle, rad; single precision gives 1e-7 of a length
+      const double gap = b.angle - a.angle;
+      return (gap < 0.0 ? gap + 4.0 : gap) <= kSame;
+    };
+    for (auto group = wings.begin(); group != wings.end();) {
+      auto last = group + 1;
+      while (last != wings.end() && touches(last[-1], *last)) ++last;
+      std::stable_partition(group, last, [&](const Wing& w) { return from(w.half_edge) != v; });
+      group = last;
+    }
     // Twice round, since a wedge may span the start.
     std::vector<Index> opened;
     for (std::size_t k = 0; k < 2 * wings.size(); ++k) {

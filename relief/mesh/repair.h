@@ -15,7 +15,8 @@ struct RepairReport {
   std::size_t welded_vertices = 0;       ///< vertices merged with one at the same position
   std::size_t unused_vertices = 0;       ///< vertices dropped because no triangle names them
   std::size_t degenerate_triangles = 0;  ///< dropped: repeated corner, or no area
-  std::size_t duplicate_triangles = 0;   ///< dropped: the same three corners as another
+  std::size_t duplicate_triangles = 0;   ///< dropped: the same three corners as another; a face that solids share
+                                         ///< stays, once for each of them
   std::size_t flipped_triangles = 0;     ///< no area, but closing a gap: its longest edge was flipped, so nothing opens
   std::size_t nonfinite_triangles = 0;   ///< dropped: a corner is infinite or not a number
   std::size_t turned_triangles = 0;      ///< turned round so that neighbours agree

@@ -1,9 +1,12 @@
 // Certified mode: what it promises is counted here by brute force, on every triangle of the source.
 #include "shapes.h"
+#include "support/blocks.h"
 
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/directions.h>
+#include <relief/convert/fill.h>
+#include <relief/convert/mend.h>
 #include <relief/convert/section.h>
 #include <relief/core/query.h>
 #include <relief/verify/verify.h>
@@ -196,6 +199,53 @@ TEST(Certified, ObstaclesNameTheirParts) {
   }
 }
 
+TEST(Certified, SpecksFinerThanTheLatticeAreLeftOutAndNamed) {
+  TriangleMesh mesh;
+  std::size_t per_speck = 0;
+  constexpr std::size_t kSpecks = 7;
+  for (std::size_t k = 0; k < kSpecks; ++k) {
+    append(mesh, testing::ball(16), {double(k) / 4, 3, 0}, 1e-6);
+    per_speck = mesh.triangles.size() / (k + 1);
+  }
+  append(mesh, testing::ball(16, 0.1));
+  append(mesh, testing::ball(8), {-2, 0, 0}, 1e-4);  // small, but sound
+  const auto result = convert(mesh, certified(60));
+  expect_certified(result, 200);
+  const ConvertReport& report = result->report;
+  EXPECT_EQ(report.specks, kSpecks);
+  EXPECT_EQ(report.parts.count, 2U);
+  EXPECT_EQ(report.parts.certified, 2U);
+  EXPECT_EQ(report.replaced_triangles, 0U);
+  EXPECT_EQ(report.vanished_parts, 0U);
+  ASSERT_EQ(report.notes.size(), 6U);
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_NE(report.notes[k].find("a part of " + std::to_string(per_speck) + " triangles"), std::string::npos);
+    EXPECT_NE(report.notes[k].find(", 3, "), std::string::npos) << report.notes[k];
+  }
+  EXPECT_EQ(report.notes[5], "2 more such parts were left out");
+
+  // Where the others fail as well, all stay, and all that fail are named by their places in the source.
+  append(mesh, testing::ball(60), {6, 0, 0});
+  append(mesh, testing::ball(60), {7, 0.1, 0});
+  ConvertSettings settings = certified(100);
+  settings.mode.reset();
+  const auto preview = convert(mesh, settings);
+  ASSERT_TRUE(preview) << preview.error().message;
+  EXPECT_EQ(preview->model.info.mode, Mode::Preview);
+  EXPECT_EQ(preview->report.specks, 0U);
+  EXPECT_TRUE(preview->report.notes.empty());
+  EXPECT_EQ(preview->report.parts.count, kSpecks + 4);
+  std::vector<std::size_t> named;
+  for (const auto& obstacle : preview->report.parts.obstacles) {
+    named.push_back(obstacle.part);
+    EXPECT_EQ(obstacle.near.y > 2.9, obstacle.part < kSpecks) << obstacle.part;
+    EXPECT_EQ(obstacle.near.x > 4.9, obstacle.part > kSpecks + 1) << obstacle.part;
+  }
+  std::ranges::sort(named);
+  EXPECT_EQ(named, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 9, 10}));
+  EXPECT_NE(to_string(preview->report).find("part 10 of 11"), std::string::npos);
+}
+
 /// Without the faces that have a corner for which `hole` holds.
 TriangleMesh pierced(TriangleMesh mesh, const std::function<bool(Vec3d)>& hole) {
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
@@ -246,6 +296,45 @@ std::vector<std::array<double, 3>> places(const TriangleMesh& mesh) {
   std::vector<std::array<double, 3>> all;
   for (const Vec3d p : mesh.positions) all.push_back({p.x, p.y, p.z});
   return all;
+}
+
+TEST(Mender, NothingStaysOfPatchesAlone) {
+  // A tube with membranes over its ends: what is cut out at one rim leaves its membrane without a neighbour.
+  using namespace detail;
+  constexpr int kAround = 60, kRows = 20;
+  const TriangleMesh tube = testing::bent_grid(kAround, kRows, true, false, [](double u, double v) {
+    const double a = 2 * std::numbers::pi * u;
+    return Vec3d{std::cos(a), std::sin(a), 2 * v} * 1e5 + Vec3d{2e5, 2e5, 2e5};
+  });
+  ClosedSource closed;
+  std::vector<Vec3d> points = tube.positions;
+  closed.faces = tube.triangles;
+  const auto rims = find_rims(points.size(), closed.faces);
+  close_rims(points, closed.faces, rims, std::vector<Closing>(rims.size(), Closing::Membrane));
+  for (const Vec3d p : points) closed.points.push_back(snap(p));
+  closed.phantom.assign(tube.triangles.size(), 0);
+  closed.phantom.resize(closed.faces.size(), 1);
+  closed.patch = closed.phantom;
+
+  Mender mender(closed, closed.points, 100);
+  const OrderedSource& source = mender.source();
+  std::vector<std::uint32_t> bad;
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f)
+    if (source.face_of[f] < 2 * kAround) bad.push_back(f);
+  const auto loss = mender.cut_and_close(bad, 1);
+  ASSERT_TRUE(loss);
+  EXPECT_EQ(loss->faces, 4U * kAround);
+  EXPECT_EQ(loss->parts, 0U);
+  std::vector<Face> faces;
+  std::vector<std::uint8_t> scanned;
+  for (std::uint32_t f = 0; f < source.faces.size(); ++f) {
+    if (!source.alive(f)) continue;
+    faces.push_back(source.faces[f]);
+    scanned.push_back(mender.is_scanned(f));
+  }
+  const Parts parts = find_parts(source.points.size(), faces);
+  EXPECT_EQ(parts.count, 1U);
+  EXPECT_EQ(std::ranges::count(scanned, 1), 2 * kAround * (kRows - 2));
 }
 
 TEST(Certified, TheVerifierHoldsVoidMarksAgainstTheMendedSource) {
@@ -345,6 +434,39 @@ TEST(Certified, OnlyRimsThatABoxHelpsGetOne) {
   EXPECT_LT(result->report.replaced_triangles, result->report.source_triangles / 50);
 }
 
+/// A slanting sheet close above a level one: the boxes of both would run through each other.
+TriangleMesh two_sheets(double gap) {
+  TriangleMesh mesh = testing::sheet(30);
+  append(mesh,
+         testing::bent_grid(30, 30, false, false, [&](double u, double v) { return Vec3d{u, v, gap + 0.2 * u}; }));
+  return mesh;
+}
+
+TEST(Certified, SheetsWithoutRoomForABoxGetABack) {
+  for (const double gap : {0.05, 0.01, 0.002}) {
+    const TriangleMesh mesh = two_sheets(gap);
+    const auto result = convert(mesh, certified(200));
+    expect_certified(result, gap < 0.01 ? 1500 : 300);  // a thin plate stays fine
+    const ConvertReport& report = result->report;
+    EXPECT_EQ(report.parts.certified, 2U);
+    EXPECT_EQ(report.closed_openings, 2U);
+    EXPECT_EQ(report.replaced_triangles, 0U);
+    EXPECT_EQ(report.moved_vertices, 0U);
+    EXPECT_GT(report.phantom_triangles, 0U);
+  }
+}
+
+TEST(Certified, WhatClosesOpeningsIsNotCalledTheSource) {
+  // So near that neither a box nor a back has room.
+  ConvertSettings settings = certified(100);
+  settings.mode.reset();
+  const auto result = convert(two_sheets(1e-5), settings);
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_EQ(result->model.info.mode, Mode::Preview);
+  EXPECT_EQ(result->report.not_certified.find("of the source"), std::string::npos) << result->report.not_certified;
+  EXPECT_NE(result->report.not_certified.find("close openings"), std::string::npos) << result->report.not_certified;
+}
+
 TEST(CountMeetings, PairsWithPatchesThatShareNoCorner) {
   using detail::LatticePoint;
   // A triangle, one across it, one beside that across both, and one at a corner of the first.
@@ -387,6 +509,57 @@ TEST(Certified, PartsThatTouchAreMovedApart) {
   EXPECT_GT(result->report.parted_vertices, 0U);
   EXPECT_GT(result->report.moved_most, 0);
   EXPECT_LE(result->report.moved_most, 2.1e-3);
+}
+
+TEST(Certified, BlocksThatShareFacesAreMovedApart) {
+  // In any case shared edges and corners, too; every solid stays, no more than the reported distance from where it was.
+  std::mt19937 random(3);
+  std::size_t shared = 0;
+  for (int round = 0; round < 12; ++round) {
+    const auto place = [&](Vec3d p) {
+      return round % 2 == 0 ? p : Vec3d{0.6 * p.x - 0.8 * p.y, 0.8 * p.x + 0.6 * p.y, 0.3 * p.x + p.z};
+    };
+    const auto blocks = testing::random_blocks(2 + round % 3, testing::kEachItsOwn, random, place);
+    if (blocks.cubes == 0) continue;
+    const auto result = convert(blocks.mesh, certified(400));
+    expect_certified(result, 3000, 5);
+    const ConvertReport& report = result->report;
+    EXPECT_EQ(report.parts.certified, report.parts.count);
+    EXPECT_EQ(report.replaced_triangles, 0U);
+    EXPECT_EQ(report.parted_vertices > 0, report.repair.split_vertices > 0) << "round " << round;
+    EXPECT_LE(report.from_mended.max, 1e-3);
+    EXPECT_LE(report.from_source.max, report.moved_most + 1e-3);
+    shared += blocks.shared_faces;
+  }
+  EXPECT_GT(shared, 60U);
+}
+
+TEST(Certified, SolidsThatShareAFaceCutInOtherTrianglesAreMovedApart) {
+  // Boxes of 4 and 5, 5 and 7, 6 and 7 cells along each edge, one on top of the other: few points coincide.
+  const auto add_box = [](TriangleMesh& to, int cells, double level) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const bool far : {false, true}) {
+        const TriangleMesh side = testing::bent_grid(cells, cells, false, false, [&](double u, double v) {
+          const double w = far ? 1 : 0;
+          const Vec3d p = axis == 0 ? Vec3d{w, u, v} : axis == 1 ? Vec3d{v, w, u} : Vec3d{u, v, w};
+          return Vec3d{p.x, p.y, p.z + level};
+        });
+        append(to, far ? side : testing::turned(side));
+      }
+  };
+  for (const auto& [low, high] : {std::pair(4, 5), std::pair(5, 7), std::pair(6, 7)}) {
+    TriangleMesh mesh;
+    add_box(mesh, low, 0);
+    add_box(mesh, high, 1);
+    const auto result = convert(mesh, certified(200));
+    expect_certified(result, 400);
+    const ConvertReport& report = result->report;
+    EXPECT_EQ(report.parts.certified, 2U);
+    EXPECT_EQ(report.replaced_triangles, 0U);
+    EXPECT_GT(report.moved_most, 0);
+    EXPECT_LE(report.moved_most, 2.1e-3);
+    EXPECT_LE(report.from_source.max, report.moved_most + report.from_mended.max + 1e-6);
+  }
 }
 
 TEST(Certified, ASpikeThroughTheSurfaceIsCutOut) {

@@ -102,6 +102,33 @@ TEST(Patch, BoxReachesBeyondThePart) {
   EXPECT_GT(volume(mesh), 0);
 }
 
+TEST(Patch, BackIsThePartShiftedWithItsOtherPatches) {
+  constexpr double kDepth = 0.05;
+  TriangleMesh sheet = testing::sheet(12, 0.4);
+  std::erase_if(sheet.triangles, [&](const Triangle& t) {
+    return std::ranges::any_of(t,
+                               [&](std::uint32_t v) { return length(sheet.positions[v] - Vec3d{0.5, 0.5, 0}) < 0.2; });
+  });
+  // Another part is no business of it.
+  testing::append(sheet, testing::ball(6), {5, 0, 0});
+  Closed mesh{sheet.positions, sheet.triangles, {}};
+  auto rims = find_rims(mesh.points.size(), mesh.faces);
+  ASSERT_EQ(rims.size(), 2U);
+  std::ranges::sort(rims, {}, &std::vector<std::uint32_t>::size);
+  mesh.begins =
+      close_rims(mesh.points, mesh.faces, rims, std::vector<Closing>{{Closing::Membrane}, {Closing::Back, kDepth}});
+  expect_closed(mesh);
+  const std::size_t hole = mesh.begins[1] - mesh.begins[0], ball = testing::ball(6).triangles.size();
+  EXPECT_EQ(mesh.begins[2] - mesh.begins[1], sheet.triangles.size() - ball + hole + 2 * rims[1].size());
+  Closed alone = mesh;
+  std::erase_if(alone.faces, [&](const Face& f) { return mesh.points[f[0]].x > 2; });
+  // Shifted along the normal of the plane of its rim, which is not level.
+  Vec3d normal;
+  for (std::size_t k = 0; k < rims[1].size(); ++k)
+    normal += cross(mesh.points[rims[1][k]], mesh.points[rims[1][(k + 1) % rims[1].size()]]);
+  EXPECT_NEAR(volume(alone), kDepth * length(normal) / 2, 1e-9);
+}
+
 TEST(Patch, TakesNoEdgeThatTheSurfaceHas) {
   // Two triangles folded along a diagonal: the patch over their rim of four must use the other one, or a new point.
   Closed mesh;

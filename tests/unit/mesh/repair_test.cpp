@@ -1,4 +1,5 @@
 #include "mesh_checks.h"
+#include "support/blocks.h"
 
 #include <relief/mesh/repair.h>
 
@@ -7,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace relief {
 namespace {
@@ -165,6 +167,61 @@ TEST(Repair, BoxesThatShareACornerComeApart) {
   EXPECT_EQ(out.report.split_vertices, 1U);
   EXPECT_EQ(out.mesh.positions.size(), 16U);
   EXPECT_EQ(out.report.parts, 2U);
+}
+
+TEST(Repair, BoxesThatShareAFaceBothKeepIt) {
+  const TriangleMesh low = box({0, 0, 0}, {1, 1, 1});
+  TriangleMesh high = box({0, 0, 1}, {1, 1, 2});
+  for (const bool same_diagonal : {true, false}) {
+    // The top of the one has corners 4 to 7, the bottom of the other 0 to 3.
+    if (!same_diagonal) high.triangles[0] = {0, 2, 3}, high.triangles[1] = {0, 3, 1};
+    TriangleMesh mesh = low;
+    append(mesh, high);
+    const Repaired out = repaired(mesh);
+    EXPECT_EQ(out.report.parts, 2U) << same_diagonal;
+    EXPECT_EQ(out.report.boundary_loops, 0U);
+    EXPECT_EQ(out.report.duplicate_triangles, 0U);
+    EXPECT_EQ(out.mesh.triangles.size(), 24U);
+    EXPECT_EQ(out.mesh.positions.size(), 16U);
+    EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 2.0);
+  }
+}
+
+TEST(Repair, BlocksThatShareFacesComeApartAsSolids) {
+  std::mt19937 random(5);
+  std::size_t shared = 0;
+  for (int round = 0; round < 200; ++round) {
+    // Aligned and, in single precision, askew.
+    const auto place = [&](Vec3d p) {
+      if (round % 2 == 0) return p;
+      const Vec3d q = {0.36 * p.x - 0.8 * p.y + 0.48 * p.z, 0.48 * p.x + 0.6 * p.y + 0.64 * p.z,
+                       -0.8 * p.x + 0.6 * p.z};
+      return Vec3d{double(float(q.x)), double(float(q.y)), double(float(q.z))};
+    };
+    const auto blocks = testing::random_blocks(2 + round % 3, 1 + round % 4, random, place);
+    if (blocks.cubes == 0) continue;
+    const Repaired out = repaired(blocks.mesh);
+    EXPECT_EQ(out.report.boundary_loops, 0U) << "round " << round;
+    EXPECT_EQ(out.report.duplicate_triangles, 0U) << "round " << round;
+    EXPECT_EQ(out.report.turned_triangles, 0U) << "round " << round;
+    EXPECT_NEAR(signed_volume(out.mesh), double(blocks.cubes), 1e-4) << "round " << round;
+    EXPECT_NEAR(testing::area(out.mesh), testing::area(blocks.mesh), 1e-4) << "round " << round;
+    shared += blocks.shared_faces;
+  }
+  EXPECT_GT(shared, 1000U);
+}
+
+TEST(Repair, ASheetThatIsThereTwiceIsOne) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 2, 1}, {0, 3, 2}};
+  EXPECT_EQ(repaired(mesh).mesh.triangles.size(), 2U);
+  // A box, and the same once more inside out.
+  TriangleMesh twice = box({0, 0, 0}, {1, 1, 1});
+  append(twice, box({0, 0, 0}, {1, 1, 1}), true);
+  const Repaired out = repaired(twice);
+  EXPECT_EQ(out.report.duplicate_triangles, 12U);
+  EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 1.0);
 }
 
 TEST(Repair, AFinOnASolidIsCutOff) {
