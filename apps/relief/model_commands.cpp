@@ -186,6 +186,10 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"vanished_parts", r.vanished_parts},   {"specks", r.specks},
                     {"dropped_parts", r.dropped_parts},     {"dropped_slabs", r.dropped_slabs},
                     {"closed_openings", r.closed_openings}, {"phantom_triangles", r.phantom_triangles}};
+  if (r.replaced_triangles > 0) {
+    json["mended"]["replaced_widest"] = r.replaced_widest;
+    json["mended"]["replaced_near"] = {r.replaced_near.x, r.replaced_near.y, r.replaced_near.z};
+  }
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},

@@ -1,4 +1,5 @@
 #include <relief/convert/certified.h>
+#include <relief/convert/fans.h>
 #include <relief/convert/reducer.h>
 #include <relief/convert/sort_unique.h>
 
@@ -38,10 +39,18 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   }
   tree.reset();
   std::vector<Ends> ends_of(given.points.size());
-  for (std::size_t v = 0; v < source.points.size(); ++v) ends_of[source.point_of[v]] = ends[v];
+  std::vector<float> slack_of(given.points.size());
+  for (std::size_t v = 0; v < source.points.size(); ++v) {
+    ends_of[source.point_of[v]] = ends[v];
+    slack_of[source.point_of[v]] = source.most_slack[v];
+  }
   source = OrderedSource(given.points, given.faces);
   ends.clear();
-  for (const std::uint32_t v : source.point_of) ends.push_back(ends_of[v]);
+  for (std::uint32_t v = 0; v < source.points.size(); ++v) {
+    ends.push_back(ends_of[source.point_of[v]]);
+    source.most_slack[v] = slack_of[source.point_of[v]];
+  }
+  source.update();
   tree = std::make_unique<BoxTree>(source.faces.size(), [&](std::size_t f) {
     Box3d box;
     for (const std::uint32_t v : source.faces[f])
@@ -96,6 +105,33 @@ std::vector<PartObstacle> specks_of(Mender& mender, const std::vector<PartObstac
   return specks;
 }
 
+/// Why no slab can stand on some faces: a clause. Of faces that meet in a corner it knows nothing.
+std::string clause_of(const Mender& mender, const ThinShell& thin) {
+  const OrderedSource& source = mender.source();
+  std::size_t scanned = 0, invented = 0;  // that meet others; scanned ones those that meet scanned ones
+  for (const std::uint32_t f : thin.faults()) {
+    Box3d box;
+    for (const LatticePoint p : source.corners(f)) box.add(to_double(p));
+    bool meets = false, meets_scanned = false;
+    thin.tree().query(box, [&](std::uint32_t g) {
+      if (!source.alive(g) || share_a_corner(source.faces[f], source.faces[g])) return true;
+      if (!triangles_meet(source.corners(f), source.corners(g))) return true;
+      meets = true;
+      meets_scanned = meets_scanned || (mender.is_scanned(f) && mender.is_scanned(g));
+      return !meets_scanned;
+    });
+    scanned += meets_scanned;
+    invented += meets && !meets_scanned;
+  }
+  const auto triangles = [](std::size_t count) {
+    return std::to_string(count) + (count == 1 ? " triangle" : " triangles");
+  };
+  if (scanned > 0) return triangles(scanned) + " of the source" + (scanned == 1 ? " meets" : " meet") + " others";
+  if (invented > 0) return "what closes openings meets " + triangles(invented) + " of it or of the source";
+  return triangles(thin.faults().size()) + (thin.faults().size() == 1 ? " of the source lies" : " of the source lie") +
+         " nearer to others than the lattice can tell apart, or fold";
+}
+
 constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
 constexpr double kLeast = 0.02;
 constexpr double kMostReplaced = 0.03;  // of the area, and of the faces where there are many
@@ -115,6 +151,10 @@ class Replaced {
     lost_.area += loss.area;
     lost_.faces += loss.faces;
     lost_.parts += loss.parts;
+    if (loss.widest > lost_.widest) {
+      lost_.widest = loss.widest;
+      lost_.place = loss.place;
+    }
   }
   [[nodiscard]] bool is_too_much() const noexcept {
     return lost_.area > kMostReplaced * area_ || share_of(lost_.faces) > kMostReplaced;
@@ -134,6 +174,8 @@ Start succeed(CertifiedShell& result, Mender&& mender, ThinShell&& thin, const R
   result.moved_points = moves.points;
   result.moved_most = moves.most;
   result.replaced_faces = replaced.lost().faces;
+  result.replaced_widest = replaced.lost().widest;
+  result.replaced_place = replaced.lost().place;
   result.vanished_parts = replaced.lost().parts;
   result.obstacle.clear();
   result.bad_parts.clear();
@@ -147,25 +189,34 @@ std::vector<std::uint32_t> faces_around(const Mender& mender, std::span<const st
   return faces;
 }
 
+/// What becomes of vertices that hardly a direction sees.
+enum class Needles : std::uint8_t {
+  None,   ///< it is not known that smoothing does not help them
+  Large,  ///< those stay that cannot be made blunt
+  All     ///< all stay, and everything else as well
+};
+
 /// Smooths and cuts until a thin shell stands on the source: for few faults, far from each other. Nothing when
-/// cancelled or with an obstacle; the source is then as it was given. `start`: where its points lay at first.
+/// cancelled or with an obstacle; the source is then as it was given. `start`: where its points lay at first. `needles`
+/// becomes Large, and nothing more is done, where it is None and smoothing leaves some.
 std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
-                                    const CertifiedSettings& settings, const Progress& progress) {
+                                    const CertifiedSettings& settings, Needles& needles, const Progress& progress) {
   constexpr int kSmoothings = 3;
   constexpr std::size_t kFewFolds = 256;
   const ClosedSource& s = result.source;
   Replaced replaced(s);
-  Mender mender(s, start, settings.farthest);
+  Mender mender(s, start, settings.farthest, needles != Needles::None);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
   // Vertices that are seen, if only just, stay where they are when a thin shell stands for all that.
-  const auto seen = mender.look_at_all(kWanted, kLeast, progress);
+  const auto seen = mender.look_at_all(kWanted, needles == Needles::All ? kNeedle : kLeast, progress);
   if (!seen) return std::nullopt;
   if (*seen == Mender::Seen::Poorly) {
     if (!thin.update({}, {}, progress)) return std::nullopt;
     if (thin.faults().empty() && thin.folds().empty())
       return succeed(result, std::move(mender), std::move(thin), replaced);
   }
+  if (needles == Needles::All) return std::nullopt;
   for (int cut = 0; cut <= kMostCuts; ++cut) {
     progress("shell", double(cut) / kMostCuts);
     std::vector<std::uint32_t> trouble, bad;
@@ -176,12 +227,19 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       const auto singular = mender.smooth(trouble, kWanted, kLeast, neighbours, progress);
       if (!singular) return std::nullopt;
       if (!singular->empty()) {
+        if (needles == Needles::None) {
+          needles = Needles::Large;
+          return std::nullopt;
+        }
         bad = faces_around(mender, *singular);
-        result.place = source.points[singular->front()];
-        result.obstacle = std::to_string(singular->size()) +
-                          (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
-                          " that no direction sees, or only by a degree, as at a folded or doubled sheet or a needle";
-        result.bad_parts = parts_of(mender, bad, "lie around vertices whose faces no direction sees");
+        if (result.obstacle.empty()) {
+          result.place = source.points[singular->front()];
+          result.obstacle = std::to_string(singular->size()) +
+                            (singular->size() == 1 ? " vertex has faces" : " vertices have faces") +
+                            " that no direction sees, or only by a degree, and smoothing does not help";
+        }
+        if (cut == 0)
+          result.bad_parts = parts_of(mender, bad, "lie around vertices whose faces no direction sees, or hardly one");
         break;
       }
       const Mender::Changes changes = mender.take_changes();
@@ -194,11 +252,15 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
       trouble.clear();
       for (const std::uint32_t f : bad) trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
-      if (cut == 0)
+      // What is said about the source is what was found before it was changed.
+      if (cut == 0) {
         for (const std::uint32_t f : thin.faults()) result.bad_faces.push_back(source.face_of[f]);
-      result.place = source.points[trouble.front()];
-      result.obstacle = triangles_of(mender, thin.faults()) + " meet others";
-      result.bad_parts = parts_of(mender, bad, "meet others");
+        result.bad_parts = parts_of(mender, bad, "meet others, lie too near to them or fold");
+      }
+      if (result.obstacle.empty() && !thin.faults().empty()) {
+        result.place = source.points[trouble.front()];
+        result.obstacle = clause_of(mender, thin);
+      }
       if (thin.faults().size() > 200 + s.faces.size() / 200) break;
     }
     if (cut == 0) result.specks = specks_of(mender, result.bad_parts, settings.speck);
@@ -263,7 +325,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
 /// and the folds among them. Where that leads no further, points may first lie farther from where they were, twice and
 /// then four times as far as the settings say; then the least that is still bad is cut out. As smooth_and_cut() else.
 std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
-                                  const CertifiedSettings& settings, const Progress& progress) {
+                                  const CertifiedSettings& settings, bool needles, const Progress& progress) {
   constexpr int kRounds = 60, kVain = 3;
   constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
   constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
@@ -271,7 +333,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   constexpr double kMostNear = 0.09;  // of the scanned faces: parts that lie in each other cannot be pushed out of it
   Replaced replaced(result.source);
   double farthest = settings.farthest;
-  Mender mender(result.source, start, farthest);
+  Mender mender(result.source, start, farthest, needles);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
   std::optional<ThinShell> room(std::in_place, source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
@@ -339,29 +401,64 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   return std::nullopt;
 }
 
+/// The vertices with very many triangles around them.
+struct LargeFans {
+  std::uint64_t pairs = 0;  ///< of triangles around the same one
+  std::uint32_t largest = 0, triangles = 0;
+
+  explicit LargeFans(const ClosedSource& s) {
+    std::vector<std::uint32_t> valences(s.points.size(), 0);
+    for (const Face& f : s.faces)
+      for (const std::uint32_t v : f) ++valences[v];
+    for (std::uint32_t v = 0; v < valences.size(); ++v) {
+      const std::uint64_t n = valences[v];
+      if (n <= kLargeFan) continue;
+      pairs += n * n;
+      if (n > triangles) largest = v, triangles = valences[v];
+    }
+  }
+};
+
+/// Divides large fans. False with an obstacle where so many triangles lie around vertices that work on all pairs of
+/// them would take too long.
+bool divide_large_fans(CertifiedShell& result) {
+  constexpr std::uint64_t kMostPairs = 25'000'000;  // about 20 s
+  ClosedSource& s = result.source;
+  const LargeFans given(s);
+  if (given.pairs == 0) return true;
+  result.divided_fans = divide_fans(s);
+  // Of long triangles that no longer have a corner in common, a quarter have boxes that meet.
+  const std::uint64_t left = LargeFans(s).pairs;
+  if (left + (given.pairs - std::min(given.pairs, left)) / 4 <= kMostPairs) return true;
+  result.place = s.points[given.largest];
+  result.obstacle =
+      "a vertex has " + std::to_string(given.triangles) + " triangles around it, too many to compare each with each";
+  std::size_t f = 0;
+  while (std::ranges::find(s.faces[f], given.largest) == s.faces[f].end()) ++f;
+  result.bad_parts = {{find_parts(s.points.size(), s.faces).of_face[f], result.place, result.obstacle}};
+  return false;
+}
+
 /// A thin shell on the source once it is mended; nothing when cancelled or with an obstacle.
 std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& settings, const Progress& progress) {
+  if (!divide_large_fans(result)) return std::nullopt;
   const std::vector<LatticePoint> start = result.source.points;
   result.parted_points = part_touching(result.source, settings.farthest);
-  std::optional<Start> mended = smooth_and_cut(result, start, settings, progress);
-  if (!mended && result.specks.empty() && !progress.cancelled())
-    mended = push_and_cut(result, start, settings, progress);
+  std::optional<Start> mended;
+  Needles needles = Needles::None;
+  const auto needs_more = [&] { return !mended && result.specks.empty() && !progress.cancelled(); };
+  const auto smooth = [&] { mended = smooth_and_cut(result, start, settings, needles, progress); };
+  smooth();
+  if (needs_more() && needles == Needles::Large) smooth();
+  if (needs_more()) mended = push_and_cut(result, start, settings, needles != Needles::None, progress);
+  if (needs_more() && needles == Needles::Large) {
+    needles = Needles::All;
+    smooth();
+  }
   return mended;
 }
 
 }  // namespace
-
-std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> faces) {
-  constexpr std::uint32_t kMostAround = 1000;
-  std::vector<std::uint32_t> valences(point_count, 0);
-  for (const Face& f : faces)
-    for (const std::uint32_t v : f) ++valences[v];
-  const auto most = std::max_element(valences.begin(), valences.end());
-  if (most == valences.end() || *most <= kMostAround) return std::nullopt;
-  return Crowd{
-      static_cast<std::size_t>(most - valences.begin()),
-      "a vertex has " + std::to_string(*most) + " triangles around it, more than " + std::to_string(kMostAround)};
-}
 
 CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& settings, const Progress& progress) {
   CertifiedShell result;

@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,13 +35,17 @@ struct PartObstacle {
 };
 
 struct CertifiedShell {
-  Shell shell;            ///< empty when there is none
-  bool tolerant = false;  ///< C6 does not hold throughout: the tolerance was made use of
-  ClosedSource source;    ///< as it was certified, or as far as it was mended: the points given come first
+  Shell shell;                   ///< empty when there is none
+  bool tolerant = false;         ///< C6 does not hold throughout: the tolerance was made use of
+  ClosedSource source;           ///< as it was certified, or as far as it was mended: the points given come first
+  std::size_t divided_fans = 0;  ///< around vertices with very many triangles
   std::size_t moved_points = 0;
   double moved_most = 0;           ///< lattice steps
   std::size_t parted_points = 0;   ///< that lay on others and were moved off them; counted among the moved ones
-  std::size_t replaced_faces = 0;  ///< that met others or could not be seen from any side; patches took their place
+  std::size_t replaced_faces = 0;  ///< where others met, hardly a direction saw them or they folded, and around there;
+                                   ///< patches took their place
+  double replaced_widest = 0;      ///< the widest hole that this made at once, lattice steps
+  LatticePoint replaced_place;     ///< in the middle of it
   std::size_t vanished_parts = 0;  ///< that were cut out as a whole
   std::vector<std::uint32_t> bad_faces;  ///< of those given, where no thin shell stood at first
   std::string obstacle;                  ///< why there is no shell; a clause that follows the place
@@ -52,19 +55,12 @@ struct CertifiedShell {
 };
 inline constexpr std::size_t kMostBadParts = 20;
 
-/// A vertex with more triangles around it than can be worked on, if there is one, and the obstacle that it is.
-struct Crowd {
-  std::size_t point;
-  std::string obstacle;
-};
-[[nodiscard]] std::optional<Crowd> find_crowd(std::size_t point_count, std::span<const Face> faces);
-
-/// Mends the source: points that lie on others are moved off them, vertices that no direction sees and those around
-/// faces that meet others are smoothed within bounds, and what still fails is cut out and closed with patches, as long
-/// as that is a small share of the surface; but where specks are in the way, it stops with these. Where that fails,
-/// sheets that meet are pushed apart instead, and less is cut out. Then K = S with short fibres is a shell that
-/// satisfies C0 to C3, C5, C6 and C7 of shell.md, and edges are collapsed, ends moved and edges flipped as long as all
-/// of them stay (shell.md 11). Deterministic. Cancelled: neither shell nor obstacle.
+/// Mends the source: very large fans are divided, points that lie on others are moved off them, vertices that no
+/// direction sees and those around faces that meet others are smoothed within bounds, and what still fails is cut out
+/// and closed with patches, as long as that is a small share of the surface; but where specks are in the way, it stops
+/// with these. Where that fails, sheets that meet are pushed apart instead, and less is cut out. Then K = S with short
+/// fibres is a shell that satisfies C0 to C3, C5, C6 and C7 of shell.md, and edges are collapsed, ends moved and edges
+/// flipped as long as all of them stay (shell.md 11). Deterministic. Cancelled: neither shell nor obstacle.
 [[nodiscard]] CertifiedShell build_certified(ClosedSource source, const CertifiedSettings& settings,
                                              const Progress& progress);
 

@@ -242,7 +242,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
     const LatticePoint at = base.faces.empty() ? LatticePoint{} : base.points[base.faces.front()[0]];
     return fail(Errc::Unfoldable,
                 "no slab can stand on the surface near " + place(lattice.to_model(at)) +
-                    ": its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
+                    ", as where its sheets coincide or have no thickness; remesh the source as a solid (--remesh).");
   }
   RELIEF_TRY(auto mesh, slab_mesh_of(shell, lattice));
   return Cage{std::move(mesh), shell.dropped.size()};
@@ -323,7 +323,7 @@ bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uin
   constexpr std::size_t kOneByOne = 4;  // each try costs about as much as closing all
   std::vector<std::size_t> tried;
   for (const std::uint32_t f : bad_faces) {
-    if (f < mesh.triangles.size()) continue;
+    if (f < patches.front() || f >= patches.back()) continue;
     const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
     const std::size_t rim = static_cast<std::size_t>(next - patches.begin()) - 1;
     if (closings[rim].kind == Closing::Membrane) tried.push_back(rim);
@@ -357,7 +357,7 @@ bool give_backs(const TriangleMesh& mesh, std::vector<std::vector<std::uint32_t>
   constexpr std::array<double, 4> kDepths = {0.02, 0.005, 0.00125, 0.0003};  // of the diagonal of the rim's box
   std::vector<std::uint8_t> is_bad(rims.size(), 0);
   for (const std::uint32_t f : bad_faces) {
-    if (f < mesh.triangles.size()) continue;
+    if (f < patches.front() || f >= patches.back()) continue;
     const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
     is_bad[static_cast<std::size_t>(next - patches.begin()) - 1] = 1;
   }
@@ -461,14 +461,6 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     const auto size = std::count(all_parts.of_face.begin(), all_parts.of_face.end(), part);
     report.parts.obstacles.push_back({part, static_cast<std::size_t>(size), near, reason});
   };
-  if (const auto crowd = find_crowd(ground.mesh.positions.size(), ground.mesh.triangles)) {
-    const TriangleMesh& open = ground.mesh;
-    report.not_certified = crowd->obstacle + ", at " + place(open.positions[crowd->point]);
-    std::size_t f = 0;
-    while (std::find(open.triangles[f].begin(), open.triangles[f].end(), crowd->point) == open.triangles[f].end()) ++f;
-    note_obstacle(all_parts.of_face[f], open.positions[crowd->point], crowd->obstacle);
-    return nullptr;
-  }
   TriangleMesh rest;  // without the specks, once there are any
   const TriangleMesh* open = &ground.mesh;
   std::vector<std::string> notes;  // about the specks
@@ -519,10 +511,16 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
         certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
     return nullptr;
   }
+  if (made.divided_fans > 0)
+    report.notes.push_back(std::to_string(made.divided_fans) +
+                           " vertices had very many triangles around them, which rings divide now; the surface stays "
+                           "within the rounding of the lattice");
   report.moved_vertices = made.moved_points;
   report.moved_most = made.moved_most * lattice.step / diagonal;
   report.parted_vertices = made.parted_points;
   report.replaced_triangles = made.replaced_faces;
+  report.replaced_widest = made.replaced_widest * lattice.step / diagonal;
+  report.replaced_near = lattice.to_model(made.replaced_place);
   report.vanished_parts = made.vanished_parts;
   report.closed_openings = closed.openings;
   report.specks = specks;
@@ -904,13 +902,20 @@ std::string to_string(const ConvertReport& report) {
     if (number > 0) text += std::to_string(number) + what;
   };
   count(report.closed_openings, " openings closed with phantom triangles; samples on them are void\n");
-  count(report.parted_vertices, " vertices lay on others and were moved apart\n");
-  count(report.replaced_triangles, " triangles that met others or were folded cut out, and closed with patches\n");
+  count(report.parted_vertices,
+        " vertices lay on others, or nearer than the lattice can tell apart, and were moved off them\n");
+  if (report.replaced_triangles > 0) {
+    std::snprintf(line.data(), line.size(),
+                  "%zu triangles cut out and closed with patches, where the source met itself, folded or was seen from "
+                  "no side, and around there; the widest hole was %.2e of the diagonal wide, near %s\n",
+                  report.replaced_triangles, report.replaced_widest, place(report.replaced_near).c_str());
+    text += line.data();
+  }
   count(report.vanished_parts, " parts went with what was cut out\n");
   if (report.dropped_parts > 0)
     text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
   if (report.dropped_slabs > 0)
-    text += std::to_string(report.dropped_slabs) + " slabs were left out where the source meets itself\n";
+    text += std::to_string(report.dropped_slabs) + " slabs were left out: they had no room beside others\n";
   double seconds = 0;
   for (const ConvertReport::Phase& phase : report.phases) seconds += phase.seconds;
   std::snprintf(line.data(), line.size(), "%.2f s of CPU:", seconds);

@@ -42,7 +42,7 @@ struct ConvertReport {
   std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
   std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
-  std::size_t dropped_slabs = 0;  ///< left out because the source meets itself there
+  std::size_t dropped_slabs = 0;  ///< left out because they had no room beside others, as where the source meets itself
   std::size_t fibres_cast = 0;    ///< through the samples of the finest grids, and more: a million at least
   std::size_t hits_single = 0;    ///< fibres that met the source exactly once
   std::size_t hits_none = 0;      ///< filled from their neighbours
@@ -62,7 +62,10 @@ struct ConvertReport {
   std::size_t moved_vertices = 0;
   double moved_most = 0;               ///< how far at most, share of the diagonal
   std::size_t parted_vertices = 0;     ///< of these, such as lay on others
-  std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: they met others, or were folded
+  std::size_t replaced_triangles = 0;  ///< cut out and closed with patches: where the source met itself, folded or was
+                                       ///< seen from no side, and around there
+  double replaced_widest = 0;          ///< across the widest hole that this made, share of the diagonal
+  Vec3d replaced_near;                 ///< the middle of that
   std::size_t vanished_parts = 0;      ///< that were cut out as a whole
   std::size_t specks = 0;              ///< parts left out, narrower than 1e-4 of the diagonal, on which no shell stands
   std::size_t closed_openings = 0;     ///< rims closed with phantom triangles, whose samples are void

@@ -95,10 +95,11 @@ std::size_t count_meetings(const ClosedSource& given, const Progress& progress) 
   return meetings;
 }
 
-Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest)
+Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, bool needles)
     : source_(given.points, given.faces),
       rings_(source_.faces, source_.points.size()),
       farthest_(farthest),
+      needles_(needles),
       free_(source_.points.size(), 1),
       sight_(source_.points.size(), Sight::Well),
       heat_(source_.points.size(), 0),
@@ -117,22 +118,41 @@ Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, d
 }
 
 void Mender::look_at(std::uint32_t v, double wanted, double least) {
+  // Where hardly a direction sees them, fibres may lean less towards the triangles than elsewhere, but by a good part
+  // of what the best direction does.
+  constexpr double kHardly = 0.02, kShare = 0.25;
+  constexpr double kLong = 30;  // of how far a point may be moved: needles of longer edges cannot be made blunt
   thread_local std::vector<Vec3d> normals;
   normals.clear();
   Vec3d sum;
+  double shortest = Box3d::kFar;
   bool flat = false;  // a face without area
+  const Vec3d at = to_double(source_.points[v]);
   rings_.around(v, [&](std::uint32_t h) {
     normals.push_back(source_.normal(h / 3));
     sum += normals.back();
     flat = flat || normals.back() == Vec3d{};
+    shortest = std::min(shortest, length(to_double(source_.points[source_.faces[h / 3][(h + 1) % 3]]) - at));
   });
   sight_[v] = flat ? Sight::Singular : Sight::Well;
+  source_.most_slack[v] = 1;
   if (flat || normals.empty()) return;
   // The mean sees most of them well enough.
   const Vec3d mean = normalized(sum);
   if (std::all_of(normals.begin(), normals.end(), [&](Vec3d n) { return dot(n, mean) >= wanted; })) return;
   const double visibility = best_direction(normals).visibility;
-  sight_[v] = visibility < least ? Sight::Singular : visibility < wanted ? Sight::Poor : Sight::Well;
+  if (visibility >= wanted) return;
+  const bool stays = needles_ && visibility < least && visibility >= kNeedle && shortest > kLong * farthest_;
+  if (!stays) sight_[v] = visibility < least ? Sight::Singular : Sight::Poor;
+  if (visibility < kHardly && sight_[v] != Sight::Singular)
+    source_.most_slack[v] = static_cast<float>(kShare * visibility);
+}
+
+/// The same for a vertex that may have changed, with what follows for its triangles.
+void Mender::look_again_at(std::uint32_t v, double wanted, double least) {
+  const float before = source_.most_slack[v];
+  look_at(v, wanted, least);
+  if (source_.most_slack[v] != before) rings_.around(v, [&](std::uint32_t h) { source_.update_normal(h / 3); });
 }
 
 std::optional<Mender::Seen> Mender::look_at_all(double wanted, double least, const Progress& progress) {
@@ -143,6 +163,7 @@ std::optional<Mender::Seen> Mender::look_at_all(double wanted, double least, con
   poor_.clear();
   auto seen = Seen::Well;
   for (std::uint32_t v = 0; v < count; ++v) {
+    if (source_.is_needle(v)) rings_.around(v, [&](std::uint32_t h) { source_.update_normal(h / 3); });
     if (sight_[v] == Sight::Well) continue;
     poor_.push_back(v);
     seen = std::max(seen, sight_[v] == Sight::Poor ? Seen::Poorly : Seen::NotAll);
@@ -163,7 +184,7 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
   for (int round = 0; round < kRounds; ++round) {
     if (progress.cancelled()) return std::nullopt;
     for (const std::uint32_t v : look) {
-      look_at(v, wanted, least);
+      look_again_at(v, wanted, least);
       if (sight_[v] != Sight::Well) marked.push_back(v);
     }
     seen.insert(seen.end(), look.begin(), look.end());
@@ -196,7 +217,7 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
     for (const std::uint32_t v : movers)
       if (sight_[v] != Sight::Well && !std::binary_search(look.begin(), look.end(), v)) marked.push_back(v);
   }
-  for (const std::uint32_t v : look) look_at(v, wanted, least);
+  for (const std::uint32_t v : look) look_again_at(v, wanted, least);
   seen.insert(seen.end(), look.begin(), look.end());
   sort_unique(seen);
   poor_.clear();
@@ -298,7 +319,7 @@ bool Mender::push_apart(std::span<const std::uint32_t> bad, const Progress& prog
 std::size_t Mender::restore(std::vector<std::uint32_t> points, double least) {
   sort_unique(pending_);
   for (const std::uint32_t v : pending_) {
-    look_at(v, least, least);
+    look_again_at(v, least, least);
     if (sight_[v] == Sight::Well) continue;
     points.push_back(v);
     rings_.around(v, [&](std::uint32_t h) { points.push_back(source_.faces[h / 3][(h + 1) % 3]); });
@@ -477,10 +498,40 @@ std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t>
     loss.area += area_of(f);
     ++loss.faces;
   }
+  find_widest(loss);
   if (!close(rim())) return std::nullopt;
   sort_unique(lessened);
   for (const std::uint32_t part : lessened) loss.parts += part_sizes_[part] == 0;
   return loss;
+}
+
+/// The widest piece among what is cut.
+void Mender::find_widest(Loss& loss) const {
+  std::vector<std::uint32_t> left = cut_, piece;
+  std::sort(left.begin(), left.end());
+  std::vector<std::uint8_t> seen(left.size(), 0);
+  const auto place_of = [&](std::uint32_t f) {
+    return static_cast<std::size_t>(std::lower_bound(left.begin(), left.end(), f) - left.begin());
+  };
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    if (seen[k] != 0) continue;
+    seen[k] = 1;
+    piece.assign(1, left[k]);
+    Box3d box;
+    for (std::size_t at = 0; at < piece.size(); ++at) {
+      const std::uint32_t f = piece[at];
+      for (const LatticePoint p : source_.corners(f)) box.add(to_double(p));
+      for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        const std::uint32_t other = rings_.twins[h] / 3;
+        if (!is_cut(other) || std::exchange(seen[place_of(other)], std::uint8_t{1}) != 0) continue;
+        piece.push_back(other);
+      }
+    }
+    if (const double wide = length(box.extent()); wide > loss.widest) {
+      loss.widest = wide;
+      loss.place = snap(box.centre());
+    }
+  }
 }
 
 /// Takes the cut faces out, and puts patches in their place.
@@ -542,6 +593,7 @@ bool Mender::close(const std::vector<std::uint32_t>& rim) {
     start_.push_back(source_.points.back());
   }
   free_.resize(source_.points.size(), 1);
+  source_.most_slack.resize(source_.points.size(), 1);
   sight_.resize(source_.points.size(), Sight::Well);
   heat_.resize(source_.points.size(), 0);
   rings_.out.resize(source_.points.size(), kNone);

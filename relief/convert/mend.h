@@ -31,13 +31,19 @@ std::size_t part_touching(ClosedSource& source, double farthest);
 /// When cancelled, those found so far.
 [[nodiscard]] std::size_t count_meetings(const ClosedSource& source, const Progress& progress);
 
+/// The least visibility of the tip of a needle or of a point of a knife edge that can stay: about a thousandth of a
+/// degree, which fibres of many lattice steps can keep.
+inline constexpr double kNeedle = 2e-5;
+
 /// A closed source while it is mended. Every step costs what lies near the places that it changes, not what the whole
 /// source has; only the first smoothing looks at all of it. Deterministic.
 class Mender {
  public:
   /// `start`: where the points lay before anything moved them. No scanned point comes to lie farther from there than
   /// `farthest`, lattice steps; points that only patches have are free.
-  Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest);
+  /// `needles`: vertices that some direction sees, if only by kNeedle, stay where they are and count as well seen where
+  /// their edges are too long for them to be made blunt.
+  Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, bool needles);
 
   /// New faces and points come last; those that went have corners kNone.
   [[nodiscard]] const OrderedSource& source() const noexcept { return source_; }
@@ -79,6 +85,8 @@ class Mender {
   struct Loss {
     double area = 0;  ///< of scanned faces, square lattice steps
     std::size_t faces = 0, parts = 0;
+    double widest = 0;   ///< diagonal of the box around the widest hole, lattice steps
+    LatticePoint place;  ///< in the middle of it
   };
   /// Takes the faces out with so many rings around them, and with one ring more each time that a place is cut again,
   /// then closes the rims that this leaves. Pieces that come loose and are mere crumbs go, too, and those of patches
@@ -111,6 +119,7 @@ class Mender {
  private:
   void find_parts_once();
   void look_at(std::uint32_t v, double wanted, double least);
+  void look_again_at(std::uint32_t v, double wanted, double least);
   void mark_rings(std::span<const std::uint32_t> bad, std::size_t rings);
   bool find_ways(std::span<const std::uint32_t> bad, const Progress& progress);
   [[nodiscard]] LatticePoint within_reach(std::uint32_t v, Vec3d place) const;
@@ -118,6 +127,7 @@ class Mender {
   bool cut_pinched();
   bool cut_crumbs();
   bool cut_bare();
+  void find_widest(Loss& loss) const;
   [[nodiscard]] bool is_cut(std::uint32_t f) const noexcept { return level_[f] != 0; }
   void cut(std::uint32_t f, std::uint8_t level);
   /// Half-edges of faces that stay, at faces that go.
@@ -128,6 +138,7 @@ class Mender {
   OrderedSource source_;
   Rings rings_;
   double farthest_;
+  bool needles_;
   std::vector<LatticePoint> start_, kept_;
   enum class Sight : std::uint8_t { Well, Poor, Singular };
   std::vector<std::uint8_t> free_;      // per point

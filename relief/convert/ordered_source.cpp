@@ -74,6 +74,7 @@ OrderedSource::OrderedSource(std::span<const LatticePoint> given, std::span<cons
     faces.push_back(f);
     face_of.push_back(t);
   }
+  most_slack.assign(points.size(), 1);
   update();
 }
 
@@ -89,7 +90,9 @@ void OrderedSource::update_normal(std::uint32_t t) {
   const Vec3d e = to_double(points[faces[t][1]]) - a, g = to_double(points[faces[t][2]]) - a;
   const double turn = 2 * kClearance * (length(e) + length(g)) / size;
   const Vec3f unit = to_float(n / size);
-  normals[t] = {unit.x, unit.y, unit.z, std::max(kLeastSlack, static_cast<float>(std::min(turn, 0.01)))};
+  float slack = std::max(kLeastSlack, static_cast<float>(std::min(turn, 0.01)));
+  for (const std::uint32_t v : faces[t]) slack = std::min(slack, most_slack[v]);
+  normals[t] = {unit.x, unit.y, unit.z, slack};
 }
 
 void OrderedSource::update() {

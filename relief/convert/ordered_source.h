@@ -57,6 +57,7 @@ struct OrderedSource {
   std::vector<Face> faces;
   std::vector<std::uint32_t> point_of, face_of;  ///< numbers in the caller's source, kNone: not there
   std::vector<std::array<float, 4>> normals;     ///< unit normals, each with the slack of SourceTriangle
+  std::vector<float> most_slack;                 ///< per point: of its triangles, where hardly a direction sees them
   std::vector<SourceBlock> blocks;
 
   OrderedSource(std::span<const LatticePoint> given, std::span<const Face> given_faces);
@@ -65,6 +66,8 @@ struct OrderedSource {
   /// The normal of one triangle; a gone one has none.
   void update_normal(std::uint32_t t);
   [[nodiscard]] bool alive(std::uint32_t t) const noexcept { return faces[t][0] != kNone; }
+  /// The tip of a needle, or on a knife edge: hardly a direction sees the triangles there.
+  [[nodiscard]] bool is_needle(std::uint32_t v) const noexcept { return most_slack[v] < 1; }
   [[nodiscard]] Vec3d normal(std::uint32_t t) const noexcept {
     return {double(normals[t][0]), double(normals[t][1]), double(normals[t][2])};
   }

@@ -97,25 +97,40 @@ void SourceSurface::cross(Vec3d origin, Vec3d direction, double from, double to,
   if (!(size > 0) || !(to > from)) return;
   // The float ray reaches a little beyond; the exact places decide.
   const double slack = 64.0 / size;
-  const Vec3f start = to_scene(origin + direction * (from - slack));
-  const Vec3f along = to_float(direction * kScale);
-  RTCRayHit ray{};
-  ray.ray.org_x = start.x, ray.ray.org_y = start.y, ray.ray.org_z = start.z;
-  ray.ray.dir_x = along.x, ray.ray.dir_y = along.y, ray.ray.dir_z = along.z;
-  ray.ray.tnear = 0;
-  ray.ray.tfar = static_cast<float>(to - from + 2 * slack);
-  ray.ray.mask = ~0U;
-  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   Hits hits;
   rtcInitIntersectContext(&hits.context);
   hits.context.filter = note_hit;
   hits.count = 0;
-  rtcIntersect1(scene_->scene, &hits.context, &ray);
-
-  for (std::size_t k = 0; k < hits.count; ++k) {
-    std::optional<Crossing> c = crossing_with(hits.triangles[k], origin, direction);
+  const auto shoot = [&](Vec3d beside) {
+    const Vec3f start = to_scene(origin + direction * (from - slack) + beside);
+    const Vec3f along = to_float(direction * kScale);
+    RTCRayHit ray{};
+    ray.ray.org_x = start.x, ray.ray.org_y = start.y, ray.ray.org_z = start.z;
+    ray.ray.dir_x = along.x, ray.ray.dir_y = along.y, ray.ray.dir_z = along.z;
+    ray.ray.tnear = 0;
+    ray.ray.tfar = static_cast<float>(to - from + 2 * slack);
+    ray.ray.mask = ~0U;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_->scene, &hits.context, &ray);
+  };
+  const auto add = [&](std::uint32_t triangle, double least_inside) {
+    std::optional<Crossing> c = crossing_with(triangle, origin, direction);
     if (c && c->inside < 0) c = settle(*c, origin, direction);
-    if (c && c->t >= from && c->t <= to) found.items[found.count++] = *c;
+    if (c && c->inside >= least_inside && c->t >= from && c->t <= to) found.items[found.count++] = *c;
+  };
+  shoot({});
+  for (std::size_t k = 0; k < hits.count; ++k) add(hits.triangles[k], -Box3d::kFar);
+  if (hits.count == 0) {
+    // Near the tip of a needle the rounding of the ray takes it past the surface: rays beside it find what it crosses.
+    constexpr double kBeside = 3;       // steps
+    constexpr double kRounding = 1e-9;  // of weights
+    const Vec3d one = normalized(std::abs(direction.x) < 0.5 * size ? relief::cross(direction, {1, 0, 0})
+                                                                    : relief::cross(direction, {0, 1, 0}));
+    const Vec3d other = relief::cross(direction, one) / size;
+    for (const Vec3d beside : {one, -one, other, -other}) shoot(beside * kBeside);
+    std::sort(hits.triangles.begin(), hits.triangles.begin() + static_cast<std::ptrdiff_t>(hits.count));
+    for (std::size_t k = 0; k < hits.count; ++k)
+      if (k == 0 || hits.triangles[k] != hits.triangles[k - 1]) add(hits.triangles[k], -kRounding);
   }
   std::sort(found.items.begin(), found.items.begin() + static_cast<std::ptrdiff_t>(found.count),
             [](const Crossing& x, const Crossing& y) { return x.t != y.t ? x.t < y.t : x.triangle < y.triangle; });

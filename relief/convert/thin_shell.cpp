@@ -104,14 +104,20 @@ Box3d ThinShell::box(std::uint32_t f) const noexcept {
 }
 
 void ThinShell::test(std::uint32_t f, bool source_is_new) {
+  // At a needle or a knife edge it is short fibres that have no room beside the source: the others give way first.
+  constexpr float kTall = 16;
   const SlabShape mine(triangle(f, kInner), triangle(f, kOuter));
   const SourceTriangle own = source_.triangle(f);
   const auto adjacent = [&](std::uint32_t face, std::uint32_t other) {
     return share_a_corner(source_.faces[face], source_.faces[other]);
   };
   const auto found = [&](std::uint32_t face, Side side) {
+    float others = 0;
     for (const std::uint32_t v : source_.faces[face])
-      std::atomic_ref(blamed_[v]).fetch_or(static_cast<std::uint8_t>(1U << side), std::memory_order_relaxed);
+      if (!source_.is_needle(v)) others = std::max(others, heights_[v][side]);
+    for (const std::uint32_t v : source_.faces[face])
+      if (!source_.is_needle(v) || heights_[v][side] > kTall * others)
+        std::atomic_ref(blamed_[v]).fetch_or(static_cast<std::uint8_t>(1U << side), std::memory_order_relaxed);
     std::atomic_ref(faulty_[face]).fetch_or(kFault, std::memory_order_relaxed);
   };
   const auto judge = [&](std::uint32_t face, std::uint32_t triangle, Meeting meeting) {

@@ -49,6 +49,7 @@ class ThinShell {
   /// Per point of the source. The shell is of no more use then; the same for the tree.
   [[nodiscard]] std::vector<Ends> take_ends() { return std::move(ends_); }
   /// Over boxes that hold the slabs, in the order of the source's faces.
+  [[nodiscard]] const BoxTree& tree() const noexcept { return *tree_; }
   [[nodiscard]] std::unique_ptr<BoxTree> take_tree() { return std::move(tree_); }
 
  private:

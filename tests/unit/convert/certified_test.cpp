@@ -5,6 +5,7 @@
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/directions.h>
+#include <relief/convert/fans.h>
 #include <relief/convert/fill.h>
 #include <relief/convert/mend.h>
 #include <relief/convert/section.h>
@@ -316,7 +317,7 @@ TEST(Mender, NothingStaysOfPatchesAlone) {
   closed.phantom.resize(closed.faces.size(), 1);
   closed.patch = closed.phantom;
 
-  Mender mender(closed, closed.points, 100);
+  Mender mender(closed, closed.points, 100, false);
   const OrderedSource& source = mender.source();
   std::vector<std::uint32_t> bad;
   for (std::uint32_t f = 0; f < source.faces.size(); ++f)
@@ -498,6 +499,118 @@ TEST(Certified, VerticesThatAreSeenOnlyJustStayWhereTheyAre) {
     EXPECT_EQ(result->report.moved_vertices, 0U);
     EXPECT_EQ(result->report.replaced_triangles, 0U);
   }
+}
+
+/// A disc of n triangles, or where it is high a cone, on another one or on a flat disc.
+TriangleMesh fans(std::uint32_t n, double top, double bottom, const std::function<double(std::uint32_t)>& width) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, top}, {0, 0, bottom}};
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const double a = 2 * std::numbers::pi * k / n, r = width(k);
+    mesh.positions.push_back({r * std::cos(a), r * std::sin(a), 0});
+  }
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t a = 2 + k, b = 2 + (k + 1) % n;
+    mesh.triangles.push_back({0, a, b});
+    mesh.triangles.push_back({1, b, a});
+  }
+  return mesh;
+}
+
+TEST(Certified, LargeFansAreDivided) {
+  const auto even = [](std::uint32_t) { return 1.0; };
+  for (const TriangleMesh& mesh : {fans(1001, 0.7, 0, even), fans(600, 0.3, -0.3, [](std::uint32_t k) {
+                                     return 1 + 0.1 * std::sin(std::numbers::pi * k / 60);
+                                   })}) {
+    const auto result = convert(mesh, certified(100));
+    expect_certified(result, 100);
+    // Each given point is where it was, and what came lies on the given surface, but for the rounding of the lattice.
+    EXPECT_EQ(result->report.moved_vertices, 0U);
+    EXPECT_GT(result->mended.positions.size(), mesh.positions.size());
+    const double step = 4e-7;  // not below the lattice's for a model of this size
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+      ASSERT_LE(length(result->mended.positions[v] - mesh.positions[v]), step);
+    std::vector<std::size_t> around(result->mended.positions.size(), 0);
+    for (const Triangle& t : result->mended.triangles)
+      for (const std::uint32_t v : t) ++around[v];
+    EXPECT_LE(*std::max_element(around.begin(), around.end()), 256U);
+    EXPECT_LT(result->report.to_source.max, result->report.to_mended.max + step);
+  }
+}
+
+TEST(DivideFans, OnlyWhereTheSurfaceStays) {
+  const auto closed = [](const TriangleMesh& mesh) {
+    detail::ClosedSource source;
+    for (const Vec3d p : mesh.positions) source.points.push_back(detail::snap((p + Vec3d{2, 2, 2}) * 0x1p22));
+    source.faces = mesh.triangles;
+    source.patch.assign(source.faces.size(), 0);
+    source.phantom = source.patch;
+    return source;
+  };
+  const auto signed_volume = [](const detail::ClosedSource& s) {
+    double sum = 0;
+    const auto at = [&](std::uint32_t v) { return detail::to_double(s.points[v]); };
+    for (const detail::Face& f : s.faces) sum += dot(at(f[0]), cross(at(f[1]), at(f[2]))) / 6;
+    return sum * 0x1p-66;
+  };
+  // Teeth, so that the rim is not convex; then so rough that no ring fits the lattice, and small.
+  const auto teeth = [](std::uint32_t k) { return k % 2 == 0 ? 1.0 : 0.6; };
+  const detail::ClosedSource before = closed(fans(3000, 0, -0.4, teeth));
+  detail::ClosedSource after = before;
+  EXPECT_GE(detail::divide_fans(after), 1U);
+  EXPECT_NEAR(signed_volume(after), signed_volume(before), 1e-6);
+  EXPECT_EQ(after.patch.size(), after.faces.size());
+  EXPECT_EQ(after.phantom.size(), after.faces.size());
+  const std::vector<std::uint32_t> twins = detail::find_twins(after.faces, after.points.size());
+  EXPECT_EQ(std::count(twins.begin(), twins.end(), detail::kNone), 0);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> height(-0.1, 0.1);
+  TriangleMesh crumpled = fans(1000, 1, -1, [](std::uint32_t) { return 1.0; });
+  for (std::size_t v = 2; v < crumpled.positions.size(); ++v) crumpled.positions[v].z = height(random);
+  detail::ClosedSource rough = closed(crumpled), small = closed(fans(200, 1, 0, teeth));
+  EXPECT_EQ(detail::divide_fans(rough), 0U);
+  EXPECT_EQ(rough.faces.size(), crumpled.triangles.size());
+  EXPECT_EQ(detail::divide_fans(small), 0U);
+}
+
+TEST(Certified, NeedlesAndKnifeEdgesThatADirectionSeesStay) {
+  const auto even = [](std::uint32_t) { return 1.0; };
+  // A cone with a half angle of a fifth of a degree, a lens with a rim of a twentieth, a ball with one point far out.
+  TriangleMesh spiked = testing::ball(40);
+  const std::size_t tip = 1500;
+  spiked.positions[tip] = spiked.positions[tip] * 8.0;
+  for (const TriangleMesh& mesh : {fans(24, 300, 0, even), fans(60, 5e-4, -5e-4, even), spiked}) {
+    const auto result = convert(mesh, certified(120));
+    expect_certified(result, 120);
+    EXPECT_EQ(result->report.moved_vertices, 0U);
+    EXPECT_EQ(result->report.replaced_triangles, 0U);
+    EXPECT_LT(result->report.from_source.max, 0.02);
+  }
+  // Elsewhere something has to be mended: the spike stays for all that.
+  const std::size_t pulled = 400;
+  const Vec3d aside = normalized(cross(spiked.positions[pulled], Vec3d{0, 0, 1}));
+  spiked.positions[pulled] = spiked.positions[pulled] * 0.999 + aside * 0.22;
+  const auto result = convert(spiked, certified(120));
+  expect_certified(result, 120);
+  double farthest = 0;
+  for (const Vec3d p : result->mended.positions) farthest = std::max(farthest, length(p));
+  EXPECT_GT(farthest, 7.9);
+}
+
+TEST(Certified, WhatIsSaidOfACutIsTrue) {
+  // Two points change places, far apart from each other: two crossings, each cut out for itself.
+  TriangleMesh mesh = testing::ball(60, 0.02);
+  std::swap(mesh.positions[2000], mesh.positions[2004]);
+  ConvertSettings settings = certified(200);
+  const auto result = convert(mesh, settings);
+  ASSERT_TRUE(result) << result.error().message;
+  const ConvertReport& report = result->report;
+  if (report.replaced_triangles == 0) GTEST_SKIP() << "nothing had to be cut out";
+  const Vec3d at = mesh.positions[2002];
+  EXPECT_LT(length(report.replaced_near - at), 0.5);
+  EXPECT_GT(report.replaced_widest, 0.01);
+  EXPECT_LT(report.replaced_widest, 0.3);
+  EXPECT_NE(to_string(report).find("cut out and closed with patches"), std::string::npos);
 }
 
 TEST(Certified, PartsThatTouchAreMovedApart) {

@@ -219,7 +219,7 @@ TEST(Convert, PartsThatRunThroughEachOtherAreOpenedThere) {
   expect_sound(result, settings);
   EXPECT_GT(result->report.dropped_slabs, 0U);
   EXPECT_GT(result->report.slabs, 100U);
-  EXPECT_NE(to_string(result->report).find("meets itself"), std::string::npos);
+  EXPECT_NE(to_string(result->report).find("had no room beside others"), std::string::npos);
 }
 
 TEST(Convert, MoebiusStripIsCutAndConverted) {
