@@ -718,6 +718,24 @@ void note_collapsed(std::size_t triangles, ConvertReport& report) {
                            "shape, as far from the origin");
 }
 
+/// Refuses a source so far from the origin that its triangles are no larger than what doubles tell apart there: rays
+/// and exact tests would find each of them to meet all those around it.
+Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room, const Lattice& lattice) {
+  constexpr double kLeast = 4;  // lattice steps
+  double farthest = 0, area = 0;
+  for (std::size_t k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(box.low[k]), std::abs(box.high[k])});
+  if ((farthest + room) * 0x1p-51 < lattice.step) return {};  // it is the lattice that sets the step
+  for (const Face& t : mesh.triangles) {
+    const Vec3d a = mesh.positions[t[0]];
+    area += 0.5 * length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+  }
+  const double across = std::sqrt(2 * area / double(mesh.triangles.size()));
+  if (across >= kLeast * lattice.step) return {};
+  return fail(Errc::Corrupt, "the source lies " + number(farthest) + " from the origin, where coordinates are " +
+                                 number(lattice.step) + " apart, and its triangles are " + number(across) +
+                                 " across on average; move it nearer to the origin.");
+}
+
 Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
                                    const Progress& progress) {
   Conversion result;
@@ -742,6 +760,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     return fail(Errc::Corrupt,
                 "the source is " + number(diagonal) + " across; coordinates of this size cannot be computed with.");
   Ground ground{std::move(repaired.mesh), report.source_triangles, Lattice::around(box, settings.thickness * diagonal)};
+  RELIEF_CHECK(check_resolution(ground.mesh, box, settings.thickness * diagonal, ground.lattice));
   const auto target = static_cast<std::size_t>(settings.slabs);
   std::shared_ptr<const SlabMesh> mesh;
   Mode mode = Mode::Preview;

@@ -38,6 +38,16 @@ void Extent::add(const Extent& other) {
   lowest = std::min(lowest, other.lowest);
 }
 
+int Extent::likely_step() const {
+  double farthest = 0;
+  for (std::size_t k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(low[k]), std::abs(high[k])});
+  int exponent = 0;
+  std::frexp(farthest, &exponent);
+  int likely = step();
+  while (likely > exponent - 51 && span(likely) > 0 && span(likely) < kMinSpan) --likely;
+  return likely;
+}
+
 double Extent::span(int step) const {
   double longest = 0;
   for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, std::ldexp(high[k] - low[k], -step));

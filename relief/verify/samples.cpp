@@ -51,14 +51,37 @@ struct Fibre {
   }
 };
 
+double away(const Vector& p, const Vector& a, const Vector& b) {  // a point from a segment
+  const Vector e = b - a, w = p - a;
+  const double along = dot(w, e), whole = dot(e, e);
+  const double share = along <= 0 ? 0 : along >= whole ? 1 : along / whole;
+  return length({w[0] - share * e[0], w[1] - share * e[1], w[2] - share * e[2]});
+}
+double away(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {  // a point from a triangle
+  const Vector n = cross(b - a, c - a);
+  const bool above =
+      dot(n, cross(b - a, p - a)) > 0 && dot(n, cross(c - b, p - b)) > 0 && dot(n, cross(a - c, p - c)) > 0;
+  if (above) return std::abs(dot(n, p - a)) / length(n);
+  return std::min({away(p, a, b), away(p, b, c), away(p, c, a)});
+}
+
+/// How far a surface lies from the source at most when its vertices are the source's, rounded to the lattice of the
+/// shell: half the diagonal of a cell, whatever the triangle. Nothing where the source lies on that lattice.
+double rounding_of(const Extent& shell, const Extent& source) {
+  const int step = shell.likely_step();
+  return source.lowest >= step ? 0 : std::ldexp(std::sqrt(0.75), step);
+}
+
 class SampleChecker {
  public:
+  /// `tolerance`, `rounding`: model units.
   SampleChecker(const Shell& shell, const Source& source, const CommonLattice& lattice, double tolerance,
-                const std::optional<SampleMarks>& marks)
+                double rounding, const std::optional<SampleMarks>& marks)
       : shell_(shell),
         source_(source),
         lattice_(lattice),
         tolerance_(std::ldexp(tolerance, -lattice.step)),
+        rounding_(std::ldexp(rounding, -lattice.step)),
         marks_(marks),
         said_(marks && !source.phantom_from ? source.triangles.size() : 0, Said::Nothing) {
     for (const auto& p : source.positions) points_.push_back(place(p));
@@ -164,26 +187,48 @@ class SampleChecker {
       return note(slab, sample, name() + " has a fibre that does not meet the source");
     }
     check_.worst = std::max(check_.worst, nearest);
-    if (nearest > tolerance_)
+    if (nearest > tolerance_ && !lies_on_rounded(tree, fibre, value, whole))
       return note(slab, sample,
                   name() + " lies " + length_text(std::ldexp(nearest, lattice_.step)) +
                       " away from where its fibre meets the source");
     if (!marks_) return;
-    std::string wrong = wrong_void(is_void, value, whole);
+    std::string wrong = wrong_void(is_void, value, whole, std::max(nearest, tolerance_));
     if (wrong.empty()) wrong = wrong_fold(marked(marks_->folded, slab, sample), whole);
     if (!wrong.empty()) note(slab, sample, name() + wrong);
+  }
+
+  /// Whether the sample lies as near to the source as a surface must whose vertices are the source's, rounded. Along a
+  /// fibre that grazes them the two are further apart, by 1 / sine, and it may meet them in different triangles.
+  [[nodiscard]] bool lies_on_rounded(const Tree& tree, const Fibre& fibre, float value, double whole) const {
+    if (rounding_ == 0) return false;
+    Vector p = fibre.inner;
+    for (std::size_t k = 0; k < 3; ++k) p[k] += static_cast<double>(value) * fibre.along[k];
+    const double reach = rounding_ + 0x1p-24 * whole;  // the value is a float
+    Point low{}, high{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::llround(std::floor(p[k] - reach)) - 1;
+      high[k] = std::llround(std::ceil(p[k] + reach)) + 1;
+    }
+    bool found = false;
+    tree.query({narrow(low), narrow(high)}, [&](std::uint32_t t) {
+      const auto& f = source_.triangles[t];
+      found = away(p, points_[f[0]], points_[f[1]], points_[f[2]]) <= reach;
+      return !found;
+    });
+    return found;
   }
 
   [[nodiscard]] bool marked(std::span<const SampleTile> tiles, std::size_t slab, std::size_t sample) const {
     return slab < tiles.size() && sample < tiles[slab].values.size() && tiles[slab].values[sample] > 0.5F;
   }
-  /// What is wrong with the mark of a sample of which the surface lies here, or with its absence; else nothing.
-  [[nodiscard]] std::string wrong_void(bool is_void, float value, double whole) {
+  /// What is wrong with the mark of a sample of which the surface lies here, within `reach` along the fibre, or with
+  /// its absence; else nothing.
+  [[nodiscard]] std::string wrong_void(bool is_void, float value, double whole, double reach) {
     bool can_be = false, clear = true;
     std::size_t here = 0;
     std::uint32_t triangle = 0;
     for (const Hit& hit : hits_) {
-      if (std::abs(hit.at - static_cast<double>(value)) * whole > tolerance_) continue;
+      if (std::abs(hit.at - static_cast<double>(value)) * whole > reach) continue;
       ++here;
       clear = clear && hit.how == Hit::How::Clear;
       triangle = hit.triangle;
@@ -268,7 +313,7 @@ class SampleChecker {
   const Shell& shell_;
   const Source& source_;
   const CommonLattice& lattice_;
-  double tolerance_;  // steps
+  double tolerance_, rounding_;  // steps
   SampleCheck check_;
   std::vector<Vector> points_;  // by source vertex
   std::vector<Box> boxes_;      // by source triangle
@@ -282,8 +327,9 @@ class SampleChecker {
 SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles, double tolerance,
                           const std::optional<SampleMarks>& marks) {
   Extent extent;
+  const Extent slabs = extent_of(shell);
   const std::string fault = source_fault(source, extent);
-  const CommonLattice lattice(extent_of(shell), extent);
+  const CommonLattice lattice(slabs, extent);
   if (!fault.empty() || !lattice.fits) {
     SampleCheck refused;
     refused.off = 1;
@@ -293,7 +339,7 @@ SampleCheck check_samples(const Shell& shell, const Source& source, std::span<co
                         : "the source reaches so far beyond the slabs that no lattice of 2^30 steps holds both"});
     return refused;
   }
-  return SampleChecker(shell, source, lattice, tolerance, marks).run(tiles);
+  return SampleChecker(shell, source, lattice, tolerance, rounding_of(slabs, extent), marks).run(tiles);
 }
 
 }  // namespace relief::verify

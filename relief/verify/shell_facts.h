@@ -22,6 +22,9 @@ struct Extent {
   void add(const Extent& other);
   /// The exponent of the coarsest lattice step; 0 when all coordinates are zero.
   [[nodiscard]] int step() const { return lowest == std::numeric_limits<int>::max() ? 0 : lowest; }
+  /// The exponent of the step to which the coordinates were rounded, as far as it shows: a few round numbers do not
+  /// make a coarse lattice, so it is 2^20 of the longest side at most, but no finer than doubles are so far out.
+  [[nodiscard]] int likely_step() const;
   /// The longest side in steps of 2^step. A length of at most 2^30 steps has no rounding; a longer one stays longer.
   [[nodiscard]] double span(int step) const;
 };

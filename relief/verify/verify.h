@@ -129,10 +129,10 @@ struct TileCheck {
 /// How the samples fit the source. Copies of shared samples count each.
 struct SampleCheck {
   std::size_t tested = 0;
-  std::size_t off = 0;  ///< further than the tolerance from every place where the fibre meets it, or wrongly marked
+  std::size_t off = 0;                            ///< not where the fibre meets it, or wrongly marked
   std::size_t single = 0, none = 0, several = 0;  ///< how often the fibres meet the source
   bool at_least = false;  ///< beyond 10 000 that are off, a slab was left at its first: all numbers may be higher
-  double worst = 0;       ///< model units; greatest distance of a sample from such a place
+  double worst = 0;       ///< model units; greatest distance of a sample from where its fibre meets the source
   std::vector<Failure> failures;     ///< the first 100 that are off: a is the slab, b the number in its tile
   std::vector<std::uint32_t> slabs;  ///< all that have one that is off, in rising order
 };
@@ -147,6 +147,11 @@ struct SampleMarks {
 /// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
 /// fibre), but for those on edges that a coarser neighbour lacks (see Between). In doubles. The shell must pass C0;
 /// tiles of the wrong size and values out of 0..1 are off.
+///
+/// Samples may be those of the source with its vertices rounded to the lattice of the shell, that is moved by at most
+/// half a step per coordinate. Along a fibre that grazes a triangle this is any distance, so where the source is not on
+/// that lattice, a sample also counts as right within sqrt(3)/2 steps of the source (and the rounding of a float along
+/// its fibre), in whatever direction.
 ///
 /// With marks, a void sample must lie on a triangle that closes an opening, any other on one that does not; where its
 /// fibre passes within 2^-8 lattice steps of the rim between them, or meets both within the tolerance, it may be

@@ -496,6 +496,20 @@ TEST(Convert, SaysWhatCollapsedAndWhatRemeshingWouldHelp) {
   EXPECT_NE(made->report.not_certified.find("--remesh"), std::string::npos) << made->report.not_certified;
 }
 
+TEST(Convert, RefusesWhatIsTooFarFromTheOriginForItsTriangles) {
+  const TriangleMesh ball = testing::ball(30);  // triangles of some 0.09
+  const ConvertSettings settings = few(40);
+  expect_sound(convert(testing::scaled(ball, 1, {1e12, 0, 0}), settings), settings);
+  for (const double away : {1e14, -1e15}) {
+    const auto far = convert(testing::scaled(ball, 1, {away, 0, 0}), settings);
+    ASSERT_FALSE(far);
+    EXPECT_EQ(far.error().code, Errc::Corrupt);
+    EXPECT_NE(far.error().message.find("from the origin"), std::string::npos) << far.error().message;
+  }
+  // It is the size of the triangles that counts.
+  EXPECT_TRUE(convert(testing::scaled(ball, 100, {1e14, 0, 0}), settings));
+}
+
 TEST(Convert, RefusesWithASentence) {
   const TriangleMesh mesh = testing::ball(8);
   const auto refused = [&](const ConvertSettings& settings, std::string_view word) {

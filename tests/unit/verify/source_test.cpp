@@ -1,6 +1,7 @@
 // Shells with a right source inside pass; each way of getting the source wrong fails exactly what it breaks.
 #include "report.h"
 
+#include <relief/base/triangle.h>
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
@@ -758,6 +759,84 @@ TEST(VerifySamples, LengthsAreReadableInTinyModels) {
   const SampleCheck c = check_samples(cage.view(), source.view(), tiles.view(), 0x1p-60);
   EXPECT_EQ(c.off, 1U);
   EXPECT_NE(c.failures.at(0).what.find("lies 1.97e-13 away"), std::string::npos) << c.failures.at(0).what;
+}
+
+/// Where the segment from p meets the source first, as a share of it; nothing where it does not.
+std::optional<double> first_hit(const Surface& source, Vec3d p, Vec3d along) {
+  std::optional<double> first;
+  for (const Face& f : source.faces) {
+    const Vec3d a = vec(source.points[f[0]]) - p, b = vec(source.points[f[1]]) - p, c = vec(source.points[f[2]]) - p;
+    const double u = dot(along, cross(b, c)), v = dot(along, cross(c, a)), w = dot(along, cross(a, b));
+    if (!((u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0))) continue;
+    const Vec3d n = cross(b - a, c - a);
+    const double t = dot(n, a) / dot(n, along);
+    if (t > 0 && t < 1 && (!first || t < *first)) first = t;
+  }
+  return first;
+}
+double distance_from(const Surface& source, Vec3d p) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Face& f : source.faces) {
+    const Vec3d a = vec(source.points[f[0]]), b = vec(source.points[f[1]]), c = vec(source.points[f[2]]);
+    const auto w = nearest_in_triangle(p, a, b, c);
+    least = std::min(least, length(a * w[0] + b * w[1] + c * w[2] - p));
+  }
+  return least;
+}
+
+// What convert does to a clean scan: its vertices go to the lattice of the shell before the samples are taken. Along
+// fibres that graze it the hits move much further than that, and into other triangles.
+TEST(VerifySamples, ASourceOffTheLatticeIsTheOneOfItsRoundedVertices) {
+  constexpr int kN = 6;
+  const auto rough = [](Vec3d d) { return 1.05 + 0.3 * std::sin(900 * d.x + 700 * d.y + 500 * d.z); };
+  const Cage cage = sphere_cage(2, 0.5, 1.6);
+  const Surface source = ball(4, rough).moved(turned);
+  const Surface on_lattice = source.moved([](Vec3d p) { return vec(rounded(p)); });
+  ASSERT_GT(source.faces.size(), 2000U);
+  constexpr double kTolerance = 1e-9;
+  std::mt19937_64 random(1991);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::size_t close = 0, right = 0, wrong = 0;
+  double worst = 0;
+  for (std::size_t s = 0; s < cage.faces.size(); ++s) {
+    const Face& f = cage.faces[s];
+    std::vector<float> taken, moved;
+    std::vector<SampleTile> tiles(cage.faces.size(), {kN, {}});
+    std::vector<double> away;  // of those that were moved, from the source, in bounds
+    for (int j = 0; j <= kN; ++j)
+      for (int i = 0; i + j <= kN; ++i) {
+        const auto at = [&](const std::vector<Point>& ends) {
+          return (vec(ends[f[0]]) * (kN - i - j) + vec(ends[f[1]]) * i + vec(ends[f[2]]) * j) / kN;
+        };
+        const Vec3d p = at(cage.inner), along = at(cage.outer) - p;
+        const double t = first_hit(on_lattice, p, along).value_or(0.5);
+        taken.push_back(static_cast<float>(t));
+        const double by = std::ldexp(1 / kSteps, static_cast<int>(8 * unit(random)) - 2);
+        moved.push_back(static_cast<float>(t + (unit(random) < 0.5 ? by : -by) / length(along)));
+        const double bound = std::sqrt(0.75) / kSteps + 0x1p-24 * length(along);
+        away.push_back(distance_from(source, p + along * static_cast<double>(moved.back())) / bound);
+      }
+    tiles[s].values = taken;
+    const SampleCheck as_taken = check_samples(cage.view(), source.view(), tiles, kTolerance);
+    EXPECT_EQ(as_taken.off, 0U) << s;
+    worst = std::max(worst, as_taken.worst);
+    // Against what they were taken from, there is no such room.
+    EXPECT_EQ(check_samples(cage.view(), on_lattice.view(), tiles, 0x1p-23).off, 0U) << s;
+    tiles[s].values = moved;
+    EXPECT_GT(check_samples(cage.view(), on_lattice.view(), tiles, 0x1p-23).off, 26U) << s;
+    std::set<std::uint32_t> found;
+    for (const Failure& g : check_samples(cage.view(), source.view(), tiles, kTolerance).failures) found.insert(g.b);
+    for (std::uint32_t k = 0; k < away.size(); ++k) {
+      if (std::abs(away[k] - 1) < 1e-3) continue;
+      ++(away[k] > 1 ? wrong : right);
+      EXPECT_EQ(found.contains(k), away[k] > 1) << s << ' ' << k << ' ' << away[k];
+      close += away[k] > 1 && away[k] < 1.5;
+    }
+  }
+  EXPECT_GT(worst, 3 / kSteps) << "no fibre grazed the source";
+  EXPECT_GT(right, 500U);
+  EXPECT_GT(wrong, 500U);
+  EXPECT_GT(close, 50U) << "none was moved by little more than the bound";
 }
 
 TEST(VerifySamples, CountsWhatFibresMeet) {
