@@ -127,7 +127,7 @@ std::string clause_of(const Mender& mender, const ThinShell& thin) {
     return std::to_string(count) + (count == 1 ? " triangle" : " triangles");
   };
   if (scanned > 0) return triangles(scanned) + " of the source" + (scanned == 1 ? " meets" : " meet") + " others";
-  if (invented > 0) return "what closes openings meets " + triangles(invented) + " of it or of the source";
+  if (invented > 0) return "what closes openings meets itself or the source, in " + triangles(invented);
   return triangles(thin.faults().size()) + (thin.faults().size() == 1 ? " of the source lies" : " of the source lie") +
          " nearer to others than the lattice can tell apart, or fold";
 }

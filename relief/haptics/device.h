@@ -31,7 +31,7 @@ struct DeviceState {
   Vec3d position;  ///< m
   Vec3d velocity;  ///< m/s; used when `has_velocity`, else estimated from positions
   bool has_velocity = false;
-  Quatd orientation = {};  ///< from the tool's frame to the device's, of a length from 1e-6 to 1e150; used when `has_orientation`
+  Quatd orientation = {};  ///< from the tool's frame to the device's, 1e-6 to 1e150 long; used when `has_orientation`
   bool has_orientation = false;
   std::uint32_t buttons = 0;
 };
