@@ -153,6 +153,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   ordered_json json;
   json["mode"] = name(made.model.info.mode);
   json["slabs"] = r.slabs;
+  json["slabs_asked"] = r.slabs_asked;
   json["seconds"] = seconds;
   json["wall_seconds"] = wall_seconds;
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};

@@ -3,7 +3,6 @@
 #include "replay_page.h"
 
 #include <relief/base/try.h>
-#include <relief/render/renderer.h>
 #include <relief/session/replay.h>
 
 #include <fmt/format.h>
@@ -176,7 +175,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                              printable(joined(result.missing), 400))));
   }
   if (o.change) {
-    RELIEF_CHECK(check_tool_radius(o.tool_radius, diagonal(surface_bounds(*model)), o.recording));
+    RELIEF_CHECK(check_tool_radius(o.tool_radius, diagonal(model->slab_mesh().bounds()), o.recording));
     RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
     ServoSettings changed = replay.settings().front();
     o.change(changed);

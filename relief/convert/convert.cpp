@@ -731,9 +731,10 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
   }
   const double across = std::sqrt(2 * area / double(mesh.triangles.size()));
   if (across >= kLeast * lattice.step) return {};
-  return fail(Errc::Corrupt, "the source lies " + number(farthest) + " from the origin, where coordinates are " +
-                                 number(lattice.step) + " apart, and its triangles are " + number(across) +
-                                 " across on average; move it nearer to the origin.");
+  return fail(Errc::Corrupt, "the source lies " + number(farthest) +
+                                 " from the origin, where the lattice has steps of " + number(lattice.step) +
+                                 ", and its triangles are " + number(across) +
+                                 " across on average, too small for that; move it nearer to the origin.");
 }
 
 Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
@@ -791,6 +792,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     report.dropped_slabs = cage.dropped;
   }
   report.slabs = mesh->slab_count();
+  report.slabs_asked = static_cast<std::size_t>(settings.slabs);
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);
@@ -906,6 +908,10 @@ std::string to_string(const ConvertReport& report) {
                   report.slabs_too_coarse, report.too_coarse_most);
     text += line.data();
   }
+  if (report.slabs > report.slabs_asked)
+    text += std::to_string(report.slabs_asked) +
+            " slabs were asked for: no way was found to keep the mode with fewer than " + std::to_string(report.slabs) +
+            "\n";
   for (const std::string& note : report.notes) text += note + "\n";
   if (!report.not_certified.empty()) text += "not certified: " + report.not_certified + "\n";
   if (report.parts.count > 1)

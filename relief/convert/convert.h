@@ -41,6 +41,7 @@ struct ConvertReport {
   RepairReport repair;
   std::size_t source_triangles = 0;  ///< after repair
   std::size_t slabs = 0;
+  std::size_t slabs_asked = 0;    ///< where the mode could not be kept with so many, there are more
   std::size_t dropped_parts = 0;  ///< smallest parts left out because the target cannot hold them
   std::size_t dropped_slabs = 0;  ///< left out because they had no room beside others, as where the source meets itself
   std::size_t fibres_cast = 0;    ///< through the samples of the finest grids, and more: a million at least

@@ -6,6 +6,7 @@
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
 #include <relief/mesh/import.h>
+#include <relief/mesh/samples.h>
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
@@ -60,6 +61,18 @@ void expect_sound(const Result<Conversion>& result, const ConvertSettings& setti
 }
 
 double single_share(const ConvertReport& report) { return double(report.hits_single) / double(report.fibres_cast); }
+
+TEST(Convert, SaysWhereItTakesMoreSlabsThanAskedFor) {
+  const auto mesh = make_sample("head", 5'000);
+  ASSERT_TRUE(mesh);
+  const auto few = convert(*mesh, {.slabs = 4}), enough = convert(*mesh, {.slabs = 400});
+  ASSERT_TRUE(few && enough);
+  EXPECT_EQ(few->report.slabs_asked, 4U);
+  ASSERT_GT(few->report.slabs, 4U);
+  EXPECT_NE(to_string(few->report).find("4 slabs were asked for"), std::string::npos);
+  ASSERT_LE(enough->report.slabs, 400U);
+  EXPECT_EQ(to_string(enough->report).find("slabs were asked for"), std::string::npos);
+}
 
 TEST(Convert, BallAtEveryGridSize) {
   for (const int n : {1, 2, 15, 32, 63, 128}) {
