@@ -175,6 +175,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                              printable(joined(result.missing), 400))));
   }
   if (o.change) {
+    // A recording does not know the source's diagonal. The slabs' is larger: what touch took is not refused here.
     RELIEF_CHECK(check_tool_radius(o.tool_radius, diagonal(model->slab_mesh().bounds()), o.recording));
     RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
     ServoSettings changed = replay.settings().front();

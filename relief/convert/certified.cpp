@@ -60,10 +60,15 @@ Start finish(Mender&& mender, ThinShell&& thin, ClosedSource& given) {
   return {std::move(source), std::move(ends), std::move(tree)};
 }
 
+/// "7 triangles".
+std::string counted(std::size_t triangles) {
+  return std::to_string(triangles) + (triangles == 1 ? " triangle" : " triangles");
+}
+
 /// "7 triangles of the source", or how many of them were only made to close openings and cuts.
 std::string triangles_of(const Mender& mender, std::span<const std::uint32_t> faces) {
   const auto made = std::ranges::count_if(faces, [&](std::uint32_t f) { return !mender.is_scanned(f); });
-  const std::string all = std::to_string(faces.size()) + (faces.size() == 1 ? " triangle" : " triangles");
+  const std::string all = counted(faces.size());
   if (made == 0) return all + " of the source";
   if (static_cast<std::size_t>(made) == faces.size()) return all + " that close openings";
   return all + ", " + std::to_string(made) + " of which close openings,";
@@ -123,12 +128,9 @@ std::string clause_of(const Mender& mender, const ThinShell& thin) {
     scanned += meets_scanned;
     invented += meets && !meets_scanned;
   }
-  const auto triangles = [](std::size_t count) {
-    return std::to_string(count) + (count == 1 ? " triangle" : " triangles");
-  };
-  if (scanned > 0) return triangles(scanned) + " of the source" + (scanned == 1 ? " meets" : " meet") + " others";
-  if (invented > 0) return "what closes openings meets itself or the source, in " + triangles(invented);
-  return triangles(thin.faults().size()) + (thin.faults().size() == 1 ? " of the source lies" : " of the source lie") +
+  if (scanned > 0) return counted(scanned) + " of the source" + (scanned == 1 ? " meets" : " meet") + " others";
+  if (invented > 0) return "what closes openings meets itself or the source, in " + counted(invented);
+  return counted(thin.faults().size()) + (thin.faults().size() == 1 ? " of the source lies" : " of the source lie") +
          " nearer to others than the lattice can tell apart, or fold";
 }
 
@@ -407,9 +409,7 @@ struct LargeFans {
   std::uint32_t largest = 0, triangles = 0;
 
   explicit LargeFans(const ClosedSource& s) {
-    std::vector<std::uint32_t> valences(s.points.size(), 0);
-    for (const Face& f : s.faces)
-      for (const std::uint32_t v : f) ++valences[v];
+    const std::vector<std::uint32_t> valences = valences_of(s);
     for (std::uint32_t v = 0; v < valences.size(); ++v) {
       const std::uint64_t n = valences[v];
       if (n <= kLargeFan) continue;

@@ -314,6 +314,18 @@ std::vector<Closing> choose_closings(const TriangleMesh& mesh, const Parts& part
   return closings;
 }
 
+/// The rims whose patches have some of these faces, ascending. `patches`: where each rim's faces begin, and their end.
+std::vector<std::size_t> rims_with(const std::vector<std::size_t>& patches, std::span<const std::uint32_t> faces) {
+  std::vector<std::size_t> rims;
+  for (const std::uint32_t f : faces) {
+    if (f < patches.front() || f >= patches.back()) continue;
+    const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
+    rims.push_back(static_cast<std::size_t>(next - patches.begin()) - 1);
+  }
+  sort_unique(rims);
+  return rims;
+}
+
 /// Gives boxes to rims whose membranes have bad faces, the longest four one by one, the others together, each time
 /// where the patches then meet no more of the surface and of each other than before: a box that would run through the
 /// part does not help. Whether any was given, and not when cancelled.
@@ -321,14 +333,8 @@ bool give_boxes(const TriangleMesh& mesh, const std::vector<std::vector<std::uin
                 const std::vector<std::size_t>& patches, std::span<const std::uint32_t> bad_faces, double room,
                 std::vector<Closing>& closings, const Progress& progress) {
   constexpr std::size_t kOneByOne = 4;  // each try costs about as much as closing all
-  std::vector<std::size_t> tried;
-  for (const std::uint32_t f : bad_faces) {
-    if (f < patches.front() || f >= patches.back()) continue;
-    const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
-    const std::size_t rim = static_cast<std::size_t>(next - patches.begin()) - 1;
-    if (closings[rim].kind == Closing::Membrane) tried.push_back(rim);
-  }
-  sort_unique(tried);
+  std::vector<std::size_t> tried = rims_with(patches, bad_faces);
+  std::erase_if(tried, [&](std::size_t rim) { return closings[rim].kind != Closing::Membrane; });
   std::stable_sort(tried.begin(), tried.end(), [&](auto a, auto b) { return rims[a].size() > rims[b].size(); });
   if (tried.empty()) return false;
   bool any = false;
@@ -355,16 +361,11 @@ bool give_backs(const TriangleMesh& mesh, std::vector<std::vector<std::uint32_t>
                 const std::vector<std::size_t>& patches, std::span<const std::uint32_t> bad_faces, double room,
                 std::vector<Closing>& closings, const Progress& progress) {
   constexpr std::array<double, 4> kDepths = {0.02, 0.005, 0.00125, 0.0003};  // of the diagonal of the rim's box
-  std::vector<std::uint8_t> is_bad(rims.size(), 0);
-  for (const std::uint32_t f : bad_faces) {
-    if (f < patches.front() || f >= patches.back()) continue;
-    const auto next = std::upper_bound(patches.begin(), patches.end(), std::size_t{f});
-    is_bad[static_cast<std::size_t>(next - patches.begin()) - 1] = 1;
-  }
+  const std::vector<std::size_t> bad_rims = rims_with(patches, bad_faces);
   std::vector<std::vector<std::uint32_t>> ordered, last;
   std::vector<Closing> ordered_closings;
   for (std::size_t r = 0; r < rims.size(); ++r) {
-    if (is_bad[r] != 0 && closings[r].kind == Closing::Box) {
+    if (closings[r].kind == Closing::Box && std::ranges::binary_search(bad_rims, r)) {
       last.push_back(rims[r]);
     } else {
       ordered.push_back(rims[r]);
@@ -454,22 +455,22 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
                                         ConvertReport& report, const Progress& progress) {
   constexpr std::size_t kMostNotes = 5;
   report.parts = {};
-  const Parts all_parts = find_parts(ground.mesh.positions.size(), ground.mesh.triangles);
-  report.parts.count = all_parts.count;
+  Parts parts = find_parts(ground.mesh.positions.size(), ground.mesh.triangles);
+  report.parts.count = parts.count;
+  std::vector<std::size_t> sizes(parts.count, 0);
+  for (const std::uint32_t part : parts.of_face) ++sizes[part];
   const auto note_obstacle = [&](std::uint32_t part, Vec3d near, const std::string& reason) {
     if (report.parts.obstacles.size() == kMostBadParts) return;
-    const auto size = std::count(all_parts.of_face.begin(), all_parts.of_face.end(), part);
-    report.parts.obstacles.push_back({part, static_cast<std::size_t>(size), near, reason});
+    report.parts.obstacles.push_back({part, sizes[part], near, reason});
   };
   TriangleMesh rest;  // without the specks, once there are any
   const TriangleMesh* open = &ground.mesh;
   std::vector<std::string> notes;  // about the specks
   std::size_t specks = 0;
-  std::vector<std::uint32_t> part_number(all_parts.count);  // of those in `open`
+  std::vector<std::uint32_t> part_number(parts.count);  // of those in `open`
   std::iota(part_number.begin(), part_number.end(), 0U);
   ClosedShell closed;
   for (;;) {
-    const Parts parts = find_parts(open->positions.size(), open->triangles);
     closed = close_and_certify(*open, parts, settings, diagonal, progress);
     const CertifiedShell& made = closed.made;
     for (const PartObstacle& bad : made.specks.empty() ? made.bad_parts : made.specks)
@@ -490,6 +491,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
       if (stays[part] != 0) part_number[kept++] = part_number[part];
     rest = std::move(fewer);
     open = &rest;
+    parts = find_parts(rest.positions.size(), rest.triangles);
   }
   CertifiedShell& made = closed.made;
   const Lattice& lattice = closed.lattice;

@@ -122,6 +122,13 @@ std::vector<Face> Fan::take_faces() && {
 
 }  // namespace
 
+std::vector<std::uint32_t> valences_of(const ClosedSource& source) {
+  std::vector<std::uint32_t> valences(source.points.size(), 0);
+  for (const Face& f : source.faces)
+    for (const std::uint32_t v : f) ++valences[v];
+  return valences;
+}
+
 std::size_t divide_fans(ClosedSource& source) {
   // Fans that share faces take turns: most have no such neighbours.
   constexpr int kTurns = 8;
@@ -129,9 +136,8 @@ std::size_t divide_fans(ClosedSource& source) {
   const std::size_t given = source.points.size();
   std::vector<std::uint8_t> done(given, 0);
   for (int turn = 0; turn < kTurns; ++turn) {
-    std::vector<std::uint32_t> valences(source.points.size(), 0), fan_of(source.points.size(), 0);
-    for (const Face& f : source.faces)
-      for (const std::uint32_t v : f) ++valences[v];
+    const std::vector<std::uint32_t> valences = valences_of(source);
+    std::vector<std::uint32_t> fan_of(source.points.size(), 0);
     std::vector<std::uint32_t> middles;
     for (std::uint32_t v = 0; v < given; ++v)
       if (done[v] == 0 && valences[v] > kLargeFan) middles.push_back(v);
