@@ -115,6 +115,10 @@ bool SlabShape::is_apart(const SourceTriangle& t) const noexcept {
   return false;
 }
 
+bool SlabShape::holds_end_of(const SlabShape& other) const noexcept {
+  return std::ranges::any_of(other.ends_, [&](Vec3d p) { return !is_apart({p, p, p, {}, 0}); });
+}
+
 Meeting SlabShape::meet(const SourceTriangle& t) const noexcept {
   if (misses_box(t)) return Meeting::Apart;
   std::array<double, 2> highest{};

@@ -51,6 +51,8 @@ class SlabShape {
   [[nodiscard]] Meeting meet(const SourceBlock& block) const noexcept;
   /// Whether meet() says Apart.
   [[nodiscard]] bool is_apart(const SourceTriangle& t) const noexcept;
+  /// Whether an end of a fibre of the other may lie in it.
+  [[nodiscard]] bool holds_end_of(const SlabShape& other) const noexcept;
   /// Whether the triangles of two sides are certainly apart, by the plane of either. Side 0 is inner, 1 outer.
   [[nodiscard]] bool surely_apart(std::size_t side, const SlabShape& other, std::size_t other_side) const noexcept;
   /// The same of one side and any triangle, by the plane of this side alone.

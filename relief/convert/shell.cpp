@@ -475,7 +475,7 @@ Parts find_parts(std::size_t point_count, const std::vector<Face>& faces) {
     return v;
   };
   for (const Face& f : faces)
-    for (std::size_t k = 1; k < 3; ++k) {
+    for (std::size_t k = 1; k < 3 && f[0] < point_count; ++k) {
       const std::uint32_t a = find(f[0]), b = find(f[k]);
       root[std::max(a, b)] = std::min(a, b);
     }
@@ -483,6 +483,7 @@ Parts find_parts(std::size_t point_count, const std::vector<Face>& faces) {
   parts.of_face.resize(faces.size());
   std::vector<std::uint32_t> number(point_count, 0xffffffffU);
   for (std::size_t s = 0; s < faces.size(); ++s) {
+    if (faces[s][0] >= point_count) continue;
     std::uint32_t& n = number[find(faces[s][0])];
     if (n == 0xffffffffU) n = parts.count++;
     parts.of_face[s] = n;

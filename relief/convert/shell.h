@@ -39,6 +39,7 @@ struct Shell {
 [[nodiscard]] std::vector<Vec3d> vertex_directions(const BaseMesh& base);
 
 /// Per face the number of its connected part (parts joined by a vertex count as one), and how many parts there are.
+/// Faces whose corners are no points are gone; their number is 0.
 struct Parts {
   std::vector<std::uint32_t> of_face;
   std::uint32_t count = 0;

@@ -32,6 +32,7 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
     std::iota(again.begin(), again.end(), 0U);
   }
   shortest_.clear();
+  if (parts_.of_face.size() != faces || !gone.empty()) parts_ = find_parts(points, source_.faces);
   if (!for_all(again.size(), 1024, progress, [&](std::size_t k) { start(again[k]); })) return false;
   if (tree_) {
     for (const std::uint32_t f : gone) faulty_[f] = 0;
@@ -153,6 +154,13 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
         found(f, mine_side);
         found(g, side);
       }
+    if (parts_.of_face[f] == parts_.of_face[g]) return true;
+    const SlabShape theirs(triangle(g, kInner), triangle(g, kOuter));
+    if (mine.holds_end_of(theirs) || theirs.holds_end_of(mine)) {
+      const Vec3d between = source_.triangle(g).a - own.a;
+      found(f, dot(between, own.normal) > 0 ? kOuter : kInner);
+      found(g, dot(between, source_.normal(g)) < 0 ? kOuter : kInner);
+    }
     return true;
   });
   pairs_ += pairs;

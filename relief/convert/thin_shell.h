@@ -23,9 +23,10 @@ using Ends = std::array<LatticePoint, 2>;  ///< of a fibre, by Side
 inline constexpr double kLeastHeight = 12;
 
 /// Each fibre runs through its vertex in the direction that sees all the faces there, so C2, C6 of its own triangle and
-/// C7 hold by construction; heights are halved where C1, C3, C5 or C6 of another triangle fail. They start as high as
-/// the edges are long, or nearly: on a rough source collapses need that. Where the source changes, only what lies there
-/// is made anew. Runs on all threads; the result does not depend on their number.
+/// C7 hold by construction; heights are halved where C1, C3, C5 or C6 of another triangle fail, or where a fibre of one
+/// part ends in a slab of another: its surface may lie in that shell and meet nothing (C4). They start as high as the
+/// edges are long, or nearly: on a rough source collapses need that. Where the source changes, only what lies there is
+/// made anew. Runs on all threads; the result does not depend on their number.
 class ThinShell {
  public:
   enum class Heights : std::uint8_t {
@@ -76,6 +77,7 @@ class ThinShell {
   std::vector<std::uint8_t> works_, faulty_;
   std::vector<std::uint32_t> faults_, folds_;
   std::vector<std::uint32_t> shortest_;  // points whose fibres have been cut down to the least
+  Parts parts_;
   std::atomic<std::size_t> pairs_ = 0;
   std::unique_ptr<BoxTree> tree_;  // of the slabs as they were at first: they only shrink
 };

@@ -123,6 +123,19 @@ TEST(Certified, SpecksBesideLargeTrianglesAreNotSwallowed) {
   expect_certified(convert(parts, certified(100)), 400);
 }
 
+TEST(Certified, PartsThatFitIntoEachOthersShellsAreNotSwallowed) {
+  // Fibres at the corners lean outwards and miss a plate of the same extents: as long as an edge, they have it between
+  // them, and two thin walls end in each other.
+  for (const double gap : {0.02, 0.003}) {
+    TriangleMesh plate = testing::box({1, 1, 1});
+    append(plate, testing::box({1, 1, 0.01}), {0, 0, 1 + gap});
+    expect_certified(convert(plate, certified(24)), 24, 100);
+    TriangleMesh hollow = testing::box({1, 1, 1});
+    append(hollow, testing::turned(testing::box({1, 1, 1})), {gap, gap, gap}, 1 - 2 * gap);
+    expect_certified(convert(hollow, certified(24)), 24, 100);
+  }
+}
+
 TEST(Certified, FarFromTheOriginAndAtAnyScale) {
   for (const double scale : {1e-3, 1e6})
     expect_certified(
