@@ -165,10 +165,10 @@ std::optional<Crossing> SourceSurface::crossing_with(std::uint32_t triangle, Vec
 }
 
 // The search runs in float, so it may give the neighbour of the triangle that is crossed, whose plane, where both are
-// steep, is met many steps away.
+// steep, is met many steps away, at the rim of a thin lens thousands.
 Crossing SourceSurface::settle(const Crossing& near, Vec3d origin, Vec3d direction) const {
-  constexpr double kReach = 64;        // steps
-  constexpr double kRounding = 1e-12;  // of weights
+  constexpr std::array<double, 3> kReaches = {64, 1024, 16384};  // steps
+  constexpr double kRounding = 1e-12;                            // of weights
   struct Search {
     const SourceSurface* surface;
     Vec3d origin, direction;
@@ -186,10 +186,13 @@ Crossing SourceSurface::settle(const Crossing& near, Vec3d origin, Vec3d directi
   const Vec3f q = to_scene(origin + direction * near.t);
   RTCPointQuery query{};
   query.x = q.x, query.y = q.y, query.z = q.z;
-  query.radius = static_cast<float>(kReach * kScale);
-  RTCPointQueryContext context;
-  rtcInitPointQueryContext(&context);
-  rtcPointQuery(scene_->scene, &query, &context, visit, &search);
+  for (const double reach : kReaches) {
+    query.radius = static_cast<float>(reach * kScale);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene_->scene, &query, &context, visit, &search);
+    if (search.best.inside >= -kRounding) break;
+  }
   return search.best;
 }
 

@@ -122,10 +122,10 @@ struct Block {
   std::array<Point, 3> inner, outer;
 };
 
-/// Whether a plane lies between the block's hull and every triangle whose corners are within `blur` of the face's.
-/// `scale` is how many of the block's steps make one of the face's. With coordinates up to 2^30, scaled up to 2^41, all
-/// sums stay below 2^126.
-bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::int64_t blur) {
+/// Whether a plane lies between the block's hull and the face with so much room for each coordinate, in the block's
+/// steps, `scale` of which make one of the face's. With coordinates up to 2^30, scaled up to 2^41, all sums stay below
+/// 2^126.
+bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::int64_t room) {
   std::array<Point, 6> hull{};
   std::array<Point, 3> corners{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -145,7 +145,7 @@ bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::
     };
     const auto [low, high] = range(hull);
     const auto [face_low, face_high] = range(corners);
-    const Int128 slack = sum_norm(axis) * (Int128{scale} * blur);
+    const Int128 slack = sum_norm(axis) * room;
     return low > face_high + slack || high < face_low - slack;
   };
   const Point& n = face.normal;
@@ -508,34 +508,40 @@ class SourceChecker {
     return value - 2 * turn - 8 * Int128{sum_norm(d)};
   }
 
-  /// Whether the face misses the fibres from which it is seen from behind; bounded by fibres at whole 2^-k of the
+  /// Whether the face misses the fibres from which it is seen from behind; these end at a whole 2^-kCutBits of the
   /// edges, towards the larger side.
   [[nodiscard]] bool misses_bad_part(const Slab& slab, const Face& f, const std::array<Int128, 3>& facing,
                                      std::size_t bad) const {
-    const int edge_bits = bits_ - kHalvings;
-    const std::int64_t whole = std::int64_t{1} << static_cast<unsigned>(edge_bits);
-    // The fibre at w/whole of the way from corner i to corner j: its inner end and direction, `whole` times larger.
+    const int scale_bits = bits_ - kHalvings;
+    constexpr std::int64_t kWhole = std::int64_t{1} << kCutBits;
+    // The fibre at w / kWhole of the way from corner i to corner j: its inner end and direction in 2^-scale_bits of a
+    // step, rounded down.
     struct Fibre {
       Point inner, along;
     };
     const auto between = [&](std::size_t i, std::size_t j, std::int64_t w) {
+      const auto at = [&](std::int64_t from, std::int64_t to) {
+        return static_cast<std::int64_t>((Int128{from} * kWhole + Int128{to - from} * w) >> (kCutBits - scale_bits));
+      };
       Fibre fibre{};
       for (std::size_t c = 0; c < 3; ++c) {
-        fibre.inner[c] = slab.inner[i][c] * (whole - w) + slab.inner[j][c] * w;
-        fibre.along[c] = slab.along[i][c] * (whole - w) + slab.along[j][c] * w;
+        fibre.inner[c] = at(slab.inner[i][c], slab.inner[j][c]);
+        fibre.along[c] = at(slab.along[i][c], slab.along[j][c]);
       }
       return fibre;
     };
     const auto corner = [&](std::size_t i) { return between(i, i, 0); };
-    const auto misses = [&](const std::array<Fibre, 3>& fibres) { return column_misses(fibres, f, whole); };
+    const auto misses = [&](const std::array<Fibre, 3>& fibres) {
+      return column_misses(fibres, f, std::int64_t{1} << static_cast<unsigned>(scale_bits));
+    };
     if (bad == 3) return misses({corner(0), corner(1), corner(2)});
     std::size_t i = 0;
     while ((facing[i] <= 0) != (bad == 1)) ++i;  // the only one of its kind
     const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
     const auto cut = [&](std::size_t other) {
-      const Int128 part = facing[i] * whole, all = facing[i] - facing[other];
+      const Int128 part = facing[i] * kWhole, all = facing[i] - facing[other];
       const Int128 floor = part / all;  // both of one sign
-      if (bad == 2) return std::min(static_cast<std::int64_t>(floor), whole - 1);
+      if (bad == 2) return std::min(static_cast<std::int64_t>(floor), kWhole - 1);
       return std::max(static_cast<std::int64_t>(floor * all == part ? floor : floor + 1), std::int64_t{1});
     };
     const Fibre to_j = between(i, j, cut(j)), to_k = between(i, k, cut(k));
@@ -543,23 +549,24 @@ class SourceChecker {
     return misses({to_j, corner(j), corner(k)}) && misses({to_j, corner(k), to_k});
   }
 
-  /// Whether the face misses the volume between three fibres; halved along the fibres while its hull does not show it.
+  /// Whether the face misses the volume between three fibres, whose places and directions are scaled and may be less
+  /// than one off; halved along the fibres while its hull does not show it.
   template <typename Fibres>
-  [[nodiscard]] bool column_misses(const Fibres& fibres, const Face& f, std::int64_t whole) const {
+  [[nodiscard]] bool column_misses(const Fibres& fibres, const Face& f, std::int64_t scale) const {
+    const std::int64_t parts = std::int64_t{1} << static_cast<unsigned>(kHalvings);
     const auto part_misses = [&](auto&& again, std::int64_t from, std::int64_t to, int halvings) -> bool {
-      const std::int64_t parts = std::int64_t{1} << static_cast<unsigned>(kHalvings);
       Block block{};
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t c = 0; c < 3; ++c) {
           block.inner[k][c] = fibres[k].inner[c] * parts + fibres[k].along[c] * from;
           block.outer[k][c] = fibres[k].inner[c] * parts + fibres[k].along[c] * to;
         }
-      if (hull_misses(block, f, whole * parts, blur_)) return true;
+      if (hull_misses(block, f, scale * parts, (scale * blur_ + 2) * parts)) return true;
       if (halvings == 0) return false;
       const std::int64_t middle = (from + to) / 2;
       return again(again, from, middle, halvings - 1) && again(again, middle, to, halvings - 1);
     };
-    return part_misses(part_misses, 0, std::int64_t{1} << static_cast<unsigned>(kHalvings), kHalvings);
+    return part_misses(part_misses, 0, parts, kHalvings);
   }
 
   // ---- The source as a surface: closed and manifold, winding once around each vertex (C6b).
@@ -802,6 +809,7 @@ class SourceChecker {
 
   static constexpr std::size_t kFewSlabs = 2048;  // 3 MB
   static constexpr int kHalvings = 2;
+  static constexpr int kCutBits = 28;
   static constexpr double kAxis = 0x1p28;  // length of the directions of C6b
 
   const Shell& shell_;

@@ -88,13 +88,13 @@ struct Certificate {
 /// triangles only. Cancelled: what could not be tested any more does not hold.
 [[nodiscard]] Certificate check(const Shell& shell, const Progress& progress = {});
 
-/// C0 to C4 as above, then C5 to C7. Shell and source are judged on the coarsest lattice of 2^20 steps or more
-/// that holds both. A source that
-/// fits none of at most 2^30 steps is moved to the nearest points of the finest that holds the shell, by less than a
-/// step per coordinate: C5's margin covers this, and C6 is then shown for every surface within that reach, so that the
-/// verdict holds for the source as it is. C6 never passes what is wrong; what lies nearer to a place where the fibres
-/// run along a triangle than the resolution of its test (2^-8 of a slab's edge) may be refused. Nothing of this is
-/// tested where C0 fails. Parts of the shell with open edges fail C7: what passes through their walls is not looked at.
+/// C0 to C4 as above, then C5 to C7. Shell and source are judged on the coarsest lattice of 2^20 steps or more that
+/// holds both. A source that fits none of at most 2^30 steps is moved to the nearest points of the finest that holds
+/// the shell, by less than a step per coordinate: C5's margin covers this, and C6 is then shown for every surface
+/// within that reach, so that the verdict holds for the source as it is. C6 never passes what is wrong; it may refuse
+/// what is right where a triangle leans away from some fibres of a slab and lies in the convex hull of a quarter of
+/// their length, or within 2^-7 steps of it. Nothing of this is tested where C0 fails. Parts of the shell with open
+/// edges fail C7: what passes through their walls is not looked at.
 /// About 1 microsecond per source triangle. Cancelled: what could not be tested any more does not hold.
 [[nodiscard]] Certificate check(const Shell& shell, const Source& source, const Progress& progress = {});
 
