@@ -1,3 +1,4 @@
+#include <relief/convert/blunt.h>
 #include <relief/convert/certified.h>
 #include <relief/convert/fans.h>
 #include <relief/convert/reducer.h>
@@ -191,6 +192,35 @@ std::vector<std::uint32_t> faces_around(const Mender& mender, std::span<const st
   return faces;
 }
 
+/// Those of some vertices, by their numbers in the given source, that were given with it and whose edges are all longer
+/// than this.
+std::vector<std::uint32_t> with_long_edges(const Mender& mender, std::span<const std::uint32_t> vertices,
+                                           double least) {
+  const OrderedSource& source = mender.source();
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t v : vertices) {
+    if (source.point_of[v] == kNone) continue;
+    double shortest = Box3d::kFar;
+    mender.rings().around(v, [&](std::uint32_t h) {
+      shortest =
+          std::min(shortest, length(to_double(source.points[source.faces[h / 3][(h + 1) % 3]] - source.points[v])));
+    });
+    if (shortest > least) found.push_back(source.point_of[v]);
+  }
+  return found;
+}
+
+/// Vertices that no direction sees and whose edges are long.
+struct Tips {
+  enum class Fate : std::uint8_t {
+    Noted,  ///< the rest of the source is mended as it would be without them
+    Cut,    ///< they are cut off
+    Left    ///< they were, often enough
+  };
+  std::vector<std::uint32_t> points;  // of the given source
+  Fate fate = Fate::Noted;
+};
+
 /// What becomes of vertices that hardly a direction sees.
 enum class Needles : std::uint8_t {
   None,   ///< it is not known that smoothing does not help them
@@ -200,14 +230,18 @@ enum class Needles : std::uint8_t {
 
 /// Smooths and cuts until a thin shell stands on the source: for few faults, far from each other. Nothing when
 /// cancelled or with an obstacle; the source is then as it was given. `start`: where its points lay at first. `needles`
-/// becomes Large, and nothing more is done, where it is None and smoothing leaves some.
+/// becomes Large, and nothing more is done, where it is None and smoothing leaves some. `tips` become those of them
+/// whose edges are too long for smoothing to help; where they are cut off, nothing more is done before that.
 std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
-                                    const CertifiedSettings& settings, Needles& needles, const Progress& progress) {
+                                    const CertifiedSettings& settings, Needles& needles, Tips& tips,
+                                    const Progress& progress) {
   constexpr int kSmoothings = 3;
   constexpr std::size_t kFewFolds = 256;
+  constexpr double kLong = 4, kVeryLong = 30;  // edges, of how far a point may be moved
   const ClosedSource& s = result.source;
   Replaced replaced(s);
-  Mender mender(s, start, settings.farthest, needles != Needles::None);
+  const auto kept = tips.fate == Tips::Fate::Noted ? Mender::Needles::All : Mender::Needles::Unmoved;
+  Mender mender(s, start, settings.farthest, needles == Needles::None ? Mender::Needles::None : kept);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
   // Vertices that are seen, if only just, stay where they are when a thin shell stands for all that.
@@ -224,14 +258,32 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
     std::vector<std::uint32_t> trouble, bad;
     // Smoothing settles a few crossings; many do not yield to it.
     const int rounds = cut == 0 ? kSmoothings : 1;
+    bool stood = false;  // a thin shell, before folds were smoothed
+    const auto as_it_stood = [&]() -> std::optional<Start> {
+      std::vector<std::uint32_t> all(source.points.size());
+      std::iota(all.begin(), all.end(), 0U);
+      mender.restore(std::move(all), kLeast);
+      const Mender::Changes changes = mender.take_changes();
+      if (!thin.update(changes.points, changes.gone, progress)) return std::nullopt;
+      ThinShell anew(source, mender.rings(), settings.longest);
+      if (!anew.update({}, {}, progress) || !anew.faults().empty()) return std::nullopt;
+      return succeed(result, std::move(mender), std::move(anew), replaced);
+    };
     for (int round = 0; round < rounds; ++round) {
       const auto neighbours = cut == 0 && round == 0 ? Mender::Neighbours::FollowLate : Mender::Neighbours::Follow;
       const auto singular = mender.smooth(trouble, kWanted, kLeast, neighbours, progress);
       if (!singular) return std::nullopt;
       if (!singular->empty()) {
+        if (stood)
+          if (std::optional<Start> start_before = as_it_stood()) return start_before;
         if (needles == Needles::None) {
           needles = Needles::Large;
           return std::nullopt;
+        }
+        if (cut == 0 && tips.fate != Tips::Fate::Left) {
+          tips.points = with_long_edges(mender, *singular, kLong * settings.farthest);
+          if (!with_long_edges(mender, *singular, kVeryLong * settings.farthest).empty()) tips.fate = Tips::Fate::Cut;
+          if (tips.fate == Tips::Fate::Cut && !tips.points.empty()) return std::nullopt;
         }
         bad = faces_around(mender, *singular);
         if (result.obstacle.empty()) {
@@ -252,6 +304,12 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       if ((!bad.empty() || !last) && thin.folds().size() <= kFewFolds)
         bad.insert(bad.end(), thin.folds().begin(), thin.folds().end());
       if (bad.empty()) return succeed(result, std::move(mender), std::move(thin), replaced);
+      if (last && stood)
+        if (std::optional<Start> start_before = as_it_stood()) return start_before;
+      if (thin.faults().empty() && tips.fate != Tips::Fate::Noted) {
+        mender.keep();
+        stood = true;
+      }
       trouble.clear();
       for (const std::uint32_t f : bad) trouble.insert(trouble.end(), source.faces[f].begin(), source.faces[f].end());
       // What is said about the source is what was found before it was changed.
@@ -335,7 +393,7 @@ std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const Lattic
   constexpr double kMostNear = 0.09;  // of the scanned faces: parts that lie in each other cannot be pushed out of it
   Replaced replaced(result.source);
   double farthest = settings.farthest;
-  Mender mender(result.source, start, farthest, needles);
+  Mender mender(result.source, start, farthest, needles ? Mender::Needles::All : Mender::Needles::None);
   const OrderedSource& source = mender.source();
   ThinShell thin(source, mender.rings(), settings.longest);
   std::optional<ThinShell> room(std::in_place, source, mender.rings(), settings.longest, ThinShell::Heights::Stiff);
@@ -442,19 +500,36 @@ bool divide_large_fans(CertifiedShell& result) {
 /// A thin shell on the source once it is mended; nothing when cancelled or with an obstacle.
 std::optional<Start> mend(CertifiedShell& result, const CertifiedSettings& settings, const Progress& progress) {
   if (!divide_large_fans(result)) return std::nullopt;
-  const std::vector<LatticePoint> start = result.source.points;
+  constexpr int kTurns = 3;
+  std::vector<LatticePoint> start = result.source.points;
   result.parted_points = part_touching(result.source, settings.farthest);
   std::optional<Start> mended;
   Needles needles = Needles::None;
+  Tips tips;
   const auto needs_more = [&] { return !mended && result.specks.empty() && !progress.cancelled(); };
-  const auto smooth = [&] { mended = smooth_and_cut(result, start, settings, needles, progress); };
+  const auto smooth = [&] { mended = smooth_and_cut(result, start, settings, needles, tips, progress); };
+  const auto push = [&] { mended = push_and_cut(result, start, settings, needles != Needles::None, progress); };
   smooth();
   if (needs_more() && needles == Needles::Large) smooth();
-  if (needs_more()) mended = push_and_cut(result, start, settings, needles != Needles::None, progress);
-  if (needs_more() && needles == Needles::Large) {
+  const auto may_do_without = [&] { return needs_more() && tips.fate == Tips::Fate::Noted; };
+  if (may_do_without()) push();
+  if (may_do_without() && needles == Needles::Large) {
     needles = Needles::All;
     smooth();
+    needles = Needles::Large;
   }
+  for (int turn = 1; turn <= kTurns && needs_more() && !tips.points.empty(); ++turn) {
+    result.source.points = start;
+    const std::vector<std::uint32_t> found = std::exchange(tips.points, {});
+    const std::size_t blunted = cut_tips(result.source, found, settings.farthest);
+    if (blunted == 0) break;
+    result.blunted_points += blunted;
+    tips.fate = turn < kTurns ? Tips::Fate::Cut : Tips::Fate::Left;
+    start = result.source.points;
+    result.parted_points = part_touching(result.source, settings.farthest);
+    smooth();
+  }
+  if (needs_more() && result.blunted_points > 0) push();
   return mended;
 }
 

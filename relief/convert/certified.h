@@ -35,10 +35,11 @@ struct PartObstacle {
 };
 
 struct CertifiedShell {
-  Shell shell;                   ///< empty when there is none
-  bool tolerant = false;         ///< C6 does not hold throughout: the tolerance was made use of
-  ClosedSource source;           ///< as it was certified, or as far as it was mended: the points given come first
-  std::size_t divided_fans = 0;  ///< around vertices with very many triangles
+  Shell shell;                     ///< empty when there is none
+  bool tolerant = false;           ///< C6 does not hold throughout: the tolerance was made use of
+  ClosedSource source;             ///< as it was certified, or as far as it was mended: the points given come first
+  std::size_t divided_fans = 0;    ///< around vertices with very many triangles
+  std::size_t blunted_points = 0;  ///< whose faces no direction saw and whose edges are long: their tips were cut off
   std::size_t moved_points = 0;
   double moved_most = 0;           ///< lattice steps
   std::size_t parted_points = 0;   ///< that lay on others and were moved off them; counted among the moved ones

@@ -54,6 +54,9 @@ class Stopwatch {
 };
 
 constexpr double kUsualError = 1e-4;  // share of the diagonal
+// How far a source vertex may be moved so that some direction sees its faces, share of the diagonal; more where sheets
+// have to be pushed apart.
+constexpr double kFarthest = 2e-3;
 
 std::string number(double value) {
   std::array<char, 40> text{};
@@ -400,9 +403,6 @@ struct ClosedShell {
 
 ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
                               double diagonal, const Progress& progress) {
-  // How far a source vertex may be moved so that some direction sees its faces, share of the diagonal; more where
-  // sheets have to be pushed apart.
-  constexpr double kFarthest = 2e-3;
   // Shares of a slab's area in which a tolerant shell may fold.
   constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
   constexpr int kAttempts = 3;
@@ -517,6 +517,10 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     report.notes.push_back(std::to_string(made.divided_fans) +
                            " vertices had very many triangles around them, which rings divide now; the surface stays "
                            "within the rounding of the lattice");
+  if (made.blunted_points > 0)
+    report.notes.push_back(std::to_string(made.blunted_points) + (made.blunted_points == 1 ? " vertex" : " vertices") +
+                           " had faces that no direction sees and long edges: the tips, at most " + number(kFarthest) +
+                           " of the diagonal long, were cut off and closed with patches");
   report.moved_vertices = made.moved_points;
   report.moved_most = made.moved_most * lattice.step / diagonal;
   report.parted_vertices = made.parted_points;

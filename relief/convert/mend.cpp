@@ -18,12 +18,17 @@
 namespace relief::detail {
 namespace {
 
-/// Per point whether another one lies on it.
-std::vector<std::uint8_t> find_touching(std::span<const LatticePoint> points) {
+/// Per point the first one that lies where it does, kNone where no other one does. Only points that faces name count.
+std::vector<std::uint32_t> find_touching(const ClosedSource& source) {
+  const std::span<const LatticePoint> points = source.points;
+  std::vector<std::uint8_t> named(points.size(), 0);
+  for (const Face& f : source.faces)
+    for (const std::uint32_t v : f) named[v] = 1;
   std::vector<std::uint32_t> table(std::bit_ceil(2 * points.size() + 16), kNone);
   const std::size_t mask = table.size() - 1;
-  std::vector<std::uint8_t> touches(points.size(), 0);
+  std::vector<std::uint32_t> touched(points.size(), kNone);
   for (std::uint32_t v = 0; v < points.size(); ++v) {
+    if (named[v] == 0) continue;
     const LatticePoint p = points[v];
     std::uint64_t code = static_cast<std::uint32_t>(p.x);
     for (const std::int32_t next : {p.y, p.z}) code = (code ^ code >> 29U) * 0xbf58476d1ce4e5b9U + std::uint32_t(next);
@@ -33,40 +38,85 @@ std::vector<std::uint8_t> find_touching(std::span<const LatticePoint> points) {
     if (table[at] == kNone) {
       table[at] = v;
     } else {
-      touches[v] = touches[table[at]] = 1;
+      touched[v] = touched[table[at]] = table[at];
     }
   }
-  return touches;
+  return touched;
 }
+
+/// The triangles around a point, each as the unit vectors along its edges there and its unit normal.
+struct Fan {
+  struct Wing {
+    Vec3d from, to, normal;
+  };
+  std::uint32_t point = 0;
+  double shortest = Box3d::kFar;  // edge
+  std::vector<Wing> wings;
+  Vec3d direction;  // that sees them all, if any does
+
+  /// How many of the wings of another fan at the same place lie in the solid behind these, less those in front of them.
+  [[nodiscard]] int holds(const Fan& other) const noexcept {
+    constexpr double kOn = 1e-6;
+    int held = 0;
+    for (const Wing& wing : other.wings) {
+      const Vec3d at = wing.from + wing.to;
+      for (const Wing& mine : wings) {
+        // Along the direction, each place lies over or under one of them.
+        if (dot(cross(mine.from, at), direction) < 0 || dot(cross(at, mine.to), direction) < 0) continue;
+        const double over = dot(mine.normal, at);
+        held += int(over < -kOn) - int(over > kOn);
+        break;
+      }
+    }
+    return held;
+  }
+};
 
 std::int8_t sign_of(int sum) noexcept { return static_cast<std::int8_t>(int(sum > 0) - int(sum < 0)); }
 
 }  // namespace
 
 std::size_t part_touching(ClosedSource& source, double farthest) {
-  const std::vector<std::uint8_t> touches = find_touching(source.points);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> corners;  // point and face
+  const std::vector<std::uint32_t> touched = find_touching(source);
+  struct Corner {
+    std::uint32_t place, point, face;
+    auto operator<=>(const Corner&) const = default;
+  };
+  std::vector<Corner> corners;
   for (std::uint32_t f = 0; f < source.faces.size(); ++f)
     for (const std::uint32_t v : source.faces[f])
-      if (touches[v] != 0) corners.emplace_back(v, f);
+      if (touched[v] != kNone) corners.push_back({touched[v], v, f});
   std::sort(corners.begin(), corners.end());
   // All are moved away from where they lay, not one after the other.
   std::vector<std::pair<std::uint32_t, LatticePoint>> moved;
+  std::vector<Fan> fans;  // at one place
   std::vector<Vec3d> normals;
   for (std::size_t k = 0; k < corners.size();) {
-    const std::uint32_t v = corners[k].first;
-    double shortest = Box3d::kFar;
-    normals.clear();
-    for (; k < corners.size() && corners[k].first == v; ++k) {
-      const Face& f = source.faces[corners[k].second];
-      std::array<Vec3d, 3> p;
-      for (std::size_t i = 0; i < 3; ++i) p[i] = to_double(source.points[f[i]]);
-      normals.push_back(normalized(cross(p[1] - p[0], p[2] - p[0])));
-      for (std::size_t i = 0; i < 3; ++i)
-        if (f[i] != v) shortest = std::min(shortest, length(p[i] - to_double(source.points[v])));
+    const std::uint32_t place = corners[k].place;
+    const Vec3d at = to_double(source.points[place]);
+    fans.clear();
+    while (k < corners.size() && corners[k].place == place) {
+      Fan& fan = fans.emplace_back();
+      fan.point = corners[k].point;
+      normals.clear();
+      for (; k < corners.size() && corners[k].point == fan.point; ++k) {
+        const Face& f = source.faces[corners[k].face];
+        const std::size_t i = f[0] == fan.point ? 0 : f[1] == fan.point ? 1 : 2;
+        const Vec3d from = to_double(source.points[f[(i + 1) % 3]]) - at,
+                    to = to_double(source.points[f[(i + 2) % 3]]) - at;
+        fan.shortest = std::min({fan.shortest, length(from), length(to)});
+        normals.push_back(normalized(cross(from, to)));
+        fan.wings.push_back({normalized(from), normalized(to), normals.back()});
+      }
+      fan.direction = best_direction(normals).d;
     }
-    const double by = std::min(farthest, std::max(4 * kLeastHeight, 0.1 * shortest));
-    moved.emplace_back(v, snap(to_double(source.points[v]) - best_direction(normals).d * by));
+    for (const Fan& fan : fans) {
+      int held = 0;
+      for (const Fan& other : fans)
+        if (&other != &fan) held += fan.holds(other);
+      const double by = std::min(farthest, std::max(4 * kLeastHeight, 0.1 * fan.shortest));
+      moved.emplace_back(fan.point, snap(at - fan.direction * (held > 0 ? -by : by)));
+    }
   }
   for (const auto& [v, to] : moved) source.points[v] = to;
   return moved.size();
@@ -95,7 +145,7 @@ std::size_t count_meetings(const ClosedSource& given, const Progress& progress) 
   return meetings;
 }
 
-Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, bool needles)
+Mender::Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, Needles needles)
     : source_(given.points, given.faces),
       rings_(source_.faces, source_.points.size()),
       farthest_(farthest),
@@ -142,7 +192,8 @@ void Mender::look_at(std::uint32_t v, double wanted, double least) {
   if (std::all_of(normals.begin(), normals.end(), [&](Vec3d n) { return dot(n, mean) >= wanted; })) return;
   const double visibility = best_direction(normals).visibility;
   if (visibility >= wanted) return;
-  const bool stays = needles_ && visibility < least && visibility >= kNeedle && shortest > kLong * farthest_;
+  const bool stays = needles_ != Needles::None && (needles_ == Needles::All || !has_moved(v)) && visibility < least &&
+                     visibility >= kNeedle && shortest > kLong * farthest_;
   if (!stays) sight_[v] = visibility < least ? Sight::Singular : Sight::Poor;
   if (visibility < kHardly && sight_[v] != Sight::Singular)
     source_.most_slack[v] = static_cast<float>(kShare * visibility);

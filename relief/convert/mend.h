@@ -23,8 +23,9 @@ struct ClosedSource {
   std::vector<std::uint8_t> phantom;  ///< per face: closes an opening of what was scanned
 };
 
-/// Moves points that lie on others towards the inside of their own faces, by a tenth of their shortest edge but at most
-/// so far; says how many.
+/// Moves points that lie on others away from these, by a tenth of their shortest edge but at most so far: out of the
+/// solid behind their own faces where the others lie in it, as where two notches meet in a point, else into it. Says
+/// how many.
 std::size_t part_touching(ClosedSource& source, double farthest);
 
 /// Pairs of faces that meet, of which at least one is a patch and which have no corner in common. O(n log n + pairs).
@@ -39,11 +40,12 @@ inline constexpr double kNeedle = 2e-5;
 /// source has; only the first smoothing looks at all of it. Deterministic.
 class Mender {
  public:
+  /// Which vertices stay where they are and count as well seen, though a direction sees them only by kNeedle or a
+  /// little more, because their edges are too long for them to be made blunt.
+  enum class Needles : std::uint8_t { None, Unmoved, All };
   /// `start`: where the points lay before anything moved them. No scanned point comes to lie farther from there than
   /// `farthest`, lattice steps; points that only patches have are free.
-  /// `needles`: vertices that some direction sees, if only by kNeedle, stay where they are and count as well seen where
-  /// their edges are too long for them to be made blunt.
-  Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, bool needles);
+  Mender(const ClosedSource& given, std::span<const LatticePoint> start, double farthest, Needles needles);
 
   /// New faces and points come last; those that went have corners kNone.
   [[nodiscard]] const OrderedSource& source() const noexcept { return source_; }
@@ -138,7 +140,7 @@ class Mender {
   OrderedSource source_;
   Rings rings_;
   double farthest_;
-  bool needles_;
+  Needles needles_;
   std::vector<LatticePoint> start_, kept_;
   enum class Sight : std::uint8_t { Well, Poor, Singular };
   std::vector<std::uint8_t> free_;      // per point

@@ -260,7 +260,11 @@ class Repairer {
       target[v] = slots[slot];
     }
     mesh_.triangles.reserve(soup_.triangles.size());
-    for (const Triangle& t : soup_.triangles) {
+    // Where no vertices were merged no two shells have one in common.
+    if (report_.welded_vertices > 0) find_shells();
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < soup_.triangles.size(); ++k) {
+      const Triangle& t = soup_.triangles[k];
       const Triangle w = {target[t[0]], target[t[1]], target[t[2]]};
       if (!finite[t[0]] || !finite[t[1]] || !finite[t[2]]) {
         ++report_.nonfinite_triangles;
@@ -268,8 +272,89 @@ class Repairer {
         ++report_.degenerate_triangles;
       } else {
         mesh_.triangles.push_back(w);
+        if (!shell_of_.empty()) shell_of_[kept++] = shell_of_[k];
       }
     }
+    shell_of_.resize(kept);
+  }
+
+  /// What hangs together by the vertices as the source names them: per triangle the least of these.
+  void find_shells() {
+    std::vector<Index> root(soup_.positions.size());
+    std::iota(root.begin(), root.end(), 0U);
+    const auto root_of = [&](Index v) {
+      while (root[v] != v) v = root[v] = root[root[v]];
+      return v;
+    };
+    for (const Triangle& t : soup_.triangles)
+      for (const Index v : {t[1], t[2]}) {
+        const auto [low, high] = std::minmax({root_of(t[0]), root_of(v)});
+        root[high] = low;
+      }
+    shell_of_.reserve(soup_.triangles.size());
+    for (const Triangle& t : soup_.triangles) shell_of_.push_back(root_of(t[0]));
+  }
+
+  enum class Common : std::uint8_t { Triangle, Edge };
+  /// Turns closed shells that are inside out and have a triangle in the same sense in common with one that is not, as
+  /// given in pairs: solids on either side of a face have it in opposite senses. Or an edge; then those stay that lie
+  /// within the other's box, for they may be cavities. Whether there were any.
+  bool turn_shells(const std::vector<std::array<Index, 2>>& pairs, Common common) {
+    std::vector<Index> ids;
+    for (const auto& [t, other] : pairs)
+      if (shell_of_[t] != shell_of_[other]) ids.insert(ids.end(), {shell_of_[t], shell_of_[other]});
+    std::ranges::sort(ids);
+    ids.erase(std::ranges::unique(ids).begin(), ids.end());
+    if (ids.empty()) return false;
+    const auto number_of = [&](Index shell) {
+      const auto found = std::ranges::lower_bound(ids, shell);
+      return found != ids.end() && *found == shell ? static_cast<Index>(found - ids.begin()) : kNone;
+    };
+    struct Edge {
+      Index shell, low, high;
+      int sense;
+      [[nodiscard]] auto place() const noexcept { return std::array{shell, low, high}; }
+    };
+    std::vector<Edge> edges;
+    std::vector<double> volumes(ids.size(), 0.0);
+    std::vector<Vec3d> origins(ids.size());
+    std::vector<Box3d> boxes(ids.size());
+    for (Index t = 0; t < mesh_.triangles.size(); ++t) {
+      const Index shell = number_of(shell_of_[t]);
+      if (shell == kNone) continue;
+      const auto& [a, b, c] = mesh_.triangles[t];
+      if (boxes[shell].empty()) origins[shell] = at(a);
+      for (const Index corner : {a, b, c}) boxes[shell].add(at(corner));
+      volumes[shell] += dot(at(a) - origins[shell], cross(at(b) - origins[shell], at(c) - origins[shell]));
+      for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+        const auto [low, high] = std::minmax({from(h), to(h)});
+        edges.push_back({shell, low, high, from(h) == low ? 1 : -1});
+      }
+    }
+    // Closed: as many triangles run along each edge as against it.
+    std::ranges::sort(edges, {}, &Edge::place);
+    for (std::size_t k = 0; k < edges.size();) {
+      const Edge first = edges[k];
+      int sum = 0;
+      for (; k < edges.size() && edges[k].place() == first.place(); ++k) sum += edges[k].sense;
+      if (sum != 0) volumes[first.shell] = 0.0;
+    }
+    std::vector<bool> turns(ids.size(), false);
+    for (const auto& [t, other] : pairs) {
+      Index inside_out = number_of(shell_of_[t]), sound = number_of(shell_of_[other]);
+      if (inside_out == kNone || sound == kNone) continue;
+      if (volumes[inside_out] > volumes[sound]) std::swap(inside_out, sound);
+      if (!(volumes[inside_out] < 0.0 && volumes[sound] > 0.0)) continue;
+      const Box3d& box = boxes[inside_out];
+      const bool within = boxes[sound].contains(box.low) && boxes[sound].contains(box.high);
+      if (common == Common::Triangle || !within) turns[inside_out] = true;
+    }
+    for (Index t = 0; t < mesh_.triangles.size(); ++t)
+      if (const Index shell = number_of(shell_of_[t]); shell != kNone && turns[shell])
+        std::swap(mesh_.triangles[t][1], mesh_.triangles[t][2]);
+    const auto turned = static_cast<std::size_t>(std::ranges::count(turns, true));
+    report_.turned_parts += turned;
+    return turned != 0;
   }
 
   /// Drops triangles with the corners of another, unless the two are a face that solids share.
@@ -299,7 +384,7 @@ class Repairer {
     };
     std::vector<bool> gone(count, false);
     std::size_t dropped = 0;
-    std::vector<std::array<Index, 2>> pairs;  // of opposite senses
+    std::vector<std::array<Index, 2>> pairs, alike;  // of opposite senses, and of the same
     for (std::size_t v = 0; v + 1 < start.size(); ++v) {
       std::sort(entries.begin() + start[v], entries.begin() + start[v + 1]);
       for (Index k = start[v]; k < start[v + 1];) {
@@ -310,6 +395,7 @@ class Repairer {
           if (entries[k].middle != entries[last].middle || entries[k].high != entries[last].high) break;
           const Index t = entries[last].triangle;
           if (opposite == kNone && sense(t) != sense(first)) opposite = t;
+          if (sense(t) == sense(first)) alike.push_back({first, t});
           gone[t] = t != opposite;
           dropped += gone[t] ? 1U : 0U;
         }
@@ -317,7 +403,9 @@ class Repairer {
         k = last;
       }
     }
-    if (dropped != 0) {
+    if (!shell_of_.empty() && !alike.empty() && turn_shells(alike, Common::Triangle)) {
+      drop_duplicates();  // shared faces are in opposite senses now
+    } else if (dropped != 0) {
       report_.duplicate_triangles += dropped;
       keep([&](Index t) { return !gone[t]; });
       if (!pairs.empty()) drop_duplicates();  // once more: numbers have changed
@@ -376,8 +464,12 @@ class Repairer {
   void keep(F&& wanted) {
     std::size_t kept = 0;
     for (Index t = 0; t < mesh_.triangles.size(); ++t)
-      if (wanted(t)) mesh_.triangles[kept++] = mesh_.triangles[t];
+      if (wanted(t)) {
+        if (!shell_of_.empty()) shell_of_[kept] = shell_of_[t];
+        mesh_.triangles[kept++] = mesh_.triangles[t];
+      }
     mesh_.triangles.resize(kept);
+    if (!shell_of_.empty()) shell_of_.resize(kept);
   }
 
   /// A triangle without area has one corner on the opposite edge. Dropping it would leave a gap of no width but an open
@@ -463,6 +555,15 @@ class Repairer {
   /// Turns triangles so that neighbours across edges of exactly two agree; each patch keeps the sense of its majority.
   void orient() {
     edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
+    if (!shell_of_.empty()) {
+      std::vector<std::array<Index, 2>> touching;
+      for (std::size_t e = 0; e + 1 < edges_.crowd_start.size(); ++e)
+        for (Index k = edges_.crowd_start[e] + 1; k < edges_.crowd_start[e + 1]; ++k)
+          if (shell_of_[edges_.crowd[k] / 3] != shell_of_[edges_.crowd[k - 1] / 3])
+            touching.push_back({edges_.crowd[k - 1] / 3, edges_.crowd[k] / 3});
+      if (turn_shells(touching, Common::Edge)) edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
+      shell_of_ = {};
+    }
     const auto count = static_cast<Index>(mesh_.triangles.size());
     std::vector<std::uint8_t> state(count, 0);  // 1: stays, 2: turns
     std::vector<Index> patch;
@@ -812,6 +913,7 @@ class Repairer {
   bool coloured_;
   TriangleMesh mesh_;
   RepairReport report_;
+  std::vector<Index> shell_of_;  // per triangle, while it may matter; empty: there is none
   EdgeTable edges_;
 };
 

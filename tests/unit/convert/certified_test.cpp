@@ -2,6 +2,8 @@
 #include "shapes.h"
 #include "support/blocks.h"
 
+#include <relief/base/triangle.h>
+#include <relief/convert/blunt.h>
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/directions.h>
@@ -330,7 +332,7 @@ TEST(Mender, NothingStaysOfPatchesAlone) {
   closed.phantom.resize(closed.faces.size(), 1);
   closed.patch = closed.phantom;
 
-  Mender mender(closed, closed.points, 100, false);
+  Mender mender(closed, closed.points, 100, Mender::Needles::None);
   const OrderedSource& source = mender.source();
   std::vector<std::uint32_t> bad;
   for (std::uint32_t f = 0; f < source.faces.size(); ++f)
@@ -700,6 +702,87 @@ TEST(Certified, BlocksThatShareFacesAreMovedApart) {
     shared += blocks.shared_faces;
   }
   EXPECT_GT(shared, 60U);
+}
+
+TEST(Certified, VoxelSolidsAreBluntedWhereNoDirectionSeesThem) {
+  // Solids of several cubes have corners whose faces look every way; where two cubes of one solid touch along an edge
+  // or in a corner, its sheets lie on each other there.
+  std::mt19937 random(5);
+  std::size_t blunted = 0;
+  for (int round = 0; round < 12; ++round) {
+    const auto place = [&](Vec3d p) {
+      return round % 2 == 0 ? p : Vec3d{0.6 * p.x - 0.8 * p.y, 0.8 * p.x + 0.6 * p.y, 0.3 * p.x + p.z};
+    };
+    const auto blocks = testing::random_blocks(3 + round % 3, 1, random, place);
+    SCOPED_TRACE(round);
+    const auto result = convert(blocks.mesh, certified(400));
+    ASSERT_NO_FATAL_FAILURE(expect_certified(result, 3000, 5));
+    const ConvertReport& report = result->report;
+    EXPECT_EQ(report.parts.certified, report.parts.count);
+    EXPECT_EQ(report.replaced_triangles, 0U);
+    // What was cut off or moved lies as near to the mended source as the report says.
+    double farthest = 0;
+    for (const Vec3d p : blocks.mesh.positions) {
+      double least = 1e9;
+      for (const Triangle& t : result->mended.triangles) {
+        const Vec3d a = result->mended.positions[t[0]], b = result->mended.positions[t[1]],
+                    c = result->mended.positions[t[2]];
+        const auto w = nearest_in_triangle(p, a, b, c);
+        least = std::min(least, length(a * w[0] + b * w[1] + c * w[2] - p));
+      }
+      if (std::ranges::any_of(blocks.mesh.triangles, [&](const Triangle& t) {
+            return std::ranges::any_of(t, [&](std::uint32_t v) { return blocks.mesh.positions[v] == p; });
+          }))
+        farthest = std::max(farthest, least);
+    }
+    EXPECT_LE(farthest, (2e-3 + report.moved_most) * result->model.info.source_diagonal);
+    blunted += to_string(report).find("had faces that no direction sees") != std::string::npos;
+  }
+  EXPECT_GT(blunted, 6U);
+}
+
+TEST(CutTips, LeaveAClosedSurfaceThatIsSeenEverywhere) {
+  // Six of eight cubes around a point: two notches meet in it and along an edge, which the source then has twice.
+  constexpr std::int32_t kUnit = 1 << 20;
+  std::mt19937 random(1);
+  std::size_t cut = 0;
+  for (int round = 0; round < 200; ++round) {
+    const auto place = [&](Vec3d p) { return round % 2 == 0 ? p : Vec3d{p.x, p.y + 0.4 * p.x, p.z - 0.3 * p.y}; };
+    const auto blocks = testing::random_blocks(2, 1, random, place);
+    if (blocks.cubes == 0) continue;
+    const auto repaired = repair(blocks.mesh);
+    ASSERT_TRUE(repaired);
+    detail::ClosedSource source;
+    for (const Vec3d p : repaired->mesh.positions) source.points.push_back(detail::snap((p + Vec3d{1, 1, 1}) * kUnit));
+    source.faces = repaired->mesh.triangles;
+    source.patch.assign(source.faces.size(), 0);
+    source.phantom.assign(source.faces.size(), 0);
+    const auto visibilities = [&] {
+      std::vector<std::vector<Vec3d>> normals(source.points.size());
+      for (const Triangle& f : source.faces) {
+        const Vec3d a = detail::to_double(source.points[f[0]]);
+        const Vec3d n =
+            normalized(cross(detail::to_double(source.points[f[1]]) - a, detail::to_double(source.points[f[2]]) - a));
+        for (const std::uint32_t v : f) normals[v].push_back(n);
+      }
+      std::vector<double> seen;
+      for (const auto& of : normals) seen.push_back(of.empty() ? 1 : detail::best_direction(of).visibility);
+      return seen;
+    };
+    std::vector<std::uint32_t> tips;
+    const std::vector<double> before = visibilities();
+    for (std::uint32_t v = 0; v < before.size(); ++v)
+      if (before[v] < 0.02) tips.push_back(v);
+    const std::size_t given = source.faces.size();
+    EXPECT_EQ(detail::cut_tips(source, tips, 0.01 * kUnit), tips.size());
+    EXPECT_EQ(source.patch.size(), source.faces.size());
+    EXPECT_EQ(source.phantom.size(), source.faces.size());
+    EXPECT_EQ(std::ranges::count(std::span(source.patch).first(given), 1), 0);
+    EXPECT_TRUE(detail::find_rims(source.points.size(), source.faces).empty());
+    for (const double seen : visibilities()) EXPECT_GT(seen, 0.02) << "round " << round;
+    cut += tips.size();
+  }
+  EXPECT_GT(cut, 40U);
 }
 
 TEST(Certified, SolidsThatShareAFaceCutInOtherTrianglesAreMovedApart) {

@@ -187,6 +187,36 @@ TEST(Repair, BoxesThatShareAFaceBothKeepIt) {
   }
 }
 
+TEST(Repair, ABoxInsideOutBesideAnotherIsTurnedBeforeTheirFaceIsSharedOut) {
+  for (const bool same_diagonal : {true, false})
+    for (const bool first : {true, false}) {
+      TriangleMesh low = box({0, 0, 0}, {1, 1, 1}), high = box({0, 0, 1}, {1, 1, 2});
+      if (!same_diagonal) high.triangles[0] = {0, 2, 3}, high.triangles[1] = {0, 3, 1};
+      for (Triangle& t : (first ? low : high).triangles) std::swap(t[1], t[2]);
+      TriangleMesh mesh = low;
+      append(mesh, high);
+      const Repaired out = repaired(mesh);
+      EXPECT_EQ(out.report.parts, 2U) << same_diagonal << first;
+      EXPECT_EQ(out.report.boundary_loops, 0U);
+      EXPECT_EQ(out.report.duplicate_triangles, 0U);
+      EXPECT_EQ(out.report.turned_parts, 1U);
+      EXPECT_EQ(out.mesh.triangles.size(), 24U);
+      EXPECT_DOUBLE_EQ(signed_volume(out.mesh), 2.0);
+    }
+}
+
+TEST(Repair, ACavityThatTouchesTheSurfaceInAnEdgeStaysACavity) {
+  TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
+  TriangleMesh cavity = box({0, 0, 0}, {0.5, 0.5, 1});
+  // Only its edge along z lies on that of the box: pulled off the faces.
+  for (Vec3d& p : cavity.positions)
+    if (p.x > 0 || p.y > 0) p = {p.x * 0.5 + 0.2, p.y * 0.5 + 0.2, p.z * 0.5 + 0.25};
+  for (Triangle& t : cavity.triangles) std::swap(t[1], t[2]);
+  const double hollow = signed_volume(cavity);
+  append(mesh, cavity);
+  EXPECT_NEAR(signed_volume(repaired(mesh).mesh), 1 + hollow, 1e-12);
+}
+
 TEST(Repair, BlocksThatShareFacesComeApartAsSolids) {
   std::mt19937 random(5);
   std::size_t shared = 0;
