@@ -34,19 +34,20 @@ constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does 
 constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 560;
-constexpr int kWorkAhead = 320;   // of that, to see where the ball would come to rest
-constexpr int kListWork = 140;    // what the first list is taken to cost
-constexpr int kTriangleWork = 2;  // what a triangle takes that is near
-constexpr int kMostWork = 4000;   // and where the model has changed
-constexpr int kAheadWork = 400;   // up to which what may be near soon is made ready
-constexpr int kMostLate = 2;      // ticks that the ball may be late; each that follows may take twice as much
-constexpr int kMostDoubled = 4;   // but no more than that many times
-constexpr int kMostWaits = 2;     // ticks in which the ball may be left where it is, as it takes too long to see more
-constexpr int kStepWork = 8;      // what a step takes beside its look
-constexpr double kMargin = 1.0;   // of the radius: how much farther than a look the list at the start goes at most
-constexpr double kAway = 0.3;     // the same, farther off
-constexpr double kSoon = 0.3;     // the same, of what a ball in the open may meet soon
-constexpr double kLeap = 10;      // radii: how far a ball in the open goes at a time
+constexpr int kWorkAhead = 320;    // of that, to see where the ball would come to rest
+constexpr int kListWork = 140;     // what the first list is taken to cost
+constexpr int kTriangleWork = 2;   // what a triangle takes that is near
+constexpr int kMostWork = 4000;    // and where the model has changed
+constexpr int kAheadWork = 400;    // up to which what may be near soon is made ready
+constexpr int kMostLate = 2;       // ticks that the ball may be late; each that follows may take twice as much
+constexpr int kMostDoubled = 3;    // but no more than that many times
+constexpr int kMostWaits = 2;      // ticks in which the ball may be left where it is, as it takes too long to see more;
+constexpr int kMostPatience = 10;  // each that follows may take twice as much for a look, but no more than so many
+constexpr int kStepWork = 8;       // what a step takes beside its look
+constexpr double kMargin = 1.0;    // of the radius: how much farther than a look the list at the start goes at most
+constexpr double kAway = 0.3;      // the same, farther off
+constexpr double kSoon = 0.3;      // the same, of what a ball in the open may meet soon
+constexpr double kLeap = 10;       // radii: how far a ball in the open goes at a time
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -224,6 +225,7 @@ class Mover {
         from_start_(&room.around[room.here ^ 2U]),
         from_within_(&room.around[room.here ^ 3U]) {
     if (!room.known || far > 0) look_at(centre_, radius + far, *here_);
+    at_start_ = searches_;
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
@@ -298,15 +300,17 @@ class Mover {
       if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
-      // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last.
+      // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last,
+      // and where that has found no more room, for none that needs a new list.
       const int most = !arrived || reach > 0 ? std::max(work, kWork) : work;
       const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
-      way.cut = searches_ > before && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
+      const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
+      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
-      way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_,
-                         may_wait || !listed ? most : detail::kAnyWork);
+      const int look_most = may_wait ? most : std::max(most, kWork << std::min(room_.waits, kMostPatience));
+      way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_, look_most);
       const bool barred = bars();
       if (barred) {
         stride = std::max(0.5 * stride, kSkin * radius_);
@@ -477,7 +481,7 @@ class Mover {
   Vec3d start_, centre_, within_;
   double radius_;
   Around *here_, *there_, *from_start_, *from_within_;
-  int count_ = 0, searches_ = 0;
+  int count_ = 0, searches_ = 0, at_start_ = 0;  ///< at_start_: searches before the ball goes anywhere
   struct Bar {
     HalfSpace space;
     const NearTriangle* triangle;

@@ -101,6 +101,7 @@ class SquareList {
 /// The smallest squares of a larger one.
 class Block {
  public:
+  static constexpr int kFetched = 4;  ///< so many samples' time it waits for memory when it is made
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     origin_ = origin;
@@ -126,6 +127,7 @@ class Block {
 /// The triangles of a square.
 class Patch {
  public:
+  static constexpr int kFetched = 8;  ///< so many samples' time it waits for memory when it is made
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -293,6 +295,7 @@ class Recent {
     if (way == kWays) {
       way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
       const int placed = surface.placed();
+      surface.add_placed(Item::kFetched);
       items_[set * kWays + way].make(surface, square, origin, scale, flat);
       work_ += static_cast<std::uint32_t>(surface.placed() - placed);
       keys[way] = key;
@@ -313,10 +316,11 @@ class Recent {
   std::array<Item, kWays * kSets> items_;
 };
 
-/// Cost: a few nanoseconds for what was asked about of late, some three hundred for another.
+/// Cost: a few nanoseconds for what was asked about of late, some three hundred for another, and a thousand where its
+/// samples are not in the cache.
 struct Patches {
   Recent<Patch, 128> patches;
-  Recent<Block, 32> blocks;
+  Recent<Block, 64> blocks;
   [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + blocks.work(); }
   void forget() noexcept {
     patches.forget();

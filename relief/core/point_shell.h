@@ -31,7 +31,7 @@ class PointShell {
  public:
   using Ease = Proxy::Ease;
   static constexpr std::size_t kMostPoints = 1000;
-  static constexpr int kWork = 7000;  ///< in the time of a sample that is placed, some 25 ns
+  static constexpr int kWork = 7400;  ///< in the time of a sample that is placed, some 25 ns
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
   explicit PointShell(std::span<const Vec3d> points);

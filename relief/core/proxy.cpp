@@ -732,8 +732,12 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
       off = leaves(surface, place_, goal);
     }
   }
+  // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
+  const double along = dot(move, out);
+  const bool pressed_past = look == Look::Around && same_side(place_.position - goal, side_) &&
+                            2 * along * along >= dot(move, move) * dot(out, out);
   bool free = false;
-  if (off) {
+  if (off && !pressed_past) {
     const auto landing = Sweep(surface, lifted(surface, place_), goal).run();
     free = !landing;
     if (free || distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) {

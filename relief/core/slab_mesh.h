@@ -210,6 +210,36 @@ class SlabMesh {
     }
     return false;
   }
+  /// The same for those whose boxes have a distance(box) of at most `reach`, which visit may lower: of two nodes the
+  /// nearer first. For a slab, distance is asked last just before it.
+  template <typename Distance, typename Visit>
+  bool visit_nearest(Distance&& distance, const double& reach, Visit&& visit) const {
+    struct Entry {
+      std::uint32_t node;
+      double distance;
+    };
+    std::array<Entry, 64> stack{};
+    std::size_t depth = 0;
+    stack[depth++] = {0, distance(tree_[0].box)};
+    while (depth > 0) {
+      const Entry at = stack[--depth];
+      if (!(at.distance <= reach)) continue;
+      const Node& node = tree_[at.node];
+      if (node.count == 0) {
+        Entry near = {at.node + 1, distance(tree_[at.node + 1].box)};
+        Entry far = {node.first, distance(tree_[node.first].box)};
+        if (far.distance < near.distance) std::swap(near, far);
+        if (far.distance <= reach) stack[depth++] = far;
+        if (near.distance <= reach) stack[depth++] = near;
+        continue;
+      }
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const SlabId s = tree_slabs_[node.first + k];
+        if (distance(boxes_[s]) <= reach && visit(s)) return true;
+      }
+    }
+    return false;
+  }
   [[nodiscard]] std::span<const SlabId> tree_slabs() const noexcept { return tree_slabs_; }
 
  private:

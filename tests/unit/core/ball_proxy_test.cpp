@@ -230,8 +230,8 @@ TEST(BallProxy, NoTickTakesLong) {
   };
   EXPECT_LT(share_of(0.9), 800);
   EXPECT_LT(share_of(0.99), 2500);  // a ball that is late may take more with each tick
-  EXPECT_LT(share_of(0.999), 5000);
-  EXPECT_LT(share_of(1), 9000);
+  EXPECT_LT(share_of(0.999), 4300);
+  EXPECT_LT(share_of(1), 5500);
 }
 
 /// At the speed of a hand, on ground finer and rougher than there is time for in a tick.
