@@ -73,12 +73,13 @@ inline constexpr std::string_view kReplayDevice = "replay:";
 /// A check for options that are real numbers: finite, and from low to high.
 [[nodiscard]] std::function<std::string(const std::string&)> in_range(double low, double high);
 
-/// Refuses an output that is one of the inputs. Error: InvalidArgument.
+/// Refuses, before any work is done, an output that is one of the inputs or another output, a folder, or in a folder
+/// that is not there or is read-only. Empty names are skipped. Errors: InvalidArgument, Io.
 [[nodiscard]] Status check_outputs(std::initializer_list<std::string_view> outputs,
                                    std::initializer_list<std::string_view> inputs);
 
-/// Refuses a file that holds strokes, or may hold them, for it cannot be read: they would be lost. Error:
-/// InvalidArgument.
+/// Refuses a file that holds strokes, or may hold them, for it cannot be read, or is of another kind: what it holds
+/// would be lost. Error: InvalidArgument.
 [[nodiscard]] Status check_strokes(const std::string& out, bool force);
 /// Refuses to write what is no model over a .relief file that is there, also through a link. Error: InvalidArgument.
 [[nodiscard]] Status check_no_model(std::initializer_list<std::string_view> outputs);

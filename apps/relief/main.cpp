@@ -11,6 +11,7 @@
 #endif
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
@@ -20,6 +21,7 @@
 #include <fstream>
 #include <new>
 #include <optional>
+#include <vector>
 
 namespace relief::cli {
 
@@ -182,12 +184,32 @@ std::function<std::string(const std::string&)> in_range(double low, double high)
 }
 
 Status check_outputs(std::initializer_list<std::string_view> outputs, std::initializer_list<std::string_view> inputs) {
+  namespace fs = std::filesystem;
   std::error_code ignored;
-  for (const std::string_view out : outputs)
+  std::vector<fs::path> targets;
+  for (const std::string_view out : outputs) {
+    if (out.empty()) continue;
     for (const std::string_view in : inputs)
-      if (!out.empty() && !in.empty() && std::filesystem::equivalent(in, out, ignored))
+      if (!in.empty() && fs::equivalent(in, out, ignored))
         return fail(Errc::InvalidArgument,
                     printable(out) + ": is the input itself; choose another name for the output");
+    const fs::file_status status = fs::status(out, ignored);
+    if (fs::is_directory(status))
+      return fail(Errc::Io, printable(out) + ": is a folder, and cannot be written as a file");
+    // A device or a pipe has no folder that matters, and may take several outputs.
+    if (fs::exists(status) && !fs::is_regular_file(status)) continue;
+    const fs::path target = fs::weakly_canonical(fs::absolute(out, ignored), ignored);
+    if (std::ranges::find(targets, target) != targets.end())
+      return fail(Errc::InvalidArgument, printable(out) + ": is the name of two outputs; choose two names");
+    targets.push_back(target);
+    const std::string folder = target.parent_path().string();
+    if (!fs::is_directory(folder, ignored))
+      return fail(Errc::Io,
+                  fmt::format("{}: cannot be written: there is no folder {}", printable(out), printable(folder)));
+    if (access(folder.c_str(), W_OK) != 0)
+      return fail(Errc::Io,
+                  fmt::format("{}: cannot be written: the folder {} is read-only", printable(out), printable(folder)));
+  }
   return {};
 }
 
@@ -206,10 +228,13 @@ Status check_strokes(const std::string& out, bool force) {
   if (force || !std::filesystem::is_regular_file(out, ignored)) return {};
   const auto existing = ModelFile::open(out, true);
   if (!existing) {
-    // A file of another kind, unless its name says that it was a model.
-    if (existing.error().code == Errc::UnsupportedFormat &&
-        (!names_model(out) || std::filesystem::file_size(out, ignored) == 0))
-      return {};
+    if (existing.error().code == Errc::UnsupportedFormat) {
+      if (std::filesystem::file_size(out, ignored) == 0) return {};
+      // A file of another kind, unless its name says that it was a model.
+      if (!names_model(out))
+        return fail(Errc::InvalidArgument,
+                    existing.error().message + " and would be lost; choose another name, or --force");
+    }
     return fail(Errc::InvalidArgument,
                 fmt::format("{}; it may hold strokes that would be lost: choose another name, or --force",
                             existing.error().message));

@@ -79,7 +79,7 @@ std::function<std::string(const std::string&)> has_extension(std::vector<std::st
     if (std::ranges::find(extensions, lower_extension(file)) != extensions.end()) return {};
     std::string known;
     for (const std::string_view e : extensions) known += (known.empty() ? "" : ", ") + std::string(e);
-    return fmt::format("\"{}\" ends in none of {}", printable(file, 120), known);
+    return fmt::format("\"{}\" must end in {}{}", printable(file, 120), extensions.size() > 1 ? "one of " : "", known);
   };
 }
 

@@ -122,8 +122,10 @@ struct ConvertOptions {
 class MendedFile {
  public:
   Status write(const TriangleMesh& mesh, const std::filesystem::path& target, Unit unit) {
-    target_ = target;
-    temporary_ = target;
+    // A link is followed: the file that it names is replaced, and the link stays.
+    std::error_code ignored;
+    target_ = std::filesystem::is_symlink(target, ignored) ? std::filesystem::weakly_canonical(target) : target;
+    temporary_ = target_;
     temporary_ += fmt::format(".{}.part.ply", getpid());
     return export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});
   }
@@ -223,9 +225,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   RELIEF_CHECK(check_no_model({o.mended}));
-  if (!o.mended.empty() && std::filesystem::weakly_canonical(o.out) == std::filesystem::weakly_canonical(o.mended))
-    return fail(Errc::InvalidArgument,
-                printable(o.out) + ": is both the model and the mended source; choose two names");
   RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
@@ -432,10 +431,11 @@ Status run_verify(const std::string& file, const std::string& source_file, const
                                 : fmt::format("tiles fail{}; {}\n", in_slabs(tiles.slabs), tiles.first));
     if (certificate.with_source)
       print(fmt::format(
-          "samples {} tested, {}{} off{}, at most {:.3g} away\nsource  {} parts, judged on a lattice of {:.3g}, "
+          "samples {} tested, {}{} off{}, at most {:.3g} away\nsource  {} part{}, judged on a lattice of {:.3g}, "
           "vertices moved by at most {:.3g}\n",
           samples.tested, samples.at_least ? "at least " : "", samples.off, in_slabs(samples.slabs), samples.worst,
-          certificate.source_parts, certificate.lattice_step, certificate.source_moved));
+          certificate.source_parts, certificate.source_parts == 1 ? "" : "s", certificate.lattice_step,
+          certificate.source_moved));
     print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
   }
   if (holds) return {};
@@ -538,29 +538,31 @@ void add_convert(CLI::App& app, Context& context) {
   samples->check(CLI::Range(1, kMaxIntervals));
   c->add_option(
        "--error", o->settings.error,
-       "How far the surface may lie from the mended source, share of the diagonal; slabs get the smallest power "
+       "How far the surface may lie from the mended source, share of the diagonal, 1e-7 to 1; slabs get the smallest "
+       "power "
        "of two for n that keeps to it, at most 128 (default 1e-4, with samples no finer than the source asks for)")
       ->check(in_range(1e-7, 1))
       ->excludes(samples);
   c->add_option(
        "--mode", o->mode,
-       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: the slabs asked for, with "
-       "samples marked whose fibre meets the surface more than once; preview: quick, single slabs are sound; "
-       "without it the best that can be proved")
+       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: nearer to the slabs asked for, "
+       "with "
+       "samples marked whose fibre meets the surface more than once, and certified where that takes none; preview: "
+       "quick, single slabs are sound; without it certified, else preview")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
-  c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal (default 0.1)")
+  c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal, 1e-4 to 1 (default 0.1)")
       ->check(in_range(1e-4, 1));
   c->add_flag(
        "--remesh{auto}", o->remesh,
        "Make the source a solid anew first, for sources that meet themselves or are open; --remesh=VOXEL sets the "
-       "edge of a voxel, share of the diagonal")
+       "edge of a voxel, share of the diagonal, 1e-5 to 0.1")
       ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); });
   c->add_option("--unit", o->unit,
                 "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
       ->check(CLI::IsMember({"mm", "cm", "m"}));
   c->add_option("--mended", o->mended, "Also write the repaired source, MENDED.ply (double coordinates)")
       ->check(has_extension({".ply"}));
-  c->add_flag("--force", o->force, "Replace a model that has strokes");
+  c->add_flag("--force", o->force, "Replace a model that has strokes, or a file that is no model");
   finish_command(*c, context, [o, &context] { return run_convert(*o, context); });
 }
 

@@ -32,7 +32,7 @@ std::string journal_text(const Stroke& stroke) {
 
 Status run_sculpt(const std::string& model, const std::string& strokes_file, const std::string& out, bool force,
                   const Context& context) {
-  RELIEF_CHECK(check_outputs({out, model}, {strokes_file}));
+  RELIEF_CHECK(check_outputs({out}, {strokes_file}));
   RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
   std::error_code ignored;
   if (!std::filesystem::equivalent(model, out, ignored)) {
@@ -93,7 +93,7 @@ void add_sculpt(CLI::App& app, Context& context) {
   c->add_option("MODEL", o->model, "The model")->required();
   c->add_option("--strokes", o->strokes, "S.json: the strokes")->required();
   c->add_option("-o,--output", o->out, "The model with the strokes")->required();
-  c->add_flag("--force", o->force, "Replace another model that has strokes");
+  c->add_flag("--force", o->force, "Replace another model that has strokes, or a file that is no model");
   finish_command(*c, context, [o, &context] { return run_sculpt(o->model, o->strokes, o->out, o->force, context); });
 }
 

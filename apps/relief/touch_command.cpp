@@ -137,9 +137,10 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
     return;
   }
   const std::string flags = joined(flag_names(s.flags));
-  print(fmt::format("{} ticks, {} in contact, largest force {:.3f} N, deepest {:.4g}{}\n", s.ticks, s.contact,
-                    s.force_max, s.depth_max,
-                    flags.empty() ? "" : fmt::format("; {} ticks flagged: {}", s.flagged, flags)));
+  print(fmt::format(
+      "{} ticks, {} in contact, largest force {:.3f} N, deepest {:.4g}{}\n", s.ticks, s.contact, s.force_max,
+      s.depth_max,
+      flags.empty() ? "" : fmt::format("; {} tick{} flagged: {}", s.flagged, s.flagged == 1 ? "" : "s", flags)));
 }
 
 Status run_path(const TouchOptions& o, const Context& context) {
@@ -342,7 +343,8 @@ void add_touch(CLI::App& app, Context& context) {
                                       "sim:hand, or another name that `relief devices` lists: live with --seconds "
                                       "(replay:REC.rlog also without, to its "
                                       "end); with --path its limits hold");
-  CLI::Option* seconds = c->add_option("--seconds", o->seconds, "Live: how long")->check(in_range(0.01, 3600));
+  CLI::Option* seconds =
+      c->add_option("--seconds", o->seconds, "Live: how long, 0.01 to 3600 s")->check(in_range(0.01, 3600));
   c->add_option("--metres-per-unit", o->metres_per_unit,
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
       ->check(in_range(1e-12, 1e12));

@@ -178,9 +178,48 @@ class Contract(Case):
             self.assertEqual(kept.read_bytes(), before)
         both = self.folder / "both.ply"
         self.assert_failed(Run("convert", self.scan, "-o", both, "--mended", both), 1, "two names")
+        forces, link = self.folder / "both.csv", self.folder / "link.csv"
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", forces), 1, "two names")
+        self.assertFalse(forces.exists())
+        forces.write_text("kept")
+        link.symlink_to(forces)
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", link), 1, "two names")
+        self.assertEqual(forces.read_text(), "kept")
         nowhere = self.folder / "no" / "x.relief"
         self.assert_failed(Run("convert", self.scan, "-o", nowhere, "--mended", self.folder / "left.ply"), 1, "x.relief")
         self.assertEqual(list(self.folder.glob("left*")), [])
+
+    def test_outputs_that_cannot_be_written_are_refused_before_any_work(self):
+        folder, model = self.folder / "folder.ply", self.folder / "stays.relief"
+        folder.mkdir()
+        shutil.copy(self.model, model)
+        before = model.read_bytes()
+        # The input is not there: a refusal of the output came first.
+        gone = self.folder / "gone.ply"
+        self.assert_failed(Run("convert", gone, "-o", model, "--mended", folder), 1, "folder.ply", "is a folder")
+        self.assert_failed(Run("convert", gone, "-o", model, "--mended", self.folder / "no" / "m.ply"), 1, "no folder")
+        self.assert_failed(Run("convert", gone, "-o", self.folder / "no" / "m.relief"), 1, "no folder")
+        self.assert_failed(Run("convert", self.scan, "-o", model, "--mended", folder), 1, "is a folder")
+        self.assertEqual(model.read_bytes(), before)
+
+    def test_a_file_that_is_no_model_is_not_lost(self):
+        other, empty = self.folder / "other.obj", self.folder / "empty.obj"
+        self.ok("sample", "torus", "-o", other, "--triangles", 1000)
+        before = other.read_bytes()
+        self.assert_failed(Run("convert", self.scan, "-o", other), 1, "other.obj", "--force")
+        self.assertEqual(other.read_bytes(), before)
+        empty.touch()
+        for out, force in ((empty, []), (other, ["--force"])):
+            self.ok("convert", self.scan, "-o", out, "--samples", 4, *force)
+            self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
+
+    def test_a_mended_source_goes_where_a_link_leads(self):
+        mended, link = self.folder / "target.ply", self.folder / "link.ply"
+        mended.write_text("old")
+        link.symlink_to(mended)
+        self.ok("convert", self.scan, "-o", self.folder / "linked.relief", "--mended", link, "--samples", 4)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(mended.read_bytes()[:3], b"ply")
 
     def test_standard_output_that_cannot_be_written_is_a_failure(self):
         with open("/dev/full", "w") as full:
