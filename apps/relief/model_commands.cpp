@@ -539,16 +539,15 @@ void add_convert(CLI::App& app, Context& context) {
   c->add_option(
        "--error", o->settings.error,
        "How far the surface may lie from the mended source, share of the diagonal, 1e-7 to 1; slabs get the smallest "
-       "power "
-       "of two for n that keeps to it, at most 128 (default 1e-4, with samples no finer than the source asks for)")
+       "power of two for n that keeps to it, at most 128 (default 1e-4, with samples no finer than the source asks "
+       "for)")
       ->check(in_range(1e-7, 1))
       ->excludes(samples);
   c->add_option(
        "--mode", o->mode,
        "certified: proven, with more slabs where it takes them, or exit 1; tolerant: nearer to the slabs asked for, "
-       "with "
-       "samples marked whose fibre meets the surface more than once, and certified where that takes none; preview: "
-       "quick, single slabs are sound; without it certified, else preview")
+       "with samples marked whose fibre meets the surface more than once, and certified where that takes none; "
+       "preview: quick, single slabs are sound; without it certified, else preview")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal, 1e-4 to 1 (default 0.1)")
       ->check(in_range(1e-4, 1));

@@ -545,11 +545,10 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   }
   Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
   if (!reducer.reduce(progress)) return result;
-  for (const double tolerance : settings.tolerances) {
-    if (reducer.slab_count() <= settings.target) break;
-    if (!reducer.reduce_further(tolerance, progress)) return result;
-    result.tolerant = true;
-  }
+  const std::size_t proven = reducer.slab_count();
+  for (const double tolerance : settings.tolerances)
+    if (reducer.slab_count() > settings.target && !reducer.reduce_further(tolerance, progress)) return result;
+  result.tolerant = reducer.slab_count() < proven;
   if (!reducer.thicken(progress)) return result;
   result.shell = reducer.shell();
   return result;

@@ -687,9 +687,10 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
 
 void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, const ConvertSettings& settings,
                    double of_diagonal, ConvertReport& report) {
+  report.error = settings.error.value_or(kUsualError);
   for (std::size_t s = 0; s < there.size(); ++s) {
     const double most = std::max(there[s].distance, back[s].distance) * of_diagonal;
-    if (most <= settings.error.value_or(kUsualError) * kAsGood) continue;
+    if (most <= report.error * kAsGood) continue;
     ++report.slabs_too_coarse;
     report.too_coarse_most = std::max(report.too_coarse_most, most);
   }
@@ -910,8 +911,8 @@ std::string to_string(const ConvertReport& report) {
                 report.thickness_median);
   text += line.data();
   if (report.slabs_too_coarse > 0) {
-    std::snprintf(line.data(), line.size(), "%zu slabs lie farther off than the error, by %.2e at most\n",
-                  report.slabs_too_coarse, report.too_coarse_most);
+    std::snprintf(line.data(), line.size(), "%zu slabs lie farther than %.2g from the mended source, %.2e at most\n",
+                  report.slabs_too_coarse, report.error, report.too_coarse_most);
     text += line.data();
   }
   if (report.slabs > report.slabs_asked)

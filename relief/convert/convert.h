@@ -48,8 +48,9 @@ struct ConvertReport {
   std::size_t hits_single = 0;    ///< fibres that met the source exactly once
   std::size_t hits_none = 0;      ///< filled from their neighbours
   std::size_t hits_several = 0;   ///< the crossing that agrees with the neighbours was taken
-  /// Slabs that do not keep to the error, of the displaced surface to the mended source or back, and the greatest
-  /// distance in them, share of the diagonal. Not where n was given.
+  /// The error that was asked for, or else is aimed at; slabs that do not keep to it, of the displaced surface to the
+  /// mended source or back; the greatest distance in them. Shares of the diagonal; not where n was given.
+  double error = 0;
   std::size_t slabs_too_coarse = 0;
   double too_coarse_most = 0;
   /// Root mean square over an even choice of points, and greatest distance, shares of the diagonal: from the displaced

@@ -28,10 +28,14 @@ class Reducer {
   bool reduce(const Progress& progress);
   /// This and all that follows: after reduce().
   [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
-  /// Goes on to the target where that share of a slab's area may fold (C6). False when cancelled.
+  /// Goes on to the target where that share of a slab's area may fold (C6); all stays as it was where that takes no
+  /// slab away. False when cancelled.
   bool reduce_further(double tolerance, const Progress& progress) {
+    auto before = std::make_unique<SlabReducer>(*last_);
     last_->tolerate(tolerance);
-    return last_->reduce(target_, progress);
+    if (!last_->reduce(target_, progress)) return false;
+    if (last_->slab_count() >= before->slab_count()) last_ = std::move(before);
+    return true;
   }
   /// False when cancelled.
   bool thicken(const Progress& progress) { return last_->thicken(progress); }

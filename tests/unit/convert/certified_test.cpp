@@ -1016,6 +1016,14 @@ TEST(Tolerant, ReachesTheTargetAndMarksWhatFolds) {
   EXPECT_GT(marked, 0U);
 }
 
+TEST(Tolerant, IsCertifiedWhereFoldsGainNothing) {
+  TriangleMesh boxes = testing::box({1, 1, 1});
+  append(boxes, testing::box({1, 2, 1}), {2, 0, 0});
+  ConvertSettings settings = certified(8);
+  settings.mode = Mode::Tolerant;
+  expect_certified(convert(boxes, settings), 24);
+}
+
 TEST(Certified, SameBitsAgainAndOnAnyNumberOfThreads) {
   std::array<std::uint64_t, 3> hashes{};
   for (const std::size_t run : {0U, 1U, 2U}) {
