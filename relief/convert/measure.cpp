@@ -220,6 +220,10 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
     const SurfacePoint nearest = closest_point(model_, p);
     return nearest.slab == kNoSlab ? 0 : length(nearest.position - p);
   };
+  const auto distance_at_most = [&](Vec3d p, double most) {
+    const SurfacePoint nearest = closest_point(model_, p, most);
+    return nearest.slab == kNoSlab ? most : length(nearest.position - p);
+  };
   double most_outside = 0;
   const auto look_outside = [&](std::span<const Vec3d> all, std::span<Near> of, std::size_t most) {
     std::vector<std::size_t> outside;
@@ -232,6 +236,12 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
     for (const double d : far) most_outside = std::max(most_outside, d);
   };
   look_outside(chosen, near, kMostOutside);
+  // A point of one sheet may lie in a slab of another: what lies far off is compared with everything, too.
+  const double doubtful = 1e-3 * length(model_.slab_mesh().tree()[0].box.extent());
+  for_all(near.size(), 64, progress, [&](std::size_t k) {
+    double& most = near[k].most;
+    if (near[k].slab != kNoSlab && most > doubtful) most = distance_at_most(chosen[k], most);
+  });
   std::vector<double> distances;
   distances.reserve(near.size());
   for (const Near& at : near) distances.push_back(at.most / lattice_.step);
@@ -280,19 +290,36 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   }
   look_outside(lost_points, lost, kMostCornersOutside);
 
-  for_all(farthest.size(), 1, progress, [&](std::size_t s) {
-    std::sort(farthest[s].begin(), farthest[s].end(), std::greater<>());
+  std::vector<double> beside(farthest.size(), 0.0);  // of points that lie in another slab after all, model units
+  const auto follow = [&](std::size_t s, bool with_everything) {
+    result.slabs[s] = {};
     LocateHint hint;
     for (const auto& [bound, k] : farthest[s]) {
       if (bound / lattice_.step <= result.slabs[s].distance) break;
       const Vec3d p = k < corner_count ? points[k] : chosen[k - corner_count];
-      const Near at = distance_within(p, kFarReach, hint);
-      if (at.slab == s)
-        keep_farthest(result.slabs[s], {at.most / lattice_.step, hint.last.u, hint.last.v});
-      else
-        most_outside = std::max(most_outside, distance(p));
+      Near at = distance_within(p, kFarReach, hint);
+      if (at.slab != s) {
+        beside[s] = std::max(beside[s], distance(p));
+        continue;
+      }
+      if (with_everything) at.most = distance_at_most(p, at.most);
+      keep_farthest(result.slabs[s], {at.most / lattice_.step, hint.last.u, hint.last.v});
     }
+  };
+  for_all(farthest.size(), 1, progress, [&](std::size_t s) {
+    std::sort(farthest[s].begin(), farthest[s].end(), std::greater<>());
+    follow(s, false);
   });
+  constexpr std::size_t kMostSlabs = 256;
+  std::vector<std::uint8_t> compared_with(farthest.size(), 0);
+  for (std::size_t k = 0; k < std::min(kMostSlabs, farthest.size()) && !progress.cancelled(); ++k) {
+    const auto s = static_cast<std::size_t>(std::ranges::max_element(result.slabs, {}, &Farthest::distance) -
+                                            result.slabs.begin());
+    if (compared_with[s] != 0 || result.slabs[s].distance * lattice_.step < doubtful) break;
+    compared_with[s] = 1;
+    follow(s, true);
+  }
+  for (const double d : beside) most_outside = std::max(most_outside, d);
   result.distance = {root_mean_square(distances), std::max(most_outside / lattice_.step, greatest(result.slabs)),
                      looked};
   return result;

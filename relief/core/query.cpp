@@ -573,10 +573,10 @@ std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hi
                                 touching ? length(position - cursor) : 0.0, hint.cell.hole);
 }
 
-SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept {
+SurfacePoint closest_point(const Snapshot& model, Vec3d p, double within) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const auto tree = mesh.tree();
-  double best = std::numeric_limits<double>::infinity();
+  double best = within * within;
   SlabId best_slab = kNoSlab;
   GridCell best_cell{};
   Vec3d best_position;

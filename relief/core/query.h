@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 namespace relief {
@@ -132,8 +133,9 @@ struct Contact {
 
 /// The point of the tessellated surface (stitched, without holes) nearest to p; exact as far as a double holds squared
 /// distances, from nothing; O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far
-/// for that (about 1e154), or all is hole.
-[[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p) noexcept;
+/// for that (about 1e154), or all is hole, or nothing is nearer than `within`.
+[[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p,
+                                         double within = std::numeric_limits<double>::infinity()) noexcept;
 /// The first crossing of the tessellated surface with the ray, with its distance in lengths of ray.direction.
 struct RayHit {
   SurfacePoint point;
