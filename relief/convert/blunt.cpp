@@ -28,7 +28,15 @@ std::vector<double> widths_of(const ClosedSource& source, std::span<const std::u
       w = std::min(w, kShare * length(to_double(source.points[f[(k + 1) % 3]] - source.points[f[k]])));
     }
   for (std::size_t v = 0; v < widths.size(); ++v)
-    if (widths[v] < kNarrowest || edges[v] > kMostEdges) widths[v] = 0;
+    if (widths[v] < kNarrowest || edges[v] < 3 || edges[v] > kMostEdges) widths[v] = 0;
+  // Where an edge has faces twice on one side the rim is not one ring.
+  std::vector<std::array<std::uint32_t, 2>> out;
+  for (const Face& f : source.faces)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (widths[f[k]] > 0) out.push_back({f[k], f[(k + 1) % 3]});
+  std::sort(out.begin(), out.end());
+  for (std::size_t k = 1; k < out.size(); ++k)
+    if (out[k] == out[k - 1]) widths[out[k][0]] = 0;
   return widths;
 }
 
@@ -200,7 +208,7 @@ std::size_t cut_tips(ClosedSource& source, std::span<const std::uint32_t> vertic
   for (std::size_t k = 0; k < edges.size(); k += rim.size(), ++count) {
     rim.assign(1, edges[k]);
     places.assign(1, to_double(source.points[rim[0].from]));
-    while (rim.back().to != rim[0].from) {
+    while (rim.back().to != rim[0].from && rim.size() < kMostEdges) {
       const auto next = std::lower_bound(
           edges.begin(), edges.end(), rim.back(),
           [](const RimEdge& a, const RimEdge& b) { return a.tip != b.tip ? a.tip < b.tip : a.from < b.to; });

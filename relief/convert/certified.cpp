@@ -237,7 +237,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
                                     const Progress& progress) {
   constexpr int kSmoothings = 3;
   constexpr std::size_t kFewFolds = 256;
-  constexpr double kLong = 1, kVeryLong = 30;  // edges, of how far a point may be moved
+  constexpr double kLong = 4, kVeryLong = 30;  // edges, of how far a point may be moved
   const ClosedSource& s = result.source;
   Replaced replaced(s);
   const auto kept = tips.fate == Tips::Fate::Noted ? Mender::Needles::All : Mender::Needles::Unmoved;
