@@ -1,5 +1,6 @@
 #include <relief/convert/blunt.h>
 #include <relief/convert/directions.h>
+#include <relief/convert/fans.h>
 
 #include <algorithm>
 #include <array>
@@ -18,13 +19,12 @@ constexpr std::uint32_t kMostEdges = 32;  // around a tip that is cut off
 /// How far to cut along the edges of each vertex; zero where it stays.
 std::vector<double> widths_of(const ClosedSource& source, std::span<const std::uint32_t> vertices, double width) {
   std::vector<double> widths(source.points.size(), 0);
-  std::vector<std::uint32_t> edges(source.points.size(), 0);
+  const std::vector<std::uint32_t> edges = valences_of(source);
   for (const std::uint32_t v : vertices) widths[v] = width;
   for (const Face& f : source.faces)
     for (std::size_t k = 0; k < 3; ++k) {
       double& w = widths[f[k]];
       if (!(w > 0)) continue;
-      ++edges[f[k]];
       w = std::min(w, kShare * length(to_double(source.points[f[(k + 1) % 3]] - source.points[f[k]])));
     }
   for (std::size_t v = 0; v < widths.size(); ++v)

@@ -263,8 +263,6 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
       std::vector<std::uint32_t> all(source.points.size());
       std::iota(all.begin(), all.end(), 0U);
       mender.restore(std::move(all), kLeast);
-      const Mender::Changes changes = mender.take_changes();
-      if (!thin.update(changes.points, changes.gone, progress)) return std::nullopt;
       ThinShell anew(source, mender.rings(), settings.longest);
       if (!anew.update({}, {}, progress) || !anew.faults().empty()) return std::nullopt;
       return succeed(result, std::move(mender), std::move(anew), replaced);
