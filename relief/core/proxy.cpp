@@ -211,27 +211,26 @@ bool solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept {
 /// The first entry of a straight way into the surface.
 class Sweep {
  public:
-  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept
-      : surface_(surface), from_(from), way_(to - from), per_way_{1 / way_.x, 1 / way_.y, 1 / way_.z} {
+  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept : surface_(surface), from_(from), way_(to - from) {
     const Box3d& all = surface.mesh().bounds();
-    const Vec3d slack = all.extent() * 1e-9;
-    for (const Vec3d end : {from, to}) {
-      span_.add(end - slack);
-      span_.add(end + slack);
+    for (std::size_t k = 0; k < 3; ++k) {
+      per_way_[k] = way_[k] == 0 ? 1e300 : 1 / way_[k];
+      slack_[k] = 1e-9 * (all.high[k] - all.low[k]) + 1e-15 * std::abs(from[k]);
     }
   }
 
   /// Empty where the way does not go in.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
     double enter = 0, leave = 1;
-    surface_.mesh().visit_tree(
+    surface_.mesh().visit_nearest(
         [&](const Box3d& box) {
           enter = 0;
           leave = 1;
-          return clip(box, enter, leave) && enter <= best_;
+          return clip(box, enter, leave) ? enter : kAnywhere;
         },
+        best_,
         [&](SlabId s) {
-          search(s, enter, std::min(leave, 1.0));
+          search(s, enter, std::min(leave, best_));
           return false;
         });
     if (found_.triangle.slab == kNoSlab) return std::nullopt;
@@ -250,15 +249,9 @@ class Sweep {
 
   /// The part of the way in the box, widened a little for rounding.
   [[nodiscard]] bool clip(const Box3d& box, double& enter, double& leave) const noexcept {
-    if (!span_.meets(box)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double low = box.low[k] - from_[k], high = box.high[k] - from_[k];
-      const double slack = 1e-9 * (high - low) + 1e-15 * std::abs(from_[k]);
-      if (way_[k] == 0) {
-        if (low > slack || high < -slack) return false;
-        continue;
-      }
-      const double t0 = (low - slack) * per_way_[k], t1 = (high + slack) * per_way_[k];
+      const double t0 = (box.low[k] - from_[k] - slack_[k]) * per_way_[k];
+      const double t1 = (box.high[k] - from_[k] + slack_[k]) * per_way_[k];
       enter = std::max(enter, std::min(t0, t1));
       leave = std::min(leave, std::max(t0, t1));
     }
@@ -313,19 +306,19 @@ class Sweep {
         const double n = surface_.intervals();
         // A stitched triangle is as long as the edge's intervals are apart.
         const double longest = 1 + 2 * surface_.stretch();  // cells
-        const double bend = across(twist) * n + longest * (across(form.e) + across(form.f)) / 2 + kPad;
+        const double bend = across(twist) * n + kPad;
+        cell_bend_ = longest * (across(form.e) + across(form.f)) / 2;
         cell_twist_ = longest * (upwards(form.e) + upwards(form.f)) / n;
         const double bend_alpha = upwards(twist) + kPad;
         // Wholly on the far side of a wall, floor or ceiling?
         const Weights wa = weights_of(a.at), wb = weights_of(b.at);
         for (std::size_t k = 0; k < 3; ++k)
-          if (wa[k] * n < -bend && wb[k] * n < -bend) return;
+          if (wa[k] * n < -bend - cell_bend_ && wb[k] * n < -bend - cell_bend_) return;
         const double above = bend_alpha + cell_twist_;
         if ((a.at.alpha < -above && b.at.alpha < -above) || (a.at.alpha > 1 + above && b.at.alpha > 1 + above)) return;
-        if (across(twist) * n <= 0.5 || depth >= kHalvings) {
-          cells(a.at, b.at, bend + surface_.stretch(), bend_alpha);
-          return;
-        }
+        const Course course(a.at, b.at, surface_.intervals(), bend + surface_.stretch(), bend_alpha);
+        if (across(twist) * n <= 0.5 || depth >= kHalvings) return cells(course);
+        if (!may_meet(course)) return;
       }
     } else if (!a.known && !b.known && depth >= kHalvings / 2) {
       return;  // too short to come in from there and go out again
@@ -370,44 +363,100 @@ class Sweep {
            between(cross(c1 - b0, b1 - c0)) && between(cross(a1 - c0, c1 - a0));
   }
 
-  /// The cells within `pad` cells of the line from a to b whose samples are not all above or below it.
-  void cells(const SlabCoord& a, const SlabCoord& b, double pad, double alpha_pad) noexcept {
-    const int n = surface_.intervals();
-    const double x = a.u * n, y = a.v * n, dx = b.u * n - x, dy = b.v * n - y, rise = b.alpha - a.alpha;
+  /// A part of the way over the grid: a straight line from a to b in cells and alpha, give or take.
+  struct Course {
+    double x, y, alpha, dx, dy, rise, per_x, per_y;
+    double bend, bend_alpha;  ///< how far the way may be from the line, cells and alpha
+
+    Course(const SlabCoord& a, const SlabCoord& b, int n, double off, double off_alpha) noexcept
+        : x(a.u * n),
+          y(a.v * n),
+          alpha(a.alpha),
+          dx(b.u * n - x),
+          dy(b.v * n - y),
+          rise(b.alpha - a.alpha),
+          per_x(per(dx)),
+          per_y(per(dy)),
+          bend(off),
+          bend_alpha(off_alpha) {}
+    /// 1 over it, or 0 where there is hardly any.
+    [[nodiscard]] static double per(double step) noexcept { return std::abs(step) > 1e-9 ? 1 / step : 0; }
+    /// Leaves of the stretch between `from` and `to` what lies in columns, or rows, from low to high; false where
+    /// nothing does.
+    [[nodiscard]] bool narrow_x(double low, double high, double& from, double& to) const noexcept {
+      return narrow(x, per_x, low, high, from, to);
+    }
+    [[nodiscard]] bool narrow_y(double low, double high, double& from, double& to) const noexcept {
+      return narrow(y, per_y, low, high, from, to);
+    }
+
+   private:
+    [[nodiscard]] static bool narrow(double start, double per_step, double low, double high, double& from,
+                                     double& to) noexcept {
+      if (per_step == 0) return start >= low && start <= high;
+      const double t0 = (low - start) * per_step, t1 = (high - start) * per_step;
+      from = std::max(from, std::min(t0, t1));
+      to = std::min(to, std::max(t0, t1));
+      return from <= to;
+    }
+  };
+  /// Which stretch of the line may be in the triangles of a square, and within how many cells of it; empty where the
+  /// samples are all above or below it.
+  struct Stretch {
+    double from = 0, to = 1, pad = 0;
+  };
+  [[nodiscard]] std::optional<Stretch> over(const Course& line, GridPoint at, int side,
+                                            const SampleBounds::Between& heights) const noexcept {
+    // How far alpha may go in a cell tells how far its flat triangles may be from where it lies in coordinates.
+    const double lean = std::abs(heights.slope_i) + std::abs(heights.slope_j);
+    const double goes = heights.high - heights.low + lean;
+    Stretch part = {.pad = line.bend + cell_bend_ * goes};
+    if (!line.narrow_x(at.i - part.pad, at.i + side + part.pad, part.from, part.to) ||
+        !line.narrow_y(at.j - part.pad, at.j + side + part.pad, part.from, part.to))
+      return std::nullopt;
+    // Its height over a sloping plane is linear, too.
+    const double half = side * 0.5, slack = line.bend_alpha + cell_twist_ * goes + part.pad * lean;
+    const double rise = line.rise - heights.slope_i * line.dx - heights.slope_j * line.dy;
+    const double start =
+        line.alpha - heights.slope_i * (line.x - at.i - half) - heights.slope_j * (line.y - at.j - half);
+    const double first = start + rise * part.from, last = start + rise * part.to;
+    if (std::max(first, last) + slack < heights.low || std::min(first, last) - slack > heights.high)
+      return std::nullopt;
+    return part;
+  }
+  /// Whether the way may meet a square hardly larger than its line is uncertain.
+  [[nodiscard]] bool may_meet(const Course& line) noexcept {
+    bool may = false;
     squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
-      // The line's part over the square.
-      double from = 0, to = 1;
-      if (!narrow(x, dx, at.i - pad, at.i + side + pad, from, to) ||
-          !narrow(y, dy, at.j - pad, at.j + side + pad, from, to))
-        return false;
-      const double first = a.alpha + rise * from, last = a.alpha + rise * to;
-      const double low = std::min(first, last) - alpha_pad, high = std::max(first, last) + alpha_pad;
-      const auto [least, most] = range_over(heights, side);
-      const double bent = cell_twist_ * (most - least);
-      if (most + bent < low || least - bent > high) return false;
+      if (may || !over(line, at, side, heights)) return false;
+      may = level == 0 || side <= kUncertain * line.bend;
+      return !may;
+    });
+    return may;
+  }
+  /// Tests the triangles that the way may meet.
+  void cells(const Course& line) noexcept {
+    const int n = surface_.intervals();
+    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
+      const auto part = over(line, at, side, heights);
+      if (!part) return false;
+      const double pad = part->pad;
       for (int row = at.j; level == 0 && row < std::min(n, at.j + side); ++row) {
-        double enter = from, leave = to;
-        if (!narrow(y, dy, row - pad, row + 1 + pad, enter, leave)) continue;
-        const double xa = x + dx * enter, xb = x + dx * leave;
+        double enter = part->from, leave = part->to;
+        if (!line.narrow_y(row - pad, row + 1 + pad, enter, leave)) continue;
+        const double xa = line.x + line.dx * enter, xb = line.x + line.dx * leave;
         const int left = std::max(at.i, static_cast<int>(std::floor(std::max(std::min(xa, xb) - pad, -1.0))));
         const int right = std::min(
             {at.i + side - 1, n - 1 - row, static_cast<int>(std::floor(std::min(std::max(xa, xb) + pad, double(n))))});
-        for (int column = left; column <= right; ++column) both(column, row, low, high);
+        for (int column = left; column <= right; ++column) {
+          double in = enter, out = leave;
+          if (!line.narrow_x(column - pad, column + 1 + pad, in, out)) continue;
+          const double first = line.alpha + line.rise * in, last = line.alpha + line.rise * out;
+          both(column, row, std::min(first, last) - line.bend_alpha, std::max(first, last) + line.bend_alpha);
+        }
       }
       return true;
     });
-  }
-  /// Leaves of the stretch between `from` and `to` of x + t dx what lies between low and high; false where nothing
-  /// does.
-  [[nodiscard]] static bool narrow(double x, double dx, double low, double high, double& from, double& to) noexcept {
-    if (std::abs(dx) > 1e-9) {
-      const double t0 = (low - x) / dx, t1 = (high - x) / dx;
-      from = std::max(from, std::min(t0, t1));
-      to = std::min(to, std::max(t0, t1));
-    } else if (x < low || x > high) {
-      return false;
-    }
-    return from <= to;
   }
 
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
@@ -490,13 +539,14 @@ class Sweep {
 
   static constexpr int kCoarse = 4, kFarStitched = 2;
   static constexpr int kHalvings = 6;
+  static constexpr double kUncertain = 20;
   static constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
 
   MicroTriangles& surface_;
-  Vec3d from_, way_, per_way_;
-  Box3d span_;  ///< of the way, widened a little
+  Vec3d from_, way_, per_way_, slack_;
   SlabId slab_ = kNoSlab;
   bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
+  double cell_bend_ = 0;   ///< the same in cells, along the grid
   double cell_twist_ = 0;  ///< alpha by which the flat micro-triangles of a cell from 0 to 1 may leave the slab's own
   SlabCoord middle_ = {kNoSlab, 1.0 / 3, 1.0 / 3, 0.5};
   double best_ = std::nextafter(1.0, 2.0);
@@ -629,13 +679,15 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
 
 bool Proxy::is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
   constexpr double kFar = 16;  // ways like this one
+  constexpr int kWork = 256;   // samples, about a sweep's time
   const std::uint64_t number = surface.model().number();
   const double way = length(cursor - last_);
   if (clear_.model == number && std::max(length(cursor - clear_.centre), length(last_ - clear_.centre)) < clear_.radius)
     return true;
   // Beside the surface it would be in vain: after a way that had to be swept it is tried again.
   if (!std::exchange(open_, false)) return false;
-  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kFar * way, clear_.nearest), clear_.nearest};
+  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kFar * way, clear_.nearest, kWork),
+            clear_.nearest};
   open_ = clear_.radius > way;
   if (!open_) clear_.radius = 0;  // it is not known
   return open_;

@@ -84,15 +84,22 @@ struct AlphaCubic {
     return {1 - w1 - w2, w1, w2};
   }
 
-  /// The root between two places of opposite sign. Bisection in double never fails; 60 halvings reach the last bit.
+  /// The root between two places of opposite sign: by Newton's steps, halved between the last two places of opposite
+  /// sign where such a step leads out of them or gains less than halving does.
   [[nodiscard]] double root(double low, double high) const noexcept {
     const bool rising = value(low) < value(high);
-    for (int step = 0; step < 60 && low < high; ++step) {
-      const double middle = 0.5 * (low + high);
-      if (middle <= low || middle >= high) break;
-      ((value(middle) < 0) == rising ? low : high) = middle;
+    double t = 0.5 * (low + high), last = high - low;
+    for (int step = 0; step < 64; ++step) {
+      const double f = value(t);
+      if (f == 0) return t;
+      ((f < 0) == rising ? low : high) = t;
+      double next = t - f / ((3 * c3 * t + 2 * c2) * t + c1);
+      if (!(next > low && next < high && std::abs(next - t) < 0.5 * last)) next = 0.5 * (low + high);
+      last = std::abs(next - t);
+      t = next;
+      if (last <= 1e-16 || next <= low || next >= high) break;
     }
-    return 0.5 * (low + high);
+    return t;
   }
 };
 

@@ -59,7 +59,7 @@ TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   int hits = 0;
-  for (int round = 0; round < 32; ++round) {
+  for (int round = 0; round < 36; ++round) {
     // Fibres that flare, and turn about the middle by up to half a right angle from the inner to the outer end.
     const double flare = 2 * std::abs(unit(random)), turn = 2 * unit(random), lean = 0.4 * unit(random);
     const auto bent = testing::mapped_shell(*plane_shell(1 + round % 3, 4, 0.15), [=](Vec3d p) {
@@ -70,9 +70,13 @@ TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
                       : round % 4 == 1 ? testing::mixed_shell(*bent, 3, 3)
                                        : testing::mixed_shell(*bent, round % 4 == 2 ? 31 : 64, 0);
     ASSERT_TRUE(mesh);
-    // A nearly level sheet, or waves.
+    // A nearly level sheet, waves, or noise, faint or over all heights.
     const double tilt = 0.3 * unit(random), height = 0.05 * unit(random), waves = 10 + 10 * unit(random);
     const SnapshotPtr model = displaced(mesh, [=](Vec3d p) {
+      if (round % 3 == 2) {
+        const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+        return 0.5 + (round % 2 == 0 ? 0.9 : 0.05) * (any - std::floor(any) - 0.5);
+      }
       return round % 2 == 0 ? 0.5 + 0.3 * std::sin(waves * p.x) * std::cos(waves * p.z)
                             : std::clamp(0.5 + (tilt * p.x + height - p.y) / 0.3, 0.0, 1.0);
     });
@@ -103,6 +107,27 @@ TEST(FirstEntry, MissesNothingWhereFibresLeanAndNDiffers) {
     }
   }
   EXPECT_GT(hits, 1500);
+}
+
+TEST(Proxy, ALeapThroughTheModelLooksAtFewTriangles) {
+  const SnapshotPtr model = displaced(torus_shell(16, 10, 64), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Proxy proxy;
+  int held = 0;
+  std::vector<int> placed;
+  for (int k = 0; k < 4000; ++k) {
+    const SurfacePoint near = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 1.5);
+    held += proxy.step(*model, near.position + near.normal * (0.02 * unit(random)), {}) ? 1 : 0;
+    placed.push_back(proxy.samples_placed());
+  }
+  EXPECT_GT(held, 1000);
+  std::ranges::sort(placed);
+  EXPECT_LT(placed[placed.size() / 2], 300);
+  EXPECT_LT(placed[placed.size() - 5], 700);
+  EXPECT_LT(placed.back(), 1500);
 }
 
 TEST(Proxy, StaysOnTheSurfaceAtTheNearestPlace) {
