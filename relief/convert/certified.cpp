@@ -543,10 +543,12 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   }
   Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
   if (!reducer.reduce(progress)) return result;
-  const std::size_t proven = reducer.slab_count();
-  for (const double tolerance : settings.tolerances)
-    if (reducer.slab_count() > settings.target && !reducer.reduce_further(tolerance, progress)) return result;
-  result.tolerant = reducer.slab_count() < proven;
+  for (const double tolerance : settings.tolerances) {
+    const std::size_t before = reducer.slab_count();
+    if (before <= settings.target) break;
+    if (!reducer.reduce_further(tolerance, progress)) return result;
+    result.tolerant = result.tolerant || (tolerance > 0 && reducer.slab_count() < before);
+  }
   if (!reducer.thicken(progress)) return result;
   result.shell = reducer.shell();
   return result;

@@ -26,6 +26,7 @@
 #include <new>
 #include <numeric>
 #include <string_view>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -68,6 +69,11 @@ std::string place(Vec3d p) {
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(), "(%g, %g, %g)", p.x, p.y, p.z);
   return text.data();
+}
+
+/// "7 parts".
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 Status check(const ConvertSettings& settings) {
@@ -403,8 +409,8 @@ struct ClosedShell {
 
 ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
                               double diagonal, const Progress& progress) {
-  // Shares of a slab's area in which a tolerant shell may fold.
-  constexpr std::array<double, 3> kTolerances = {0.05, 0.2, 0.5};
+  // Shares of a slab's area in which a tolerant shell may fold; what needs no folds comes first.
+  constexpr std::array<double, 5> kTolerances = {0, 0.05, 0.2, 0.5, 1};
   constexpr int kAttempts = 3;
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
@@ -446,6 +452,35 @@ std::string left_out(const TriangleMesh& mesh, const Parts& parts, const PartObs
   return "a part of " + std::to_string(triangles) + " triangles at " + place((box.low + box.high) * 0.5) + ", only " +
          number(diagonal_of(box) / diagonal) + " of the diagonal across, was left out: on the lattice, whose step is " +
          number(step / diagonal) + " of it, " + speck.reason;
+}
+
+/// What closed surfaces take: fewer slabs than that cannot join to such shapes.
+struct Least {
+  std::size_t slabs = 0, handles = 0;
+};
+
+/// The least number of triangles that a surface of some handles has: 4 for a ball, 14 for a torus (Ringel, Jungerman).
+std::size_t least_triangles(std::size_t handles) {
+  const std::size_t corners =
+      handles == 2 ? 10 : static_cast<std::size_t>(std::ceil((7 + std::sqrt(1 + 48 * double(handles))) / 2));
+  return 2 * corners + 4 * handles - 4;
+}
+
+Least least_slabs(const ClosedSource& source, const Parts& parts) {
+  std::vector<std::size_t> triangles(parts.count, 0), corners(parts.count, 0);
+  std::vector<std::uint8_t> seen(source.points.size(), 0);
+  for (std::size_t f = 0; f < source.faces.size(); ++f) {
+    ++triangles[parts.of_face[f]];
+    for (const std::uint32_t v : source.faces[f])
+      if (std::exchange(seen[v], 1) == 0) ++corners[parts.of_face[f]];
+  }
+  Least least;
+  for (std::size_t part = 0; part < parts.count; ++part) {
+    const std::size_t handles = (triangles[part] / 2 + 2 - corners[part]) / 2;  // Euler
+    least.handles += handles;
+    least.slabs += least_triangles(handles);
+  }
+  return least;
 }
 
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
@@ -533,7 +568,15 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   if (specks > notes.size()) notes.push_back(std::to_string(specks - notes.size()) + " more such parts were left out");
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   report.parts = {};
-  report.parts.count = find_parts(made.source.points.size(), made.source.faces).count;
+  const Parts mended_parts = find_parts(made.source.points.size(), made.source.faces);
+  report.parts.count = mended_parts.count;
+  if (const auto asked = static_cast<std::size_t>(settings.slabs); made.shell.faces.size() > asked) {
+    if (const Least least = least_slabs(made.source, mended_parts); least.slabs > asked)
+      report.notes.push_back("--slabs " + std::to_string(asked) + " cannot be reached: the mended source has " +
+                             counted(mended_parts.count, "part") + " and " + counted(least.handles, "handle") +
+                             ", and a part takes 4 slabs, or 14 and more with handles: " + std::to_string(least.slabs) +
+                             " at least");
+  }
   report.parts.certified = made.tolerant ? 0 : report.parts.count;
   ground.tolerant = made.tolerant;
   ground.lattice = lattice;
@@ -800,6 +843,12 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   }
   report.slabs = mesh->slab_count();
   report.slabs_asked = static_cast<std::size_t>(settings.slabs);
+  if (const std::size_t most = ground.mesh.triangles.size();
+      report.slabs < report.slabs_asked && most < report.slabs_asked)
+    report.notes.push_back("--slabs " + std::to_string(report.slabs_asked) + " is more than the " +
+                           std::to_string(most) +
+                           " triangles of the mended source, and slabs are no smaller than these: there are " +
+                           std::to_string(report.slabs));
   report_thickness(*mesh, diagonal, report);
 
   progress("sample", 0);

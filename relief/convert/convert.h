@@ -111,13 +111,14 @@ struct Conversion {
 /// parts that close nothing off get a thickness of two voxels, and what is thinner than a voxel is lost; that solid is
 /// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each
 /// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
-/// such step is left. For closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode:
+/// such step is left. Tolerant mode goes on from there with steps that keep C0 to C5, as long as the target is not
+/// reached. Both for closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode:
 /// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
 /// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is
 /// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a
 /// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
 /// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
-/// to 16 times the target), InvalidArgument (tolerant mode is not made), Cancelled.
+/// to 16 times the target), InvalidArgument, Cancelled.
 [[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace relief::detail {
 
@@ -437,6 +438,7 @@ SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
 
 /// The fault of a piece that is in a slab, if there is one: folds are let go as long as there is area to spare.
 SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double& spare) const {
+  if (m == Meeting::Folded && folds_at_will()) return Fault::None;
   if (m == Meeting::Folded && spare > 0) {
     spare -= 0.5 * length(source_.cross_of(triangle));
     if (spare >= 0) return Fault::None;
@@ -681,7 +683,89 @@ bool SlabReducer::collapse(std::uint32_t h) {
   }
   for (const Vec3d at : {best, cage_.at[u], cage_.at[v], (cage_.at[u] + cage_.at[v]) * 0.5})
     if (collapse_to(h, at, before)) return true;
+  if (!thorough_) return false;
+  gather();
+  // Where the source may fold as it likes, a bad shape is no reason to keep a slab.
+  const double least = folds_at_will() ? 0 : before;
+  for (const Vec3d start : {best, (cage_.at[u] + cage_.at[v]) * 0.5})
+    if (collapse_to(h, seeing_place(start), least)) return true;
   return false;
+}
+
+/// The direction that best sees the triangles between a place and the ends around it, of both sides: a fibre there
+/// must have such a direction, whatever the source is like.
+Direction SlabReducer::star_direction(Vec3d at) const {
+  std::vector<Vec3d> normals;
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    for (const Side side : {kInner, kOuter}) {
+      const Vec3d n = cross(to_double(cage_.ends[f[1]][side]) - at, to_double(cage_.ends[f[2]][side]) - at);
+      if (const double size = length(n); size > 0) normals.push_back(n / size);
+    }
+  }
+  return best_direction(normals);
+}
+
+/// A place where star_direction() sees as much as can be found: by turns the best direction for a place, and the best
+/// place for a direction.
+Vec3d SlabReducer::seeing_place(Vec3d start) const {
+  constexpr int kTurns = 4;
+  Vec3d sum;  // across the rings of both sides
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    for (const Side side : {kInner, kOuter})
+      sum += cross(to_double(cage_.ends[f[1]][side]) - start, to_double(cage_.ends[f[2]][side]) - start);
+  }
+  if (!(length(sum) > 0)) return start;
+  Vec3d at = start, best = start, d = normalized(sum);
+  double most = star_direction(start).visibility;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    at = innermost(at, d);
+    const Direction there = star_direction(at);
+    if (there.visibility > most) {
+      most = there.visibility;
+      best = at;
+    }
+    d = there.d;
+  }
+  return best;
+}
+
+/// The place that, seen along d, lies as far as possible to the left of all edges of the rings around a star: steps
+/// away from the edge that is nearest, each shorter than the last.
+Vec3d SlabReducer::innermost(Vec3d start, Vec3d d) const {
+  constexpr int kSteps = 60;
+  struct Line {
+    Vec3d from, left;
+  };
+  std::vector<Line> lines;
+  double size = 0;
+  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
+    const Face& f = trial_.faces[k];
+    for (const Side side : {kInner, kOuter}) {
+      const Vec3d b = to_double(cage_.ends[f[1]][side]), c = to_double(cage_.ends[f[2]][side]);
+      const Vec3d left = cross(d, c - b);
+      if (const double across = length(left); across > 0) lines.push_back({b, left / across});
+      size = std::max(size, length(b - start));
+    }
+  }
+  Vec3d at = start, best = start;
+  double most = -Box3d::kFar;
+  for (int step = 0; step < kSteps && !lines.empty(); ++step) {
+    double least = Box3d::kFar;
+    Vec3d away;
+    for (const Line& line : lines)
+      if (const double distance = dot(at - line.from, line.left); distance < least) {
+        least = distance;
+        away = line.left;
+      }
+    if (least > most) {
+      most = least;
+      best = at;
+    }
+    at += away * (0.5 * size / (step + 2));
+  }
+  return best;
 }
 
 // On a rough source merged fibres must grow nearly each time: then they start higher, so that fewer starts are in vain.
@@ -732,8 +816,10 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   const std::array<Vec3d, 2> old = {to_double(cage_.ends[u][kOuter] - cage_.ends[u][kInner]),
                                     to_double(cage_.ends[v][kOuter] - cage_.ends[v][kInner])};
   const double thickness = (length(old[0]) + length(old[1])) * 0.5;
-  const std::array<Vec3d, 4> directions = {aim().d, normalized(normalized(old[0]) + normalized(old[1])),
-                                           normalized(old[0]), normalized(old[1])};
+  const std::array<Vec3d, 5> choices = {aim().d, normalized(normalized(old[0]) + normalized(old[1])),
+                                        normalized(old[0]), normalized(old[1]),
+                                        thorough_ ? star_direction(at).d : Vec3d{}};
+  const auto directions = std::span(choices).first(thorough_ ? 5 : 4);
   std::size_t choice = 0;
   std::array<double, 2> heights{};
   std::array<Range, 2> room{};
@@ -910,6 +996,59 @@ void SlabReducer::improve(std::uint32_t v) {
   }
 }
 
+/// Moves and turns a fibre so that the triangles around it are seen better: that leaves more room for others.
+void SlabReducer::settle(std::uint32_t v) {
+  constexpr double kGain = 0.01;
+  star_of(v);
+  gather();
+  const Vec3d now = cage_.at[v], in = to_double(cage_.ends[v][kInner]), out = to_double(cage_.ends[v][kOuter]);
+  const Vec3d d = normalized(out - in);
+  const double depth = dot(now - in, d), height = dot(out - now, d);
+  double least = 1;
+  for (const Face& f : trial_.faces)
+    for (const Side side : {kInner, kOuter}) {
+      const Vec3d n = cross(to_double(cage_.ends[f[1]][side]) - now, to_double(cage_.ends[f[2]][side]) - now);
+      if (const double size = length(n); size > 0) least = std::min(least, dot(n, d) / size);
+    }
+  const Vec3d step = seeing_place(now) - now;
+  for (const double share : {1.0, 0.5, 0.25}) {
+    const Vec3d at = now + step * share;
+    const Direction there = star_direction(at);
+    if (there.visibility < least + kGain) continue;
+    if (try_ends(at, {snap(at - there.d * depth), snap(at + there.d * height)})) return;
+    if (try_ends(at, {snap(in + step * share), snap(out + step * share)})) return;
+  }
+  const Direction seen = star_direction(now);
+  if (seen.visibility < least + kGain) return;
+  for (const double share : {1.0, 0.5, 0.25}) {
+    const Vec3d turned = normalized(d * (1 - share) + seen.d * share);
+    if (try_ends(now, {snap(now - turned * depth), snap(now + turned * height)})) return;
+  }
+}
+
+/// Moves a fibre's ends to the middle of those around it, as far as that goes: ends on even surfaces merge best.
+void SlabReducer::even_out(std::uint32_t v) {
+  star_of(v);
+  gather();
+  std::array<Vec3d, 2> middle;
+  for (const Face& f : trial_.faces)
+    for (const Side side : {kInner, kOuter})
+      middle[side] += to_double(cage_.ends[f[1]][side]) / double(trial_.faces.size());
+  const Vec3d now = cage_.at[v];
+  const Ends old = cage_.ends[v];
+  for (const double share : {1.0, 0.5, 0.2}) {
+    Ends moved = old;
+    Vec3d by;
+    for (const Side side : {kInner, kOuter}) {
+      const Vec3d step = (middle[side] - to_double(old[side])) * share;
+      moved[side] = snap(to_double(old[side]) + step);
+      by += step * 0.5;
+    }
+    if (try_ends(now + by, moved)) return;
+    if (try_ends(now, {old[kInner], moved[kOuter]}) || try_ends(now, {moved[kInner], old[kOuter]})) return;
+  }
+}
+
 void SlabReducer::flip(std::uint32_t h) {
   const std::uint32_t back = twins_[h];
   const std::uint32_t u = origin(h), v = target(h), a = target(next_of(h)), b = target(next_of(back));
@@ -1005,12 +1144,14 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
 
 void SlabReducer::tolerate(double share) {
   tolerance_ = share;
+  thorough_ = true;
   tried_.assign(tried_.size(), 0);
 }
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
-  constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last
+  constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last; where nothing else
+                                       // is left to try the second in a row that removes none
   constexpr std::size_t kDear = 12;    // the same where most edges resist: each round tries them anew
   // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
@@ -1021,6 +1162,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     if (alive(f)) parts = std::max(parts, cage_.part[f] + 1);
   const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{parts});
   const double start = double(alive_);
+  int vain = 0;  // the last rounds that removed hardly any
   for (int round = 0; alive_ > target_count && round < 40; ++round) {
     if (progress.cancelled()) return false;
     const std::size_t before = alive_;
@@ -1051,16 +1193,32 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {
         if (out_[v] == kNone || touched_[v] <= improved_[v]) continue;
         improve(v);
+        if (thorough_) settle(v);
+        if (folds_at_will()) even_out(v);
         improved_[v] = clock_;
         if ((v & 63U) == 0 && progress.cancelled()) return false;
       }
+      return true;
+    };
+    const auto lengthen_all = [&] {
+      for (const double share : {0.5, 0.15})
+        for (std::uint32_t v = 0; v < out_.size(); ++v) {
+          if (out_[v] != kNone) lengthen(v, share);
+          if ((v & 63U) == 0 && progress.cancelled()) return false;
+        }
       return true;
     };
     if (!improve_all()) return false;
     for (std::uint32_t h = 0; h < twins_.size(); ++h)
       if (alive(h / 3) && h < twins_[h]) flip(h);
     if (!improve_all()) return false;
-    if (alive_ <= floor || (round >= 3 && removed < std::max<std::size_t>(2, before / kInVain))) break;
+    // Long fibres leave more room for collapses where they grow away from the source, short ones where they grow
+    // towards others: by turns.
+    if (thorough_ && round % 2 == 0 && !lengthen_all()) return false;
+    const bool is_last_chance = folds_at_will() && before < 16 * target_count;
+    const std::size_t few = is_last_chance ? 2 : std::max<std::size_t>(2, before / kInVain);
+    vain = removed < few ? vain + 1 : 0;
+    if (alive_ <= floor || (round >= 3 && vain >= (is_last_chance ? 2 : 1))) break;
   }
   return true;
 }

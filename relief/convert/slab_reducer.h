@@ -33,7 +33,8 @@ class SlabReducer {
   bool sweep(std::size_t stop, const Progress& progress);
   /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled.
   bool reduce(std::size_t target_count, const Progress& progress);
-  /// From now on the source may fold in that share of a slab's area.
+  /// From now on the source may fold in that share of a slab's area (0: nowhere, 1: as it likes), and more is tried to
+  /// make slabs fewer.
   void tolerate(double share);
   /// Makes room to carve and to add. False when cancelled.
   bool thicken(const Progress& progress);
@@ -187,13 +188,20 @@ class SlabReducer {
   void adapt_growth(Fault fault);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
+  [[nodiscard]] Direction star_direction(Vec3d at) const;
+  [[nodiscard]] Vec3d seeing_place(Vec3d start) const;
+  [[nodiscard]] Vec3d innermost(Vec3d start, Vec3d d) const;
   void improve(std::uint32_t v);
+  void settle(std::uint32_t v);
+  void even_out(std::uint32_t v);
+  [[nodiscard]] bool folds_at_will() const noexcept { return tolerance_ >= 1; }
   void flip(std::uint32_t h);
   void lengthen(std::uint32_t v, double share);
 
   const OrderedSource& source_;
   double longest_;
   double tolerance_ = 0;
+  bool thorough_ = false;               // each slab less is worth more work
   std::array<double, 2> growth_{1, 1};  // by Side: how much higher merged fibres start, as the last ones had to
   Box3d room_;
   CageDraft cage_;
