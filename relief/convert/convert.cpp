@@ -409,7 +409,8 @@ struct ClosedShell {
 
 ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
                               double diagonal, const Progress& progress) {
-  // Shares of a slab's area in which a tolerant shell may fold; what needs no folds comes first.
+  // Shares of a slab's area in which a tolerant shell may fold; what needs no folds comes first, in certified mode,
+  // too.
   constexpr std::array<double, 5> kTolerances = {0, 0.05, 0.2, 0.5, 1};
   constexpr int kAttempts = 3;
   auto rims = find_rims(open.positions.size(), open.triangles);
@@ -426,8 +427,7 @@ ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, cons
                                    .longest = settings.thickness * share,
                                    .farthest = kFarthest * share,
                                    .speck = kUsualError * share,
-                                   .tolerances = settings.mode == Mode::Tolerant ? std::span<const double>(kTolerances)
-                                                                                 : std::span<const double>()},
+                                   .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? 5 : 1)},
                                   progress);
     const CertifiedShell& made = result.made;
     if (!made.shell.faces.empty() || made.obstacle.empty() || !made.specks.empty()) break;
