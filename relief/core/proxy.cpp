@@ -845,7 +845,8 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   }
   tell_surface(surface);
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
-  normal_ = fresh_ || !(depth_ > 0) ? leading : turned_by(normal_, leading, kFollow * travel / depth_ + kTurn);
+  turn_ = fresh_ || !(depth_ > 0) ? kAnywhere : kFollow * travel / depth_ + kTurn;
+  normal_ = turned_by(normal_, leading, turn_);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
   if (under_.slab != surface_.slab) under_ = {surface_.slab, surface_.u, surface_.v, surface_.alpha};
   const bool inside =

@@ -92,6 +92,9 @@ class Proxy {
   [[nodiscard]] double depth() const noexcept { return depth_; }
   /// Unit, outwards: the surface's normal, but turning no faster than the cursor moves.
   [[nodiscard]] Vec3d normal() const noexcept { return normal_; }
+  /// rad that the way out may have turned by in this tick, and normal() did at most; anything in the first of a
+  /// contact.
+  [[nodiscard]] double turn() const noexcept { return turn_; }
   /// Unit, from the cursor to the point; normal() at depth 0.
   [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
   /// The cursor's alpha where it lies in the point's slab, else that of the surface at the point.
@@ -157,7 +160,7 @@ class Proxy {
   Vec3d normal_, way_out_;
   Vec3d side_;       ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   SlabCoord under_;  ///< the cursor's coordinates, where it lies in the point's slab
-  double depth_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
+  double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   int samples_placed_ = 0;
 };
 

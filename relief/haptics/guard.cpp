@@ -15,6 +15,7 @@ constexpr double kDamping = 5;           // N*s/m; more only kicks, through the 
 constexpr double kLately = 0.5;          // s
 constexpr double kFirstContact = 20e-3;  // s
 constexpr double kFirstShare = 0.5;      // of the greatest force, in the first contact after a start
+constexpr int kHalvings = 12;            // of the share of the last force that may stay
 
 }  // namespace
 
@@ -125,17 +126,27 @@ Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) const noexcept {
     wanted *= most / size * kHair;
     flags |= bit(ServoFault::ForceClamped);
   }
-  // What may stay of the last force: no pull inwards, and never more than is wanted now.
-  Vec3d start = given_[0].force;
-  if (const double pull = dot(start, normal); pull < 0) start -= normal * pull;
-  if (const double had = length(start), want = length(wanted); had > want) start *= want / had;
-  const Vec3d change = wanted - start;
+  // As near to what is wanted as it comes from a share of the last force.
   const double far = limits_.max_force_rate * motion_.dt * kHair;
-  if (const double size = length(change); size > far) {
-    flags |= bit(ServoFault::RateClamped);
-    wanted = start + change * (far / size);
+  const auto from = [&](double share) noexcept {
+    const Vec3d start = given_[0].force * share, change = wanted - start;
+    const double size = length(change);
+    return size > far ? start + change * (far / size) : wanted;
+  };
+  const double had = length(given_[0].force), want = length(wanted);
+  double most_share = had > want ? want / had : 1;
+  Vec3d given = from(most_share);
+  // Where the surface has turned, the last force may pull inwards: then less of it stays.
+  if (dot(given, normal) < 0) {
+    double share = 0;
+    for (int k = 0; k < kHalvings; ++k) {
+      const double middle = (share + most_share) / 2;
+      (dot(from(middle), normal) < 0 ? most_share : share) = middle;
+    }
+    given = from(share);
   }
-  return wanted;
+  if (given != wanted) flags |= bit(ServoFault::RateClamped);
+  return given;
 }
 
 }  // namespace relief

@@ -275,7 +275,8 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
     const double metres = settings_.workspace.metres_per_unit;
     const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
     const auto [all, gift] = stored(limits_.stiffness, now);
-    now.normal = shading_.step(now.normal, proxy_.way_out(), force, all, gift, (cursor - last_cursor_) * metres);
+    now.normal =
+        shading_.step(now.normal, proxy_.way_out(), force, all, gift, (cursor - last_cursor_) * metres, proxy_.turn());
   }
   return now;
 }

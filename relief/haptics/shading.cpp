@@ -1,3 +1,4 @@
+#include <relief/core/pushed_side.h>
 #include <relief/haptics/shading.h>
 
 #include <algorithm>
@@ -10,23 +11,27 @@ constexpr double kLight = 0.3;   // N: a force below it is taken for this one
 constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
 }  // namespace
 
-Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move) noexcept {
+Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move,
+                    double turn) noexcept {
   const double most = kSlack * std::max(kLight, force);
+  const Vec3d last = normal_ * force_;
   const auto normal = [&] {
-    return given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
+    const Vec3d wanted =
+        given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
+    return force_ > 0 ? detail::turned_by(normal_, wanted, turn) : wanted;
   };
   const double before = given_;
   for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
-    given_ = before + dot(force_ + normal() * force, move) / 2 + stored - gift - stored_;
+    given_ = before + dot(last + normal() * force, move) / 2 + stored - gift - stored_;
     // What comes on top of the most is not shading's doing, and shading could not take it back.
     given_ = std::clamp(given_, -most, std::max(before, most));
     if (!(given_ > 0)) break;
     given_ = std::max(0.0, given_ - kFree * force * length(move));
   }
-  const Vec3d now = normal();
-  force_ = now * force;
+  normal_ = normal();
+  force_ = force;
   stored_ = stored;
-  return now;
+  return normal_;
 }
 
 }  // namespace relief

@@ -9,24 +9,27 @@ namespace relief {
 /// contact is deep, a hand gets more out of it than it put in. So account is kept of what the hand got and what is left
 /// in the spring. What is given beyond a little (0.1 mm times the force) leads the normal over to the straight way out,
 /// along which nothing is gained, until it has come back. That goes with the way, not with time: at rest nothing
-/// changes. What a crest or a groove gives on one side and takes on the other is less than that little.
+/// changes. What a crest or a groove gives on one side and takes on the other is less than that little. The normal
+/// turns no faster than the way out may, so that the force does not jump where the account is soon full.
 class Shading {
  public:
   /// The normal to push along in this tick, unit. `shaded`, `way_out`: unit; `force`: N, along it; `stored`: J in its
   /// spring, of which `gift` came by other ways than the hand's in this tick; `move`: m, the hand's since the last
-  /// tick. A few nanoseconds.
-  [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move) noexcept;
+  /// tick; `turn`: rad, between this tick's normal and the last one's of the contact, at most. A few nanoseconds.
+  [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move,
+                           double turn) noexcept;
   /// No contact in this tick. The account stays.
-  void rest() noexcept { force_ = {}, stored_ = 0; }
+  void rest() noexcept { force_ = stored_ = 0; }
   /// The spring has become so many times as stiff, which is not the hand's doing.
-  void stiffen(double by) noexcept { force_ = force_ * by, stored_ *= by; }
+  void stiffen(double by) noexcept { force_ *= by, stored_ *= by; }
   void reset() noexcept { *this = {}; }
   /// J that the hand got and did not put in; negative where it put in more.
   [[nodiscard]] double given() const noexcept { return given_; }
 
  private:
   double given_ = 0;
-  Vec3d force_;        ///< N, in the last tick
+  Vec3d normal_;       ///< of the last tick
+  double force_ = 0;   ///< N, along it; 0: without contact
   double stored_ = 0;  ///< J in the spring then
 };
 

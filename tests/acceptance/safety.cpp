@@ -220,7 +220,10 @@ class LimitJudge {
     ++commands;
     const double size = length(s.force);
     if (!is_finite(s.force) || size > most_ || !(length(s.torque) <= device_.max_torque)) ++too_strong;
-    if (size - length(last_.force) > device_.max_force_rate * dt + 1e-9) ++too_quick;
+    // It may shrink at once: what is left of the last force, or less, is where it grows and turns from.
+    const double kept =
+        std::clamp(dot(s.force, last_.force) / std::max(dot(last_.force, last_.force), 1e-30), 0.0, 1.0);
+    if (length(s.force - last_.force * kept) > device_.max_force_rate * dt + 1e-9) ++too_quick;
     if (commands > 1) {
       const double done = std::max(0.0, dot(last_.force, s.device - last_.device));
       works_.emplace_back(s.t, done);

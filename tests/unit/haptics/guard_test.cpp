@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace relief {
 namespace {
@@ -147,6 +148,34 @@ TEST(Guard, NeitherBrakeEverPullsIn) {
     const double y = -8e-3 + 3e-3 * (k % 4);
     EXPECT_GE(spring.at(y), 0) << k;
   }
+}
+
+TEST(Guard, AForceNeitherTurnsNorGrowsFasterThanItMay) {
+  GuardLimits limits = kLimits;
+  limits.max_force_rate = 2000;
+  ForceGuard guard;
+  guard.set(limits, false);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto any = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  Vec3d last;
+  int limited = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    guard.observe({any() * 1e-3, {}, kDt});
+    const Vec3d normal = normalized(any());
+    // Friction of up to four times the push.
+    const Vec3d aside = any() * 3,
+                wanted = normal * (0.8 * std::abs(unit(random))) + aside - normal * dot(aside, normal);
+    std::uint32_t flags = 0;
+    const Vec3d now = guard.wrench({.force = wanted, .torque = {}, .normal = normal}, flags).force;
+    const double share = std::clamp(dot(now, last) / std::max(dot(last, last), 1e-30), 0.0, 1.0);
+    ASSERT_LE(length(now - last * share), limits.max_force_rate * kDt * (1 + 1e-9)) << k;
+    ASSERT_GE(dot(now, normal), -1e-12) << k;
+    ASSERT_LE(length(now), std::max(length(wanted), length(last)) * (1 + 1e-9)) << k;
+    limited += (flags & bit(ServoFault::RateClamped)) != 0 ? 1 : 0;
+    last = now;
+  }
+  EXPECT_GT(limited, 1000);
 }
 
 }  // namespace

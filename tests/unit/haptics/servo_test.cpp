@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -236,6 +237,37 @@ TEST(Force, LateTicksLowerTheStiffnessThatIsAllowed) {
   for (int k = 0; k < 500; ++k) felt = soft.at(*model, {0.5, -0.005, 0.5}, 3e-3);
   EXPECT_NEAR(felt.force.y, 0.15, 1e-9);
   EXPECT_FALSE(felt.flags & bit(ServoFault::LateTicks));
+}
+
+TEST(Force, NormalsTurnNoFasterThanTheHandMovesOverDeepRelief) {
+  // Waves as high as the hand is deep: what shading gives is soon more than it may.
+  const SnapshotPtr model = displaced(sphere_shell(2, 64), [](Vec3d p) {
+    const Vec3d d = normalized(p);
+    return (1 / length(p) - 0.8) / 0.4 + 0.1 * std::sin(25 * d.x) * std::cos(22 * d.y) * std::sin(19 * d.z);
+  });
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int checked = 0;
+  for (int push = 0; push < 40; ++push) {
+    Driver hand(settings_with(400), strong_device());
+    Vec3d way = normalized(Vec3d{unit(random), unit(random), unit(random)} + Vec3d{1e-3, 0, 0}), drift;
+    ServoSample last;
+    Vec3d before;
+    for (int k = 0; k < 600; ++k) {
+      drift = drift * 0.99 + Vec3d{unit(random), unit(random), unit(random)} * 5e-5;
+      way = normalized(way + drift);
+      const Vec3d at = way * (1.1 - 0.2 * std::min(1.0, k / 200.0));
+      const ServoSample felt = hand.at(*model, at);
+      if (felt.contact && last.contact && felt.flags == 0) {
+        const double turn = std::acos(std::clamp(dot(felt.normal, last.normal), -1.0, 1.0));
+        ASSERT_LT(turn, 10 * length(at - before) / felt.depth + 0.0351) << push << " " << k;
+        ++checked;
+      }
+      last = felt;
+      before = at;
+    }
+  }
+  EXPECT_GT(checked, 10'000);
 }
 
 TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {
