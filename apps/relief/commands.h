@@ -59,8 +59,10 @@ void add_replay(CLI::App& app, Context& context);
 /// --stiffness, --damping, --friction, --static-friction, --max-force, --exact-normals, --paper-contact, --guard and
 /// --no-guard.
 void add_force_options(CLI::App& command, ForceSettings& force);
-/// Refuses a ball that is too large or too small for a model of that diagonal. Error: InvalidArgument.
-[[nodiscard]] Status check_tool_radius(double radius, double diagonal, std::string_view name);
+/// Whether one of the last two is given.
+[[nodiscard]] bool names_guard(const CLI::App& command);
+/// Refuses a ball that is too large or too small for a model. Error: InvalidArgument.
+[[nodiscard]] Status check_tool_radius(double radius, const Model& model, std::string_view name);
 /// "a ball of radius 2".
 [[nodiscard]] std::string tool_name(double radius, std::size_t points);
 /// The names of the flags that are set.
@@ -81,13 +83,15 @@ inline constexpr std::string_view kReplayDevice = "replay:";
 /// Refuses a file that holds strokes, or may hold them, for it cannot be read, or is of another kind: what it holds
 /// would be lost. Error: InvalidArgument.
 [[nodiscard]] Status check_strokes(const std::string& out, bool force);
-/// Refuses to write what is no model over a .relief file that is there, also through a link. Error: InvalidArgument.
+/// Refuses to write what is no model under the name of one (.relief), also through a link. Error: InvalidArgument.
 [[nodiscard]] Status check_no_model(std::initializer_list<std::string_view> outputs);
 /// Opens a model and warns on standard error where it has a doubt(). Errors: those of ModelFile::open(), Cancelled.
 [[nodiscard]] Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only = true);
 /// The warning alone, for a model that was opened otherwise. Error: Cancelled.
 [[nodiscard]] Status warn_of_doubt(const std::string& file, const ModelFile& model, const Context& context);
 
+/// A check for options that name a file: not empty.
+[[nodiscard]] std::string names_file(const std::string& file);
 /// Whether `file` has one of the extensions, whatever their case; the form that an option's check takes.
 [[nodiscard]] std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions);
 

@@ -183,6 +183,10 @@ std::function<std::string(const std::string&)> in_range(double low, double high)
   };
 }
 
+std::string names_file(const std::string& file) {
+  return file.empty() ? "takes the name of a file, and the one given is empty" : std::string();
+}
+
 Status check_outputs(std::initializer_list<std::string_view> outputs, std::initializer_list<std::string_view> inputs) {
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -247,11 +251,10 @@ Status check_strokes(const std::string& out, bool force) {
 }
 
 Status check_no_model(std::initializer_list<std::string_view> outputs) {
-  std::error_code ignored;
   for (const std::string_view out : outputs)
-    if (names_model(out) && std::filesystem::exists(out, ignored))
+    if (names_model(out))
       return fail(Errc::InvalidArgument,
-                  printable(out) + ": is the name of a model, which this would replace; choose another name");
+                  printable(out) + ": is the name of a model, and this output is none; choose another name");
   return {};
 }
 

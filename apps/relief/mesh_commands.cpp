@@ -41,6 +41,8 @@ Status say(const Context& context, const std::string& file, std::size_t vertices
 }
 
 Status run_sample(const std::string& name, const std::string& out, std::size_t triangles, const Context& context) {
+  RELIEF_CHECK(check_outputs({out}, {}));
+  RELIEF_CHECK(check_no_model({out}));
   RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles, context.progress));
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   RELIEF_CHECK(export_mesh(mesh, out));
@@ -76,6 +78,7 @@ Status run_export(const std::string& file, const std::string& out, int level, co
 
 std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions) {
   return [extensions = std::move(extensions)](const std::string& file) -> std::string {
+    if (file.empty()) return names_file(file);
     if (std::ranges::find(extensions, lower_extension(file)) != extensions.end()) return {};
     std::string known;
     for (const std::string_view e : extensions) known += (known.empty() ? "" : ", ") + std::string(e);
@@ -111,7 +114,7 @@ void add_export(CLI::App& app, Context& context) {
   };
   auto o = std::make_shared<Options>();
   CLI::App* c = app.add_subcommand("export", "Write the surface for other programs, or the slabs as text");
-  c->add_option("MODEL", o->file, "The model")->required();
+  c->add_option("MODEL", o->file, "The model")->required()->check(names_file);
   c->add_option("OUT", o->out, "The file: .ply, .obj, .stl, .glb, .3mf (the displaced surface) or .slabs (the cage)")
       ->required()
       ->check(has_extension({".ply", ".obj", ".stl", ".glb", ".3mf", ".slabs"}));

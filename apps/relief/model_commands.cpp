@@ -78,7 +78,7 @@ struct PlainSource {
 /// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
 verify::Certificate certificate_of(const Conversion& made, const Progress& progress) {
   const PlainCage shell(made.model.head->slab_mesh());
-  if (made.model.info.mode == Mode::Preview) return verify::check(view(shell));
+  if (made.model.info.mode == Mode::Preview) return verify::check(view(shell), progress);
   const PlainSource source(made.mended);
   return verify::check(view(shell), source.view(), progress);
 }
@@ -251,6 +251,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     }
     converted->report.not_certified = why;
     certificate = certificate_of(*converted, context.progress);
+    if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
   }
   Conversion& made = *converted;
   made.model.info.source = std::filesystem::path(o.in).filename().string();
@@ -321,16 +322,14 @@ Result<SnapshotPtr> untouched(const std::string& file, const ModelFile& model) {
 constexpr double kSampleTolerance = 1e-6;
 
 /// Compares the samples of all slabs that no stroke has changed.
-Result<verify::SampleCheck> compare_samples(const std::string& file, const ModelFile& model, const PlainCage& shell,
-                                            const PlainSource& source) {
-  RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
-  const Snapshot& head = *model.model().head;
+verify::SampleCheck compare_samples(const Snapshot& head, const Snapshot& first, const PlainCage& shell,
+                                    const PlainSource& source, const Progress& progress) {
   constexpr std::array kJudged = {Layer::Displacement, Layer::Void, Layer::Folded};
   std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
   for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
     const bool as_sampled = std::ranges::all_of(kJudged, [&](Layer layer) {
-      return head.has(layer) == first->has(layer) &&
-             (!head.has(layer) || head.tile(layer, s).same_values(first->tile(layer, s)));
+      return head.has(layer) == first.has(layer) &&
+             (!head.has(layer) || head.tile(layer, s).same_values(first.tile(layer, s)));
     });
     for (std::size_t k = 0; k < kJudged.size(); ++k) {
       if (!head.has(kJudged[k])) continue;
@@ -341,7 +340,7 @@ Result<verify::SampleCheck> compare_samples(const std::string& file, const Model
   }
   return verify::check_samples(view(shell), source.view(), tiles[0],
                                kSampleTolerance * diagonal(head.slab_mesh().bounds()),
-                               verify::SampleMarks{.voids = tiles[1], .folded = tiles[2]});
+                               verify::SampleMarks{.voids = tiles[1], .folded = tiles[2]}, progress);
 }
 
 /// " in 3 slabs: 2, 5, 7"; long lists are cut short. Nothing where no slab is named.
@@ -370,6 +369,7 @@ ordered_json to_json(const verify::Failure& f) {
 }
 
 Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
+  std::optional<NothingWritten> nothing_written(std::in_place);
   // Opening checks the tiles, too; the verifier does it in its own way.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
   const Mode mode = model.model().info.mode;
@@ -378,19 +378,23 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   verify::SampleCheck samples;
   std::optional<std::size_t> phantoms;  // of the source
   if (source_file.empty()) {
-    certificate = verify::check(view(shell));
+    certificate = verify::check(view(shell), context.progress);
   } else {
     RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
     const PlainSource source(mesh);
     if (mesh.phantom_from) phantoms = mesh.triangles.size() - *mesh.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);
-    if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
-    if (certificate.holds[0]) {
-      RELIEF_TRY(samples, compare_samples(file, model, shell, source));
+    if (certificate.holds[0] && !context.progress.cancelled()) {
+      nothing_written.reset();  // the copy, until it is removed
+      RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
+      nothing_written.emplace();
+      samples = compare_samples(*model.model().head, *first, shell, source, context.progress);
     }
   }
   const bool shell_holds = claim_holds(mode, certificate);
   const TileFaults tiles = certificate.holds[0] ? faults_of_tiles(shell, *model.model().head) : TileFaults();
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
+  nothing_written.reset();
   // Preview says nothing of where the samples lie.
   const bool samples_hold = mode == Mode::Preview || samples.off == 0;
   const bool holds = shell_holds && tiles.first.empty() && samples_hold;
@@ -529,8 +533,8 @@ Status run_undo(const std::string& file, std::uint64_t strokes, bool forward, co
 void add_convert(CLI::App& app, Context& context) {
   auto o = std::make_shared<ConvertOptions>();
   CLI::App* c = app.add_subcommand("convert", "Make a model from a triangle mesh (PLY, OBJ, STL, OFF, glTF, GLB, 3MF)");
-  c->add_option("IN", o->in, "The mesh")->required();
-  c->add_option("-o,--output", o->out, "The model, MODEL.relief")->required();
+  c->add_option("IN", o->in, "The mesh")->required()->check(names_file);
+  c->add_option("-o,--output", o->out, "The model, MODEL.relief")->required()->check(names_file);
   c->add_option("--slabs", o->settings.slabs, "Slabs to aim for (default 200)")->check(CLI::Range(4, 1'000'000));
   auto* samples = c->add_option("--samples", o->settings.intervals,
                                 "Intervals n per slab edge, 1 to 128, the same in every slab (the paper used 15); "
@@ -569,10 +573,11 @@ void add_verify(CLI::App& app, Context& context) {
   auto file = std::make_shared<std::string>();
   auto source = std::make_shared<std::string>();
   CLI::App* c = app.add_subcommand("verify", "Check a model with the independent verifier");
-  c->add_option("MODEL", *file, "The model")->required();
+  c->add_option("MODEL", *file, "The model")->required()->check(names_file);
   c->add_option("--source", *source,
                 "Also prove that every fibre meets this mesh exactly once: what convert --mended wrote, or a clean "
-                "original");
+                "original")
+      ->check(names_file);
   finish_command(*c, context, [=, &context] { return run_verify(*file, *source, context); });
 }
 
@@ -580,7 +585,7 @@ void add_info(CLI::App& app, Context& context) {
   auto file = std::make_shared<std::string>();
   auto strokes = std::make_shared<bool>(false);
   CLI::App* c = app.add_subcommand("info", "Say what a model holds");
-  c->add_option("MODEL", *file, "The model")->required();
+  c->add_option("MODEL", *file, "The model")->required()->check(names_file);
   c->add_flag("--strokes", *strokes, "List the journal of strokes");
   finish_command(*c, context, [file, strokes, &context] { return run_info(*file, *strokes, context); });
 }
@@ -591,7 +596,7 @@ void add_undo(CLI::App& app, Context& context) {
     auto strokes = std::make_shared<std::uint64_t>(1);
     CLI::App* c =
         app.add_subcommand(forward ? "redo" : "undo", forward ? "Bring undone strokes back" : "Take strokes back");
-    c->add_option("MODEL", *file, "The model, changed in place")->required();
+    c->add_option("MODEL", *file, "The model, changed in place")->required()->check(names_file);
     c->add_option("--strokes", *strokes, "How many (default 1)")->check(CLI::Range(1, 1'000'000'000));
     finish_command(*c, context, [=, &context] { return run_undo(*file, *strokes, forward, context); });
   }

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <map>
 #include <memory>
+#include <optional>
 
 namespace relief::cli {
 
@@ -70,6 +71,7 @@ Status run_render(RenderOptions& o, const Context& context) {
     o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
     o.draw.heat_map = o.draw.heat_map || overlay == "heat";
   }
+  std::optional<NothingWritten> nothing_written(std::in_place);
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   const Snapshot& head = *file.model().head;
   if (!o.at.empty()) {
@@ -91,7 +93,9 @@ Status run_render(RenderOptions& o, const Context& context) {
   context.progress("render", 0.1);
   RELIEF_TRY(Renderer renderer, Renderer::create());
   RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));
-  RELIEF_CHECK(save_png(picture, o.out));
+  nothing_written.reset();
+  context.progress("save", 0.95);
+  RELIEF_CHECK(save_png(picture, o.out, o.draw.cancel));
   const DrawStats& stats = renderer.stats();
   if (context.json) {
     nlohmann::ordered_json json;
@@ -114,7 +118,7 @@ Status run_render(RenderOptions& o, const Context& context) {
 void add_render(CLI::App& app, Context& context) {
   auto o = std::make_shared<RenderOptions>();
   CLI::App* c = app.add_subcommand("render", "Draw a picture of a model, without a screen");
-  c->add_option("MODEL", o->model, "The model")->required();
+  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
   c->add_option("-o,--output", o->out, "The picture, OUT.png")->required()->check(has_extension({".png"}));
   c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)")->check([](const std::string& text) {
     DrawSettings ignored;

@@ -149,11 +149,14 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_CHECK(check_no_model({o.csv, o.mcap, o.report}));
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
+  ModelInfo info;
   if (o.verify || o.change || !o.model.empty()) {
     RELIEF_TRY(SnapshotPtr found, find_model(replay, o.model, [&](const auto& file, const ModelFile& opened) {
+                 info = opened.model().info;
                  return warn_of_doubt(file.string(), opened, context);
                }));
     model = std::move(found);
+    RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
   ordered_json json = summary_of(replay);
   if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv));
@@ -175,8 +178,6 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                              printable(joined(result.missing), 400))));
   }
   if (o.change) {
-    // A recording does not know the source's diagonal. The slabs' is larger: what touch took is not refused here.
-    RELIEF_CHECK(check_tool_radius(o.tool_radius, diagonal(model->slab_mesh().bounds()), o.recording));
     RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
     ServoSettings changed = replay.settings().front();
     o.change(changed);
@@ -198,13 +199,16 @@ void add_replay(CLI::App& app, Context& context) {
       "Look into a recording made with touch --record; check it, export it, or play its motion with other settings.\n"
       "Without options: what it holds. With a setting (--stiffness and so on): the same motion under that setting, "
       "compared\nwith the recorded ones; the hand does not answer to the other force.");
-  c->add_option("REC", o->recording, "The recording (.rlog)")->required();
-  c->add_option("--model", o->model, "The model, where it is not where it was recorded, nor beside the recording");
+  c->add_option("REC", o->recording, "The recording (.rlog)")->required()->check(names_file);
+  c->add_option("--model", o->model, "The model, where it is not where it was recorded, nor beside the recording")
+      ->check(names_file);
   c->add_flag("--verify", o->verify,
               "Repeat every tick and compare bit for bit; exit status 1 when one differs or cannot be checked");
-  c->add_option("--csv", o->csv, "Write every tick as a line; units stand in the header");
-  c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)");
-  c->add_option("--report", o->report, "Write one page (HTML) with force, depth, work, times and the worst ticks");
+  c->add_option("--csv", o->csv, "Write every tick as a line; units stand in the header")->check(names_file);
+  c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)")
+      ->check(names_file);
+  c->add_option("--report", o->report, "Write one page (HTML) with force, depth, work, times and the worst ticks")
+      ->check(names_file);
   add_force_options(*c, o->force);
   c->add_option("--tool-radius", o->tool_radius, "A ball of that radius for a tip, model units; 0: a point")
       ->check(in_range(0, 1e300));
@@ -213,7 +217,9 @@ void add_replay(CLI::App& app, Context& context) {
     const auto given = [c](const char* option) { return c->count(option) > 0; };
     const bool k = given("--stiffness"), b = given("--damping"), mu = given("--friction"),
                still = given("--static-friction"), most = given("--max-force"), ball = given("--tool-radius"),
-               exact = given("--exact-normals"), paper = given("--paper-contact"), guard = given("--guard");
+               exact = given("--exact-normals"), paper = given("--paper-contact"), guard = names_guard(*c);
+    if (paper && o->tool_radius > 0)
+      throw CLI::ValidationError("--paper-contact is of a point: it goes without --tool-radius");
     if (!k && !b && !mu && !still && !most && !ball && !exact && !paper && !guard) return;
     o->change = [o, k, b, mu, still, most, ball, exact, paper, guard](ServoSettings& settings) {
       if (k) settings.force.stiffness = o->force.stiffness;

@@ -90,9 +90,9 @@ void add_sculpt(CLI::App& app, Context& context) {
       "pressure], "
       "...]}, ...]\n"
       "Lengths in model units, t in seconds, strength and pressure 0..1, colour 0..255; tools carve, deposit, paint.");
-  c->add_option("MODEL", o->model, "The model")->required();
-  c->add_option("--strokes", o->strokes, "S.json: the strokes")->required();
-  c->add_option("-o,--output", o->out, "The model with the strokes")->required();
+  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
+  c->add_option("--strokes", o->strokes, "S.json: the strokes")->required()->check(names_file);
+  c->add_option("-o,--output", o->out, "The model with the strokes")->required()->check(names_file);
   c->add_flag("--force", o->force, "Replace another model that has strokes, or a file that is no model");
   finish_command(*c, context, [o, &context] { return run_sculpt(o->model, o->strokes, o->out, o->force, context); });
 }

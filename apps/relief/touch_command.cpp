@@ -90,10 +90,7 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
     radius = played->radius;
     points = played->points;
   }
-  const Model& model = file.model();
-  const double size =
-      model.info.source_diagonal > 0 ? model.info.source_diagonal : diagonal(surface_bounds(*model.head));
-  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, size, o.model));
+  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, file.model(), o.model));
   return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
 }
 
@@ -182,8 +179,8 @@ Status run_path(const TouchOptions& o, const Context& context) {
     } else {
       sample = servo.step(*tick.model, tick.reading);
     }
-    // Without contact p is the cursor, as read and not through the device's units.
-    if (!sample.contact) sample.contact_point = rows[k].position;
+    // Without contact p is the cursor: as read and not through the device's units, or the last good one.
+    if (!sample.contact && (sample.flags & bit(ServoFault::BadPosition)) == 0) sample.contact_point = rows[k].position;
     ++summary.ticks;
     summary.contact += sample.contact ? 1U : 0U;
     summary.flagged += sample.flags != 0 ? 1U : 0U;
@@ -270,9 +267,12 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 
 }  // namespace
 
-Status check_tool_radius(double radius, double diagonal, std::string_view name) {
-  const double least = kSmallestTip * diagonal, most = kLargestTip * diagonal;
-  if (radius == 0 || (radius >= least && radius <= most)) return {};
+Status check_tool_radius(double radius, const Model& model, std::string_view name) {
+  if (radius == 0) return {};
+  const double size =
+      model.info.source_diagonal > 0 ? model.info.source_diagonal : diagonal(surface_bounds(*model.head));
+  const double least = kSmallestTip * size, most = kLargestTip * size;
+  if (radius >= least && radius <= most) return {};
   return fail(
       Errc::InvalidArgument,
       fmt::format("--tool-radius {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for "
@@ -313,15 +313,21 @@ void add_force_options(CLI::App& command, ForceSettings& force) {
       ->check(in_range(0, 4));
   command.add_option("--max-force", force.max_force, "Largest force, N (default and at most: the device's)")
       ->check(in_range(0, 1e9));
-  command.add_flag("--exact-normals", force.exact_normals,
-                   "Push straight towards the surface contact point instead of along the interpolated normal");
-  command.add_flag("--paper-contact", force.paper_contact,
-                   "Contact as the paper has it: a function of the tip's place alone, lost below the slabs");
-  command.add_flag(
-      "--guard,!--no-guard", force.guard,
+  CLI::Option* exact =
+      command.add_flag("--exact-normals", force.exact_normals,
+                       "Push straight towards the surface contact point instead of along the interpolated normal");
+  command
+      .add_flag("--paper-contact", force.paper_contact,
+                "Contact as the paper has it: a function of the tip's place alone, lost below the slabs")
+      ->excludes(exact);
+  CLI::Option* on = command.add_flag(
+      "--guard", force.guard,
       "Passivity controller, limits on lasting force, work and speed, gentle first contact (touch: live they "
       "are on, along a path off)");
+  command.add_flag_callback("--no-guard", [&force] { force.guard = false; }, "None of these")->excludes(on);
 }
+
+bool names_guard(const CLI::App& command) { return command.count("--guard") + command.count("--no-guard") > 0; }
 
 void add_touch(CLI::App& app, Context& context) {
   auto o = std::make_shared<TouchOptions>();
@@ -336,13 +342,17 @@ void add_touch(CLI::App& app, Context& context) {
                          "rate clamped, 64 setting clamped,\n"
                          "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped,\n"
                          "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled, 65536 late ticks.");
-  c->add_option("MODEL", o->model, "The model")->required();
-  CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path");
-  CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go");
+  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
+  CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path")->check(names_file);
+  CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go")->check(names_file);
   CLI::Option* device = c->add_option("--device", o->device,
                                       "sim:hand, or another name that `relief devices` lists: live with --seconds "
                                       "(replay:REC.rlog also without, to its "
-                                      "end); with --path its limits hold");
+                                      "end); with --path its limits hold")
+                            ->check([](const std::string& name) -> std::string {
+                              if (name.empty()) return "takes the name of a device, and the one given is empty";
+                              return name == kReplayDevice ? names_file("") : std::string();
+                            });
   CLI::Option* seconds =
       c->add_option("--seconds", o->seconds, "Live: how long, 0.01 to 3600 s")->check(in_range(0.01, 3600));
   c->add_option("--metres-per-unit", o->metres_per_unit,
@@ -357,14 +367,15 @@ void add_touch(CLI::App& app, Context& context) {
                 "A rigid tool for a tip: a CSV file x,y,z of its points (at most 1000; model units, the device's place "
                 "being 0,0,0).\nP.csv may then have the header t,x,y,z,qw,qx,qy,qz, and F.csv ends in the torque "
                 "tx,ty,tz (N*m)")
-      ->excludes(radius);
-  c->add_option("--record", o->record, "REC.rlog: every tick's input and output, for relief replay");
+      ->excludes(radius)
+      ->check(names_file);
+  c->add_option("--record", o->record, "REC.rlog: every tick's input and output, for relief replay")->check(names_file);
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
   c->parse_complete_callback([o, c] {
     o->names_tool = c->count("--tool-radius") + c->count("--tool-points") + c->count("--paper-contact") > 0;
-    if (c->count("--guard") == 0) o->force.guard = o->path.empty();
+    if (!names_guard(*c)) o->force.guard = o->path.empty();
     if (o->force.paper_contact && (o->tool_radius > 0 || !o->tool_points.empty()))
       throw CLI::ValidationError("--paper-contact is of a point: it goes with neither --tool-radius nor --tool-points");
     if (o->path.empty() && (o->device.empty() || (o->seconds == 0 && !o->device.starts_with(kReplayDevice))))

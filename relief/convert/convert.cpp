@@ -758,14 +758,21 @@ Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, 
   return {};
 }
 
-/// Where coordinates are coarser than the shape they describe, triangles collapse and coincide.
+/// Where coordinates are coarser than the shape they describe, triangles collapse, and some of the others coincide.
+/// Where triangles coincide and few have collapsed, the file has the surface twice.
 void note_collapsed(std::size_t triangles, ConvertReport& report) {
   constexpr double kMany = 0.2;
-  const std::size_t gone = report.repair.degenerate_triangles + report.repair.duplicate_triangles;
-  if (double(gone) > kMany * double(triangles))
-    report.notes.push_back(std::to_string(gone) + " of " + std::to_string(triangles) +
-                           " triangles have no area or coincide: the file's coordinates may be too coarse for the "
-                           "shape, as far from the origin");
+  const std::size_t flat = report.repair.degenerate_triangles, twice = report.repair.duplicate_triangles;
+  if (double(flat + twice) <= kMany * double(triangles)) return;
+  const std::string of_all = " of " + std::to_string(triangles) + " triangles ";
+  if (twice > flat)
+    report.notes.push_back(std::to_string(twice) + of_all +
+                           "have the same corners as another and were left out: the file has these faces more than "
+                           "once");
+  else
+    report.notes.push_back(std::to_string(flat + twice) + of_all +
+                           "have no area or coincide: the file's coordinates may be too coarse for the shape, as far "
+                           "from the origin");
 }
 
 /// Refuses a source so far from the origin that its triangles are no larger than what doubles tell apart there: rays

@@ -75,7 +75,7 @@ struct ServoSample {
   /// Slab kNoSlab without contact.
   SlabCoord at;
   /// Model units: from the cursor to the surface contact point; to the ball's centre; of a rigid tool, that of all its
-  /// points together (PointShell).
+  /// points together (PointShell), up to 1.54 times the deepest point's.
   double depth = 0;
   Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
   /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with

@@ -82,6 +82,8 @@ Result<Image> decode_png(std::string_view bytes, std::uint64_t most, std::uint64
   } const freed{&header};
   const auto damaged = [&] { return fail(Errc::Corrupt, "cannot be decoded: " + printable(header.message, 100)); };
   if (png_image_begin_read_from_memory(&header, bytes.data(), bytes.size()) == 0) return damaged();
+  // What says nothing of its colour space is sRGB, also with 16 bits, which libpng would take for linear.
+  header.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
   const std::uint64_t count = std::uint64_t{header.width} * header.height;
   if (count > std::min(kMostAtOnce, work)) return too_large(header.width, header.height);
   work -= count;

@@ -9,8 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csetjmp>
 #include <numbers>
-#include <span>
 #include <string>
 
 namespace relief {
@@ -43,6 +43,56 @@ Look look_from(double azimuth, double elevation, double aspect, Vec3d up) {
   look.tan_y = std::tan(look.camera.field_of_view * std::numbers::pi / 360);
   look.tan_x = look.tan_y * std::max(aspect, 1e-3);
   return look;
+}
+
+/// A PNG file as it grows: what libpng's jumps leave alone.
+struct PngBytes {
+  png_structp writer = nullptr;
+  png_infop info = nullptr;
+  std::string bytes, message;
+  const std::atomic<bool>* cancel = nullptr;
+  std::jmp_buf jump{};
+
+  PngBytes() = default;
+  PngBytes(const PngBytes&) = delete;
+  PngBytes& operator=(const PngBytes&) = delete;
+  ~PngBytes() { png_destroy_write_struct(&writer, &info); }
+};
+
+void png_failed(png_structp writer, png_const_charp message) {
+  auto& png = *static_cast<PngBytes*>(png_get_error_ptr(writer));
+  png.message = message;
+  std::longjmp(png.jump, 1);
+}
+void png_warned(png_structp /*writer*/, png_const_charp /*message*/) {}
+void png_grows(png_structp writer, png_bytep bytes, png_size_t count) {
+  auto& png = *static_cast<PngBytes*>(png_get_io_ptr(writer));
+  png.bytes.append(reinterpret_cast<const char*>(bytes), count);
+}
+void png_flushed(png_structp /*writer*/) {}
+
+/// Row by row, as compressing a large picture takes seconds. False with a message, or when cancelled. No local of it
+/// has a destructor that a jump would pass over.
+bool write_png(const Picture& picture, PngBytes& png) {
+  png.writer = png_create_write_struct(PNG_LIBPNG_VER_STRING, &png, png_failed, png_warned);
+  if (png.writer != nullptr) png.info = png_create_info_struct(png.writer);
+  if (png.info == nullptr) {
+    png.message = "out of memory";
+    return false;
+  }
+  if (setjmp(png.jump) != 0) return false;
+  png_set_write_fn(png.writer, &png, png_grows, png_flushed);
+  png_set_IHDR(png.writer, png.info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
+               8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_sRGB(png.writer, png.info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_write_info(png.writer, png.info);
+  const std::size_t row = static_cast<std::size_t>(picture.width) * 3;
+  for (std::size_t at = 0; at < picture.rgb.size(); at += row) {
+    if (png.cancel != nullptr && png.cancel->load(std::memory_order_relaxed)) return false;
+    png_write_row(png.writer, picture.rgb.data() + at);
+  }
+  png_write_end(png.writer, png.info);
+  return true;
 }
 
 }  // namespace
@@ -108,24 +158,19 @@ Box3d surface_bounds(const Snapshot& model) {
   return box;
 }
 
-Status save_png(const Picture& picture, const std::filesystem::path& file) {
+Status save_png(const Picture& picture, const std::filesystem::path& file, const std::atomic<bool>* cancel) {
   RELIEF_ASSERT(picture.width > 0 && picture.height > 0);
   RELIEF_ASSERT(picture.rgb.size() ==
                 static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * 3);
-  const auto failed = [&](std::string_view why) {
-    return fail(Errc::Io, "cannot write the picture '" + printable(file.string()) + "': " + std::string(why));
-  };
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(picture.width);
-  image.height = static_cast<png_uint_32>(picture.height);
-  image.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::vector<std::byte> bytes(size);
-  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, picture.rgb.data(), 0, nullptr) == 0)
-    return failed(printable(image.message));
+  PngBytes png;
+  png.cancel = cancel;
+  const bool written = write_png(picture, png);
+  if (cancel != nullptr && cancel->load(std::memory_order_relaxed))
+    return fail(Errc::Cancelled, "the picture was cancelled");
+  if (!written)
+    return fail(Errc::Io, "cannot write the picture '" + printable(file.string()) + "': " + printable(png.message));
   RELIEF_TRY(AtomicFile out, AtomicFile::create(file));
-  RELIEF_CHECK(out.write(std::span(bytes).first(size)));
+  RELIEF_CHECK(out.write(png.bytes));
   return out.commit();
 }
 

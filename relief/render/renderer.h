@@ -36,8 +36,9 @@ struct Picture {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
 };
-/// Errors: Io.
-[[nodiscard]] Status save_png(const Picture& picture, const std::filesystem::path& file);
+/// Errors: Io; Cancelled at once when `cancel` became true, and no file is left.
+[[nodiscard]] Status save_png(const Picture& picture, const std::filesystem::path& file,
+                              const std::atomic<bool>* cancel = nullptr);
 
 /// The hand as the picture shows it; lengths in model units.
 struct HandOverlay {

@@ -92,10 +92,15 @@ class SampleChecker {
     }
   }
 
-  SampleCheck run(std::span<const SampleTile> tiles) {
+  SampleCheck run(std::span<const SampleTile> tiles, const Progress& progress) {
     const Tree tree(boxes_);
     const auto bound = bound_samples(tiles);
-    for (std::size_t s = 0; s < std::min(tiles.size(), shell_.triangles.size()); ++s) {
+    const std::size_t slabs = std::min(tiles.size(), shell_.triangles.size());
+    for (std::size_t s = 0, told = 0; s < slabs && !progress.cancelled(); ++s) {
+      if (const std::size_t percent = 100 * s / slabs; s == 0 || percent > told) {
+        told = percent;
+        progress("compare", static_cast<double>(s) / static_cast<double>(slabs));
+      }
       const SampleTile& tile = tiles[s];
       if (tile.values.empty()) continue;
       const auto n = static_cast<std::size_t>(std::max(tile.intervals, 0));
@@ -325,7 +330,7 @@ class SampleChecker {
 }  // namespace
 
 SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles, double tolerance,
-                          const std::optional<SampleMarks>& marks) {
+                          const std::optional<SampleMarks>& marks, const Progress& progress) {
   Extent extent;
   const Extent slabs = extent_of(shell);
   const std::string fault = source_fault(source, extent);
@@ -339,7 +344,7 @@ SampleCheck check_samples(const Shell& shell, const Source& source, std::span<co
                         : "the source reaches so far beyond the slabs that no lattice of 2^30 steps holds both"});
     return refused;
   }
-  return SampleChecker(shell, source, lattice, tolerance, rounding_of(slabs, extent), marks).run(tiles);
+  return SampleChecker(shell, source, lattice, tolerance, rounding_of(slabs, extent), marks).run(tiles, progress);
 }
 
 }  // namespace relief::verify

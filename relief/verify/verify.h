@@ -157,8 +157,10 @@ struct SampleMarks {
 /// fibre passes within 2^-8 lattice steps of the rim between them, or meets both within the tolerance, it may be
 /// either. Where the source does not say which triangles close openings, all samples on one triangle must agree, and a
 /// void one may meet nothing. A folded sample's fibre must meet the source twice or more, that of any other must not
-/// both enter and leave it at places further apart than the tolerance.
+/// both enter and leave it at places further apart than the tolerance. Cancelled: the samples that are left are not
+/// tested.
 [[nodiscard]] SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
-                                        double tolerance, const std::optional<SampleMarks>& marks = std::nullopt);
+                                        double tolerance, const std::optional<SampleMarks>& marks = std::nullopt,
+                                        const Progress& progress = {});
 
 }  // namespace relief::verify

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import pty
 import random
 import resource
 import shutil
@@ -91,6 +92,10 @@ class Contract(Case):
         for option in ("--stiffness", "--damping", "--friction", "--static-friction", "--metres-per-unit"):
             self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", option, "nan"), 2, option)
         self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", "--static-friction", 1), 2, "--friction")
+        for one, other in (("--guard", "--no-guard"), ("--exact-normals", "--paper-contact")):
+            for command in (["touch", self.model, "--path", "p", "-o", "f"], ["replay", "r"]):
+                self.assert_failed(Run(*command, one, other), 2, one, other)
+        self.assert_failed(Run("replay", "r", "--tool-radius", 1, "--paper-contact"), 2, "--tool-radius", "--paper-contact")
         self.assertFalse((self.folder / "x.png").exists())
         for args in ([], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
                      ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
@@ -201,6 +206,38 @@ class Contract(Case):
         self.assert_failed(Run("convert", gone, "-o", self.folder / "no" / "m.relief"), 1, "no folder")
         self.assert_failed(Run("convert", self.scan, "-o", model, "--mended", folder), 1, "is a folder")
         self.assertEqual(model.read_bytes(), before)
+
+    def test_what_is_no_model_does_not_get_the_name_of_one(self):
+        path, rec, link = (self.folder / name for name in ("named.csv", "named.rlog", "to_a_model.ply"))
+        path.write_text("t,x,y,z\n0,0,0,200\n")
+        self.ok("touch", self.model, "--path", path, "-o", self.folder / "named_forces.csv", "--record", rec)
+        new = self.folder / "new.RELIEF"
+        link.symlink_to(self.model)
+        for args in (["touch", self.model, "--path", path, "-o", new],
+                     ["touch", self.model, "--path", path, "-o", self.folder / "not.csv", "--record", new],
+                     ["replay", rec, "--csv", new], ["replay", rec, "--mcap", new], ["replay", rec, "--report", new],
+                     ["convert", self.scan, "-o", self.folder / "not.relief", "--mended", link],
+                     ["sample", "torus", "-o", link]):
+            self.assert_failed(Run(*args), 1, "is the name of a model")
+        self.assertEqual([name for name in ("new.RELIEF", "not.csv", "not.relief") if (self.folder / name).exists()], [])
+
+    def test_an_empty_name_of_a_file_is_said(self):
+        path = self.folder / "empty_name.csv"
+        path.write_text("t,x,y,z\n0,0,0,200\n")
+        touch = ("touch", self.model, "--path", path, "-o", self.folder / "not.csv")
+        for args in (["convert", "", "-o", self.folder / "not.relief"], ["convert", self.scan, "-o", ""],
+                     ["convert", self.scan, "-o", self.folder / "not.relief", "--mended", ""], ["verify", ""],
+                     ["verify", self.model, "--source", ""], ["info", ""], ["undo", ""], ["redo", ""],
+                     ["touch", "", *touch[2:]], [*touch[:-1], ""], ["touch", self.model, "--path", "", *touch[-2:]],
+                     [*touch, "--record", ""], [*touch, "--tool-points", ""], [*touch, "--device", ""],
+                     ["touch", self.model, "--device", "replay:"], ["sculpt", "", "--strokes", path, "-o", "x"],
+                     ["sculpt", self.model, "--strokes", "", "-o", self.folder / "not.relief"],
+                     ["sculpt", self.model, "--strokes", path, "-o", ""], ["render", "", "-o", self.folder / "not.png"],
+                     ["render", self.model, "-o", ""], ["export", "", self.folder / "not.ply"], ["export", self.model, ""],
+                     ["sample", "torus", "-o", ""], ["replay", ""], ["replay", path, "--csv", ""],
+                     ["replay", path, "--mcap", ""], ["replay", path, "--report", ""], ["replay", path, "--model", ""]):
+            self.assert_failed(Run(*args), 2, "the name of a", "is empty")
+        self.assertEqual(list(self.folder.glob("not.*")), [])
 
     def test_a_file_that_is_no_model_is_not_lost(self):
         other, empty = self.folder / "other.obj", self.folder / "empty.obj"
@@ -316,6 +353,35 @@ class Contract(Case):
             self.assertEqual(started.returncode, 130, (args, err))
             self.assertEqual(err.count("\n"), 1)
             self.assertEqual(list(self.folder.glob("i.*")), [])
+
+    def rest_of(self, terminal):
+        text = b""
+        try:
+            while piece := os.read(terminal, 1000):
+                text += piece
+        except OSError:  # the other side was closed
+            pass
+        return text
+
+    def test_interrupt_stops_the_comparison_with_a_source_and_the_writing_of_a_picture(self):
+        model, mended, picture = (self.folder / name for name in ("fine.relief", "fine.ply", "i.png"))
+        self.ok("convert", self.scan, "-o", model, "--samples", 128, "--mended", mended)
+        for args, phase in ((["verify", model, "--source", mended], b"compare"),
+                            (["render", model, "--size", "4000x4000", "--supersample", "1", "--lights", "1", "-o", picture],
+                             b"save")):
+            # On a terminal the phase is said.
+            terminal, side = pty.openpty()
+            started = subprocess.Popen([str(BIN / "relief"), *map(str, args)], stdout=subprocess.PIPE, stderr=side)
+            os.close(side)
+            said = b""
+            while phase not in said:
+                said += os.read(terminal, 1000)
+            started.send_signal(signal.SIGINT)
+            out = started.communicate(timeout=120)[0]
+            self.assertEqual((started.returncode, out), (130, b""), args)
+            self.assertIn(b"cancelled", self.rest_of(terminal))
+            os.close(terminal)
+            self.assertFalse(picture.exists())
 
     def test_interrupt_is_130_and_leaves_nothing(self):
         big = self.folder / "big.ply"
@@ -691,7 +757,15 @@ class Touch(Case):
             for row in rows[len(good):]:
                 force = [float(row[k]) for k in ("fx", "fy", "fz")]
                 self.assertTrue(all(map(math.isfinite, force)), bad)
-            self.assertEqual([float(rows[len(good)][k]) for k in ("fx", "fy", "fz")], [0, 0, 0], bad)
+            answer = rows[len(good)]
+            self.assertEqual([float(answer[k]) for k in ("fx", "fy", "fz")], [0, 0, 0], bad)
+            # What came in is echoed, what goes out is finite: the last good place where this one is none.
+            self.assertEqual([answer[k] for k in "txyz"], [str(number) for number in bad])
+            place = [float(answer[k]) for k in ("px", "py", "pz")]
+            self.assertTrue(all(math.isfinite(float(answer[k])) for k in list(answer)[4:]), answer)
+            if int(answer["flags"]) & 1:
+                for k in range(3):
+                    self.assertAlmostEqual(place[k], good[-1][1 + k], places=9)
 
     def test_a_ball_touches_sooner_by_its_radius_and_is_recorded(self):
         point, _ = self.touch(self.press())
@@ -932,7 +1006,13 @@ class Replay(Case):
         ball = self.ok("replay", self.rec, "--tool-radius", 2, "--json").json()
         self.assertEqual((ball["settings"]["tool_radius"], ball["other_settings"]["tool_radius"]), (0, 2))
         self.assertGreater(ball["comparison"]["contact_differs"], 10)  # it meets the surface before
-        self.assert_failed(Run("replay", self.rec, "--tool-radius", 1e3), 1, "--tool-radius", "5 %")
+        out = self.folder / "refused.csv"
+        self.assert_failed(Run("replay", self.rec, "--tool-radius", 1e3, "--csv", out), 1, "--tool-radius", "5 %")
+        self.assertFalse(out.exists())
+        # The same balls as touch takes.
+        size = self.ok("info", self.model, "--json").json()["source_diagonal"]
+        self.assert_failed(Run("replay", self.rec, "--tool-radius", 0.0501 * size), 1, f"{0.05 * size:.6g}")
+        self.ok("replay", self.rec, "--tool-radius", 0.0499 * size)
 
     def test_the_largest_force_is_the_users_and_the_devices(self):
         def most(*options):

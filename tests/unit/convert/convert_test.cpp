@@ -499,6 +499,21 @@ TEST(Convert, SaysWhatCollapsedAndWhatRemeshingWouldHelp) {
       << collapsed->report.notes.front();
   EXPECT_NE(to_string(collapsed->report).find(collapsed->report.notes.front()), std::string::npos);
 
+  EXPECT_NE(collapsed->report.notes.front().find("far from the origin"), std::string::npos);
+
+  // Every face twice has nothing to do with where it lies.
+  TriangleMesh doubled = testing::ball(12);
+  const std::size_t once = doubled.triangles.size();
+  doubled.triangles.insert(doubled.triangles.end(), doubled.triangles.begin(),
+                           doubled.triangles.begin() + std::ptrdiff_t(once));
+  const auto halved = convert(doubled, few(40));
+  ASSERT_TRUE(halved) << halved.error().message;
+  ASSERT_EQ(halved->report.notes.size(), 1U);
+  const std::string& twice = halved->report.notes.front();
+  EXPECT_NE(twice.find(std::to_string(once) + " of " + std::to_string(2 * once)), std::string::npos) << twice;
+  EXPECT_NE(twice.find("more than once"), std::string::npos) << twice;
+  EXPECT_EQ(twice.find("origin"), std::string::npos) << twice;
+
   TriangleMesh crossing = testing::ball(12);
   append(crossing, testing::ball(12), {0.5, 0.3, 0.2});
   ConvertSettings settings = few(80);

@@ -73,6 +73,25 @@ TEST(PointShell, PushesWithTheGradientOfHalfItsDepthSquared) {
   EXPECT_LE(length(push), shell.depth() * std::sqrt(shell.most_stiffening()) * (1 + 1e-9));
 }
 
+TEST(PointShell, PointsEquallyDeepPushByTheEighthRootOfTheirNumber) {
+  const SnapshotPtr model = flat_plane();
+  for (const int across : {1, 10, 31}) {
+    std::vector<Vec3d> plate;
+    for (int k = 0; k < across * across; ++k)
+      plate.push_back({0.3 * (k % across) / across - 0.15, 0, 0.3 * (k / across) / across - 0.15});
+    PointShell shell(plate);
+    const auto place = [](double above) { return ToolPose{{0.5, above, 0.5}, {}}; };
+    shell.step(*model, place(0.2), kAtOnce);
+    for (int k = 1; k <= 100; ++k) shell.step(*model, place(0.2 - 0.0022 * k), kAtOnce);
+    for (int k = 0; k < 300; ++k) shell.step(*model, place(-0.02), kAtOnce);
+    const double deep = 0.02, count = across * across;
+    ASSERT_EQ(shell.held(), across * across);
+    EXPECT_NEAR(shell.depth(), deep * std::pow(count, 1.0 / 16), 1e-6) << count;
+    EXPECT_NEAR(length(shell.push()), deep * std::pow(count, 1.0 / 8), 1e-6) << count;
+    EXPECT_NEAR(shell.most_stiffening(), std::pow(count, 1.0 / 8), 1e-12) << count;
+  }
+}
+
 TEST(PointShell, ATiltedBarIsTurnedBack) {
   const SnapshotPtr model = flat_plane();
   std::vector<Vec3d> bar;

@@ -307,6 +307,47 @@ TEST(ColourImage, LargeOnesAreHalvedUntilTheyFit) {
   }
 }
 
+TEST(ColourImage, PngsOfEveryFormAreReadInTheirColourSpace) {
+  const Image greys = image_of(16, 16, [](std::uint32_t x, std::uint32_t y) {
+    const auto grey = static_cast<std::uint8_t>(16 * y + x);
+    return Rgba8{grey, grey, grey};
+  });
+  const Image colours = image_of(16, 16, [](std::uint32_t x, std::uint32_t y) {
+    return Rgba8{static_cast<std::uint8_t>(16 * y + x), static_cast<std::uint8_t>(255 - 17 * x),
+                 static_cast<std::uint8_t>(17 * y)};
+  });
+  const auto is_in = [](std::uint8_t channel, bool linear) {
+    if (!linear) return double(channel);
+    const double light = channel / 255.0;
+    return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+  };
+  struct Space {
+    int gamma;
+    bool srgb;
+    double off;  // libpng has a power of 2.2 for sRGB, which differs in the dark
+  };
+  for (const int kind : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA,
+                         PNG_COLOR_TYPE_PALETTE})
+    for (const int depth : {8, 16})
+      for (const Space space :
+           {Space{0, false, 0.6}, Space{0, true, 0.6}, Space{45455, false, 0.6}, Space{100'000, false, 9}}) {
+        if (kind == PNG_COLOR_TYPE_PALETTE && depth == 16) continue;
+        const Image& image = (kind & PNG_COLOR_MASK_COLOR) != 0 ? colours : greys;
+        std::uint64_t work = 1000;
+        const auto read = detail::decode_image(
+            png_bytes(image, {.depth = depth, .kind = kind, .gamma = space.gamma, .srgb = space.srgb}), 1000, work);
+        ASSERT_TRUE(read) << read.error().message;
+        double worst = 0;
+        for (std::size_t k = 0; k < image.pixels.size(); ++k) {
+          const Rgba8 got = read->pixels[k], wanted = image.pixels[k];
+          for (const auto channel : {&Rgba8::r, &Rgba8::g, &Rgba8::b})
+            worst = std::max(worst, std::abs(got.*channel - is_in(wanted.*channel, space.gamma == 100'000)));
+        }
+        EXPECT_LE(worst, space.off) << "kind " << kind << ", " << depth << " bits, gamma " << space.gamma
+                                    << (space.srgb ? ", sRGB" : "");
+      }
+}
+
 TEST(ColourImage, PixelsAreReadBetweenTheirCentres) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -360,6 +360,19 @@ TEST_F(PngFile, ReadsBackWhatWasSaved) {
   EXPECT_EQ(back, picture.rgb);
 }
 
+TEST_F(PngFile, CancelledIsNoFile) {
+  const Picture picture{2, 1, {1, 2, 3, 4, 5, 6}};
+  std::atomic<bool> cancel = false;
+  const std::filesystem::path file = folder / "stays.png";
+  ASSERT_TRUE(save_png(picture, file, &cancel));
+  cancel = true;
+  const Status cancelled = save_png(picture, folder / "gone.png", &cancel);
+  ASSERT_FALSE(cancelled);
+  EXPECT_EQ(cancelled.error().code, Errc::Cancelled);
+  std::filesystem::remove(file);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
 TEST_F(PngFile, SaysWhichFileItCannotWriteAndLeavesNothing) {
   const Picture picture{1, 1, {1, 2, 3}};
   const Status missing = save_png(picture, folder / "no" / "where.png");

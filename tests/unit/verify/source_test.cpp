@@ -615,6 +615,14 @@ TEST(VerifySamples, ComparesEachWithItsFibre) {
   EXPECT_EQ(found().off, 0U);
   EXPECT_EQ(found().tested, 11U * 28U);
 
+  std::atomic<bool> cancel = false;
+  Progress progress;
+  progress.cancel = &cancel;
+  progress.report = [&](std::string_view, double share) { cancel = share > 0.4; };
+  c = check_samples(cage.view(), source.view(), tiles.view(), 1e-4, std::nullopt, progress);
+  EXPECT_GT(c.tested, 0U);
+  EXPECT_LT(c.tested, 8U * 28U) << "cancelled half-way";
+
   tiles.values[3].pop_back();
   EXPECT_EQ(found().off, 1U);
   tiles.values[3].clear();
