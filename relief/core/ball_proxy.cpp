@@ -31,7 +31,9 @@ constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as
 constexpr double kBehind =
     1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
 constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
-constexpr double kRounding = 1e-9;  // of a cosine: a way out that is no further round than the one before
+constexpr double kRounding = 1e-9;    // of a cosine: a way out that is no further round than the one before
+constexpr double kUnseen = 3;         // lengths of the hand's way past it that the ball may go to where it cannot see,
+constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 560;
 constexpr int kWorkAhead = 320;    // of that, to see where the ball would come to rest
@@ -551,6 +553,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
+    seen_.known = false;
   } else {
     const Vec3d out = start - cursor;
     const Aside aside(move, out);
@@ -578,10 +581,16 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     const Vec3d rest = ball.centre() - cursor;
     const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
     const bool in_reach = ball.within() == ball.centre(), released = rest == Vec3d{};
-    if (straight || (released ? in_reach : detail::same_side(rest, side_) && (settled || !round || cut))) {
+    // Where there is no time to see, as far round as a hand takes it that has gone past since it last saw: one that
+    // presses straight on takes it nowhere, however long, and one that trembles no further than that.
+    const bool taken_round =
+        cut && (!seen_.known || length(ball.within() - seen_.centre) <=
+                                    kUnseenRest * radius + kUnseen * detail::way_past(cursor - seen_.cursor, out));
+    if (straight || (released ? in_reach : detail::same_side(rest, side_) && (settled || !round || taken_round))) {
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+      if (settled || straight) seen_ = {cursor, ball.centre(), true};
     } else {
       // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
       ball.put_back_to_start();

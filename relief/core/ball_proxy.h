@@ -88,7 +88,13 @@ class BallProxy {
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the cursor of the last tick
   Vec3d centre_;
-  Vec3d side_;           ///< the side that it is pushed out to
+  Vec3d side_;  ///< the side that it is pushed out to
+  /// Of the last tick in which it was seen where it would come to rest, and went there.
+  struct Seen {
+    Vec3d cursor, centre;
+    bool known = false;  ///< there was one since it is held
+  };
+  Seen seen_;
   bool behind_ = false;  ///< the nearest triangle in the ball shows its back: a sheet that the ball came to from there
   detail::CellNormals normals_;
   SurfacePoint surface_;

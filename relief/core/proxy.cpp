@@ -785,9 +785,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
     }
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
-  const double along = dot(move, out);
-  const bool pressed_past = look == Look::Around && same_side(place_.position - goal, side_) &&
-                            2 * along * along >= dot(move, move) * dot(out, out);
+  const bool pressed_past =
+      look == Look::Around && same_side(place_.position - goal, side_) && !(detail::way_past(move, out) > 0);
   bool free = false;
   if (off && !pressed_past) {
     const auto landing = Sweep(surface, lifted(surface, place_), goal).run();

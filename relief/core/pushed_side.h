@@ -3,6 +3,7 @@
 
 #include <relief/base/vec.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace relief::detail {
@@ -27,6 +28,14 @@ constexpr double kSettle = 1e-3;     // rad per tick that the side may turn unde
   const Vec3d aside = wanted - n * dot(n, wanted);
   if (!(dot(aside, aside) > 1e-24)) return n;
   return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
+}
+
+/// By how much a move of the cursor led more past the held point, square to the way out, than towards it or away from
+/// it: 0 where the tool is pressed straight on, comes back straight or rests.
+[[nodiscard]] inline double way_past(Vec3d cursor_move, Vec3d out) noexcept {
+  const double out2 = dot(out, out), along = dot(cursor_move, out);
+  if (!(out2 > 0)) return 0;
+  return std::max(0.0, length(cursor_move - out * (along / out2)) - std::abs(along) / std::sqrt(out2));
 }
 
 /// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much that lets
