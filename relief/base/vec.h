@@ -55,6 +55,16 @@ template <typename T>
 [[nodiscard]] bool is_finite(Vec3<T> a) noexcept {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
+/// n turned towards `wanted` by at most so many radians; both unit.
+[[nodiscard]] inline Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
+  // A chord is shorter than its arc.
+  if (dot(n - wanted, n - wanted) <= 0.9 * most * most) return wanted;
+  const double angle = std::atan2(length(cross(n, wanted)), dot(n, wanted));
+  if (!(angle > most)) return wanted;
+  const Vec3d aside = wanted - n * dot(n, wanted);
+  if (!(dot(aside, aside) > 1e-24)) return n;
+  return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
+}
 [[nodiscard]] constexpr Vec3f to_float(Vec3d a) noexcept {
   return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
 }

@@ -589,7 +589,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     if (straight || (released ? in_reach : detail::same_side(rest, side_) && (settled || !round || taken_round))) {
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
-      if (settled && dot(now, now) > 0) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+      if (settled && dot(now, now) > 0) side_ = turned_by(side_, normalized(now), aside.turn);
       if (settled || straight) seen_ = {cursor, ball.centre(), true};
     } else {
       // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
@@ -599,7 +599,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2, work));
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
-      if (detail::same_side(now, surface_.normal)) side_ = detail::turned_by(side_, normalized(now), aside.turn);
+      if (detail::same_side(now, surface_.normal)) side_ = turned_by(side_, normalized(now), aside.turn);
     }
   }
   ball.stay();

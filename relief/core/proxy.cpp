@@ -21,7 +21,6 @@ using detail::LinearForm;
 using detail::MicroTriangles;
 using detail::point_of;
 using detail::same_side;
-using detail::turned_by;
 
 constexpr int kTries = 64;           // micro-triangles that one walk looks at
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest

@@ -19,17 +19,6 @@ constexpr double kSettle = 1e-3;     // rad per tick that the side may turn unde
   return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b));
 }
 
-/// n turned towards `wanted` by at most so many radians.
-[[nodiscard]] inline Vec3d turned_by(Vec3d n, Vec3d wanted, double most) noexcept {
-  // A chord is shorter than its arc.
-  if (dot(n - wanted, n - wanted) <= 0.9 * most * most) return wanted;
-  const double angle = std::atan2(length(cross(n, wanted)), dot(n, wanted));
-  if (!(angle > most)) return wanted;
-  const Vec3d aside = wanted - n * dot(n, wanted);
-  if (!(dot(aside, aside) > 1e-24)) return n;
-  return normalized(n * std::cos(most) + normalized(aside) * std::sin(most));
-}
-
 /// By how much a move of the cursor led more past the held point, square to the way out, than towards it or away from
 /// it: 0 where the tool is pressed straight on, comes back straight or rests.
 [[nodiscard]] inline double way_past(Vec3d cursor_move, Vec3d out) noexcept {

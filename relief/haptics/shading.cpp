@@ -1,4 +1,3 @@
-#include <relief/core/pushed_side.h>
 #include <relief/haptics/shading.h>
 
 #include <algorithm>
@@ -18,7 +17,7 @@ Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, do
   const auto normal = [&] {
     const Vec3d wanted =
         given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
-    return force_ > 0 ? detail::turned_by(normal_, wanted, turn) : wanted;
+    return force_ > 0 ? turned_by(normal_, wanted, turn) : wanted;
   };
   const double before = given_;
   for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
