@@ -22,9 +22,9 @@ struct CertifiedSettings {
                         ///< sheets are pushed apart and less does not do
   double speck = 0;     ///< parts no wider than this that have no thin shell are named and nothing is cut out of them;
                         ///< lattice steps
-  /// Shares of a slab's area in which fibres may meet the source several times (1: anywhere), one after the other, as
-  /// long as the target is not reached; all other conditions stay (shell.md 14), and fibres that see only backs of the
-  /// source cannot come about: each still crosses it once more to the front than to the back.
+  /// Shares of a slab's area in which fibres may meet the source several times (0: nowhere, 1: anywhere), one after the
+  /// other, as long as the target is not reached; all other conditions stay (shell.md 14), and fibres that see only
+  /// backs of the source cannot come about: each still crosses it once more to the front than to the back.
   std::span<const double> tolerances = {};
 };
 

@@ -422,13 +422,14 @@ ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, cons
     Closed closed = close_openings(open, rims, closings, room);
     const double share = diagonal / closed.lattice.step;
     result.lattice = closed.lattice;
-    result.made = build_certified(std::move(closed.source),
-                                  {.target = static_cast<std::size_t>(settings.slabs),
-                                   .longest = settings.thickness * share,
-                                   .farthest = kFarthest * share,
-                                   .speck = kUsualError * share,
-                                   .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? 5 : 1)},
-                                  progress);
+    result.made = build_certified(
+        std::move(closed.source),
+        {.target = static_cast<std::size_t>(settings.slabs),
+         .longest = settings.thickness * share,
+         .farthest = kFarthest * share,
+         .speck = kUsualError * share,
+         .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1)},
+        progress);
     const CertifiedShell& made = result.made;
     if (!made.shell.faces.empty() || made.obstacle.empty() || !made.specks.empty()) break;
     if (attempt == kAttempts) break;

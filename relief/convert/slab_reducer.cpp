@@ -696,13 +696,10 @@ bool SlabReducer::collapse(std::uint32_t h) {
 /// must have such a direction, whatever the source is like.
 Direction SlabReducer::star_direction(Vec3d at) const {
   std::vector<Vec3d> normals;
-  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
-    const Face& f = trial_.faces[k];
-    for (const Side side : {kInner, kOuter}) {
-      const Vec3d n = cross(to_double(cage_.ends[f[1]][side]) - at, to_double(cage_.ends[f[2]][side]) - at);
-      if (const double size = length(n); size > 0) normals.push_back(n / size);
-    }
-  }
+  for_rim([&](Side, Vec3d b, Vec3d c) {
+    const Vec3d n = cross(b - at, c - at);
+    if (const double size = length(n); size > 0) normals.push_back(n / size);
+  });
   return best_direction(normals);
 }
 
@@ -711,11 +708,7 @@ Direction SlabReducer::star_direction(Vec3d at) const {
 Vec3d SlabReducer::seeing_place(Vec3d start) const {
   constexpr int kTurns = 4;
   Vec3d sum;  // across the rings of both sides
-  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
-    const Face& f = trial_.faces[k];
-    for (const Side side : {kInner, kOuter})
-      sum += cross(to_double(cage_.ends[f[1]][side]) - start, to_double(cage_.ends[f[2]][side]) - start);
-  }
+  for_rim([&](Side, Vec3d b, Vec3d c) { sum += cross(b - start, c - start); });
   if (!(length(sum) > 0)) return start;
   Vec3d at = start, best = start, d = normalized(sum);
   double most = star_direction(start).visibility;
@@ -740,15 +733,11 @@ Vec3d SlabReducer::innermost(Vec3d start, Vec3d d) const {
   };
   std::vector<Line> lines;
   double size = 0;
-  for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k) {
-    const Face& f = trial_.faces[k];
-    for (const Side side : {kInner, kOuter}) {
-      const Vec3d b = to_double(cage_.ends[f[1]][side]), c = to_double(cage_.ends[f[2]][side]);
-      const Vec3d left = cross(d, c - b);
-      if (const double across = length(left); across > 0) lines.push_back({b, left / across});
-      size = std::max(size, length(b - start));
-    }
-  }
+  for_rim([&](Side, Vec3d b, Vec3d c) {
+    const Vec3d left = cross(d, c - b);
+    if (const double across = length(left); across > 0) lines.push_back({b, left / across});
+    size = std::max(size, length(b - start));
+  });
   Vec3d at = start, best = start;
   double most = -Box3d::kFar;
   for (int step = 0; step < kSteps && !lines.empty(); ++step) {
@@ -1005,11 +994,10 @@ void SlabReducer::settle(std::uint32_t v) {
   const Vec3d d = normalized(out - in);
   const double depth = dot(now - in, d), height = dot(out - now, d);
   double least = 1;
-  for (const Face& f : trial_.faces)
-    for (const Side side : {kInner, kOuter}) {
-      const Vec3d n = cross(to_double(cage_.ends[f[1]][side]) - now, to_double(cage_.ends[f[2]][side]) - now);
-      if (const double size = length(n); size > 0) least = std::min(least, dot(n, d) / size);
-    }
+  for_rim([&](Side, Vec3d b, Vec3d c) {
+    const Vec3d n = cross(b - now, c - now);
+    if (const double size = length(n); size > 0) least = std::min(least, dot(n, d) / size);
+  });
   const Vec3d step = seeing_place(now) - now;
   for (const double share : {1.0, 0.5, 0.25}) {
     const Vec3d at = now + step * share;
@@ -1031,9 +1019,7 @@ void SlabReducer::even_out(std::uint32_t v) {
   star_of(v);
   gather();
   std::array<Vec3d, 2> middle;
-  for (const Face& f : trial_.faces)
-    for (const Side side : {kInner, kOuter})
-      middle[side] += to_double(cage_.ends[f[1]][side]) / double(trial_.faces.size());
+  for_rim([&](Side side, Vec3d b, Vec3d) { middle[side] += b / double(trial_.faces.size()); });
   const Vec3d now = cage_.at[v];
   const Ends old = cage_.ends[v];
   for (const double share : {1.0, 0.5, 0.2}) {

@@ -188,6 +188,13 @@ class SlabReducer {
   void adapt_growth(Fault fault);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
+  /// Calls visit(side, b, c) for the edges opposite the moved vertex in the trial's fresh faces, from end to end.
+  template <typename Visit>
+  void for_rim(Visit&& visit) const {
+    for (std::size_t k = trial_.fresh; k < trial_.faces.size(); ++k)
+      for (const Side side : {kInner, kOuter})
+        visit(side, to_double(cage_.ends[trial_.faces[k][1]][side]), to_double(cage_.ends[trial_.faces[k][2]][side]));
+  }
   [[nodiscard]] Direction star_direction(Vec3d at) const;
   [[nodiscard]] Vec3d seeing_place(Vec3d start) const;
   [[nodiscard]] Vec3d innermost(Vec3d start, Vec3d d) const;

@@ -423,7 +423,7 @@ class Sweep {
       return std::nullopt;
     return part;
   }
-  /// Whether the way may meet a square hardly larger than its line is uncertain.
+  /// Whether the way may meet a square that is small beside how uncertain its line is, or one of the smallest.
   [[nodiscard]] bool may_meet(const Course& line) noexcept {
     bool may = false;
     squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
@@ -538,15 +538,16 @@ class Sweep {
 
   static constexpr int kCoarse = 4, kFarStitched = 2;
   static constexpr int kHalvings = 6;
-  static constexpr double kUncertain = 20;
-  static constexpr double kMargin = 0.05;  // of the slab: how far outside its coordinates are asked for
+  static constexpr double kUncertain = 20;  // times how far the way may be from its line: a square that is small
+  static constexpr double kMargin = 0.05;   // of the slab: how far outside its coordinates are asked for
 
   MicroTriangles& surface_;
   Vec3d from_, way_, per_way_, slack_;
   SlabId slab_ = kNoSlab;
-  bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
-  double cell_bend_ = 0;   ///< the same in cells, along the grid
-  double cell_twist_ = 0;  ///< alpha by which the flat micro-triangles of a cell from 0 to 1 may leave the slab's own
+  bool whole_ = false;  ///< the coordinates on the way are not known everywhere in the slab in hand
+  /// By how much the flat micro-triangles of a cell from alpha 0 to 1 may leave the slab's own: cells along the grid,
+  /// and alpha.
+  double cell_bend_ = 0, cell_twist_ = 0;
   SlabCoord middle_ = {kNoSlab, 1.0 / 3, 1.0 / 3, 0.5};
   double best_ = std::nextafter(1.0, 2.0);
   SurfacePlace found_;

@@ -19,12 +19,16 @@ constexpr double kSettle = 1e-3;     // rad per tick that the side may turn unde
   return dot(a, b) >= kSameSide * std::sqrt(dot(a, a) * dot(b, b));
 }
 
+/// The part of a move of the cursor square to the way out.
+[[nodiscard]] inline Vec3d square_to(Vec3d out, Vec3d cursor_move) noexcept {
+  return cursor_move - out * (dot(cursor_move, out) / dot(out, out));
+}
+
 /// By how much a move of the cursor led more past the held point, square to the way out, than towards it or away from
 /// it: 0 where the tool is pressed straight on, comes back straight or rests.
 [[nodiscard]] inline double way_past(Vec3d cursor_move, Vec3d out) noexcept {
-  const double out2 = dot(out, out), along = dot(cursor_move, out);
-  if (!(out2 > 0)) return 0;
-  return std::max(0.0, length(cursor_move - out * (along / out2)) - std::abs(along) / std::sqrt(out2));
+  if (!(dot(out, out) > 0)) return 0;
+  return std::max(0.0, length(square_to(out, cursor_move)) - std::abs(dot(cursor_move, out)) / length(out));
 }
 
 /// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much that lets
@@ -34,8 +38,7 @@ struct Aside {
   double turn = 0;
 
   Aside(Vec3d cursor_move, Vec3d out) noexcept
-      : move(cursor_move - out * (dot(cursor_move, out) / dot(out, out))),
-        turn(kRound * length(move) / length(out) + kSettle) {}
+      : move(square_to(out, cursor_move)), turn(kRound * length(move) / length(out) + kSettle) {}
 };
 
 }  // namespace relief::detail
