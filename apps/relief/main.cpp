@@ -1,6 +1,7 @@
 // The frame of the command line: parsing, progress, Ctrl-C, one line per failure, exit status.
 #include "commands.h"
 
+#include <relief/base/atomic_file.h>
 #include <relief/base/try.h>
 
 #include <fmt/format.h>
@@ -202,7 +203,7 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
       return fail(Errc::Io, printable(out) + ": is a folder, and cannot be written as a file");
     // A device or a pipe has no folder that matters, and may take several outputs.
     if (fs::exists(status) && !fs::is_regular_file(status)) continue;
-    const fs::path target = fs::weakly_canonical(fs::absolute(out, ignored), ignored);
+    const fs::path target = fs::weakly_canonical(behind_links(fs::absolute(out, ignored)), ignored);
     if (std::ranges::find(targets, target) != targets.end())
       return fail(Errc::InvalidArgument, printable(out) + ": is the name of two outputs; choose two names");
     targets.push_back(target);
@@ -220,10 +221,8 @@ Status check_outputs(std::initializer_list<std::string_view> outputs, std::initi
 namespace {
 /// Whether a file, or what a link leads to, has the name of a model.
 bool names_model(std::string_view file) {
-  std::error_code ignored;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(file, ignored);
   const auto is_model = has_extension({".relief"});
-  return is_model(std::string(file)).empty() || is_model(target.string()).empty();
+  return is_model(std::string(file)).empty() || is_model(behind_links(file).string()).empty();
 }
 }  // namespace
 

@@ -1,6 +1,7 @@
 // convert, verify, info, undo, redo: what is done with a model as a whole.
 #include "commands.h"
 
+#include <relief/base/atomic_file.h>
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
@@ -122,9 +123,7 @@ struct ConvertOptions {
 class MendedFile {
  public:
   Status write(const TriangleMesh& mesh, const std::filesystem::path& target, Unit unit) {
-    // A link is followed: the file that it names is replaced, and the link stays.
-    std::error_code ignored;
-    target_ = std::filesystem::is_symlink(target, ignored) ? std::filesystem::weakly_canonical(target) : target;
+    target_ = behind_links(target);
     temporary_ = target_;
     temporary_ += fmt::format(".{}.part.ply", getpid());
     return export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});

@@ -20,15 +20,21 @@ std::unexpected<Error> io_error(const std::filesystem::path& target, const char*
 }
 }  // namespace
 
+std::filesystem::path behind_links(std::filesystem::path file) {
+  constexpr int kMost = 40;  // as Linux does
+  std::error_code error;
+  for (int k = 0; k < kMost && std::filesystem::is_symlink(file, error); ++k) {
+    const std::filesystem::path next = std::filesystem::read_symlink(file, error);
+    if (error) break;
+    file = file.parent_path() / next;
+  }
+  return file;
+}
+
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
   std::error_code ignored;
   if (std::filesystem::is_directory(target, ignored)) return io_error(target, "cannot be written", EISDIR);
-  // A link is followed, so that the file it names is replaced and the link stays.
-  std::filesystem::path real = target;
-  if (std::filesystem::is_symlink(target, ignored)) {
-    const auto resolved = std::filesystem::weakly_canonical(target, ignored);
-    if (!ignored) real = resolved;
-  }
+  const std::filesystem::path real = behind_links(target);
   if (std::filesystem::exists(real, ignored) && !std::filesystem::is_regular_file(real, ignored)) {
     // A device or a pipe is written as it is; replacing it would destroy it.
     const int direct = ::open(real.c_str(), O_WRONLY | O_CLOEXEC);

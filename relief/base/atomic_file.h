@@ -11,6 +11,10 @@
 
 namespace relief {
 
+/// The file that a name stands for: a link is followed, also where it leads to a file that is not there yet, so that
+/// what is written under the name leaves the link.
+[[nodiscard]] std::filesystem::path behind_links(std::filesystem::path file);
+
 /// Bytes go to a new file in the target's folder, without a name where the file system can; commit() makes them durable
 /// and renames it over the target. Without commit() the new file is removed and the target stays as it was. A target
 /// that is a device or a pipe is written directly. Errors name the target: Io.

@@ -1,3 +1,4 @@
+#include <relief/base/atomic_file.h>
 #include <relief/base/try.h>
 #include <relief/file/database.h>
 
@@ -370,9 +371,8 @@ Result<Replacement> Replacement::make(const fs::path& target, const FileKind& ki
   Replacement made;
   made.kind_ = &kind;
   made.target_ = fs::absolute(target, code);
-  std::error_code missing;
-  if (!code && fs::is_symlink(made.target_, missing)) made.target_ = fs::weakly_canonical(made.target_, code);
   if (code) return io(target, "cannot be written", code.value());
+  made.target_ = behind_links(made.target_);
   const fs::file_status status = fs::status(made.target_, code);
   if (status.type() == fs::file_type::directory || made.target_.filename().empty())
     return fail(Errc::Io, quoted(target) + " is a folder, not a " + std::string(kind.suffix) + " file");

@@ -25,7 +25,9 @@ enum class ServoFault : std::uint32_t {
   SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
   /// The model rose by over 3 mm (at the hand) under the tool, or another model took its place with the tool inside.
   SurfaceJumped = 1U << 11U,
-  Passivity = 1U << 12U,     ///< damped, because the hand had got more energy out of this contact than it had put in
+  /// Damped by over 1 % of the greatest force, because the hand had got more energy out of this contact than it had put
+  /// in.
+  Passivity = 1U << 12U,
   LoadLimited = 1U << 13U,   ///< limited by what the motors bear for long, or by the work that the force may do
   SpeedLimited = 1U << 14U,  ///< braked, because the hand was faster than the device's max_speed
   Stalled = 1U << 15U,       ///< the servo itself stood still for over 50 ms

@@ -13,6 +13,7 @@ constexpr double kLeak = 2e-5;           // J lately that call for all the dampi
 constexpr double kSmallLeak = 1e-7;      // J that call for none
 constexpr double kDamping = 5;           // N*s/m; more only kicks, through the lag of the velocity
 constexpr double kLately = 0.5;          // s
+constexpr double kNoticed = 0.01;        // of the greatest force: damping that is told
 constexpr double kFirstContact = 20e-3;  // s
 constexpr double kFirstShare = 0.5;      // of the greatest force, in the first contact after a start
 constexpr int kHalvings = 12;            // of the share of the last force that may stay
@@ -107,8 +108,9 @@ Vec3d ForceGuard::force(const Wish& wish, std::uint32_t& flags) const noexcept {
     const double push = std::max(0.0, dot(wanted, normal));
     if (leak_ > kSmallLeak) {
       const double damping = leak_ / kLeak * std::min(limits_.max_damping, kDamping);
-      wanted -= normal * std::min(push, damping * dot(motion_.velocity, normal));
-      flags |= bit(ServoFault::Passivity);
+      const double taken = std::min(push, damping * dot(motion_.velocity, normal));
+      wanted -= normal * taken;
+      if (std::abs(taken) > kNoticed * limits_.max_force) flags |= bit(ServoFault::Passivity);
     }
     if (const double too_fast = speed - limits_.max_speed; too_fast > 0) {
       const Vec3d way = motion_.velocity / speed;

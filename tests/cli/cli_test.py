@@ -250,13 +250,29 @@ class Contract(Case):
             self.ok("convert", self.scan, "-o", out, "--samples", 4, *force)
             self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
 
-    def test_a_mended_source_goes_where_a_link_leads(self):
-        mended, link = self.folder / "target.ply", self.folder / "link.ply"
+    def test_what_is_written_goes_where_a_link_leads(self):
+        mended, new = self.folder / "target.ply", self.folder / "new.relief"
+        link, on, new_link, again = (self.folder / name for name in ("link", "on.ply", "new_link", "again.ply"))
         mended.write_text("old")
         link.symlink_to(mended)
-        self.ok("convert", self.scan, "-o", self.folder / "linked.relief", "--mended", link, "--samples", 4)
-        self.assertTrue(link.is_symlink())
-        self.assertEqual(mended.read_bytes()[:3], b"ply")
+        on.symlink_to("link")  # beside itself
+        new_link.symlink_to(new)
+        again.symlink_to(self.folder / "again.txt")
+        # The links lead to files that are not there, too.
+        self.ok("convert", self.scan, "-o", new_link, "--mended", on, "--samples", 4)
+        self.ok("export", new, again)
+        for each in (link, on, new_link, again):
+            self.assertTrue(each.is_symlink())
+        for written in (mended, self.folder / "again.txt"):
+            self.assertEqual(written.read_bytes()[:3], b"ply")
+        self.ok("verify", new)
+        self.assert_failed(Run("sample", "torus", "-o", self.loop()), 1, "loop")
+
+    def loop(self):
+        one, other = self.folder / "loop.ply", self.folder / "loop.other"
+        one.symlink_to(other)
+        other.symlink_to(one)
+        return one
 
     def test_standard_output_that_cannot_be_written_is_a_failure(self):
         with open("/dev/full", "w") as full:

@@ -114,6 +114,26 @@ TEST(Guard, DampsWhatMakesEnergyAndNothingElse) {
   }
 }
 
+TEST(Guard, DampingIsToldWhereItIsFelt) {
+  Spring spring;
+  settle(spring);
+  int told = 0;
+  double depth = 0;
+  for (int k = 0; k < 2000; ++k) {
+    depth = 1e-3 - 5e-4 * std::sin(0.3 * k);
+    const double taken = std::abs(kStiffness * depth - spring.at(-depth));
+    const bool flagged = (spring.flags & bit(ServoFault::Passivity)) != 0;
+    told += flagged ? 1 : 0;
+    EXPECT_EQ(flagged, taken > 0.01 * kLimits.max_force) << "tick " << k;
+  }
+  EXPECT_GT(told, 1000);
+  for (int k = 0; k < 100; ++k) {
+    spring.at(-depth - 1e-6 * k);
+    EXPECT_EQ(spring.flags & bit(ServoFault::Passivity), 0U) << "tick " << k;
+  }
+  EXPECT_GT(spring.guard.leak(), 1e-5) << "the damping is there, but the hand is slow";
+}
+
 TEST(Guard, TheLastingForceEndsAtTheContinuousOne) {
   Spring spring;
   settle(spring);
