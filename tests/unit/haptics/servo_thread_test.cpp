@@ -28,7 +28,8 @@ class PressingDevice final : public HapticDevice {
     if (ticks_.load() == lives_) return false;
     const std::uint64_t tick = ticks_.fetch_add(1);
     state.t = 1e-3 * static_cast<double>(tick);
-    state.position = {0, 0, 0.1 * (1.03 - 0.03 * (1 - std::cos(0.15 * static_cast<double>(tick))))};
+    if (waits) first_ = tick;
+    state.position = {0, 0, 0.1 * (1.03 - 0.03 * (1 - std::cos(0.15 * static_cast<double>(tick - first_))))};
     return true;
   }
   bool write(const Wrench& wrench) noexcept override {
@@ -39,13 +40,14 @@ class PressingDevice final : public HapticDevice {
   }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_.load(); }
 
+  std::atomic<bool> waits{false};  ///< in the air
   Vec3d last = {9, 9, 9};
   double most = 0;
   std::uint64_t writes = 0;
 
  private:
   DeviceInfo info_;
-  std::uint64_t lives_;
+  std::uint64_t lives_, first_ = 0;
   std::atomic<std::uint64_t> ticks_{0};
 };
 
@@ -197,12 +199,14 @@ TEST(ServoThread, ALostDeviceEndsTheLoop) {
 TEST(ServoThread, TakesNewSettings) {
   SnapshotChannel channel(sphere());
   PressingDevice device;
+  device.waits = true;
   ServoThread servo(device, channel, kSettings, nullptr);
   ServoSettings off = kSettings;
   off.force.stiffness = 0;
   off.force.damping = 0;
   ASSERT_TRUE(servo.set(off));
-  wait_for(device, 60);
+  device.waits = false;
+  wait_for(device, device.ticks() + 60);
   servo.stop();
   EXPECT_LT(device.most, 0.5) << "a whole press without stiffness";
 }
