@@ -29,8 +29,9 @@ constexpr double kLong = 0.05;      // of the radius: a step that may be stopped
 constexpr double kSlack = 1e-9;     // of the radius: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
-    1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
-constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
+    1e-4;  // of the radius: by so much a sheet's back may be in the ball before it is let through
+constexpr double kWithin = 1e-9;      // of a triangle: how far within it the ball is taken to touch it
+constexpr double kFlat = 3e-5;        // of the radius: unevenness that the ball does not feel
 constexpr double kRounding = 1e-9;    // of a cosine: a way out that is no further round than the one before
 constexpr double kUnseen = 3;         // lengths of the hand's way past it that the ball may go to where it cannot see,
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
@@ -276,15 +277,16 @@ class Mover {
     mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
     while (searches_ < searches) {
-      const Vec3d target = goal - centre_;
+      const bool pushed = share_ > 0;
+      const Vec3d target = pushed ? Vec3d{} : goal - centre_;
       auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
-      if (!step && share_ > 0) {  // squeezed from two sides
+      const double wanted = step ? length(*step) : 0;
+      if (pushed && !(wanted > kRest * radius_)) {  // it is out, or squeezed from two sides
         share_ = 0;
         mind(0);
         continue;
       }
       if (!step) break;
-      const double wanted = length(*step);
       if (!stops_minded_ && wanted > kLong * radius_) {
         mind_stops();
         continue;
@@ -293,9 +295,9 @@ class Mover {
       const bool whole = *step == target;
       if (way.straight && !whole) {
         way.straight = false;
-        way.open += open_towards(normalized(target));
+        if (!pushed) way.open += open_towards(normalized(target));
       }
-      way.settled = !(wanted > rest) && !(whole && wanted > 0);
+      way.settled = !pushed && !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double longest = std::max(stride, here_->nearest - radius_);
       const bool short_of = reach > 0 && reach < std::min(longest, wanted);  // what comes next may be as long
@@ -325,7 +327,7 @@ class Mover {
       if (way.straight) way.open += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, longest);
-      if (!short_of) rest = std::max({rest, kEnough * wanted, kFine * radius_});
+      if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
       share_ = 0;
@@ -628,8 +630,10 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       double u = 0, v = 0;
       const int n = surface.mesh().intervals(touched->slab);
       for (std::size_t k = 0; k < 3; ++k) {
-        u += touched->weights[k] * touched->corners[k].i / n;
-        v += touched->weights[k] * touched->corners[k].j / n;
+        // Not on its rim: beyond that may be a hole.
+        const double weight = touched->weights[k] + kWithin * (1.0 / 3 - touched->weights[k]);
+        u += weight * touched->corners[k].i / n;
+        v += weight * touched->corners[k].j / n;
       }
       if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
     }

@@ -359,6 +359,34 @@ TEST(BallProxy, DoesNotSlipRoundAFingerThatItIsPressedThrough) {
   EXPECT_EQ(lost, 0);  // once it was one in twenty
 }
 
+/// All that it touches are edges and corners of triangles, beyond which is nothing.
+TEST(BallProxy, RestsOnTheRimOfAHoleAndOfASheet) {
+  const auto centre = [](Vec3d p) { return std::hypot(p.x - 0.5, p.z - 0.5); };
+  for (const int n : {8, 32}) {
+    const SnapshotPtr plane = displaced(plane_shell(4, n), [](Vec3d) { return 0.5; });
+    const SnapshotPtr hole = testing::with_hole(plane, [&](Vec3d p) { return centre(p) < 0.08; }),
+                      disc = testing::with_hole(plane, [&](Vec3d p) { return centre(p) > 0.2; });
+    for (const double aside : {0.0, 0.01, 0.023})
+      for (const double radius : {0.15, 0.3}) {
+        BallProxy over_hole, over_rim;
+        const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.75 + aside, 0, 0.55};
+        for (int k = 0; k <= 400; ++k) {
+          const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
+          const bool rests = over_hole.step(*hole, at + up, radius, kAtOnce);
+          const bool hangs = over_rim.step(*disc, beyond + up, radius, kAtOnce);
+          EXPECT_EQ(rests, over_hole.held()) << n << " " << aside << " " << radius << " " << k;
+          EXPECT_EQ(hangs, over_rim.held()) << n << " " << aside << " " << radius << " " << k;
+          if (hangs) {
+            EXPECT_LT(centre(over_rim.surface().position), 0.28);
+          }
+        }
+        EXPECT_TRUE(over_hole.held());
+        EXPECT_GT(over_hole.centre().y, 0.6 * radius);
+        EXPECT_GT(centre(over_hole.surface().position), 0.04);
+      }
+  }
+}
+
 TEST(BallProxy, AFastHandDoesNotTunnel) {
   const SnapshotPtr model = flat_plane();
   BallProxy ball;
@@ -405,6 +433,30 @@ TEST(BallProxy, ARisingSurfacePushesItOutGently) {
   // And a surface that falls lets it down.
   for (int k = 0; k < 400; ++k) ball.step(*low, hand, radius, {.share = 0.1, .most = 5e-4});
   EXPECT_NEAR(ball.depth(), 0.01, 1e-4);
+}
+
+/// A hand that presses on rough ground, under which half the radius is added: the ball would slide aside as it rises.
+TEST(BallProxy, RoughGroundThatRisesPushesItOutToo) {
+  const auto mesh = plane_shell(2, 64);
+  const auto ground = [&](double rise) {
+    return displaced(mesh, [=](Vec3d p) {
+      const double r2 = (p.x - 0.5) * (p.x - 0.5) + (p.z - 0.5) * (p.z - 0.5);
+      return 0.5 + 0.02 * std::sin(60 * p.x) * std::sin(70 * p.z) + rise / 0.2 * std::exp(-r2 / 0.005);
+    });
+  };
+  const double radius = 0.03, rise = 0.015;
+  const SnapshotPtr low = ground(0), high = ground(rise);
+  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e-3};
+  for (double x = 0.4; x < 0.6; x += 0.017) {
+    BallProxy ball;
+    const Vec3d from = {x, 0.06, 1 - x}, hand = {x, -0.02, 1 - x};
+    ball.step(*low, from, radius, ease);
+    lead(ball, *low, from, hand, radius, 400, ease);
+    ASSERT_GT(ball.depth(), 0.03);
+    for (int k = 0; k < 300; ++k) ASSERT_TRUE(ball.step(*high, hand, radius, ease));
+    EXPECT_LT(ball.overlap(), 0.01 * radius) << x;
+    EXPECT_TRUE(BallProxy::clear(*high, ball.centre(), 0.98 * radius)) << x;
+  }
 }
 
 TEST(BallProxy, IsLetDownGentlyWhereTheGroundIsTakenAway) {
