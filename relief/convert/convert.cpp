@@ -699,7 +699,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
   RELIEF_TRY(SnapshotPtr model, sample_grids(cage, source, intervals, choose, hits, progress));
   while (settings.error && settings.intervals == 0) {
     const MeasuredSurface made(*model, source.lattice, progress);
-    const Measured there = made.to(source.surface, progress);
+    const Measured there = made.to(source.surface, MeasuredSurface::Samples::OnIt, progress);
     const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
     if (progress.cancelled()) return cancelled();
     for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = model->slab_mesh().intervals(s);
@@ -870,7 +870,9 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
     return Distance{d.rms * lattice.step / diagonal, d.max * lattice.step / diagonal, d.points};
   };
   const MeasuredSurface made(*result.model.head, lattice, progress);
-  const Measured there = made.to(*surface, progress);
+  // A fibre that meets nothing has its sample from its neighbours.
+  const auto samples = report.hits_none > 0 ? MeasuredSurface::Samples::Anywhere : MeasuredSurface::Samples::OnIt;
+  const Measured there = made.to(*surface, samples, progress);
   const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
   if (progress.cancelled()) return cancelled();
   report.to_mended = relative(there);
@@ -878,7 +880,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
   surface.reset();
   const SourceSurface as_read(source.positions, source.triangles, lattice);
-  report.to_source = relative(made.to(as_read, progress));
+  report.to_source = relative(made.to(as_read, samples, progress));
   report.from_source = relative(made.from(source.positions, source.triangles, progress));
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();

@@ -139,7 +139,7 @@ std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
   return places;
 }
 
-Measured MeasuredSurface::to(const SourceSurface& other, const Progress& progress) const {
+Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const Progress& progress) const {
   Measured result{{}, std::vector<Farthest>(bent_.size())};
   const std::vector<Place> places = even_places();
   const auto distance = [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; };
@@ -147,6 +147,7 @@ Measured MeasuredSurface::to(const SourceSurface& other, const Progress& progres
   for_all(places.size(), 64, progress, [&](std::size_t k) { distances[k] = distance(places[k].position); });
   for (std::size_t k = 0; k < places.size(); ++k)
     keep_farthest(result.slabs[places[k].slab], {distances[k], places[k].u, places[k].v});
+  const double found = greatest(result.slabs);
   for_all(bent_.size(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
     const int n = model_.slab_mesh().intervals(s);
@@ -179,11 +180,30 @@ Measured MeasuredSurface::to(const SourceSurface& other, const Progress& progres
     }
     // There once more, in smaller steps.
     constexpr int kFine = 8;
-    if (worst == nullptr) return;
-    const std::array<Vec3d, 3> p = positions(worst->corners);
-    for (int j = 0; j <= kFine; ++j)
-      for (int i = 0; i + j <= kFine; ++i)
-        look(worst->corners, p, {double(kFine - i - j) / kFine, double(i) / kFine, double(j) / kFine});
+    if (worst != nullptr) {
+      const std::array<Vec3d, 3> p = positions(worst->corners);
+      for (int j = 0; j <= kFine; ++j)
+        for (int i = 0; i + j <= kFine; ++i)
+          look(worst->corners, p, {double(kFine - i - j) / kFine, double(i) / kFine, double(j) / kFine});
+    }
+    if (samples == Samples::OnIt) return;
+    // Blocks of cells: no place in one is farther than its middle by more than its radius.
+    constexpr int kSide = 8;
+    const int across = n / kSide + 1;
+    std::vector<std::vector<Cell>> blocks(static_cast<std::size_t>(across * across));
+    for_each_cell(n, model_.slab_mesh().edge_intervals(s), [&](const Cell& cell) {
+      if (model_.is_hole(s, cell)) return;
+      blocks[static_cast<std::size_t>(cell[0].j / kSide * across + cell[0].i / kSide)].push_back(cell);
+    });
+    for (const std::vector<Cell>& cells : blocks) {
+      Box3d box;
+      for (const Cell& cell : cells)
+        for (const Vec3d p : positions(cell)) box.add(p);
+      if (cells.empty() ||
+          distance(box.centre()) + 0.5 * diagonal(box) / lattice_.step <= std::max(found, farthest.distance))
+        continue;
+      for (const Cell& cell : cells) look(cell, positions(cell), {1.0 / 3, 1.0 / 3, 1.0 / 3});
+    }
   });
   result.distance = {root_mean_square(distances), greatest(result.slabs), places.size() + 4 * cells_};
   return result;

@@ -35,8 +35,10 @@ class MeasuredSurface {
   /// From points inside micro-triangles to the nearest points of the other surface. The greatest distance is looked for
   /// in the middles and at the middles of the edges of those micro-triangles of each slab that may lie farthest off by
   /// the bends of the surface around them. So it is that to a surface that the samples lie on; bumps between them are
-  /// found on the way back.
-  [[nodiscard]] Measured to(const SourceSurface& other, const Progress& progress) const;
+  /// found on the way back. Where samples may lie off it, it is looked for in the middles of all micro-triangles that
+  /// are not known to be nearer than what was found.
+  enum class Samples { OnIt, Anywhere };
+  [[nodiscard]] Measured to(const SourceSurface& other, Samples samples, const Progress& progress) const;
   /// From points spread over these triangles, by area, and from all their corners, to this surface; they are in model
   /// units, and what is not finite is left out. Of those outside all slabs, where there are very many, a choice.
   [[nodiscard]] Measured from(std::span<const Vec3d> points, std::span<const Face> faces,

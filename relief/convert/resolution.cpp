@@ -59,11 +59,15 @@ double colours_of(const TriangleMesh& mesh, std::uint32_t triangle) noexcept {
 
 std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& source) {
   constexpr int kLeast = 8;
-  std::vector<int> intervals(cage.slab_count(), kLeast);
+  constexpr double kAnyway = 5e5;  // samples of a model whose source has few corners, but sharp edges
+  const auto evenly =
+      static_cast<unsigned>(std::sqrt(2 * kAnyway / double(std::max<std::size_t>(cage.slab_count(), 1))));
+  const int least = std::clamp(static_cast<int>(std::bit_floor(evenly)), kLeast, kMaxIntervals);
+  std::vector<int> intervals(cage.slab_count(), least);
   for_all(cage.slab_count(), 16, {}, [&](std::size_t k) {
     const auto triangles = amount_in(cage.corners(static_cast<SlabId>(k)), source.surface, source.lattice,
                                      [](std::uint32_t) { return 1.0; });
-    if (triangles) intervals[k] = power_of_two(4 * std::sqrt(*triangles), kLeast);
+    if (triangles) intervals[k] = power_of_two(4 * std::sqrt(*triangles), least);
   });
   return intervals;
 }

@@ -439,6 +439,39 @@ TEST(Convert, TheGreatestDistanceIsThatOfADenseMeasurement) {
   }
 }
 
+/// Where fibres pass the source by, samples do not lie on it, and no bend of the surface tells how far off it is.
+TEST(Convert, TheGreatestDistanceIsFoundWhereFibresMeetNothing) {
+  for (const auto& [mesh, slabs] : {std::pair{testing::torus(60, 24), 60}, std::pair{testing::torus(30, 12), 40},
+                                    std::pair{testing::ball(16, 0.3), 20}, std::pair{testing::ball(16, 0.3), 60},
+                                    std::pair{testing::ball(40, 0.2), 40}}) {
+    const auto made = convert(mesh, few(slabs, 16));
+    ASSERT_TRUE(made) << made.error().message;
+    ASSERT_GT(made->report.hits_none, 100U);
+    const Snapshot& model = *made->model.head;
+    const double diagonal = made->model.info.source_diagonal;
+    const detail::Lattice lattice = detail::Lattice::around(bounds(made->mended), 0.1 * diagonal);
+    const detail::SourceSurface source(made->mended.positions, made->mended.triangles, lattice);
+    double most = 0;
+    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s)
+      for_each_cell(16, [&](const std::array<GridPoint, 3>& cell) {
+        Vec3d middle;
+        for (const GridPoint& p : cell) middle += sample_position(model, s, p) / 3;
+        most = std::max(most, source.nearest(lattice.to_lattice(middle)).distance * lattice.step / diagonal);
+      });
+    EXPECT_GE(made->report.to_mended.max, (1 - 1e-6) * most);
+  }
+}
+
+/// The slabs' borders do not lie on its edges.
+TEST(Convert, ASourceOfFewTrianglesIsSampledFinelyWhereItIsSharp) {
+  TriangleMesh triangle;
+  triangle.positions = {{0, 0, 0}, {3, 0.1, 0}, {0.7, 2, 0.3}};
+  triangle.triangles = {{0, 1, 2}};
+  const auto made = convert(triangle, {.slabs = 200});
+  ASSERT_TRUE(made) << made.error().message;
+  EXPECT_LT(std::max(made->report.to_mended.max, made->report.from_mended.max), 5e-3);  // with n = 8: 0.1
+}
+
 TEST(Convert, KeepsToTheErrorOrTellsWhichSlabsDoNot) {
   const TriangleMesh mesh = testing::ball(90, 0.03);
   std::size_t before = 0;
