@@ -126,7 +126,14 @@ class MendedFile {
     target_ = behind_links(target);
     temporary_ = target_;
     temporary_ += fmt::format(".{}.part.ply", getpid());
-    return export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});
+    Status written = export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});
+    if (!written) {  // the name that the user gave
+      std::string& message = written.error().message;
+      const std::string own = printable(temporary_.string());
+      if (const std::size_t at = message.find(own); at != std::string::npos)
+        message.replace(at, own.size(), printable(target.string()));
+    }
+    return written;
   }
   Status keep() {
     if (temporary_.empty()) return {};

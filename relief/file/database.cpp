@@ -53,7 +53,7 @@ Error failure_of(const OpenFile& file, int code, int system_error) {
     case SQLITE_CORRUPT:
       return error(Errc::Corrupt, "is damaged: its tables cannot be read");
     case SQLITE_FULL:
-      return error(Errc::Io, "cannot grow, the disk is full: what was finished before is kept");
+      return error(Errc::Io, "cannot grow, the disk is full: nothing that was finished before is lost");
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return error(Errc::Io, "is in use by another program: close it there first");
