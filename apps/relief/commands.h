@@ -62,7 +62,8 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 /// Whether one of the last two is given.
 [[nodiscard]] bool names_guard(const CLI::App& command);
 /// Refuses a ball that is too large or too small for a model. Error: InvalidArgument.
-[[nodiscard]] Status check_tool_radius(double radius, const Model& model, std::string_view name);
+[[nodiscard]] Status check_tool_radius(double radius, const Model& model, std::string_view name,
+                                       std::string_view said = "--tool-radius");
 /// "a ball of radius 2".
 [[nodiscard]] std::string tool_name(double radius, std::size_t points);
 /// The names of the flags that are set.

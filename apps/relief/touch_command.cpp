@@ -90,7 +90,10 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
     radius = played->radius;
     points = played->points;
   }
-  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, file.model(), o.model));
+  const std::string said = played && !o.names_tool ? fmt::format("{} was made with --tool-radius",
+                                                                 printable(o.device.substr(kReplayDevice.size())))
+                                                   : "--tool-radius";
+  if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, file.model(), o.model, said));
   return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
 }
 
@@ -267,17 +270,15 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 
 }  // namespace
 
-Status check_tool_radius(double radius, const Model& model, std::string_view name) {
+Status check_tool_radius(double radius, const Model& model, std::string_view name, std::string_view said) {
   if (radius == 0) return {};
   const double size =
       model.info.source_diagonal > 0 ? model.info.source_diagonal : diagonal(surface_bounds(*model.head));
   const double least = kSmallestTip * size, most = kLargestTip * size;
   if (radius >= least && radius <= most) return {};
-  return fail(
-      Errc::InvalidArgument,
-      fmt::format("--tool-radius {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for "
-                  "a point",
-                  radius, printable(name), least, most));
+  return fail(Errc::InvalidArgument,
+              fmt::format("{} {}: of {} it is {:.6g} to {:.6g}, a millionth to 5 % of the diagonal, or 0 for a point",
+                          said, radius, printable(name), least, most));
 }
 
 std::string tool_name(double radius, std::size_t points) {

@@ -17,7 +17,7 @@ struct DeviceInfo {
   double max_damping = 4;           ///< N*s/m
   double max_force_rate = 2000;     ///< N/s, how fast the commanded force may grow or turn
   double max_torque = 0.1;          ///< N*m, about the tool; a device of three axes gives none
-  double continuous_force = 0.88;   ///< N, root mean square over a minute
+  double continuous_force = 0.88;   ///< N, root mean square with a memory of a minute
   double max_work = 1;              ///< J, what the force may do on the hand within any second
   double max_speed = 1.5;           ///< m/s of the hand, above which the force only brakes
   int delay_ticks = 0;              ///< 0..3, from a command to its force, as far as it is known

@@ -300,7 +300,7 @@ void limits(Report& report) {
       report.at_most(name + ": commands over the device's or the user's force", static_cast<double>(judge.too_strong),
                      0);
       report.at_most(name + ": commands that grew too quickly", static_cast<double>(judge.too_quick), 0);
-      report.at_most(name + ": root mean square of the force over a minute", judge.lasting,
+      report.at_most(name + ": root mean square of the force, with a memory of a minute", judge.lasting,
                      preset.info.continuous_force, "N");
       report.at_most(name + ": most work on the hand in a second", judge.most_work, preset.info.max_work, "J");
       report.at_most(name + ": commands that push on above twice the speed limit",

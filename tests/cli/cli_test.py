@@ -1008,8 +1008,14 @@ class Replay(Case):
             said, used = played(ball, *option)
             self.assertNotIn("taken over", said)
             self.assertEqual(used, tool)
-        other = self.folder / "coarse.relief"
+        other, small = self.folder / "coarse.relief", self.folder / "small.ply"
         self.ok("convert", self.scan, "-o", other, "--slabs", 120, "--samples", 8, "--mode", "preview")
+        small.write_text("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                         "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+                         "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n")
+        self.ok("convert", small, "-o", self.folder / "small.relief", "--samples", 4)
+        self.assert_failed(Run("touch", self.folder / "small.relief", "--device", f"replay:{ball}", "--seconds", 0.3), 1,
+                           "ball.rlog was made with --tool-radius 2", "small.relief")
         said, tool = played(ball, model=other)
         self.assertIn("was made with another model than", said)
         self.assertEqual(tool, (2, 0, False))
