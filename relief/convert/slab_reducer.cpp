@@ -318,6 +318,7 @@ std::vector<std::uint32_t> SlabReducer::outermost(Vec3d mean) const {
     }
   }
   std::vector<std::uint32_t> kept;
+  kept.reserve(2 * kAxes + 1);
   for (std::size_t k = 0; k < kAxes; ++k) kept.push_back(aimed_at_[static_cast<std::size_t>(at_highest[k / 4][k % 4])]);
   for (std::size_t k = 0; k < kAxes; ++k) kept.push_back(aimed_at_[static_cast<std::size_t>(at_lowest[k / 4][k % 4])]);
   kept.push_back(aimed_at_[static_cast<std::size_t>(at_highest[1][2])]);
