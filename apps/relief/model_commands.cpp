@@ -202,6 +202,8 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},
+                    {"sewn_vertices", f.sewn_vertices},
+                    {"sewn_most", f.sewn_most},
                     {"unused_vertices", f.unused_vertices},
                     {"degenerate_triangles", f.degenerate_triangles},
                     {"duplicate_triangles", f.duplicate_triangles},
@@ -212,7 +214,8 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"split_vertices", f.split_vertices},
                     {"cut_seams", f.cut_seams},
                     {"parts", f.parts},
-                    {"boundary_loops", f.boundary_loops}};
+                    {"boundary_loops", f.boundary_loops},
+                    {"corners_on_edges", f.corners_on_edges}};
   json["notes"] = notes;
   for (const std::string& note : r.notes) json["notes"].push_back(note);
   for (const auto& phase : r.phases) {

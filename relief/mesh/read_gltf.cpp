@@ -143,6 +143,27 @@ struct Accessor {
   }
 };
 
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+
+/// A node's or a copy's move, turn (a quaternion x, y, z, w) and scale.
+struct Pose {
+  std::array<double, 3> move{};
+  std::array<double, 4> turn = {0, 0, 0, 1};
+  std::array<double, 3> scale = {1, 1, 1};
+
+  [[nodiscard]] Placement placement() const noexcept {
+    Placement place;
+    const auto [x, y, z, w] = turn;
+    const double norm = x * x + y * y + z * z + w * w;
+    const double s = norm > 0.0 ? 2.0 / norm : 0.0;
+    place.axes = {Vec3d{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)} * scale[0],
+                  Vec3d{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)} * scale[1],
+                  Vec3d{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)} * scale[2]};
+    place.origin = {move[0], move[1], move[2]};
+    return place;
+  }
+};
+
 class Reader {
  public:
   explicit Reader(const Source& source) : source_(source), materials_(1) {}
@@ -204,10 +225,12 @@ class Reader {
       const std::string name = entry.is_string() ? entry.get<std::string>() : std::string();
       const bool harmless = name == "KHR_mesh_quantization" || name.starts_with("KHR_materials_") ||
                             name.starts_with("KHR_texture_") || name.starts_with("EXT_texture_") ||
-                            name == "KHR_lights_punctual";
+                            name == "KHR_lights_punctual" || name == kInstancing;
       if (!harmless) {
-        return source_.error(Errc::UnsupportedFormat,
-                             "needs the glTF extension " + printable(name, 60) + "; export it without compression");
+        const bool compression = name.find("compression") != std::string::npos;
+        return source_.error(Errc::UnsupportedFormat, "needs the glTF extension " + printable(name, 60) +
+                                                          "; export it without " +
+                                                          (compression ? "compression" : "that extension"));
       }
     }
     return {};
@@ -541,19 +564,44 @@ class Reader {
       place.origin = {m[12], m[13], m[14]};
       return place;
     }
-    std::array<double, 3> move{};
-    std::array<double, 4> turn = {0, 0, 0, 1};
-    std::array<double, 3> scale = {1, 1, 1};
-    if (!numbers(node, "translation", move) || !numbers(node, "rotation", turn) || !numbers(node, "scale", scale))
+    Pose pose;
+    if (!numbers(node, "translation", pose.move) || !numbers(node, "rotation", pose.turn) ||
+        !numbers(node, "scale", pose.scale))
       return bad();
-    const auto [x, y, z, w] = turn;
-    const double norm = x * x + y * y + z * z + w * w;
-    const double s = norm > 0.0 ? 2.0 / norm : 0.0;
-    place.axes = {Vec3d{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y)} * scale[0],
-                  Vec3d{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x)} * scale[1],
-                  Vec3d{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y)} * scale[2]};
-    place.origin = {move[0], move[1], move[2]};
-    return place;
+    return pose.placement();
+  }
+
+  /// Adds a node's mesh where it stands; where EXT_mesh_gpu_instancing makes copies of it, each of these.
+  [[nodiscard]] Status add_copies(const Json& node, const TriangleMesh& mesh, const Placement& place, Scene& scene) {
+    const Json* extensions = member(node, "extensions");
+    const Json* instancing = extensions != nullptr ? member(*extensions, kInstancing) : nullptr;
+    const Json* attributes = instancing != nullptr ? member(*instancing, "attributes") : nullptr;
+    if (attributes == nullptr || !attributes->is_object() || attributes->empty()) {
+      if (!scene.add(mesh, place)) return too_large();
+      return {};
+    }
+    RELIEF_TRY(const Accessor any, accessor(whole(*attributes, attributes->begin().key().c_str())));
+    if (any.count > 1'000'000 + 16 * total_bytes() - read_) return too_large();
+    read_ += any.count;
+    constexpr std::array<const char*, 3> kKeys = {"TRANSLATION", "ROTATION", "SCALE"};
+    std::array<std::optional<Accessor>, 3> given;
+    for (std::size_t k = 0; k < kKeys.size(); ++k) {
+      if (member(*attributes, kKeys[k]) == nullptr) continue;
+      RELIEF_TRY(given[k], accessor(whole(*attributes, kKeys[k])));
+      if (given[k]->count != any.count || given[k]->components != (k == 1 ? 4 : 3))
+        return source_.corrupt(std::string(kKeys[k]) + " does not fit the copies of a node's mesh");
+    }
+    const auto fill = [&](std::size_t k, std::size_t copy, auto& values) {
+      for (std::size_t c = 0; given[k] && c < values.size(); ++c) values[c] = given[k]->value(copy, c);
+    };
+    for (std::size_t copy = 0; copy < any.count; ++copy) {
+      Pose pose;
+      fill(0, copy, pose.move);
+      fill(1, copy, pose.turn);
+      fill(2, copy, pose.scale);
+      if (!scene.add(mesh, place * pose.placement())) return too_large();
+    }
+    return {};
   }
 
   [[nodiscard]] Status walk(Scene& scene) {
@@ -611,7 +659,7 @@ class Reader {
         const auto index = whole(node, "mesh");
         if (!index) return source_.corrupt("node " + std::to_string(visit.node) + " names no mesh");
         RELIEF_TRY(const TriangleMesh* mesh, part(*index));
-        if (!scene.add(*mesh, place)) return too_large();
+        RELIEF_CHECK(add_copies(node, *mesh, place, scene));
       }
       sound = push_all(node, "children", place);
     }

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <numeric>
@@ -79,6 +80,38 @@ EdgeTable make_edges(const std::vector<Triangle>& triangles, std::size_t vertex_
   if (!table.crowd_start.empty()) table.crowd_start.push_back(static_cast<Index>(table.crowd.size()));
   return table;
 }
+
+/// How far apart corners may lie where open edges are taken for one, share of the diagonal. Single precision rounds to
+/// 1e-7 of it within some lengths of the origin; features of shapes start far above.
+constexpr double kSeam = 1e-6;
+
+/// The hashed number of the cell of size `cell` at whole coordinates x, y, z.
+std::uint64_t cell_number(double cell, double x, double y, double z) noexcept {
+  std::uint64_t hash = std::bit_cast<std::uint64_t>(cell);
+  for (const double v : {x, y, z}) {
+    hash = (hash ^ std::bit_cast<std::uint64_t>(v + 0.0)) * 0x9e3779b97f4a7c15ULL;
+    hash ^= hash >> 29U;
+  }
+  return hash;
+}
+
+/// The numbers of the cells that a box meets that is no wider than a cell: 8 at most.
+template <typename F>
+void for_each_cell(double cell, Vec3d low, Vec3d high, F&& visit) {
+  const auto first = [&](double v) { return std::floor(v / cell); };
+  const Vec3d a = {first(low.x), first(low.y), first(low.z)}, b = {first(high.x), first(high.y), first(high.z)};
+  for (unsigned k = 0; k < 8; ++k) {
+    const bool x = (k & 1U) != 0, y = (k & 2U) != 0, z = (k & 4U) != 0;
+    if ((x && a.x == b.x) || (y && a.y == b.y) || (z && a.z == b.z)) continue;
+    visit(cell_number(cell, x ? b.x : a.x, y ? b.y : a.y, z ? b.z : a.z));
+  }
+}
+
+struct InCell {
+  std::uint64_t cell;
+  Index id;
+  auto operator<=>(const InCell&) const = default;
+};
 
 /// Which closed parts lie inside which: parity of the crossings of a ray along +x. Triangles are found by a grid over
 /// (y, z); whether the ray passes through one is decided exactly, so that it meets neighbours' common edges once.
@@ -196,9 +229,9 @@ class Repairer {
 
   Result<Repaired> run(const Progress& progress) {
     using Step = void (Repairer::*)();
-    constexpr std::array<Step, 7> kSteps = {&Repairer::weld,       &Repairer::drop_duplicates, &Repairer::resolve_flat,
-                                            &Repairer::orient,     &Repairer::split,           &Repairer::turn_outwards,
-                                            &Repairer::drop_unused};
+    constexpr std::array<Step, 8> kSteps = {&Repairer::weld,          &Repairer::drop_duplicates, &Repairer::sew,
+                                            &Repairer::resolve_flat,  &Repairer::orient,          &Repairer::split,
+                                            &Repairer::turn_outwards, &Repairer::drop_unused};
     for (std::size_t k = 0; k < kSteps.size(); ++k) {
       progress("repair", static_cast<double>(k) / kSteps.size());
       if (progress.cancelled()) return fail(Errc::Cancelled, "repair was cancelled");
@@ -472,6 +505,173 @@ class Repairer {
     if (!shell_of_.empty()) shell_of_.resize(kept);
   }
 
+  /// Welds open edges to those that lie along them with all but the same corners and run the other way: files that give
+  /// each triangle corners of its own, rounded on their own, come apart along such seams. Only where each of two edges
+  /// has no other to go with, no vertex goes farther than its triangles' size allows, and no edge gets more than two
+  /// triangles by it. The class of vertices that become one takes the place of its first.
+  void sew() {
+    edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
+    const std::vector<Index> open = open_edges();
+    if (open.empty()) return;
+    const double diagonal = spread();
+    if (!std::isfinite(diagonal)) return;
+    const std::vector<double> reach = seam_reach(open, kSeam * diagonal);
+    std::vector<std::array<Index, 2>> seams = find_seams(open, reach, kSeam * diagonal);
+    std::vector<Index> root;
+    constexpr int kRounds = 16;  // for time; a few do
+    for (int round = 0; !seams.empty() && round < kRounds; ++round) {
+      root = join_seams(seams);
+      const std::vector<bool> bad = bad_joins(root, reach);
+      if (bad.empty()) break;
+      if (round + 1 == kRounds) seams.clear();
+      std::erase_if(seams, [&](const auto& seam) { return bad[root[from(seam[0])]] || bad[root[to(seam[0])]]; });
+    }
+    if (seams.empty()) return;
+    for (Index v = 0; v < root.size(); ++v) {
+      if (root[v] == v) continue;
+      ++report_.sewn_vertices;
+      report_.sewn_most = std::max(report_.sewn_most, length(at(v) - at(root[v])) / diagonal);
+    }
+    for (Triangle& t : mesh_.triangles)
+      for (Index& corner : t) corner = root[corner];
+    drop_duplicates();
+    edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
+  }
+
+  [[nodiscard]] std::vector<Index> open_edges() const {
+    std::vector<Index> open;
+    for (Index h = 0; h < edges_.twin.size(); ++h)
+      if (edges_.twin[h] == kNone) open.push_back(h);
+    return open;
+  }
+
+  /// The diagonal of the box of all positions.
+  [[nodiscard]] double spread() const noexcept {
+    const Box3d box = bounds(mesh_);
+    return length(box.high - box.low);
+  }
+
+  /// How far the vertices of open edges may go: `most`, and a tenth of the shortest edge of the triangles around.
+  [[nodiscard]] std::vector<double> seam_reach(const std::vector<Index>& open, double most) const {
+    constexpr double kShare = 0.1;
+    std::vector<double> reach(mesh_.positions.size(), 0.0);
+    for (const Index h : open) reach[from(h)] = reach[to(h)] = most;
+    for (Index t = 0; t < mesh_.triangles.size(); ++t) {
+      const auto& [a, b, c] = mesh_.triangles[t];
+      if (reach[a] + reach[b] + reach[c] == 0.0) continue;
+      const double shortest = std::min({length(at(b) - at(a)), length(at(c) - at(b)), length(at(a) - at(c))});
+      for (const Index v : {a, b, c}) reach[v] = std::min(reach[v], kShare * shortest);
+    }
+    return reach;
+  }
+
+  /// Pairs of open edges of which each is the other's only counterpart.
+  [[nodiscard]] std::vector<std::array<Index, 2>> find_seams(const std::vector<Index>& open,
+                                                             const std::vector<double>& reach, double most) const {
+    // By the place of their middles; cells are smaller for short edges, so that they are not crowded. Each edge stands
+    // in all cells where its counterpart may.
+    std::vector<InCell> entries;
+    entries.reserve(open.size() + open.size() / 4);
+    const Vec3d low = bounds(mesh_).low;
+    for (Index k = 0; k < open.size(); ++k) {
+      const Vec3d a = at(from(open[k])) - low, b = at(to(open[k])) - low;
+      const double r = std::max(reach[from(open[k])], reach[to(open[k])]);
+      const double size = length(b - a);
+      if (!(r > 0.0 && size > 2 * r)) continue;
+      const Vec3d middle = a * 0.5 + b * 0.5, around = {r, r, r};
+      const int shortest = std::ilogb(size - 2 * r), longest = std::ilogb(size + 2 * r);
+      const int finest = std::ilogb(most) + 6;
+      const auto stand = [&](int level) {
+        for_each_cell(std::ldexp(1.0, std::min(level, finest)), middle - around, middle + around,
+                      [&](std::uint64_t cell) { entries.push_back({cell, k}); });
+      };
+      stand(shortest);
+      if (std::min(longest, finest) != std::min(shortest, finest)) stand(longest);
+    }
+    std::ranges::sort(entries);
+    const auto near = [&](Index v, Index w) {
+      const double r = std::min(reach[v], reach[w]);
+      const Vec3d d = at(v) - at(w);
+      return dot(d, d) <= r * r;
+    };
+    std::vector<Index> partner(open.size(), kNone);  // kMany: more than one edge lies there, or too many to look at
+    const auto meet = [&](Index k, Index with) { partner[k] = partner[k] == kNone ? with : kMany; };
+    constexpr std::ptrdiff_t kCrowd = 64;
+    for (auto first = entries.begin(); first != entries.end();) {
+      auto last = first + 1;
+      while (last != entries.end() && last->cell == first->cell) ++last;
+      for (auto one = first; one != last; ++one) {
+        if (last - first > kCrowd) partner[one->id] = kMany;
+        if (last - first > kCrowd) continue;
+        for (auto other = one + 1; other != last; ++other) {
+          const Index h = open[one->id], g = open[other->id];
+          if (partner[one->id] == other->id) continue;  // met in another cell
+          if (!near(from(h), to(g)) || !near(to(h), from(g))) continue;
+          // Triangles that lie upon each other are no neighbours.
+          const bool apart = !near(opposite(h), opposite(g));
+          meet(one->id, apart ? other->id : kMany);
+          meet(other->id, apart ? one->id : kMany);
+        }
+      }
+      first = last;
+    }
+    std::vector<std::array<Index, 2>> seams;
+    for (Index k = 0; k < open.size(); ++k) {
+      const Index other = partner[k];
+      if (other < open.size() && k < other && partner[other] == k) seams.push_back({open[k], open[other]});
+    }
+    return seams;
+  }
+
+  /// Per vertex the first of those that it becomes one with when the seams are sewn.
+  [[nodiscard]] std::vector<Index> join_seams(const std::vector<std::array<Index, 2>>& seams) const {
+    std::vector<Index> root(mesh_.positions.size());
+    std::iota(root.begin(), root.end(), 0U);
+    const auto root_of = [&](Index v) {
+      while (root[v] != v) v = root[v] = root[root[v]];
+      return v;
+    };
+    const auto join = [&](Index v, Index w) {
+      const auto [first, second] = std::minmax({root_of(v), root_of(w)});
+      root[second] = first;
+    };
+    for (const auto& [h, g] : seams) {
+      join(from(h), to(g));
+      join(to(h), from(g));
+    }
+    for (Index v = 0; v < root.size(); ++v) root[v] = root_of(v);
+    return root;
+  }
+
+  /// The vertices at which joining goes too far: one would leave its place by more than its reach, or an edge would get
+  /// a third triangle, or a second that runs the same way. Empty: none.
+  [[nodiscard]] std::vector<bool> bad_joins(const std::vector<Index>& root, const std::vector<double>& reach) const {
+    std::vector<bool> bad;
+    const auto mark = [&](Index v) {
+      bad.resize(root.size(), false);
+      bad[v] = true;
+    };
+    for (Index v = 0; v < root.size(); ++v)
+      if (root[v] != v && length(at(v) - at(root[v])) > reach[v]) mark(root[v]);
+    std::vector<Triangle> joined = mesh_.triangles;
+    for (Triangle& t : joined)
+      for (Index& corner : t) corner = root[corner];
+    const EdgeTable edges = make_edges(joined, root.size());
+    const auto new_ends = [&](Index h, Index g) { return std::minmax(from(h), to(h)) != std::minmax(from(g), to(g)); };
+    const auto mark_ends = [&](Index h) {
+      mark(root[from(h)]);
+      mark(root[to(h)]);
+    };
+    for (std::size_t k = 0; k + 1 < edges.crowd_start.size(); ++k)
+      for (Index e = edges.crowd_start[k] + 1; e < edges.crowd_start[k + 1]; ++e)
+        if (new_ends(edges.crowd[e - 1], edges.crowd[e])) mark_ends(edges.crowd[e]);
+    for (Index h = 0; h < edges.twin.size(); ++h) {
+      const Index g = edges.twin[h];
+      if (g != kNone && g != kMany && root[from(h)] == root[from(g)] && new_ends(h, g)) mark_ends(h);
+    }
+    return bad;
+  }
+
   /// A triangle without area has one corner on the opposite edge. Dropping it would leave a gap of no width but an open
   /// edge in the mesh, so that edge is flipped instead where one other triangle lies behind it. What remains is
   /// dropped.
@@ -480,7 +680,6 @@ class Repairer {
     for (Index t = 0; t < mesh_.triangles.size(); ++t)
       if (flat(mesh_.triangles[t])) work.push_back(t);
     if (work.empty()) return;
-    EdgeTable edges = make_edges(mesh_.triangles, mesh_.positions.size());
     // Strips of flat triangles unravel from their ends. Each flip between two flat ones shortens an edge, so this ends;
     // the bound is for time.
     std::size_t flips = 16 * work.size() + 64;
@@ -489,7 +688,7 @@ class Repairer {
       moved = false;
       left.clear();
       for (const Index t : work) {
-        if (flips > 0 && flat(mesh_.triangles[t]) && flip_longest(t, edges.twin)) {
+        if (flips > 0 && flat(mesh_.triangles[t]) && flip_longest(t, edges_.twin)) {
           moved = true;
           --flips;
         }
@@ -504,6 +703,7 @@ class Repairer {
       keep([&](Index t) { return !gone[t]; });
     }
     if (report_.flipped_triangles != 0) drop_duplicates();
+    edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
   }
 
   [[nodiscard]] Index longest_edge(Index t) const noexcept {
@@ -554,7 +754,6 @@ class Repairer {
 
   /// Turns triangles so that neighbours across edges of exactly two agree; each patch keeps the sense of its majority.
   void orient() {
-    edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
     if (!shell_of_.empty()) {
       std::vector<std::array<Index, 2>> touching;
       for (std::size_t e = 0; e + 1 < edges_.crowd_start.size(); ++e)
@@ -825,6 +1024,7 @@ class Repairer {
     }
     report_.parts = closed.size();
     count_rims();
+    count_corners_on_edges();
 
     bool inside_out = false;
     for (std::size_t k = 0; k < closed.size(); ++k) inside_out = inside_out || (closed[k] && volume[k] < 0.0);
@@ -889,6 +1089,54 @@ class Repairer {
     }
   }
 
+  /// Where sheets lie along each other without common corners, those of one lie on open edges of the other.
+  void count_corners_on_edges() {
+    constexpr std::size_t kMostEdges = std::size_t{1} << 20U;  // for time
+    const std::vector<Index> open = open_edges();
+    const double near = kSeam * spread();
+    double sum = 0.0;
+    for (const Index h : open) sum += length(at(to(h)) - at(from(h)));
+    if (open.size() > kMostEdges || !(near > 0.0) || !std::isfinite(sum)) return;
+    // Corners by their cells; edges are looked at in pieces no longer than a cell.
+    const double step = std::max(sum / static_cast<double>(open.size()), 16 * near);
+    const double cell = 1.25 * step;
+    const Vec3d low = bounds(mesh_).low;
+    std::vector<InCell> corners;
+    for (const Index h : open) {
+      const Vec3d p = at(from(h)) - low;
+      for_each_cell(cell, p, p, [&](std::uint64_t number) { corners.push_back({number, from(h)}); });
+    }
+    std::ranges::sort(corners);
+    std::vector<bool> found(mesh_.positions.size(), false);
+    std::size_t budget = 256 * open.size();
+    for (const Index h : open) {
+      const Vec3d a = at(from(h)) - low, along = at(to(h)) - at(from(h));
+      const double size = length(along);
+      if (size <= 16 * near) continue;
+      const Vec3d direction = along / size, margin = {near, near, near};
+      const auto look = [&](std::uint64_t number) {
+        for (auto c = std::ranges::lower_bound(corners, number, {}, &InCell::cell);
+             c != corners.end() && c->cell == number && budget > 0; ++c) {
+          --budget;
+          const Vec3d d = at(c->id) - low - a;
+          const double s = dot(d, direction);
+          // Not such as lie at its ends.
+          if (s <= 2 * near || s >= size - 2 * near) continue;
+          const Vec3d aside = d - direction * s;
+          if (dot(aside, aside) <= near * near) found[c->id] = true;
+        }
+      };
+      const auto pieces = static_cast<std::size_t>(std::ceil(size / step));
+      for (std::size_t k = 0; k < pieces; ++k) {
+        Box3d piece;
+        piece.add(a + along * (static_cast<double>(k) / static_cast<double>(pieces)));
+        piece.add(a + along * (static_cast<double>(k + 1) / static_cast<double>(pieces)));
+        for_each_cell(cell, piece.low - margin, piece.high + margin, look);
+      }
+    }
+    report_.corners_on_edges = static_cast<std::size_t>(std::ranges::count(found, true));
+  }
+
   void drop_unused() {
     std::vector<bool> used(mesh_.positions.size(), false);
     for (const Triangle& t : mesh_.triangles)
@@ -902,7 +1150,7 @@ class Repairer {
       if (coloured_) mesh_.colours[kept] = mesh_.colours[v];
       ++kept;
     }
-    report_.unused_vertices += mesh_.positions.size() - kept;
+    report_.unused_vertices += mesh_.positions.size() - kept - report_.sewn_vertices;
     mesh_.positions.resize(kept);
     if (coloured_) mesh_.colours.resize(kept);
     for (Triangle& t : mesh_.triangles)
@@ -933,6 +1181,12 @@ std::string to_string(const RepairReport& report) {
     text += std::to_string(count) + " " + std::string(count == 1 ? one : many) + "\n";
   };
   line(report.welded_vertices, "vertex welded", "vertices welded");
+  if (report.sewn_vertices > 0) {
+    std::array<char, 40> most{};
+    std::snprintf(most.data(), most.size(), "%.2g of the diagonal", report.sewn_most);
+    const std::string what = std::string(" of open edges welded to others up to ") + most.data() + " away";
+    line(report.sewn_vertices, "vertex" + what, "vertices" + what);
+  }
   line(report.unused_vertices, "unused vertex dropped", "unused vertices dropped");
   line(report.nonfinite_triangles, "triangle dropped that is not finite", "triangles dropped that are not finite");
   line(report.degenerate_triangles, "triangle without area dropped", "triangles without area dropped");
@@ -946,6 +1200,11 @@ std::string to_string(const RepairReport& report) {
   line(report.split_vertices, "vertex split into fans", "vertices split into fans");
   line(report.cut_seams, "edge cut because its part cannot be oriented",
        "edges cut because their parts cannot be oriented");
+  line(report.corners_on_edges,
+       "corner of an open edge lies on another open edge, within 1e-06 of the diagonal: sheets lie along each other "
+       "without common corners there; --remesh closes that",
+       "corners of open edges lie on other open edges, within 1e-06 of the diagonal: sheets lie along each other "
+       "without common corners there; --remesh closes that");
   if (!text.empty()) text.pop_back();
   return text;
 }

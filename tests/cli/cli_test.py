@@ -445,6 +445,23 @@ class Workflow(Case):
     def layers(self, model):
         return Run("info", model, "--json").json()["layers"]
 
+    def test_seams_that_lie_nearly_on_each_other_are_sewn(self):
+        # A box whose sides have corners of their own, each a little off.
+        sides = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+        corners = [(c - 1 & 1, c - 1 >> 1 & 1, (c - 1 >> 2) + 1e-8 * k) for k, side in enumerate(sides) for c in side]
+        scan, model = self.folder / "seams.obj", self.folder / "seams.relief"
+        scan.write_text("".join(f"v {x} {y} {z!r}\n" for x, y, z in corners) +
+                        "".join(f"f {k} {k + 1} {k + 2} {k + 3}\n" for k in range(1, 24, 4)))
+        repair = self.ok("convert", scan, "-o", model, "--json").json()["repair"]
+        self.assertEqual([repair[key] for key in ("sewn_vertices", "boundary_loops", "corners_on_edges")], [16, 0, 0])
+        self.assertAlmostEqual(repair["sewn_most"] * 3 ** 0.5 / 1e-8, 5, 1)
+        self.assertIn("16 vertices of open edges welded to others up to 2.9e-08 of the diagonal away",
+                      self.ok("convert", scan, "-o", model).out)
+        # The same with one side in two halves: their middles lie on edges of others.
+        halves = "v 0.5 0 0\nv 0.5 1 0\nf 1 2 26 25\nf 25 26 3 4\n"
+        scan.write_text(scan.read_text().replace("f 1 2 3 4\n", halves))
+        self.assertEqual(self.ok("convert", scan, "-o", model, "--json").json()["repair"]["corners_on_edges"], 2)
+
     def test_remeshing_makes_one_solid_of_boxes_that_cross(self):
         lines, faces = [], ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
         for k, (low, high) in enumerate([((0, 0, 0), (3, 1, 1)), ((1, -1, 0.3), (2, 2, 1.6))]):

@@ -287,6 +287,52 @@ TEST(ImportGltf, AppliesNodesAndMirrors) {
   }
 }
 
+/// One triangle whose copies EXT_mesh_gpu_instancing moves, turns and scales, below a node that moves them all; `first`
+/// stands at the beginning of the file.
+std::string instanced(const std::string& first, const std::string& attributes) {
+  std::string buffer;
+  for (const float v : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F}) put_value(buffer, v);                  // corners
+  for (const float v : {0.F, 0.F, 0.F, 5.F, 0.F, 0.F}) put_value(buffer, v);                                 // moves
+  for (const int v : {0, 0, 0, 32767, 0, 0, 23170, 23170}) put_value(buffer, static_cast<std::int16_t>(v));  // turns
+  for (const float v : {1.F, 1.F, 1.F, 2.F, 2.F, 2.F}) put_value(buffer, v);                                 // scales
+  const auto u32 = [](std::size_t v) {
+    std::string bytes;
+    put_value(bytes, static_cast<std::uint32_t>(v));
+    return bytes;
+  };
+  std::string json = "{" + first + R"("asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],
+    "scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"translation":[0,0,7],
+      "extensions":{"EXT_mesh_gpu_instancing":{"attributes":{)" +
+                     attributes + R"(}}}}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+      {"bufferView":0,"byteOffset":36,"componentType":5126,"count":2,"type":"VEC3"},
+      {"bufferView":0,"byteOffset":60,"componentType":5122,"normalized":true,"count":2,"type":"VEC4"},
+      {"bufferView":0,"byteOffset":76,"componentType":5126,"count":2,"type":"VEC3"}],
+    "bufferViews":[{"buffer":0,"byteLength":100}],"buffers":[{"byteLength":100}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  return "glTF" + u32(2) + u32(28 + json.size() + buffer.size()) + u32(json.size()) + "JSON" + json +
+         u32(buffer.size()) + std::string("BIN\0", 4) + buffer;
+}
+
+TEST(ImportGltf, MakesTheCopiesOfInstancing) {
+  const std::string all = R"("ROTATION":2,"SCALE":3,"TRANSLATION":1)";
+  for (const char* first : {"", R"("extensionsRequired":["EXT_mesh_gpu_instancing"],)"}) {
+    const auto mesh = import_bytes("copies.glb", instanced(first, all));
+    ASSERT_EQ(mesh.triangles.size(), 2U);
+    EXPECT_EQ(mesh.positions[1], (Vec3d{1, 0, 7}));
+    // A quarter turn about z, twice the size, 5 aside.
+    EXPECT_NEAR(length(mesh.positions[4] - Vec3d{5, 2, 7}), 0.0, 1e-4);
+    EXPECT_NEAR(length(mesh.positions[5] - Vec3d{3, 0, 7}), 0.0, 1e-4);
+  }
+  EXPECT_EQ(import_bytes("moved.glb", instanced("", R"("TRANSLATION":1)")).positions[5], (Vec3d{5, 1, 7}));
+  EXPECT_EQ(import_bytes("numbered.glb", instanced("", R"("_ID":1)")).triangles.size(), 2U);
+  EXPECT_EQ(import_bytes("none.glb", instanced("", "")).triangles.size(), 1U);
+  EXPECT_EQ(refuse_bytes("short.glb", instanced("", R"("TRANSLATION":1,"SCALE":0)")).code, Errc::Corrupt);
+  EXPECT_EQ(refuse_bytes("wrong.glb", instanced("", R"("ROTATION":1)")).code, Errc::Corrupt);
+  EXPECT_EQ(refuse_bytes("missing.glb", instanced("", R"("SCALE":9)")).code, Errc::Corrupt);
+}
+
 TEST(ImportGltf, RefusesCyclesOutsideFilesAndCompression) {
   const auto with = [](const std::string& rest) {
     return std::string(R"({"asset":{"version":"2.0"},)").append(rest).append("}");
@@ -297,7 +343,10 @@ TEST(ImportGltf, RefusesCyclesOutsideFilesAndCompression) {
   EXPECT_EQ(refuse_bytes("out.gltf", with(R"("buffers":[{"byteLength":4,"uri":"../../etc/passwd"}])")).code,
             Errc::UnsupportedFormat);
   EXPECT_NE(refuse_bytes("draco.gltf", with(R"("extensionsRequired":["KHR_draco_mesh_compression"])"))
-                .message.find("KHR_draco"),
+                .message.find("KHR_draco_mesh_compression; export it without compression"),
+            std::string::npos);
+  EXPECT_NE(refuse_bytes("lod.gltf", with(R"("extensionsRequired":["VENDOR_levels"])"))
+                .message.find("VENDOR_levels; export it without that extension"),
             std::string::npos);
 }
 

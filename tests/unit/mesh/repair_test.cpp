@@ -60,6 +60,209 @@ TEST(Repair, WeldsEqualPositionsAndSignedZeros) {
   EXPECT_EQ(to_string(out.report), "28 vertices welded");
 }
 
+/// A ball of radius 1: a cube of grids, blown up.
+TriangleMesh ball(std::uint32_t steps) {
+  TriangleMesh mesh;
+  for (int side = 0; side < 6; ++side) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (std::uint32_t j = 0; j <= steps; ++j)
+      for (std::uint32_t i = 0; i <= steps; ++i) {
+        const double u = 2.0 * i / steps - 1, v = 2.0 * j / steps - 1, w = side < 3 ? 1 : -1;
+        const Vec3d p = {w, w * u, v};
+        mesh.positions.push_back(normalized(side % 3 == 0   ? p
+                                            : side % 3 == 1 ? Vec3d{p.z, p.x, p.y}
+                                                            : Vec3d{p.y, p.z, p.x}));
+      }
+    for (std::uint32_t j = 0; j < steps; ++j)
+      for (std::uint32_t i = 0; i < steps; ++i) {
+        const std::uint32_t a = first + j * (steps + 1) + i, b = a + 1, c = a + steps + 1, d = c + 1;
+        mesh.triangles.push_back({a, b, d});
+        mesh.triangles.push_back({a, d, c});
+      }
+  }
+  return mesh;
+}
+
+/// Each triangle with corners of its own, each moved by up to `most` along each axis.
+TriangleMesh jittered(const TriangleMesh& mesh, double most, std::uint32_t seed) {
+  TriangleMesh soup = soup_of(mesh);
+  std::mt19937 random(seed);
+  for (Vec3d& p : soup.positions)
+    for (std::size_t k = 0; k < 3; ++k) p[k] += most * (2.0 * double(random()) / 4294967295.0 - 1);
+  return soup;
+}
+
+TEST(Repair, SewsSeamsThatLieNearlyOnEachOther) {
+  const TriangleMesh clean = repaired(soup_of(ball(16))).mesh;
+  const TriangleMesh whole = box({0, 0, 0}, {1, 2, 3});
+  for (const double most : {1e-12, 1e-9, 2e-7}) {
+    TriangleMesh soup = jittered(clean, most, 3);
+    soup.colours.resize(soup.positions.size(), {1, 2, 3, 4});
+    const Repaired out = repaired(soup);
+    EXPECT_EQ(out.report.parts, 1U);
+    EXPECT_EQ(out.report.boundary_loops, 0U);
+    EXPECT_EQ(out.mesh.triangles.size(), clean.triangles.size());
+    EXPECT_EQ(out.mesh.positions.size(), clean.positions.size());
+    EXPECT_EQ(out.mesh.colours.size(), clean.positions.size());
+    EXPECT_EQ(out.report.sewn_vertices + out.report.welded_vertices + out.mesh.positions.size(), soup.positions.size());
+    EXPECT_EQ(out.report.unused_vertices, 0U);
+    EXPECT_GT(out.report.sewn_most, 0.1 * most);
+    EXPECT_LE(out.report.sewn_most, most);  // 2 sqrt(3) of it, and the diagonal is as long
+    EXPECT_NEAR(signed_volume(out.mesh), signed_volume(clean), 10 * most);
+    EXPECT_EQ(repaired(jittered(whole, most, 5)).mesh.positions.size(), 8U);
+  }
+  // Far from the origin, in single precision.
+  TriangleMesh far = clean;
+  for (Vec3d& p : far.positions) p += Vec3d{5, -7, 3};
+  far = jittered(far, 3e-7, 7);
+  for (Vec3d& p : far.positions) p = to_double(to_float(p));
+  const Repaired out = repaired(far);
+  EXPECT_EQ(out.report.boundary_loops, 0U);
+  EXPECT_EQ(out.report.parts, 1U);
+}
+
+TEST(Repair, SaysHowManyVerticesOfSeamsWereWelded) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1e-7, 0}, {0, 1, 1e-7}, {1, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {3, 5, 4}};
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.sewn_vertices, 2U);
+  EXPECT_EQ(out.report.boundary_loops, 1U);
+  EXPECT_EQ(to_string(out.report), "2 vertices of open edges welded to others up to 7.1e-08 of the diagonal away");
+  EXPECT_EQ(out.mesh.positions[1], mesh.positions[1]) << "the first one stays";
+}
+
+TEST(Repair, FindsSeamsWhereverTheyLie) {
+  std::mt19937 random(17);
+  const auto between = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967295.0; };
+  for (int round = 0; round < 4000; ++round) {
+    // An edge as long as the box beside it, or so short that the size of cells goes by its length.
+    TriangleMesh mesh;
+    const double size = round % 2 == 0 ? 1.0 : between(0x1p-15, 0x1p-14);
+    const Vec3d at = {between(0, 1), between(0, 1), 2}, off = {between(-6e-7, 6e-7), between(-6e-7, 6e-7), 0};
+    mesh.positions = {at,
+                      at + Vec3d{size, 0, 0},
+                      at + Vec3d{0, size, 0},
+                      at + Vec3d{size, 0, 0} + off,
+                      at + Vec3d{0, 0, between(-6e-7, 6e-7)},
+                      at + Vec3d{size, -size, 0}};
+    mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+    append(mesh, box({0, 0, 0}, {1, 1, 1}));
+    const Repaired out = repaired(mesh);
+    ASSERT_EQ(out.report.sewn_vertices, 2U) << "round " << round;
+    ASSERT_EQ(out.report.boundary_loops, 1U) << "round " << round;
+  }
+}
+
+TEST(Repair, SewsNothingThatWouldGoTooFar) {
+  // A spiral stair around the z axis: each step begins 4e-7 above where the last one ends, all of it 5e-6.
+  TriangleMesh stair;
+  for (int k = 0; k < 12; ++k) {
+    const auto first = static_cast<std::uint32_t>(stair.positions.size());
+    for (const double angle : {0.5 * k, 0.5 * (k + 1)})
+      stair.positions.push_back({std::cos(angle), std::sin(angle), 4e-7 * k});
+    stair.positions.push_back({0, 0, 4e-7 * k});
+    stair.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_EQ(repaired(stair).report.sewn_vertices, 0U);
+  stair.triangles.resize(3);
+  EXPECT_EQ(repaired(stair).report.sewn_vertices, 4U) << "so few steps lie near enough";
+
+  // Two sheets that cross along a to b, and whose open edges lie along each other beyond a and beyond b: sewn there,
+  // four triangles would have the edge a b.
+  TriangleMesh cross;
+  cross.positions = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0.5, 1, 0}, {0.5, -1, 0}};
+  cross.triangles = {{1, 2, 4}, {2, 1, 5}, {0, 1, 4}, {2, 3, 4}};
+  for (std::size_t k = 0; k < 4; ++k) cross.positions.push_back(cross.positions[k] + Vec3d{1e-7, 0, 1e-7});
+  cross.positions.insert(cross.positions.end(), {{0.5, 0, 1}, {0.5, 0, -1}});
+  cross.triangles.insert(cross.triangles.end(), {{7, 8, 10}, {8, 7, 11}, {7, 6, 11}, {9, 8, 11}});
+  const Repaired out = repaired(cross);
+  EXPECT_EQ(out.report.sewn_vertices, 0U);
+  EXPECT_EQ(out.report.split_edges, 0U);
+  EXPECT_EQ(out.mesh.triangles, cross.triangles);
+}
+
+TEST(Repair, WhatIsNoSeamStaysOpen) {
+  const auto stays = [](const TriangleMesh& mesh, const char* what) {
+    const Repaired out = repaired(mesh);
+    EXPECT_EQ(out.report.sewn_vertices, 0U) << what;
+    EXPECT_EQ(out.mesh.positions, mesh.positions) << what;
+    EXPECT_EQ(out.mesh.triangles, mesh.triangles) << what;
+  };
+  // A gap that is wider than a millionth, and one that is wide for its triangles.
+  for (const double size : {1.0, 1e-6}) {
+    TriangleMesh mesh;
+    const double gap = size == 1.0 ? 1e-5 : 0.2 * size;
+    mesh.positions = {{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {size, gap, 0}, {0, size + gap, 0}, {size, size + gap, 0}};
+    mesh.triangles = {{0, 1, 2}, {3, 5, 4}};
+    if (size < 1.0) append(mesh, box({1, 1, 1}, {2, 2, 2}));
+    stays(mesh, "gap");
+  }
+  // Three sheets that meet in an edge, and a sheet that runs along another the same way.
+  TriangleMesh three;
+  three.positions = {{0, 0, 0},  {1, 0, 0},    {0, 1, 0},    {1, 1e-9, 0}, {0, 1e-9, 0},
+                     {0, -1, 0}, {0, 0, 1e-9}, {1, 0, 1e-9}, {0, 0, 1}};
+  three.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+  stays(three, "three sheets");
+  three.triangles[1] = {4, 3, 5};
+  three.triangles.pop_back();
+  three.positions.resize(6);
+  stays(three, "same way");
+  // A sheet that is there twice, looking both ways, with its corners a little off.
+  TriangleMesh twice;
+  twice.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1e-9}, {1, 0, 1e-9}, {0, 1, 1e-9}};
+  twice.triangles = {{0, 1, 2}, {3, 5, 4}};
+  stays(twice, "twice");
+}
+
+TEST(Repair, AJitteredTangleBecomesAnOrientedManifold) {
+  std::mt19937 engine(11);
+  const auto random = [&](std::uint32_t below) { return static_cast<std::uint32_t>(engine()) % below; };
+  std::size_t sewn = 0;
+  for (int round = 0; round < 200; ++round) {
+    TriangleMesh tangle;
+    const std::uint32_t points = 4 + random(20);
+    for (std::uint32_t k = 0; k < points; ++k)
+      tangle.positions.push_back({double(random(3)), double(random(3)), double(random(3))});
+    for (std::uint32_t k = 0, end = 3 + random(40); k < end; ++k)
+      tangle.triangles.push_back({random(points), random(points), random(points)});
+    const TriangleMesh soup = jittered(tangle, round % 2 == 0 ? 1e-8 : 4e-7, static_cast<std::uint32_t>(round));
+    const auto result = repair(soup);
+    if (!result) continue;
+    ASSERT_EQ(testing::manifold_fault(result->mesh), "") << "round " << round;
+    EXPECT_LE(result->report.sewn_most, 1e-6);
+    sewn += result->report.sewn_vertices;
+  }
+  EXPECT_GT(sewn, 500U);
+}
+
+TEST(Repair, SaysWhereSheetsLieAlongEachOtherWithoutCommonCorners) {
+  // Two strips along x that meet at y = 0, one in three pieces and one in four.
+  const auto strip = [](std::uint32_t pieces, double y) {
+    TriangleMesh mesh;
+    for (std::uint32_t k = 0; k <= pieces; ++k)
+      for (const double v : {std::min(y, 0.0), std::max(y, 0.0)})
+        mesh.positions.push_back({double(k) / pieces, v, 0.1 * v});
+    for (std::uint32_t k = 0; k < pieces; ++k) {
+      mesh.triangles.push_back({2 * k, 2 * k + 2, 2 * k + 3});
+      mesh.triangles.push_back({2 * k, 2 * k + 3, 2 * k + 1});
+    }
+    return mesh;
+  };
+  TriangleMesh mesh = strip(3, 1);
+  EXPECT_EQ(repaired(mesh).report.corners_on_edges, 0U);
+  append(mesh, strip(4, -1));
+  const Repaired out = repaired(mesh);
+  EXPECT_EQ(out.report.corners_on_edges, 5U);  // of the one 2, of the other 3
+  EXPECT_EQ(out.report.sewn_vertices, 0U);
+  EXPECT_NE(to_string(out.report).find("5 corners of open edges lie on other open edges"), std::string::npos)
+      << to_string(out.report);
+  TriangleMesh apart = strip(3, 1);
+  for (Vec3d& p : apart.positions) p.y += 1e-4;
+  append(apart, strip(4, -1));
+  EXPECT_EQ(repaired(apart).report.corners_on_edges, 0U);
+}
+
 TEST(Repair, DropsWhatIsNotThereAndCountsIt) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
   mesh.positions.push_back({std::nan(""), 0, 0});
