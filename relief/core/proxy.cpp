@@ -24,6 +24,7 @@ using detail::same_side;
 
 constexpr int kTries = 64;           // micro-triangles that one walk looks at
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
+constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer
 constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -605,24 +606,24 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
     look_below(model, cursor);
     return false;
   }
-  double travel = length(cursor - last_);
+  double cut = 0;
   MicroTriangles surface(model);
   if (!held_) {
     meet(surface, cursor);
   } else if (follow_surface(surface)) {
     if (lag_ != Vec3d{}) {
-      const double lag = length(lag_), cut = std::min({lag, lag * ease.share, ease.most});
+      const double lag = length(lag_);
+      cut = std::min({lag, lag * ease.share, ease.most});
       const Vec3d before = lag_;
       lag_ = lag - cut > 1e-9 * length(corners_.outer[0] - corners_.inner[0]) ? lag_ * ((lag - cut) / lag) : Vec3d{};
       eased = lag_ - before;
-      travel += cut;
     }
   } else {
     let_go();
     lost_ = true;
     look_below(model, cursor);
   }
-  if (held_ && !pursue(surface, cursor, travel, look, tell)) {
+  if (held_ && !pursue(surface, cursor, {cut, ease.most - cut}, look, tell)) {
     let_go();
     look_below(model, cursor);
   }
@@ -635,7 +636,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
 void Proxy::let_go() noexcept {
   held_ = open_ = false;
   lag_ = {};
-  depth_ = 0;
+  nearer_ = depth_ = 0;
   above_.reset();
   ahead_.reset();
   under_.slab = kNoSlab;
@@ -751,9 +752,13 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
   return tries > 0;
 }
 
-bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look, Tell tell) noexcept {
+bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept {
   Vec3d goal = cursor - lag_;
   const Vec3d out = place_.position - goal, move = cursor - last_;
+  const double travel = length(move);
+  // The spring gains what a move of the point adds to the squared distance from the middle of the cursor's way.
+  const Vec3d middle = goal - move * 0.5;
+  const double distance_before = distance2(place_.position, middle);
   // Where would the point come to rest?
   SurfacePlace rest = place_;
   double way = 0;
@@ -764,7 +769,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
   if (way > 0) {
     // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
     const Aside aside(move, out);
-    const double reach = kFollow * travel + kRelax * length(out);
+    const double reach = kFollow * travel + std::min(kRelax * length(out) + kFollow * own.eased, own.most);
     int tries = kTries;
     // A cursor that is out again has the place where the point would come to rest behind it.
     const bool out_again = off && dot(rest_out, side_) < 0;
@@ -779,7 +784,10 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
       }
     } else {
       if (!told_) tell_surface(surface);
+      // Nobody would have put into the spring what it gets if the point goes farther away than it has come nearer.
+      const SurfacePlace before = place_;
       walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
+      if (distance2(place_.position, middle) > distance_before + nearer_) place_ = before;
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
       off = leaves(surface, place_, goal);
     }
@@ -808,8 +816,9 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel,
     goal = place_.position;
     has_left_ = false;
   }
+  nearer_ = std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
   corners_ = surface.mesh().corners(place_.triangle.slab);
-  describe(surface, goal, cursor, length(move), tell);
+  describe(surface, goal, cursor, travel, own.most, tell);
   return true;
 }
 
@@ -832,7 +841,8 @@ const SurfacePoint& Proxy::told_surface(const Snapshot& model) noexcept {
   return surface_;
 }
 
-void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, Tell tell) noexcept {
+void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, double most,
+                     Tell tell) noexcept {
   const Vec3d out = place_.position - goal;
   depth_ = length(out);
   if (tell == Tell::WayOut && depth_ > 0) {
@@ -844,7 +854,7 @@ void Proxy::describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, 
   }
   tell_surface(surface);
   const Vec3d leading = leading_normal(place_, normals_.normals, surface_.normal, goal);
-  turn_ = fresh_ || !(depth_ > 0) ? kAnywhere : kFollow * travel / depth_ + kTurn;
+  turn_ = fresh_ || !(depth_ > 0) ? kAnywhere : kFollow * travel / depth_ + std::min(kTurn, most / depth_);
   normal_ = turned_by(normal_, leading, turn_);
   way_out_ = depth_ > 0 ? out / depth_ : normal_;
   if (under_.slab != surface_.slab) under_ = {surface_.slab, surface_.u, surface_.v, surface_.alpha};

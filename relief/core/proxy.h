@@ -120,6 +120,11 @@ class Proxy {
     double radius = 0;
     SlabId nearest = kNoSlab;
   };
+  /// What in this tick is not the hand's doing: how much of a change of the surface was taken over, and by how much
+  /// what is felt may still change.
+  struct Own {
+    double eased, most;
+  };
   void meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Whether the way to the cursor lies in a ball that is known to be clear, or that this finds.
   bool is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
@@ -132,12 +137,13 @@ class Proxy {
   [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
                                 std::optional<SurfacePlace>& over) noexcept;
   /// Towards the cursor; false when the way to it is free.
-  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, double travel, Look look, Tell tell) noexcept;
+  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   void let_go() noexcept;
   /// Puts where the point is into surface_, with the normal there.
   void tell_surface(detail::MicroTriangles& surface) noexcept;
-  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, Tell tell) noexcept;
+  void describe(detail::MicroTriangles& surface, Vec3d goal, Vec3d cursor, double travel, double most,
+                Tell tell) noexcept;
 
   bool known_ = false;  ///< last_ holds a cursor
   bool held_ = false;
@@ -160,7 +166,7 @@ class Proxy {
   Vec3d normal_, way_out_;
   Vec3d side_;       ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   SlabCoord under_;  ///< the cursor's coordinates, where it lies in the point's slab
-  double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
+  double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0, nearer_ = 0;
   int samples_placed_ = 0;
 };
 

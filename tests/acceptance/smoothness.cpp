@@ -168,11 +168,11 @@ namespace {
 /// Presses on a sphere while an editor works under the tip.
 class Workbench {
  public:
-  Workbench(Vec3d tip, const testing::HeldTool& held)
+  Workbench(Vec3d tip, const testing::HeldTool& held, bool exact = false)
       : editor_(testing::shaped(testing::sphere_shell(2, 32), testing::sphere_field())),
         size_(diagonal(editor_.head()->slab_mesh().bounds())),
         radius_(1 + held.radius),
-        hand_(usual(*editor_.head(), 1, 0.3, held.tool()), testing::strong_device()),
+        hand_(settings(*editor_.head(), held, exact), testing::strong_device()),
         tip_(tip) {
     for (int k = 0; k < 400; ++k) tick();
   }
@@ -202,6 +202,12 @@ class Workbench {
   }
 
  private:
+  static ServoSettings settings(const Snapshot& model, const testing::HeldTool& held, bool exact) {
+    ServoSettings all = usual(model, 1, 0.3, held.tool());
+    all.force.exact_normals = exact;
+    return all;
+  }
+
   Editor editor_;
   double size_;
   double radius_;  ///< of the sphere on which the tool's origin is when it touches the sphere as it was at first
@@ -265,7 +271,13 @@ void borders_and_edits(Report& report) {
   // Dabs of a size, and their undoing, under a resting tip.
   const int places = report.long_form() ? 200 : 6;
   const double size = diagonal(testing::sphere_shell(2, 32)->bounds());
+  std::vector<std::pair<testing::HeldTool, bool>> ways;  // a tool, and whether with exact normals
   for (const testing::HeldTool& held : testing::held_tools(kToolRadius * size)) {
+    ways.emplace_back(held, false);
+    if (held.is_point()) ways.emplace_back(held, true);
+  }
+  for (const auto& [held, exact] : ways) {
+    const std::string with = exact ? ", exact normals" : held.name;
     double step = 0, whole = 0;
     int soonest = 1000, changes = 0;
     for (int place = 0; place < places; ++place) {
@@ -273,7 +285,7 @@ void borders_and_edits(Report& report) {
       const Vec3d tip = normalized(Vec3d{std::cos(turn), up, std::sin(turn)});
       for (const auto& [tool, by] :
            {std::pair{Tool::Carve, 0.003}, {Tool::Carve, 0.008}, {Tool::Deposit, 0.003}, {Tool::Deposit, 0.008}}) {
-        Workbench bench(tip, held);
+        Workbench bench(tip, held, exact);
         const auto look = [&] {
           const Change change = change_by(bench);
           if (change.whole < 0.02) return;
@@ -290,10 +302,10 @@ void borders_and_edits(Report& report) {
         look();
       }
     }
-    report.at_least("edits, undone and redone, that were felt" + held.name, changes, 10 * places);
+    report.at_least("edits, undone and redone, that were felt" + with, changes, 10 * places);
     report.shown("largest change of the force by one of them", whole, "N");
-    report.at_most("its largest jump in a tick" + held.name, step, 0.05, "N");
-    report.at_least("ticks over which a change is blended" + held.name, soonest, 20, "ms");
+    report.at_most("its largest jump in a tick" + with, step, 0.05, "N");
+    report.at_least("ticks over which a change is blended" + with, soonest, 20, "ms");
   }
 }
 

@@ -244,6 +244,112 @@ TEST(Proxy, IsNotLetGoWhereItIsPressedStraightPastARim) {
   EXPECT_LE(lost, pressed / 1000);  // a tick or two where the hand turns round; once it was two in five
 }
 
+/// A finger, thinner than the tool goes deep.
+SnapshotPtr finger() {
+  const auto thin =
+      testing::mapped_shell(*testing::sphere_shell(2, 16), [](Vec3d p) { return Vec3d{p.x, 0.12 * p.y, 0.15 * p.z}; });
+  return displaced(thin, [](Vec3d) { return 0.5; });
+}
+
+/// Pressed beyond the middle of a thin part and led about in circles there, or trembling.
+struct DeepHand {
+  Proxy proxy;
+  Vec3d start, last, cursor;
+  double made = 0;  ///< of the squared distance: what the point's own moves added to it since it is held
+  double most = 0;
+
+  DeepHand(const Snapshot& model, Vec3d above, Vec3d way, double depth, Proxy::Look look)
+      : start(raycast(model, {above, way})->point.position) {
+    for (int k = 0; k <= 400; ++k) to(model, start + way * (depth * (k - 20) / 380), look);
+  }
+  void to(const Snapshot& model, Vec3d next, Proxy::Look look) {
+    const bool held = proxy.held();
+    const Vec3d before = held ? proxy.surface().position : Vec3d{};
+    last = cursor;
+    cursor = next;
+    if (!proxy.step(model, cursor, {}, look)) {
+      made = 0;
+    } else if (held) {
+      const Vec3d middle = (cursor + last) * 0.5, now = proxy.surface().position;
+      made += dot(now - middle, now - middle) - dot(before - middle, before - middle);
+      most = std::max(most, made);
+    }
+  }
+};
+
+TEST(Proxy, ItsOwnMovesPutNothingIntoTheSpringInAThinPart) {
+  const SnapshotPtr model = finger();
+  for (const Proxy::Look look : {Proxy::Look::Here, Proxy::Look::Around})
+    for (double x = -0.5; x < 0.6; x += 0.25)
+      for (const double aside : {0.0, 0.03, 0.06}) {
+        DeepHand hand(*model, {x, 1, aside}, {0, -1, 0}, 0.2, look);
+        const Vec3d middle = hand.cursor;
+        int held = 0;
+        for (int k = 0; k < 6000; ++k) {
+          const double turn = 2 * 3.14159265 * k / 1000;
+          hand.to(*model,
+                  middle + Vec3d{0.03 * std::sin(turn), 0.02 * std::sin(2 * turn), 0.03 * std::cos(turn) - 0.03}, look);
+          held += hand.proxy.held() ? 1 : 0;
+        }
+        EXPECT_GT(held, 0);
+        EXPECT_LT(hand.most, 1e-3 * 0.2 * 0.2) << x << " " << aside << " " << int(look);
+      }
+}
+
+TEST(Proxy, ATremblingHandDoesNotWorkItOffAThinPart) {
+  const SnapshotPtr model = finger();
+  int lost = 0, wrong = 0;
+  for (const Proxy::Look look : {Proxy::Look::Here, Proxy::Look::Around})
+    for (double x = -0.5; x < 0.6; x += 0.25) {
+      std::mt19937 random(7);
+      std::normal_distribution<double> normal;
+      DeepHand hand(*model, {x, 1, 0.02}, {0, -1, 0}, 0.2, look);
+      const Vec3d middle = hand.cursor;
+      Vec3d off;
+      for (int k = 0; k < 8000; ++k) {
+        off += Vec3d{normal(random), normal(random), normal(random)} * 2e-4 - off * 0.05;
+        hand.to(*model, middle + off, look);
+        lost += hand.proxy.held() ? 0 : 1;
+        wrong += hand.proxy.held() && !(hand.proxy.way_out().y > 0) ? 1 : 0;
+      }
+    }
+  EXPECT_EQ(lost, 0);
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(Proxy, WhatIsFeltOfAnEditChangesByNoMoreThanItMay) {
+  // A bump rises under the tip, or goes, so steep that the nearest place of the new surface is elsewhere.
+  const auto mesh = plane_shell(4, 32);
+  const auto bump = [&](double height) {
+    return displaced(
+        mesh, [=](Vec3d p) { return 0.5 + height * std::max(0.0, 1 - 5 * std::hypot(p.x - 0.46, p.z - 0.45)) / 0.2; });
+  };
+  const SnapshotPtr flat = bump(0), raised = bump(0.06);
+  const Proxy::Ease ease = {.share = 0.065, .most = 2e-3};
+  for (const Proxy::Look look : {Proxy::Look::Here, Proxy::Look::Around})
+    for (const double depth : {0.01, 0.05, 0.1}) {
+      Proxy proxy;
+      const Vec3d cursor = {0.5, -depth, 0.45};
+      for (int k = 0; k < 300; ++k)
+        static_cast<void>(proxy.step(*flat, cursor + Vec3d{0, std::max(0.0, 2e-3 * (100 - k)), 0}, ease, look));
+      ASSERT_TRUE(proxy.held());
+      Vec3d last = proxy.way_out() * proxy.depth(), shaded = proxy.normal() * proxy.depth();
+      const Vec3d first = last;
+      double farthest = 0;
+      for (int k = 0; k < 800; ++k) {
+        ASSERT_TRUE(proxy.step(k < 400 ? *raised : *flat, cursor, ease, look)) << k;
+        const Vec3d now = proxy.way_out() * proxy.depth(), now_shaded = proxy.normal() * proxy.depth();
+        EXPECT_LE(length(now - last), ease.most * (1 + 1e-9)) << depth << " " << k;
+        EXPECT_LE(length(now_shaded - shaded), 1.1 * ease.most) << depth << " " << k;
+        last = now;
+        shaded = now_shaded;
+        farthest = std::max(farthest, length(now - first));
+      }
+      EXPECT_GT(farthest, 0.01) << "the change was felt";
+      EXPECT_LT(length(last - first), 2e-3) << "and is gone again";
+    }
+}
+
 TEST(Proxy, LetsGoOfAFastCursorThatComesOutAtAGrazingAngle) {
   const SnapshotPtr model = testing::fine_sphere();
   for (const double step : {0.01, 0.02, 0.04}) {
