@@ -58,11 +58,16 @@ struct OpenedDevice {
   std::optional<Played> played = {};  ///< of a recording
 };
 
+/// The recording that --device names; empty where it names another device.
+std::string played_recording(const TouchOptions& o) {
+  return o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
+}
+
 /// By its name. A simulated hand goes over the whole model; a recording is played where it was made, unless the scale
 /// is given.
 Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
   if (o.device.starts_with(kReplayDevice)) {
-    RELIEF_TRY(Replay replay, Replay::open(o.device.substr(kReplayDevice.size())));
+    RELIEF_TRY(Replay replay, Replay::open(played_recording(o)));
     RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
     const ServoSettings& recorded = replay.settings().front();
     const bool same =
@@ -90,16 +95,16 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
     radius = played->radius;
     points = played->points;
   }
-  const std::string said = played && !o.names_tool ? fmt::format("{} was made with --tool-radius",
-                                                                 printable(o.device.substr(kReplayDevice.size())))
-                                                   : "--tool-radius";
+  const std::string said = played && !o.names_tool
+                               ? fmt::format("{} was made with --tool-radius", printable(played_recording(o)))
+                               : "--tool-radius";
   if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, file.model(), o.model, said));
   return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
 }
 
 /// What was taken over from a recording that is played.
 void say_played(const TouchOptions& o, const Played& played, const TouchTool& tool) {
-  const std::string recording = printable(o.device.substr(kReplayDevice.size()));
+  const std::string recording = printable(played_recording(o));
   if (!o.names_tool)
     print(fmt::format("{}: its tool was taken over, {}\n", recording, tool_name(tool.radius, tool.points.size())));
   if (!played.same_model)
@@ -260,8 +265,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
 }
 
 Status run_touch(const TouchOptions& o, const Context& context) {
-  const std::string played =
-      o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
+  const std::string played = played_recording(o);
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, o.tool_points, played}));
   RELIEF_CHECK(check_no_model({o.out, o.record}));
   if (!o.path.empty()) return run_path(o, context);

@@ -59,7 +59,7 @@ double colours_of(const TriangleMesh& mesh, std::uint32_t triangle) noexcept {
 
 std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& source) {
   constexpr int kLeast = 8;
-  constexpr double kAnyway = 5e5;  // samples of a model whose source has few corners, but sharp edges
+  constexpr double kAnyway = 5e5;  // samples that all slabs may share: sources of few corners have sharp edges
   const auto evenly =
       static_cast<unsigned>(std::sqrt(2 * kAnyway / double(std::max<std::size_t>(cage.slab_count(), 1))));
   const int least = std::clamp(static_cast<int>(std::bit_floor(evenly)), kLeast, kMaxIntervals);

@@ -7,8 +7,8 @@
 
 namespace relief::detail {
 
-/// Per slab the n, a power of two, at which its samples lie at least twice as dense as the corners of the source in it,
-/// and denser where the whole model comes to less than 500,000; 8 to 128.
+/// Per slab the n, a power of two, at which its samples lie at least twice as dense as the corners of the source in it;
+/// 8 to 128, and not less than an even share of 500,000 samples comes to.
 [[nodiscard]] std::vector<int> finest_intervals(const SlabMesh& cage, const SampleSource& source);
 
 /// The m, a power of two, at which samples of colour lie at least twice as dense as the colours of the source do, its

@@ -1,3 +1,4 @@
+#include <relief/base/disjoint_sets.h>
 #include <relief/convert/box_pairs.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/shell.h>
@@ -468,23 +469,15 @@ std::vector<std::uint8_t> faces_to_keep(const BaseMesh& base, const std::vector<
 }  // namespace
 
 Parts find_parts(std::size_t point_count, const std::vector<Face>& faces) {
-  std::vector<std::uint32_t> root(point_count);
-  std::iota(root.begin(), root.end(), 0U);
-  const auto find = [&](std::uint32_t v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
+  DisjointSets sets(point_count);
   for (const Face& f : faces)
-    for (std::size_t k = 1; k < 3 && f[0] < point_count; ++k) {
-      const std::uint32_t a = find(f[0]), b = find(f[k]);
-      root[std::max(a, b)] = std::min(a, b);
-    }
+    for (std::size_t k = 1; k < 3 && f[0] < point_count; ++k) sets.join(f[0], f[k]);
   Parts parts;
   parts.of_face.resize(faces.size());
   std::vector<std::uint32_t> number(point_count, 0xffffffffU);
   for (std::size_t s = 0; s < faces.size(); ++s) {
     if (faces[s][0] >= point_count) continue;
-    std::uint32_t& n = number[find(faces[s][0])];
+    std::uint32_t& n = number[sets.least(faces[s][0])];
     if (n == 0xffffffffU) n = parts.count++;
     parts.of_face[s] = n;
   }

@@ -166,7 +166,9 @@ class Proxy {
   Vec3d normal_, way_out_;
   Vec3d side_;       ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
   SlabCoord under_;  ///< the cursor's coordinates, where it lies in the point's slab
-  double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0, nearer_ = 0;
+  double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
+  double nearer_ =
+      0;  ///< squared: by how much its own moves have brought it nearer to the cursor, and may take it back
   int samples_placed_ = 0;
 };
 

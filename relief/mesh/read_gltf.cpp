@@ -360,13 +360,15 @@ class Reader {
       const std::size_t before = mesh.positions.size() + mesh.triangles.size();
       RELIEF_CHECK(add_primitive((*primitives)[k], mesh));
       read_ += mesh.positions.size() + mesh.triangles.size() - before;
-      if (read_ > 1'000'000 + 16 * total_bytes()) {
+      if (read_ > most_read()) {
         return source_.corrupt("mesh " + std::to_string(index) + " uses its buffers over and over");
       }
     }
     return &parts_.emplace(index, std::move(mesh)).first->second;
   }
 
+  /// What may be made of buffers that are used over and over.
+  [[nodiscard]] std::size_t most_read() const noexcept { return 1'000'000 + 16 * total_bytes(); }
   [[nodiscard]] std::size_t total_bytes() const noexcept {
     std::size_t sum = source_.bytes.size();
     for (const std::string_view buffer : buffers_) sum += buffer.size();
@@ -581,7 +583,7 @@ class Reader {
       return {};
     }
     RELIEF_TRY(const Accessor any, accessor(whole(*attributes, attributes->begin().key().c_str())));
-    if (any.count > 1'000'000 + 16 * total_bytes() - read_) return too_large();
+    if (any.count > most_read() - read_) return too_large();
     read_ += any.count;
     constexpr std::array<const char*, 3> kKeys = {"TRANSLATION", "ROTATION", "SCALE"};
     std::array<std::optional<Accessor>, 3> given;

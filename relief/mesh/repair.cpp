@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/disjoint_sets.h>
 #include <relief/base/try.h>
 #include <relief/mesh/predicates.h>
 #include <relief/mesh/repair.h>
@@ -313,19 +314,11 @@ class Repairer {
 
   /// What hangs together by the vertices as the source names them: per triangle the least of these.
   void find_shells() {
-    std::vector<Index> root(soup_.positions.size());
-    std::iota(root.begin(), root.end(), 0U);
-    const auto root_of = [&](Index v) {
-      while (root[v] != v) v = root[v] = root[root[v]];
-      return v;
-    };
+    DisjointSets shells(soup_.positions.size());
     for (const Triangle& t : soup_.triangles)
-      for (const Index v : {t[1], t[2]}) {
-        const auto [low, high] = std::minmax({root_of(t[0]), root_of(v)});
-        root[high] = low;
-      }
+      for (const Index v : {t[1], t[2]}) shells.join(t[0], v);
     shell_of_.reserve(soup_.triangles.size());
-    for (const Triangle& t : soup_.triangles) shell_of_.push_back(root_of(t[0]));
+    for (const Triangle& t : soup_.triangles) shell_of_.push_back(shells.least(t[0]));
   }
 
   enum class Common : std::uint8_t { Triangle, Edge };
@@ -458,12 +451,7 @@ class Repairer {
     std::vector<Index> pair_of(count, kNone);
     for (Index k = 0; k < pairs.size(); ++k)
       for (const Index t : pairs[k]) pair_of[t] = k;
-    std::vector<Index> root(pairs.size());  // of each stretch
-    std::iota(root.begin(), root.end(), 0U);
-    const auto root_of = [&](Index k) {
-      while (root[k] != k) k = root[k] = root[root[k]];
-      return k;
-    };
+    DisjointSets stretches(pairs.size());
     const EdgeTable edges = make_edges(mesh_.triangles, mesh_.positions.size());
     std::vector<std::array<Index, 2>> bounds;  // a pair at an edge with others, and whether these agree
     for (std::size_t e = 0; e + 1 < edges.crowd_start.size(); ++e) {
@@ -478,18 +466,18 @@ class Repairer {
         } else if (one == kNone) {
           one = pair;
         } else {
-          root[root_of(pair)] = root_of(one);
+          stretches.join(pair, one);
         }
       }
       if (one != kNone && along + against != 0) bounds.push_back({one, along == against ? 1U : 0U});
     }
     std::vector<bool> bounded(pairs.size(), false), broken(pairs.size(), false);
-    for (const auto& [pair, agree] : bounds) (agree != 0 ? bounded : broken)[root_of(pair)] = true;
+    for (const auto& [pair, agree] : bounds) (agree != 0 ? bounded : broken)[stretches.least(pair)] = true;
     for (Index k = 0; k < pairs.size(); ++k)
       for (Index h = 3 * pairs[k][0]; h < 3 * pairs[k][0] + 3; ++h)
-        if (edges.twin[h] != kMany) broken[root_of(k)] = true;  // ends there
+        if (edges.twin[h] != kMany) broken[stretches.least(k)] = true;  // ends there
     for (Index k = 0; k < pairs.size(); ++k)
-      if (!bounded[root_of(k)] || broken[root_of(k)]) gone[pairs[k][1]] = true;
+      if (!bounded[stretches.least(k)] || broken[stretches.least(k)]) gone[pairs[k][1]] = true;
     return gone;
   }
 
@@ -513,10 +501,10 @@ class Repairer {
     edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
     const std::vector<Index> open = open_edges();
     if (open.empty()) return;
-    const double diagonal = spread();
-    if (!std::isfinite(diagonal)) return;
-    const std::vector<double> reach = seam_reach(open, kSeam * diagonal);
-    std::vector<std::array<Index, 2>> seams = find_seams(open, reach, kSeam * diagonal);
+    const double size = diagonal(bounds(mesh_));
+    if (!std::isfinite(size)) return;
+    const std::vector<double> reach = seam_reach(open, kSeam * size);
+    std::vector<std::array<Index, 2>> seams = find_seams(open, reach, kSeam * size);
     std::vector<Index> root;
     constexpr int kRounds = 16;  // for time; a few do
     for (int round = 0; !seams.empty() && round < kRounds; ++round) {
@@ -530,7 +518,7 @@ class Repairer {
     for (Index v = 0; v < root.size(); ++v) {
       if (root[v] == v) continue;
       ++report_.sewn_vertices;
-      report_.sewn_most = std::max(report_.sewn_most, length(at(v) - at(root[v])) / diagonal);
+      report_.sewn_most = std::max(report_.sewn_most, length(at(v) - at(root[v])) / size);
     }
     for (Triangle& t : mesh_.triangles)
       for (Index& corner : t) corner = root[corner];
@@ -543,12 +531,6 @@ class Repairer {
     for (Index h = 0; h < edges_.twin.size(); ++h)
       if (edges_.twin[h] == kNone) open.push_back(h);
     return open;
-  }
-
-  /// The diagonal of the box of all positions.
-  [[nodiscard]] double spread() const noexcept {
-    const Box3d box = bounds(mesh_);
-    return length(box.high - box.low);
   }
 
   /// How far the vertices of open edges may go: `most`, and a tenth of the shortest edge of the triangles around.
@@ -625,21 +607,13 @@ class Repairer {
 
   /// Per vertex the first of those that it becomes one with when the seams are sewn.
   [[nodiscard]] std::vector<Index> join_seams(const std::vector<std::array<Index, 2>>& seams) const {
-    std::vector<Index> root(mesh_.positions.size());
-    std::iota(root.begin(), root.end(), 0U);
-    const auto root_of = [&](Index v) {
-      while (root[v] != v) v = root[v] = root[root[v]];
-      return v;
-    };
-    const auto join = [&](Index v, Index w) {
-      const auto [first, second] = std::minmax({root_of(v), root_of(w)});
-      root[second] = first;
-    };
+    DisjointSets joined(mesh_.positions.size());
     for (const auto& [h, g] : seams) {
-      join(from(h), to(g));
-      join(to(h), from(g));
+      joined.join(from(h), to(g));
+      joined.join(to(h), from(g));
     }
-    for (Index v = 0; v < root.size(); ++v) root[v] = root_of(v);
+    std::vector<Index> root(mesh_.positions.size());
+    for (Index v = 0; v < root.size(); ++v) root[v] = joined.least(v);
     return root;
   }
 
@@ -1093,7 +1067,7 @@ class Repairer {
   void count_corners_on_edges() {
     constexpr std::size_t kMostEdges = std::size_t{1} << 20U;  // for time
     const std::vector<Index> open = open_edges();
-    const double near = kSeam * spread();
+    const double near = kSeam * diagonal(bounds(mesh_));
     double sum = 0.0;
     for (const Index h : open) sum += length(at(to(h)) - at(from(h)));
     if (open.size() > kMostEdges || !(near > 0.0) || !std::isfinite(sum)) return;
