@@ -611,7 +611,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
   if (!held_) {
     meet(surface, cursor);
   } else if (follow_surface(surface)) {
-    if (lag_ != Vec3d{}) {
+    if (lag_ != Vec3d{} && !yielding_) {
       const double lag = length(lag_);
       cut = std::min({lag, lag * ease.share, ease.most});
       const Vec3d before = lag_;
@@ -634,7 +634,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
 }
 
 void Proxy::let_go() noexcept {
-  held_ = open_ = false;
+  held_ = open_ = unsettled_ = yielding_ = false;
   lag_ = {};
   nearer_ = depth_ = 0;
   above_.reset();
@@ -663,6 +663,7 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
       if (const auto place = surface.place_at(at.slab, at.u, at.v)) {
         hold(surface, *place);
         lag_ = last_ - place_.position;
+        unsettled_ = true;
         rise_ = length(lag_);
         return;
       }
@@ -717,6 +718,7 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   if (!told_) tell_surface(surface);
   const Vec3d change = now.position - place_.position;
   lag_ -= change;
+  unsettled_ = true;
   rise_ = dot(change, surface_.normal);
   place_ = now;
   return true;
@@ -804,18 +806,36 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       left_at_ = place_.position;
     }
     if (has_left_ && landing) {
+      if (unsettled_) {  // the surface is gone, not the hand: it is felt where it was
+        const Vec3d leap = landing->position - place_.position;
+        lag_ -= leap;
+        goal += leap;
+      }
       place_ = *landing;
       tell_surface(surface);
       side_ = surface_.normal;
     }
   }
   if (free) {
-    // A surface that has risen may still be felt lower than it is.
-    if (lag_ == Vec3d{}) return false;
-    if (!Sweep(surface, lifted(surface, place_), cursor).run()) return false;
-    goal = place_.position;
+    if (!unsettled_) return false;
+    // Where an edit has taken the material from around the point, it is felt to give way before the point lets go; a
+    // surface that has risen may still be felt lower than it is.
+    const Vec3d felt = place_.position - goal;
+    own.most *= 0.5;  // the normal may turn, too
+    const double left = dot(felt, way_out_) > 0 ? std::min(length(felt), depth_) - own.most : 0;
+    if (left > 0) {
+      goal = place_.position - normalized(felt) * left;
+      lag_ = cursor - goal;
+      yielding_ = true;
+    } else {
+      if (yielding_ || !Sweep(surface, lifted(surface, place_), cursor).run()) return false;
+      goal = place_.position;
+    }
     has_left_ = false;
+  } else {
+    yielding_ = false;
   }
+  if (lag_ == Vec3d{} && place_.position == rest.position) unsettled_ = false;
   nearer_ = std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
   corners_ = surface.mesh().corners(place_.triangle.slab);
   describe(surface, goal, cursor, travel, own.most, tell);

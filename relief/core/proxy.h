@@ -43,8 +43,9 @@ class MicroTriangles;
 /// through material, to a place around which none is nearer; so it keeps to the side from which the cursor came,
 /// however deep that goes, and is let go only when the straight way from it to the cursor is free. Where the cursor is
 /// deeper than the surface is curved, that place runs away to another side (round a rim, say); the point then goes
-/// along with the cursor instead. Cost per tick: usually a few micro-triangles, at most some two hundred; a way into
-/// the surface or off it costs a sweep.
+/// along with the cursor instead. What an edit does to the surface is taken over little by little, and where one has
+/// taken all material from between point and cursor, the depth shrinks before it is let go. Cost per tick: usually a
+/// few micro-triangles, at most some two hundred; a way into the surface or off it costs a sweep.
 class Proxy {
  public:
   /// How quickly the point takes over a change of the surface under it, in one tick: a share of what is left of the
@@ -150,8 +151,10 @@ class Proxy {
   bool fresh_ = false;  ///< held since this tick
   bool lost_ = false;
   bool has_left_ = false;
-  bool told_ = false;  ///< surface_ has its normal
-  Vec3d last_;         ///< the cursor of the last tick
+  bool told_ = false;       ///< surface_ has its normal
+  bool unsettled_ = false;  ///< the surface has changed under the point, which has not come to rest since
+  bool yielding_ = false;   ///< only the change holds the point: the way to the cursor is free
+  Vec3d last_;              ///< the cursor of the last tick
   Vec3d left_at_;
   LocateHint hint_;
   std::optional<Above> above_;

@@ -3,6 +3,7 @@
 #include "acceptance/acceptance.h"
 #include "support/driver.h"
 #include "support/held_tools.h"
+#include "support/tools.h"
 
 #include <relief/edit/editor.h>
 
@@ -239,6 +240,58 @@ Change change_by(Workbench& bench) {
   return change;
 }
 
+/// A tip rests all over a model with ribs and creases, and the ground around it is carved away, so that it may stand in
+/// the open, or on what lies beside; then that is undone.
+void ground_taken_away(const SnapshotPtr& model, Report& report) {
+  constexpr double kAbove = 0.01, kDown = 2e-5, kCarved = 0.006;  // of the diagonal; the second per tick
+  const int places = report.long_form() ? 400 : 60;
+  const Box3d& bounds = model->slab_mesh().bounds();
+  const double size = diagonal(bounds);
+  const std::vector<Vec3d> ways = testing::sphere_points(static_cast<std::size_t>(places), size);
+  for (const bool exact : {false, true})
+    for (const double deep : {0.003, 0.015}) {
+      double step = 0;
+      int edits = 0, freed = 0;
+      for (const Vec3d way : ways) {
+        const SurfacePoint at = closest_point(*model, bounds.centre() + way);
+        ServoSettings settings = usual(*model, 0, 0);
+        settings.force.exact_normals = exact;
+        Driver hand(settings, testing::strong_device());
+        Editor editor(model);
+        ServoSample felt;
+        for (double height = kAbove; height > -deep; height -= kDown)
+          felt = hand.at(*model, at.position + at.normal * (std::max(height, -deep) * size));
+        if (!felt.contact) continue;
+        ++edits;
+        Vec3d last = felt.force;
+        const auto rest = [&] {
+          for (int k = 0; k < 300; ++k) {
+            felt = hand.at(*editor.head(), at.position - at.normal * (deep * size));
+            step = std::max(step, length(felt.force - last));
+            last = felt.force;
+          }
+        };
+        rest();
+        const SurfacePoint ground = closest_point(*model, felt.contact_point);
+        editor.begin_stroke({.tool = Tool::Carve, .radius = 0.05 * size, .strength = 1});
+        static_cast<void>(editor.dab({.slab = ground.slab,
+                                      .contact = ground.position,
+                                      .cursor = ground.position - ground.normal * (kCarved * size),
+                                      .normal = ground.normal}));
+        static_cast<void>(editor.end_stroke());
+        rest();
+        freed += felt.contact ? 0 : 1;
+        static_cast<void>(editor.undo());
+        rest();
+      }
+      const std::string what =
+          std::string(exact ? ", exact normals, " : ", ") + (deep < 0.01 ? "0.3 % deep" : "1.5 % deep");
+      report.at_least("ground carved away on a rough model" + what, edits, places * 3 / 4);
+      report.shown("tips that then stood in the open" + what, freed);
+      report.at_most("its largest jump in a tick" + what, step, 0.05, "N");
+    }
+}
+
 }  // namespace
 
 void borders_and_edits(Report& report) {
@@ -307,6 +360,16 @@ void borders_and_edits(Report& report) {
     report.at_most("its largest jump in a tick" + with, step, 0.05, "N");
     report.at_least("ticks over which a change is blended" + with, soonest, 20, "ms");
   }
+
+  // Thorns, thinner at their feet than the tip is deep.
+  ground_taken_away(testing::shaped(testing::sphere_shell(2, 64),
+                                    [](Vec3d p) {
+                                      const Vec3d way = normalized(p);
+                                      const double wave =
+                                          std::cos(14 * way.x) * std::cos(14 * way.y) * std::cos(14 * way.z);
+                                      return length(p) - 0.85 - 0.3 * std::pow(wave, 6);
+                                    }),
+                    report);
 }
 
 void sculpting(Report& report) {

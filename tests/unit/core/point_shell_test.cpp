@@ -209,7 +209,7 @@ TEST(PointShell, ThePushGoesNoFasterThanItMayWhateverTheSurfaceDoes) {
   testing::WanderingHand wandering;
   Vec3d last = wandering.next(), push;
   shell.step(*models[0], {last, {}}, ease);
-  int pushed = 0, jumps = 0, faded = 0;
+  int pushed = 0, jumps = 0;
   for (int k = 0; k < 6000; ++k) {
     const Snapshot& model = *models[std::size_t(k / 40) % 3];
     const Vec3d hand = wandering.next();
@@ -221,14 +221,36 @@ TEST(PointShell, ThePushGoesNoFasterThanItMayWhateverTheSurfaceDoes) {
     ASSERT_EQ(now, shell.held() > 0 || shell.push() != Vec3d{}) << k;
     if (!now) continue;
     ++pushed;
-    faded += shell.held() == 0 ? 1 : 0;
     // What is told lies on the surface as it is now, whenever it was made.
     const SurfacePoint near = closest_point(model, shell.surface().position);
     ASSERT_LT(length(near.position - shell.surface().position), 1e-9) << k;
   }
   EXPECT_GT(pushed, 1000);
   EXPECT_GT(jumps, 50);
-  EXPECT_GT(faded, 2);
+}
+
+TEST(PointShell, ThePushFadesWhereAllPointsComeOutPastARim) {
+  const SnapshotPtr disc = displaced(
+      testing::mapped_shell(*testing::sphere_shell(2, 24), [](Vec3d p) { return Vec3d{p.x, 0.02 * p.y, p.z}; }),
+      [](Vec3d) { return 0.5; });
+  PointShell shell(sphere_points(20, 0.02));
+  const PointShell::Ease ease = {.share = 0.06, .most = 5e-4};
+  Vec3d hand = {0.7, 0.1, 0}, push;
+  shell.step(*disc, {hand, {}}, ease);
+  double deepest = 0;
+  int faded = 0;
+  for (int k = 0; k < 800; ++k) {
+    const Vec3d move = k < 200 ? Vec3d{0, -1e-3, 0} : Vec3d{1e-3, 0, 0};  // down through the disc, and out past its rim
+    hand += move;
+    const bool now = shell.step(*disc, {hand, {}}, ease);
+    ASSERT_LE(length(shell.push() - std::exchange(push, shell.push())), (ease.most + 4 * length(move)) * (1 + 1e-9))
+        << k;
+    deepest = std::max(deepest, shell.depth());
+    faded += now && shell.held() == 0 ? 1 : 0;
+  }
+  EXPECT_GT(deepest, 0.05);
+  EXPECT_GT(faded, 5);
+  EXPECT_EQ(shell.push(), (Vec3d{}));
 }
 
 TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
