@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <optional>
 
 namespace relief::detail {
@@ -37,6 +38,7 @@ class MicroTriangles {
     slab_ = slab;
     corners_ = mesh().corners(slab);
     n_ = mesh().intervals(slab);
+    step_ = std::has_single_bit(static_cast<unsigned>(n_)) ? 1.0 / n_ : 0;
     edges_ = mesh().edge_intervals(slab);
     displacement_ = model_.displacement(slab);
   }
@@ -48,7 +50,9 @@ class MicroTriangles {
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
     ++placed_;
-    return sample_position(corners_, n_, p, displacement(p));
+    if (step_ == 0) return sample_position(corners_, n_, p, displacement(p));
+    // The same bits without divisions.
+    return corners_.point({(n_ - p.i - p.j) * step_, p.i * step_, p.j * step_}, displacement(p));
   }
   /// How many samples' positions were worked out, by all calls: a measure of the work.
   [[nodiscard]] int placed() const noexcept { return placed_; }
@@ -191,6 +195,8 @@ class MicroTriangles {
   /// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
   [[nodiscard]] static constexpr GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
   [[nodiscard]] bool inside(GridPoint p) const noexcept { return p.i > 0 && p.j > 0 && p.i + p.j < n_; }
+  /// Steps on the grid, counter-clockwise seen from outside, and the first one again.
+  static constexpr std::array<GridPoint, 7> kAround = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
   /// Whether no edge of the slab in hand is stitched.
   [[nodiscard]] bool plain() const noexcept { return edges_[0] == n_ && edges_[1] == n_ && edges_[2] == n_; }
 
@@ -199,6 +205,19 @@ class MicroTriangles {
   template <typename Visit>
   void ring(GridPoint at, GridPoint from, Visit&& visit) noexcept {
     const Vec3d centre = position(at);
+    if (!holes_ && from.i > 1 && from.j > 1 && from.i + from.j < n_ - 1) {
+      GridPoint corner = from + GridPoint{1, 0};
+      const Vec3d first = position(corner);
+      Vec3d place = first;
+      for (std::size_t k = 1; k < kAround.size(); ++k) {
+        const GridPoint next = from + kAround[k];
+        const Vec3d there = k + 1 < kAround.size() ? position(next) : first;
+        visit(MicroTriangle{slab_, {at, corner, next}, {centre, place, there}});
+        corner = next;
+        place = there;
+      }
+      return;
+    }
     GridPoint step = {1, 0}, before;
     bool have = false;
     Vec3d before_position;
@@ -223,6 +242,7 @@ class MicroTriangles {
   SlabId slab_ = kNoSlab;
   SlabCorners corners_{};
   int n_ = 0;
+  double step_ = 0;  ///< 1 over n where that is exact, else 0
   std::array<int, 3> edges_{};
   const float* displacement_ = nullptr;
   mutable int placed_ = 0;

@@ -124,7 +124,7 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, Ea
     work_ += kFirst;
   }
   point.held = proxy.step(surface.model(), point.now, ease, Proxy::Look::Here, Proxy::Tell::WayOut);
-  point.last = point.now;
+  point.last = proxy.late() ? proxy.place() : point.now;
   point.room = 0;
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();

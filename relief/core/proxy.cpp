@@ -22,15 +22,30 @@ using detail::MicroTriangles;
 using detail::point_of;
 using detail::same_side;
 
-constexpr int kTries = 64;           // micro-triangles that one walk looks at
-constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
-constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer
-constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
-constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
-constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
-constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
-constexpr double kClose = 0.7;       // weight of a corner from which on all triangles around it count as next
-constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win
+constexpr int kTries = 64;    // micro-triangles that one walk looks at
+constexpr int kFewTries = 8;  // the same where there is no time
+/// A cursor's way in a tick, as a share of the slabs' diagonal, from which on it counts as a leap, and what a tick then
+/// takes until it is left where it is known to be clear, in units of some 12 ns.
+struct Leap {
+  double way;
+  int work;
+};
+// 3 m/s and 10 m/s, where the diagonal is 0.15 m: no hand is as fast, and no servo takes the second for one.
+constexpr Leap kLeap = {0.02, 400}, kFarLeap = {0.07, 270};
+constexpr double kLeastShare = 1e-5;  // of a free way, which a tick looks along whatever it takes
+constexpr int kBelowWork = 60;        // to see what is below where the surface was left
+constexpr int kWalkWork = 240;        // when walks become short
+constexpr int kClearSamples = 64;     // to find a ball without a triangle
+constexpr int kSampleWork = 2;        // a sample that is placed in that
+constexpr int kTryWork = 3;           // a micro-triangle that a walk looks at
+constexpr double kTurn = 0.035;       // rad per tick that the normal may turn at rest
+constexpr double kBack = 0.1;         // of the squared depth: what the point may go back of how it came nearer
+constexpr double kSteep = 0.25;       // squared cosine from a triangle to a normal that is followed into its plane
+constexpr double kLift = 1e-7;        // of the fibre: the point's height above the surface when it sets off
+constexpr double kBehind = 1e-9;      // of the slab: how far before its start a way may already go in, for rounding
+constexpr double kPad = 1e-4;         // of a cell, and of the fibre: what rounding may do to coordinates
+constexpr double kClose = 0.7;        // weight of a corner from which on all triangles around it count as next
+constexpr double kGain = 1 - 1e-12;   // squared distance that another triangle must win
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
@@ -78,6 +93,14 @@ void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visi
   }
 }
 
+/// What a tick may take in which the cursor goes this way.
+int work_for(const SlabMesh& mesh, Vec3d from, Vec3d to) noexcept {
+  const Vec3d all = mesh.bounds().extent();
+  const double way2 = distance2(from, to), all2 = dot(all, all);
+  const auto is = [&](const Leap& leap) { return way2 > leap.way * leap.way * all2; };
+  return is(kFarLeap) ? kFarLeap.work : is(kLeap) ? kLeap.work : detail::kAnyWork;
+}
+
 /// Moves a place over the surface towards the goal, by `reach` at most, triangle by triangle, as long as each step
 /// comes nearer; where it stops by itself no place around is nearer. The way is a polyline on the surface; returns its
 /// length. `tries` counts the triangles that it looks at down to 0, where it stops.
@@ -103,11 +126,13 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     least = best * kGain;
     neighbours(surface, place, [&](const MicroTriangle& t) {
       --tries;
-      const SurfacePlace there = nearest(t, goal);
-      const double d = distance2(there.position, goal);
+      const Weights w = nearest_in_triangle(goal, t.positions[0], t.positions[1], t.positions[2]);
+      if (w[0] == 1 && t.positions[0] == place.position) return;
+      const Vec3d there = t.point(w);
+      const double d = distance2(there, goal);
       if (!(d < least)) return;
       least = d;
-      next = there;
+      next = {t, w, there};
     });
   }
   return gone;
@@ -208,36 +233,44 @@ bool solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept {
   return false;
 }
 
-/// The first entry of a straight way into the surface.
+/// The first entry of a straight way into the surface. What it takes is counted; where that is too much, only the
+/// beginning of the way is looked at.
 class Sweep {
  public:
-  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to) noexcept : surface_(surface), from_(from), way_(to - from) {
+  /// Adds to `work`, and ends once that is `most`, but not before the way is known up to a share of `least`.
+  Sweep(MicroTriangles& surface, Vec3d from, Vec3d to, int& work, int most, double least) noexcept
+      : surface_(surface), from_(from), way_(to - from), work_(work), most_(most), least_(least) {
     const Box3d& all = surface.mesh().bounds();
     for (std::size_t k = 0; k < 3; ++k) {
       per_way_[k] = way_[k] == 0 ? 1e300 : 1 / way_[k];
-      slack_[k] = 1e-9 * (all.high[k] - all.low[k]) + 1e-15 * std::abs(from[k]);
+      const double slack = 1e-9 * (all.high[k] - all.low[k]) + 1e-15 * std::abs(from[k]);
+      low_from_[k] = from[k] + slack;
+      high_from_[k] = from[k] - slack;
     }
   }
 
-  /// Empty where the way does not go in.
+  /// Empty where the way does not go in, as far as it is known.
   [[nodiscard]] std::optional<SurfacePlace> run() noexcept {
-    double enter = 0, leave = 1;
-    surface_.mesh().visit_nearest(
-        [&](const Box3d& box) {
-          enter = 0;
-          leave = 1;
-          return clip(box, enter, leave) ? enter : kAnywhere;
-        },
-        best_,
-        [&](SlabId s) {
-          search(s, enter, std::min(leave, best_));
-          return false;
-        });
-    if (found_.triangle.slab == kNoSlab) return std::nullopt;
+    put(0, Ahead::Node, surface_.mesh().tree()[0].box);
+    while (ahead_count_ > 0) {
+      const Ahead next = ahead_[--ahead_count_];
+      if (next.enter > end_of_search() || leave_off_at(next.enter)) break;
+      if (next.what == Ahead::Node)
+        look_into(surface_.mesh().tree()[next.number]);
+      else
+        search(next);
+    }
+    if (found_.triangle.slab == kNoSlab || best_ > known_) return std::nullopt;
     return found_;
   }
-  /// The share of the way, after run().
-  [[nodiscard]] double share() const noexcept { return best_; }
+  /// After run(): whether there is nothing more to know;
+  [[nodiscard]] bool done() const noexcept { return !(known_ < std::min(best_, 1.0)); }
+  /// the share of the way to the entry or, where it is not known, that is clear,
+  [[nodiscard]] double share() const noexcept { return end_of_search(); }
+  /// and where that ends.
+  [[nodiscard]] Vec3d clear_to() const noexcept { return from_ + way_ * share(); }
+  /// The slab that was searched last, in which this place may be.
+  [[nodiscard]] SlabId last_slab() const noexcept { return searched_; }
 
  private:
   /// A place on the way, and its coordinates in the slab in hand; they are known inside, and mostly outside, too.
@@ -250,28 +283,83 @@ class Sweep {
   /// The part of the way in the box, widened a little for rounding.
   [[nodiscard]] bool clip(const Box3d& box, double& enter, double& leave) const noexcept {
     for (std::size_t k = 0; k < 3; ++k) {
-      const double t0 = (box.low[k] - from_[k] - slack_[k]) * per_way_[k];
-      const double t1 = (box.high[k] - from_[k] + slack_[k]) * per_way_[k];
+      const double t0 = (box.low[k] - low_from_[k]) * per_way_[k], t1 = (box.high[k] - high_from_[k]) * per_way_[k];
       enter = std::max(enter, std::min(t0, t1));
       leave = std::min(leave, std::max(t0, t1));
     }
     return enter <= leave;
   }
 
-  void search(SlabId slab, double enter, double leave) noexcept {
-    surface_.enter(slab);
-    slab_ = slab;
-    if (!clip_to_sides(enter, leave) || enter > best_) return;
+  /// What the way comes to: a node of the tree, a slab, or the part of the way that is in a slab.
+  struct Ahead {
+    enum What : std::uint8_t { Node, Slab, Part };
+    double enter, leave;
+    std::uint32_t number;
+    What what;
+  };
+  [[nodiscard]] double end_of_search() const noexcept { return std::min(best_, known_); }
+  /// Whether there is no time left; the way is then not looked at beyond t.
+  [[nodiscard]] bool leave_off_at(double t) noexcept {
+    if (work_ < most_ || t < least_) return false;
+    known_ = std::min(known_, std::max(t, 0.0));
+    return true;
+  }
+  void put(std::uint32_t number, Ahead::What what, const Box3d& box) noexcept {
+    work_ += kBoxWork;
+    double enter = 0, leave = 1;
+    if (clip(box, enter, leave) && enter <= end_of_search()) put({enter, leave, number, what});
+  }
+  /// The nearest is the last. Where there is no more room, the way is not looked at as far as the farthest.
+  void put(const Ahead& one) noexcept {
+    if (ahead_count_ == ahead_.size()) {
+      if (one.enter >= ahead_[0].enter) {
+        known_ = std::min(known_, one.enter);
+        return;
+      }
+      known_ = std::min(known_, ahead_[0].enter);
+      std::shift_left(ahead_.begin(), ahead_.end(), 1);
+      --ahead_count_;
+    }
+    std::size_t k = ahead_count_++;
+    for (; k > 0 && ahead_[k - 1].enter < one.enter; --k) ahead_[k] = ahead_[k - 1];
+    ahead_[k] = one;
+  }
+  void look_into(const SlabMesh::Node& node) noexcept {
+    const SlabMesh& mesh = surface_.mesh();
+    if (node.count == 0) {
+      const auto left = static_cast<std::uint32_t>(&node - mesh.tree().data()) + 1;
+      put(node.first, Ahead::Node, mesh.tree()[node.first].box);
+      put(left, Ahead::Node, mesh.tree()[left].box);
+    }
+    for (std::uint32_t k = node.count; k-- > 0;) {
+      const SlabId slab = mesh.tree_slabs()[node.first + k];
+      put(slab, Ahead::Slab, mesh.box(slab));
+    }
+  }
+
+  void search(Ahead part) noexcept {
+    work_ += kSlabWork;
+    surface_.enter(part.number);
+    slab_ = part.number;
+    if (part.what == Ahead::Slab) {
+      part.what = Ahead::Part;
+      if (!clip_to_sides(part.enter, part.leave) || part.enter > end_of_search()) return;
+      // Its box begins before it does: something else may come first.
+      if (ahead_count_ > 0 && part.enter > ahead_[ahead_count_ - 1].enter) return put(part);
+    }
+    searched_ = slab_;
+    const double enter = part.enter, leave = std::min(part.leave, end_of_search());
     // Coordinates bend too much within triangles that are as large as the slab.
     whole_ = surface_.intervals() <= kCoarse || surface_.stretch() > kFarStitched;
-    if (whole_) return all_cells();
+    if (whole_) return all_cells(enter, leave);
     const LinearForm form(surface_.corners(), from_);
     const End a = end(form, enter, middle_);
     piece(form, a, end(form, leave, a.known ? a.at : middle_), 0);
-    if (whole_) all_cells();
+    if (whole_) all_cells(enter, leave);
   }
 
   [[nodiscard]] End end(const LinearForm& form, double t, const SlabCoord& start) const noexcept {
+    work_ += kEndWork;
     End e{.t = t, .at = start};
     // Far outside, Newton may have found another of the three solutions, and inside, though rarely, none.
     const auto close = [](double x) { return x >= -1 && x <= 2; };
@@ -287,7 +375,7 @@ class Sweep {
 
   /// One part of the way; halved until its course over the grid is nearly straight.
   void piece(const LinearForm& form, const End& a, const End& b, int depth) noexcept {
-    if (a.t > best_ || whole_) return;
+    if (whole_ || a.t > end_of_search() || leave_off_at(a.t)) return;
     SlabCoord start = a.known ? a.at : b.known ? b.at : middle_;
     if (a.known && b.known) {
       start = {slab_, (a.at.u + b.at.u) / 2, (a.at.v + b.at.v) / 2, (a.at.alpha + b.at.alpha) / 2};
@@ -316,7 +404,7 @@ class Sweep {
           if (wa[k] * n < -bend - cell_bend_ && wb[k] * n < -bend - cell_bend_) return;
         const double above = bend_alpha + cell_twist_;
         if ((a.at.alpha < -above && b.at.alpha < -above) || (a.at.alpha > 1 + above && b.at.alpha > 1 + above)) return;
-        const Course course(a.at, b.at, surface_.intervals(), bend + surface_.stretch(), bend_alpha);
+        const Course course(a, b, surface_.intervals(), bend + surface_.stretch(), bend_alpha);
         if (across(twist) * n <= 0.5 || depth >= kHalvings) return cells(course);
         if (!may_meet(course)) return;
       }
@@ -366,17 +454,20 @@ class Sweep {
   /// A part of the way over the grid: a straight line from a to b in cells and alpha, give or take.
   struct Course {
     double x, y, alpha, dx, dy, rise, per_x, per_y;
+    double begin, takes;      ///< which share of the way it begins at, and is
     double bend, bend_alpha;  ///< how far the way may be from the line, cells and alpha
 
-    Course(const SlabCoord& a, const SlabCoord& b, int n, double off, double off_alpha) noexcept
-        : x(a.u * n),
-          y(a.v * n),
-          alpha(a.alpha),
-          dx(b.u * n - x),
-          dy(b.v * n - y),
-          rise(b.alpha - a.alpha),
+    Course(const End& a, const End& b, int n, double off, double off_alpha) noexcept
+        : x(a.at.u * n),
+          y(a.at.v * n),
+          alpha(a.at.alpha),
+          dx(b.at.u * n - x),
+          dy(b.at.v * n - y),
+          rise(b.at.alpha - a.at.alpha),
           per_x(per(dx)),
           per_y(per(dy)),
+          begin(a.t),
+          takes(b.t - a.t),
           bend(off),
           bend_alpha(off_alpha) {}
     /// 1 over it, or 0 where there is hardly any.
@@ -427,19 +518,22 @@ class Sweep {
   /// Whether the way may meet a square that is small beside how uncertain its line is, or one of the smallest.
   [[nodiscard]] bool may_meet(const Course& line) noexcept {
     bool may = false;
-    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
+    squares(0, [&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
       if (may || !over(line, at, side, heights)) return false;
       may = level == 0 || side <= kUncertain * line.bend;
       return !may;
     });
     return may;
   }
-  /// Tests the triangles that the way may meet.
+  /// Tests the triangles that the way may meet, square by square along it.
   void cells(const Course& line) noexcept {
     const int n = surface_.intervals();
-    squares([&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
+    const int mirrored = (line.dx < 0 ? 1 : 0) + (line.dy < 0 ? 2 : 0);
+    squares(mirrored, [&](int level, GridPoint at, int side, const SampleBounds::Between& heights, double) {
       const auto part = over(line, at, side, heights);
       if (!part) return false;
+      const double t = line.begin + line.takes * part->from;
+      if (t > end_of_search() || leave_off_at(t)) return false;
       const double pad = part->pad;
       for (int row = at.j; level == 0 && row < std::min(n, at.j + side); ++row) {
         double enter = part->from, leave = part->to;
@@ -461,8 +555,16 @@ class Sweep {
 
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
   /// over a square is in the hull of eight corners. (Not so between sloping planes, where fibres lean.)
-  void all_cells() noexcept {
-    squares([&](int level, GridPoint low, int side, const SampleBounds::Between& heights, double pad) {
+  void all_cells(double enter, double leave) noexcept {
+    const int parts = surface_.intervals() <= kCoarse ? 1 : kParts;
+    for (int k = 0; k < parts; ++k) {
+      const double from = enter + (leave - enter) * k / parts, to = enter + (leave - enter) * (k + 1) / parts;
+      if (from > end_of_search() || leave_off_at(from)) return;
+      all_cells_of(from, to);
+    }
+  }
+  void all_cells_of(double from, double to) noexcept {
+    squares(0, [&](int level, GridPoint low, int side, const SampleBounds::Between& heights, double pad) {
       const double n = surface_.intervals();
       const auto [least, most] = range_over(heights, side);
       Box3d hull;
@@ -471,7 +573,7 @@ class Sweep {
           const double u = (low.i + i) / n, v = (low.j + j) / n;
           for (const double alpha : {least, most}) hull.add(surface_.corners().point({1 - u - v, u, v}, alpha));
         }
-      double enter = 0, leave = 1;
+      double enter = from, leave = to;
       if (!clip(hull, enter, leave) || enter > best_) return false;
       for (int j = low.j; level == 0 && j < low.j + side; ++j)
         for (int i = low.i; i < low.i + side && i + j < surface_.intervals(); ++i) both(i, j, -1, 2);
@@ -484,9 +586,10 @@ class Sweep {
     return {heights.low - slope, heights.high + slope};
   }
   /// Calls look(level, first sample, side, bounds, how far beyond it its triangles may reach) for the squares of the
-  /// slab in hand, from the whole to the smallest; where it says false, the square's parts are left out.
+  /// slab in hand, from the whole to the smallest; where it says false, the square's parts are left out. Low columns
+  /// come first, unless bit 0 of `mirrored` is set, and low rows, unless bit 1 is.
   template <typename Look>
-  void squares(Look&& look) noexcept {
+  void squares(int mirrored, Look&& look) noexcept {
     const int n = surface_.intervals(), stretch = surface_.stretch();
     const SampleBounds& bounds = surface_.model().tile(Layer::Displacement, slab_).bounds();
     struct Square {
@@ -496,6 +599,7 @@ class Sweep {
     std::size_t depth = 0;
     stack[depth++] = {bounds.levels() - 1, 0, 0};
     while (depth > 0) {
+      work_ += kSquareWork;
       const auto [level, i, j] = stack[--depth];
       const int side = SampleBounds::side(level);
       const GridPoint low = {i * side, j * side};
@@ -505,9 +609,11 @@ class Sweep {
       const SampleBounds::Between heights = stitched ? anything : bounds.between(level, i, j);
       if (!look(level, low, side, heights, stitched ? double(stretch) : 0.0) || level == 0) continue;
       const int along = bounds.squares(level - 1);
-      for (int k = 3; k >= 0; --k)
-        if (const Square part = {level - 1, 2 * i + (k & 1), 2 * j + (k >> 1)}; part.i + part.j < along)
+      for (int k = 3; k >= 0; --k) {
+        const int child = k ^ mirrored;
+        if (const Square part = {level - 1, 2 * i + (child & 1), 2 * j + (child >> 1)}; part.i + part.j < along)
           stack[depth++] = part;
+      }
     }
   }
   /// The cell that stands on a grid point and the one to the right of it.
@@ -518,11 +624,13 @@ class Sweep {
 
   void test(const std::array<GridPoint, 3>& corners, double low, double high) noexcept {
     MicroTriangle triangle = {slab_, corners, {}};
+    work_ += kTestWork;
     if (!surface_.stitch(triangle.corners)) return;
     const double d0 = surface_.displacement(triangle.corners[0]), d1 = surface_.displacement(triangle.corners[1]),
                  d2 = surface_.displacement(triangle.corners[2]);
     const double least = std::min({d0, d1, d2}), most = std::max({d0, d1, d2}), pad = cell_twist_ * (most - least);
     if (most + pad < low || least - pad > high) return;
+    work_ += kMeasureWork;
     surface_.measure(triangle);
     const Vec3d a = triangle.positions[0] - from_, b = triangle.positions[1] - from_, c = triangle.positions[2] - from_;
     const auto weights = goes_in(way_, a, b, c);
@@ -541,10 +649,19 @@ class Sweep {
   static constexpr int kHalvings = 6;
   static constexpr double kUncertain = 20;  // times how far the way may be from its line: a square that is small
   static constexpr double kMargin = 0.05;   // of the slab: how far outside its coordinates are asked for
+  static constexpr int kParts = 8;          // of a way through a slab whose coordinates do not tell where it runs
+  static constexpr int kBoxWork = 1, kSlabWork = 8, kEndWork = 10, kSquareWork = 2, kTestWork = 3, kMeasureWork = 3;
 
   MicroTriangles& surface_;
-  Vec3d from_, way_, per_way_, slack_;
-  SlabId slab_ = kNoSlab;
+  Vec3d from_, way_, per_way_;
+  Vec3d low_from_, high_from_;  ///< as a box widened a little for rounding is asked about
+  int& work_;
+  int most_;
+  double least_;
+  double known_ = kAnywhere;  ///< beyond this share of the way nothing more is looked for
+  std::array<Ahead, 96> ahead_;
+  std::size_t ahead_count_ = 0;
+  SlabId slab_ = kNoSlab, searched_ = kNoSlab;
   bool whole_ = false;  ///< the coordinates on the way are not known everywhere in the slab in hand
   /// By how much the flat micro-triangles of a cell from alpha 0 to 1 may leave the slab's own: cells along the grid,
   /// and alpha.
@@ -582,30 +699,43 @@ Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& norm
 
 std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept {
   MicroTriangles surface(model);
-  Sweep sweep(surface, from, to);
-  const auto place = sweep.run();
-  if (!place) return std::nullopt;
-  detail::CellNormals none;
-  return RayHit{point_of(surface, *place, none), std::max(0.0, sweep.share())};
+  int work = 0;
+  double begin = 0;  // share of the way that is known to be clear
+  for (Vec3d start = from;;) {
+    Sweep sweep(surface, start, to, work, detail::kAnyWork, 0);
+    const auto place = sweep.run();
+    if (!place && sweep.done()) return std::nullopt;
+    const double share = begin + (1 - begin) * sweep.share();
+    if (place) {
+      detail::CellNormals none;
+      return RayHit{point_of(surface, *place, none), std::max(0.0, share)};
+    }
+    start = sweep.clear_to();
+    begin = share;
+  }
 }
 
 void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at) noexcept {
   let_go();
   known_ = true;
-  last_ = place;
+  late_ = false;
+  last_ = here_ = place;
   if (at) above_ = Above{*at, mesh.corners(at->slab)};
 }
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell tell) noexcept {
   rise_ = grown_ = 0;
   Vec3d eased;  // by which the felt surface comes nearer to the surface
-  lost_ = fresh_ = has_left_ = false;
+  lost_ = fresh_ = has_left_ = late_ = false;
+  work_ = 0;
+  here_ = cursor;
   if (!known_) {
     known_ = true;
     last_ = cursor;
     look_below(model, cursor);
     return false;
   }
+  most_work_ = work_for(model.slab_mesh(), last_, cursor);
   double cut = 0;
   MicroTriangles surface(model);
   if (!held_) {
@@ -625,13 +755,19 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
   }
   if (held_ && !pursue(surface, cursor, {cut, ease.most - cut}, look, tell)) {
     let_go();
-    look_below(model, cursor);
+    look_below(model, here_);
   }
   if (held_) grown_ = dot(eased, way_out_);
-  last_ = cursor;
+  last_ = here_;
   samples_placed_ = surface.placed();
   return held_;
 }
+
+int Proxy::tries_left() const noexcept {
+  return leaps() ? std::clamp((kWalkWork - work_) / kTryWork, kFewTries, kTries) : kTries;
+}
+
+bool Proxy::leaps() const noexcept { return most_work_ < detail::kAnyWork; }
 
 void Proxy::let_go() noexcept {
   held_ = open_ = unsettled_ = yielding_ = false;
@@ -671,25 +807,32 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
   }
   if (is_clear(surface, cursor)) {
     look_below(model, cursor);
-  } else if (const auto place = Sweep(surface, last_, cursor).run()) {
-    hold(surface, *place);
-  } else {
-    open_ = true;
-    look_below(model, cursor);
+    return;
   }
+  Sweep sweep(surface, last_, cursor, work_, most_work_, kLeastShare);
+  if (const auto place = sweep.run()) {
+    hold(surface, *place);
+    return;
+  }
+  late_ = !sweep.done();
+  if (late_) here_ = sweep.clear_to();
+  open_ = !late_;
+  if (sweep.last_slab() != kNoSlab) hint_.last = {sweep.last_slab(), 1.0 / 3, 1.0 / 3, 0.5};
+  look_below(model, here_);
 }
 
 bool Proxy::is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
   constexpr double kFar = 16;  // ways like this one
-  constexpr int kWork = 256;   // samples, about a sweep's time
   const std::uint64_t number = surface.model().number();
   const double way = length(cursor - last_);
   if (clear_.model == number && std::max(length(cursor - clear_.centre), length(last_ - clear_.centre)) < clear_.radius)
     return true;
-  // Beside the surface it would be in vain: after a way that had to be swept it is tried again.
-  if (!std::exchange(open_, false)) return false;
-  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kFar * way, clear_.nearest, kWork),
+  // Beside the surface, and on a far way, it would be in vain: after a way that had to be swept it is tried again.
+  if (!std::exchange(open_, false) || leaps()) return false;
+  const int placed = surface.placed();
+  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kFar * way, clear_.nearest, kClearSamples),
             clear_.nearest};
+  work_ += kSampleWork * (surface.placed() - placed);
   open_ = clear_.radius > way;
   if (!open_) clear_.radius = 0;  // it is not known
   return open_;
@@ -726,7 +869,8 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
 
 bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
                        std::optional<SurfacePlace>& over) noexcept {
-  int tries = kTries;
+  const int most = tries_left();
+  int tries = most;
   way = walk(surface, rest, goal, kAnywhere, tries);
   for (SurfacePlace from = rest; look == Look::Around && tries > 0 && hop(surface, rest, goal, side_); from = rest) {
     tries -= 3;
@@ -735,6 +879,7 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
     if (!over && way <= leap) over = rest;
     way += leap + walk(surface, rest, goal, kAnywhere, tries);
   }
+  work_ += kTryWork * (most - tries);
   if (tries > 0) {
     ahead_.reset();
     return true;
@@ -744,8 +889,9 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
     surface.measure(ahead_->triangle);
     ahead_->position = ahead_->triangle.point(ahead_->weights);
     if (distance2(ahead_->position, goal) < distance2(rest.position, goal)) {
-      tries = kTries;
+      const int more = tries = tries_left();
       walk(surface, *ahead_, goal, kAnywhere, tries);
+      work_ += kTryWork * (more - tries);
       rest = *ahead_;
       way = kAnywhere;
     }
@@ -772,7 +918,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
     const Aside aside(move, out);
     const double reach = kFollow * travel + std::min(kRelax * length(out) + kFollow * own.eased, own.most);
-    int tries = kTries;
+    const int most = tries_left();
+    int tries = most;
     // A cursor that is out again has the place where the point would come to rest behind it.
     const bool out_again = off && dot(rest_out, side_) < 0;
     // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
@@ -793,14 +940,24 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
       off = leaves(surface, place_, goal);
     }
+    work_ += kTryWork * (most - tries);
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
   const bool pressed_past =
       look == Look::Around && same_side(place_.position - goal, side_) && !(detail::way_past(move, out) > 0);
   bool free = false;
   if (off && !pressed_past) {
-    const auto landing = Sweep(surface, lifted(surface, place_), goal).run();
+    Sweep sweep(surface, lifted(surface, place_), goal, work_, most_work_ - kBelowWork, 0);
+    const auto landing = sweep.run();
     free = !landing;
+    if (!sweep.done() && !unsettled_) {
+      has_left_ = late_ = true;
+      left_at_ = place_.position;
+      here_ = sweep.clear_to();
+      hint_.last = surface.coordinates(place_);
+      if (sweep.last_slab() != kNoSlab) hint_.last.slab = sweep.last_slab();
+      return false;
+    }
     if (free || distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) {
       has_left_ = true;
       left_at_ = place_.position;
@@ -818,8 +975,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   }
   if (free) {
     if (!unsettled_) return false;
-    // Where an edit has taken the material from around the point, it is felt to give way before the point lets go; a
-    // surface that has risen may still be felt lower than it is.
+    // Where an edit has taken the material from around the point, it is felt to give way before the point lets go, or
+    // comes to what lies behind; a surface that has risen may still be felt lower than it is.
     const Vec3d felt = place_.position - goal;
     own.most *= 0.5;  // the normal may turn, too
     const double left = dot(felt, way_out_) > 0 ? std::min(length(felt), depth_) - own.most : 0;
@@ -828,7 +985,19 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       lag_ = cursor - goal;
       yielding_ = true;
     } else {
-      if (yielding_ || !Sweep(surface, lifted(surface, place_), cursor).run()) return false;
+      Sweep sweep(surface, lifted(surface, place_), cursor, work_, most_work_ - kBelowWork, 0);
+      const auto landing = sweep.run();
+      if (!landing) {
+        late_ = !sweep.done();
+        if (late_) here_ = sweep.clear_to();
+        return false;
+      }
+      if (std::exchange(yielding_, false)) {
+        place_ = *landing;
+        tell_surface(surface);
+        side_ = surface_.normal;
+        lag_ = cursor - place_.position;
+      }
       goal = place_.position;
     }
     has_left_ = false;

@@ -45,7 +45,9 @@ class MicroTriangles;
 /// deeper than the surface is curved, that place runs away to another side (round a rim, say); the point then goes
 /// along with the cursor instead. What an edit does to the surface is taken over little by little, and where one has
 /// taken all material from between point and cursor, the depth shrinks before it is let go. Cost per tick: usually a
-/// few micro-triangles, at most some two hundred; a way into the surface or off it costs a sweep.
+/// few micro-triangles, at most some hundred; a way into the surface or off it costs a sweep. Where the cursor leaps
+/// farther than a hand goes in a tick both are counted, and where it has gone farther than time allows to look, the
+/// point is late().
 class Proxy {
  public:
   /// How quickly the point takes over a change of the surface under it, in one tick: a share of what is left of the
@@ -79,8 +81,16 @@ class Proxy {
   bool step(const Snapshot& model, Vec3d cursor, Ease ease, Look look = Look::Here, Tell tell = Tell::All) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// Not held, and on its way to a cursor that has gone farther than a tick has time to look along (more than 2 % of
+  /// the slabs' diagonal): it is at place(), up to which the straight way is clear, and goes on from there in the next
+  /// tick.
+  [[nodiscard]] bool late() const noexcept { return late_; }
+  /// Where a free point is: the cursor, unless it is late.
+  [[nodiscard]] Vec3d place() const noexcept { return here_; }
   /// Samples whose positions the last tick worked out: its cost, whatever the machine.
   [[nodiscard]] int samples_placed() const noexcept { return samples_placed_; }
+  /// What the last tick's walks and looks along the way took, in the time of a sample that is placed, some 25 ns.
+  [[nodiscard]] int work() const noexcept { return work_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
@@ -131,6 +141,10 @@ class Proxy {
   bool is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Notes where the free cursor is above the surface.
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
+  /// Micro-triangles that a walk may look at in what is left of the tick.
+  [[nodiscard]] int tries_left() const noexcept;
+  /// Whether the cursor does in this tick.
+  [[nodiscard]] bool leaps() const noexcept;
   /// Takes over what happened to the surface under the point. False when there is another one, or a hole.
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
@@ -154,7 +168,9 @@ class Proxy {
   bool told_ = false;       ///< surface_ has its normal
   bool unsettled_ = false;  ///< the surface has changed under the point, which has not come to rest since
   bool yielding_ = false;   ///< only the change holds the point: the way to the cursor is free
-  Vec3d last_;              ///< the cursor of the last tick
+  bool late_ = false;
+  Vec3d last_;  ///< where it was free in the last tick; held, the cursor
+  Vec3d here_;  ///< the same in this tick
   Vec3d left_at_;
   LocateHint hint_;
   std::optional<Above> above_;
@@ -172,7 +188,8 @@ class Proxy {
   double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   double nearer_ =
       0;  ///< squared: by how much its own moves have brought it nearer to the cursor, and may take it back
-  int samples_placed_ = 0;
+  int samples_placed_ = 0, work_ = 0;
+  int most_work_ = 0;  ///< of this tick, until a way is left where it is known to be clear
 };
 
 }  // namespace relief
