@@ -38,14 +38,15 @@ constexpr int kWalkWork = 240;        // when walks become short
 constexpr int kClearSamples = 64;     // to find a ball without a triangle
 constexpr int kSampleWork = 2;        // a sample that is placed in that
 constexpr int kTryWork = 3;           // a micro-triangle that a walk looks at
-constexpr double kTurn = 0.035;       // rad per tick that the normal may turn at rest
-constexpr double kBack = 0.1;         // of the squared depth: what the point may go back of how it came nearer
-constexpr double kSteep = 0.25;       // squared cosine from a triangle to a normal that is followed into its plane
-constexpr double kLift = 1e-7;        // of the fibre: the point's height above the surface when it sets off
-constexpr double kBehind = 1e-9;      // of the slab: how far before its start a way may already go in, for rounding
-constexpr double kPad = 1e-4;         // of a cell, and of the fibre: what rounding may do to coordinates
-constexpr double kClose = 0.7;        // weight of a corner from which on all triangles around it count as next
-constexpr double kGain = 1 - 1e-12;   // squared distance that another triangle must win
+constexpr int kSettle = 100;         // ticks after a change is taken over in which what the point does is of its making
+constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
+constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer
+constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
+constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
+constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
+constexpr double kPad = 1e-4;        // of a cell, and of the fibre: what rounding may do to coordinates
+constexpr double kClose = 0.7;       // weight of a corner from which on all triangles around it count as next
+constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
@@ -757,7 +758,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
     let_go();
     look_below(model, here_);
   }
-  if (held_) grown_ = dot(eased, way_out_);
+  if (held_ && !yielding_) grown_ = dot(eased, way_out_);
   last_ = here_;
   samples_placed_ = surface.placed();
   return held_;
@@ -770,7 +771,8 @@ int Proxy::tries_left() const noexcept {
 bool Proxy::leaps() const noexcept { return most_work_ < detail::kAnyWork; }
 
 void Proxy::let_go() noexcept {
-  held_ = open_ = unsettled_ = yielding_ = false;
+  held_ = open_ = yielding_ = false;
+  unsettled_ = 0;
   lag_ = {};
   nearer_ = depth_ = 0;
   above_.reset();
@@ -799,7 +801,7 @@ void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
       if (const auto place = surface.place_at(at.slab, at.u, at.v)) {
         hold(surface, *place);
         lag_ = last_ - place_.position;
-        unsettled_ = true;
+        unsettled_ = kSettle;
         rise_ = length(lag_);
         return;
       }
@@ -861,7 +863,7 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
   if (!told_) tell_surface(surface);
   const Vec3d change = now.position - place_.position;
   lag_ -= change;
-  unsettled_ = true;
+  unsettled_ = kSettle;
   rise_ = dot(change, surface_.normal);
   place_ = now;
   return true;
@@ -943,14 +945,14 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     work_ += kTryWork * (most - tries);
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
-  const bool pressed_past =
-      look == Look::Around && same_side(place_.position - goal, side_) && !(detail::way_past(move, out) > 0);
-  bool free = false;
+  const bool pressed_past = !yielding_ && look == Look::Around && same_side(place_.position - goal, side_) &&
+                            !(detail::way_past(move, out) > 0);
+  bool free = false, fell = false;
   if (off && !pressed_past) {
     Sweep sweep(surface, lifted(surface, place_), goal, work_, most_work_ - kBelowWork, 0);
     const auto landing = sweep.run();
     free = !landing;
-    if (!sweep.done() && !unsettled_) {
+    if (!sweep.done() && unsettled_ == 0) {
       has_left_ = late_ = true;
       left_at_ = place_.position;
       here_ = sweep.clear_to();
@@ -963,7 +965,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       left_at_ = place_.position;
     }
     if (has_left_ && landing) {
-      if (unsettled_) {  // the surface is gone, not the hand: it is felt where it was
+      if (unsettled_ > 0) {  // the surface is gone, not the hand: it is felt where it was
+        fell = true;
         const Vec3d leap = landing->position - place_.position;
         lag_ -= leap;
         goal += leap;
@@ -974,16 +977,19 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     }
   }
   if (free) {
-    if (!unsettled_) return false;
+    if (unsettled_ == 0) return false;
     // Where an edit has taken the material from around the point, it is felt to give way before the point lets go, or
     // comes to what lies behind; a surface that has risen may still be felt lower than it is.
-    const Vec3d felt = place_.position - goal;
-    own.most *= 0.5;  // the normal may turn, too
-    const double left = dot(felt, way_out_) > 0 ? std::min(length(felt), depth_) - own.most : 0;
+    const Vec3d felt = way_out_ * depth_ - move;        // as it was, but for the hand
+    const double gives = 0.5 * (own.eased + own.most);  // the normal may turn, too
+    // The hand's own way shortens it, wherever that leads.
+    const double left = dot(felt, way_out_) > 0 ? std::min(length(felt), depth_) - gives - travel : 0;
     if (left > 0) {
       goal = place_.position - normalized(felt) * left;
       lag_ = cursor - goal;
       yielding_ = true;
+      grown_ = -gives;
+      own.most = gives;
     } else {
       Sweep sweep(surface, lifted(surface, place_), cursor, work_, most_work_ - kBelowWork, 0);
       const auto landing = sweep.run();
@@ -992,7 +998,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
         if (late_) here_ = sweep.clear_to();
         return false;
       }
-      if (std::exchange(yielding_, false)) {
+      fell = std::exchange(yielding_, false);
+      if (fell) {
         place_ = *landing;
         tell_surface(surface);
         side_ = surface_.normal;
@@ -1000,12 +1007,12 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       }
       goal = place_.position;
     }
-    has_left_ = false;
+    has_left_ = fell;
   } else {
     yielding_ = false;
   }
-  if (lag_ == Vec3d{} && place_.position == rest.position) unsettled_ = false;
-  nearer_ = std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
+  if (lag_ == Vec3d{} && unsettled_ > 0) unsettled_ = place_.position == rest.position ? 0 : unsettled_ - 1;
+  nearer_ = fell ? 0 : std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
   corners_ = surface.mesh().corners(place_.triangle.slab);
   describe(surface, goal, cursor, travel, own.most, tell);
   return true;

@@ -89,7 +89,7 @@ class Proxy {
   [[nodiscard]] Vec3d place() const noexcept { return here_; }
   /// Samples whose positions the last tick worked out: its cost, whatever the machine.
   [[nodiscard]] int samples_placed() const noexcept { return samples_placed_; }
-  /// What the last tick's walks and looks along the way took, in the time of a sample that is placed, some 25 ns.
+  /// What the last tick's walks and looks along the way took, in units of some 12 ns.
   [[nodiscard]] int work() const noexcept { return work_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
@@ -165,9 +165,8 @@ class Proxy {
   bool fresh_ = false;  ///< held since this tick
   bool lost_ = false;
   bool has_left_ = false;
-  bool told_ = false;       ///< surface_ has its normal
-  bool unsettled_ = false;  ///< the surface has changed under the point, which has not come to rest since
-  bool yielding_ = false;   ///< only the change holds the point: the way to the cursor is free
+  bool told_ = false;      ///< surface_ has its normal
+  bool yielding_ = false;  ///< only the change holds the point: the way to the cursor is free
   bool late_ = false;
   Vec3d last_;  ///< where it was free in the last tick; held, the cursor
   Vec3d here_;  ///< the same in this tick
@@ -188,6 +187,9 @@ class Proxy {
   double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   double nearer_ =
       0;  ///< squared: by how much its own moves have brought it nearer to the cursor, and may take it back
+  /// Ticks in which a free way to the cursor counts as the doing of a change of the surface: until the point has come
+  /// to rest after it.
+  int unsettled_ = 0;
   int samples_placed_ = 0, work_ = 0;
   int most_work_ = 0;  ///< of this tick, until a way is left where it is known to be clear
 };

@@ -263,12 +263,45 @@ TEST(Proxy, WhereItIsLateASurfaceThatRisesPastItTakesItAlong) {
   EXPECT_GT(risen, 20) << late;
 }
 
+TEST(Proxy, WhatAnEditTakesAwayGivesWayInBoundedTimeWhateverTheHandDoes) {
+  // Pressed sideways into a thorn, which is then gone.
+  const auto with_thorn = [](double high) {
+    return displaced(plane_shell(4, 32), [=](Vec3d p) {
+      const double x = p.x - 0.5, z = p.z - 0.5;
+      return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
+    });
+  };
+  const SnapshotPtr before = with_thorn(0.5), after = with_thorn(0);
+  const Proxy::Ease ease = {.share = 0.06, .most = 5e-4};
+  for (const Proxy::Look look : {Proxy::Look::Here, Proxy::Look::Around})
+    for (const int moves_every : {0, 1, 2, 10})
+      for (const Vec3d way : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
+        Proxy proxy;
+        Vec3d hand = {0.4, 0, 0.5};
+        for (; hand.x < 0.48; hand.x += 1e-3) static_cast<void>(proxy.step(*before, hand, ease, look));
+        for (int k = 0; k < 100; ++k) static_cast<void>(proxy.step(*before, hand, ease, look));
+        ASSERT_TRUE(proxy.held());
+        double depth = proxy.depth();
+        ASSERT_GT(depth, 0.015);
+        int ticks = 0;
+        for (; proxy.held() && ticks < 400; ++ticks) {
+          const double travel = moves_every > 0 && ticks % moves_every == 0 ? 2e-4 : 0;
+          hand += way * travel;
+          if (!proxy.step(*after, hand, ease, look)) break;
+          EXPECT_LE(std::abs(proxy.depth() - depth), ease.most + 2 * travel) << ticks;
+          depth = proxy.depth();
+        }
+        EXPECT_LT(ticks, 200) << "moves every " << moves_every;
+        EXPECT_LE(depth, ease.most + 4e-4) << "when it is let go";
+      }
+}
+
 TEST(Proxy, AFastHandInTheOpenIsNotLate) {
-  // 2 m/s where the diagonal is 150 mm, close to the surface, with n = 64.
+  // Nearly 3 m/s where the diagonal is 150 mm, close to the surface, with n = 64.
   const SnapshotPtr model = displaced(torus_shell(16, 10, 64), [](Vec3d p) {
     return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
   });
-  const double step = 2e-3 / 0.15 * diagonal(model->slab_mesh().bounds());
+  const double step = 0.0199 * diagonal(model->slab_mesh().bounds());
   std::mt19937 random(9);
   std::uniform_real_distribution<double> unit(-1, 1);
   int free = 0, late = 0;
