@@ -783,11 +783,15 @@ void Proxy::let_go() noexcept {
 
 void Proxy::hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept {
   held_ = fresh_ = true;
-  place_ = place;
   corners_ = surface.mesh().corners(place.triangle.slab);
+  land(surface, place);
+  above_.reset();
+}
+
+void Proxy::land(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept {
+  place_ = place;
   tell_surface(surface);
   side_ = surface_.normal;
-  above_.reset();
 }
 
 void Proxy::meet(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
@@ -971,9 +975,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
         lag_ -= leap;
         goal += leap;
       }
-      place_ = *landing;
-      tell_surface(surface);
-      side_ = surface_.normal;
+      land(surface, *landing);
     }
   }
   if (free) {
@@ -1000,9 +1002,7 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       }
       fell = std::exchange(yielding_, false);
       if (fell) {
-        place_ = *landing;
-        tell_surface(surface);
-        side_ = surface_.normal;
+        land(surface, *landing);
         lag_ = cursor - place_.position;
       }
       goal = place_.position;

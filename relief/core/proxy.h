@@ -154,6 +154,8 @@ class Proxy {
   /// Towards the cursor; false when the way to it is free.
   bool pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
+  /// Comes onto the surface at a place.
+  void land(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   void let_go() noexcept;
   /// Puts where the point is into surface_, with the normal there.
   void tell_surface(detail::MicroTriangles& surface) noexcept;

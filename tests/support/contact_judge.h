@@ -258,12 +258,8 @@ class ContactJudge {
     if (last_ && proxy.late()) fault = astray(proxy, cursor);
     if (last_ && fault == Fault::None) fault = verdict(proxy, there, cursor);
     last_ = Last{there, proxy.held() ? proxy.surface().position : there, proxy.held()};
-    late_ = proxy.late() ? late_ + 1 : 0;
-    most_late_ = std::max(most_late_, late_);
     return fault;
   }
-  /// For so many ticks at a time it was late at most.
-  [[nodiscard]] int most_late() const noexcept { return most_late_; }
 
  private:
   struct Last {
@@ -340,7 +336,6 @@ class ContactJudge {
   bool closed_;
   double hair_;
   std::optional<Last> last_;
-  int late_ = 0, most_late_ = 0;
 };
 
 /// Follows one ball from tick to tick on a closed model that stays; it starts in the open, clear of the surface.
