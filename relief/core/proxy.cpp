@@ -37,7 +37,7 @@ constexpr int kBelowWork = 60;        // to see what is below where the surface 
 constexpr int kWalkWork = 240;        // when walks become short
 constexpr int kClearSamples = 64;     // to find a ball without a triangle
 constexpr int kSampleWork = 2;        // a sample that is placed in that
-constexpr int kTryWork = 3;           // a micro-triangle that a walk looks at
+constexpr int kTryWork = 5;           // a micro-triangle that a walk looks at
 constexpr int kSettle = 100;         // ticks after a change is taken over in which what the point does is of its making
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
 constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer
@@ -754,10 +754,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, Ease ease, Look look, Tell
     lost_ = true;
     look_below(model, cursor);
   }
-  if (held_ && !pursue(surface, cursor, {cut, ease.most - cut}, look, tell)) {
-    let_go();
-    look_below(model, here_);
-  }
+  if (held_) pursue(surface, cursor, {cut, ease.most - cut}, look, tell);
   if (held_ && !yielding_) grown_ = dot(eased, way_out_);
   last_ = here_;
   samples_placed_ = surface.placed();
@@ -846,9 +843,12 @@ bool Proxy::is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
 
 void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
   above_.reset();
-  const auto at = locate(model.slab_mesh(), cursor, hint_);
-  if (at && !hole_at(model, at->slab, at->u, at->v) && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
-    above_ = Above{*at, model.slab_mesh().corners(at->slab)};
+  if (const auto at = locate(model.slab_mesh(), cursor, hint_)) note_above(model, *at);
+}
+
+void Proxy::note_above(const Snapshot& model, const SlabCoord& at) noexcept {
+  if (!hole_at(model, at.slab, at.u, at.v) && at.alpha >= displacement_at(model, at.slab, at.u, at.v))
+    above_ = Above{at, model.slab_mesh().corners(at.slab)};
 }
 
 bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
@@ -906,7 +906,7 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
   return tries > 0;
 }
 
-bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept {
+void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept {
   Vec3d goal = cursor - lag_;
   const Vec3d out = place_.position - goal, move = cursor - last_;
   const double travel = length(move);
@@ -951,22 +951,33 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
   const bool pressed_past = !yielding_ && look == Look::Around && same_side(place_.position - goal, side_) &&
                             !(detail::way_past(move, out) > 0);
+  // Lets go, and is as far as a sweep from here has looked.
+  const auto come_off = [&](const Sweep& sweep) noexcept {
+    SlabCoord at = surface.coordinates(place_);
+    at.alpha += kLift;
+    let_go();
+    late_ = !sweep.done();
+    if (late_) here_ = sweep.clear_to();
+    hint_.last = at;
+    if (sweep.last_slab() != kNoSlab) hint_.last.slab = sweep.last_slab();
+    // It takes long to find out whose a place on a wall is, and there it does not matter.
+    if (late_ && !(sweep.share() > 0))
+      note_above(surface.model(), at);
+    else
+      look_below(surface.model(), here_);
+  };
   bool free = false, fell = false;
   if (off && !pressed_past) {
     Sweep sweep(surface, lifted(surface, place_), goal, work_, most_work_ - kBelowWork, 0);
     const auto landing = sweep.run();
     free = !landing;
-    if (!sweep.done() && unsettled_ == 0) {
-      has_left_ = late_ = true;
-      left_at_ = place_.position;
-      here_ = sweep.clear_to();
-      hint_.last = surface.coordinates(place_);
-      if (sweep.last_slab() != kNoSlab) hint_.last.slab = sweep.last_slab();
-      return false;
-    }
     if (free || distance2(landing->position, goal) < distance2(place_.position, goal) * kGain) {
       has_left_ = true;
       left_at_ = place_.position;
+    }
+    if (free && unsettled_ == 0) {
+      come_off(sweep);
+      return;
     }
     if (has_left_ && landing) {
       if (unsettled_ > 0) {  // the surface is gone, not the hand: it is felt where it was
@@ -979,7 +990,6 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     }
   }
   if (free) {
-    if (unsettled_ == 0) return false;
     // Where an edit has taken the material from around the point, it is felt to give way before the point lets go, or
     // comes to what lies behind; a surface that has risen may still be felt lower than it is.
     const Vec3d felt = way_out_ * depth_ - move;        // as it was, but for the hand
@@ -996,9 +1006,8 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       Sweep sweep(surface, lifted(surface, place_), cursor, work_, most_work_ - kBelowWork, 0);
       const auto landing = sweep.run();
       if (!landing) {
-        late_ = !sweep.done();
-        if (late_) here_ = sweep.clear_to();
-        return false;
+        come_off(sweep);
+        return;
       }
       fell = std::exchange(yielding_, false);
       if (fell) {
@@ -1015,7 +1024,6 @@ bool Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   nearer_ = fell ? 0 : std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
   corners_ = surface.mesh().corners(place_.triangle.slab);
   describe(surface, goal, cursor, travel, own.most, tell);
-  return true;
 }
 
 void Proxy::tell_surface(detail::MicroTriangles& surface) noexcept {

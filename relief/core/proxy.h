@@ -141,6 +141,8 @@ class Proxy {
   bool is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Notes where the free cursor is above the surface.
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
+  /// The same where the coordinates are known.
+  void note_above(const Snapshot& model, const SlabCoord& at) noexcept;
   /// Micro-triangles that a walk may look at in what is left of the tick.
   [[nodiscard]] int tries_left() const noexcept;
   /// Whether the cursor does in this tick.
@@ -151,8 +153,8 @@ class Proxy {
   /// there. `over`: the place beyond the edge that it goes to next, if it is about to cross one that is farther off.
   [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
                                 std::optional<SurfacePlace>& over) noexcept;
-  /// Towards the cursor; false when the way to it is free.
-  bool pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept;
+  /// Towards the cursor; lets go when the way to it is free.
+  void pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
   /// Comes onto the surface at a place.
   void land(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
