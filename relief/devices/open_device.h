@@ -13,12 +13,13 @@
 
 namespace relief {
 
-/// A recorded path as a device: plays readings one per read(), ignores forces, reports lost at the end.
+/// A recorded path as a device: plays readings one per read(), ignores forces, has ended() after the last.
 class ReplayDevice final : public HapticDevice {
  public:
   ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
+  [[nodiscard]] bool ended() const noexcept override { return next_ == readings_.size(); }
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
 
  private:

@@ -216,7 +216,7 @@ void ServoThread::run() noexcept {
   prepare_thread(times_);
   Schedule schedule(times_);
   bool alive = true;
-  while (alive && !stop_.load(std::memory_order_acquire)) {
+  while (alive && !device_.ended() && !stop_.load(std::memory_order_acquire)) {
     const std::uint64_t late = schedule.wait();
     const std::uint64_t start = thread_cpu_ns();
     begin(schedule.woken(), late);

@@ -224,18 +224,19 @@ class Nesting {
 
 class Repairer {
  public:
-  explicit Repairer(const TriangleMesh& soup) : soup_(soup), coloured_(!soup.colours.empty()) {
+  Repairer(const TriangleMesh& soup, const Progress& progress)
+      : soup_(soup), progress_(progress), coloured_(!soup.colours.empty()) {
     mesh_.unit = soup.unit;
   }
 
-  Result<Repaired> run(const Progress& progress) {
+  Result<Repaired> run() {
     using Step = void (Repairer::*)();
     constexpr std::array<Step, 8> kSteps = {&Repairer::weld,          &Repairer::drop_duplicates, &Repairer::sew,
                                             &Repairer::resolve_flat,  &Repairer::orient,          &Repairer::split,
                                             &Repairer::turn_outwards, &Repairer::drop_unused};
     for (std::size_t k = 0; k < kSteps.size(); ++k) {
-      progress("repair", static_cast<double>(k) / kSteps.size());
-      if (progress.cancelled()) return fail(Errc::Cancelled, "repair was cancelled");
+      progress_("repair", static_cast<double>(k) / kSteps.size());
+      if (progress_.cancelled()) return fail(Errc::Cancelled, "repair was cancelled");
       (this->*kSteps[k])();
       if (mesh_.triangles.empty() && report_.nonfinite_triangles > 0)
         return fail(Errc::Corrupt, "the mesh has no triangle with area among those with finite coordinates; " +
@@ -243,7 +244,7 @@ class Repairer {
                                        " have a corner that is infinite or not a number");
       if (mesh_.triangles.empty()) return fail(Errc::Corrupt, "the mesh has no triangle with area");
     }
-    progress("repair", 1.0);
+    progress_("repair", 1.0);
     return Repaired{std::move(mesh_), report_};
   }
 
@@ -508,6 +509,7 @@ class Repairer {
     std::vector<Index> root;
     constexpr int kRounds = 16;  // for time; a few do
     for (int round = 0; !seams.empty() && round < kRounds; ++round) {
+      if (progress_.cancelled()) return;
       root = join_seams(seams);
       const std::vector<bool> bad = bad_joins(root, reach);
       if (bad.empty()) break;
@@ -1132,6 +1134,7 @@ class Repairer {
   }
 
   const TriangleMesh& soup_;
+  const Progress& progress_;
   bool coloured_;
   TriangleMesh mesh_;
   RepairReport report_;
@@ -1145,7 +1148,7 @@ Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress) {
   RELIEF_ASSERT(soup.colours.empty() || soup.colours.size() == soup.positions.size());
   // Half-edges are numbered with 32 bits, and splitting may add a few.
   if (soup.triangles.size() > 1'300'000'000) return fail(Errc::Corrupt, "the mesh has more than 1.3 billion triangles");
-  return Repairer(soup).run(progress);
+  return Repairer(soup, progress).run();
 }
 
 std::string to_string(const RepairReport& report) {

@@ -988,7 +988,7 @@ class Replay(Case):
         self.assertIn("replay:", self.ok("devices").out)
         self.ok("touch", self.model, "--device", f"replay:{live}", "--record", again)
         second = self.ok("replay", again, "--json").json()
-        self.assertEqual(second["facts"]["end"], "device lost")
+        self.assertEqual(second["facts"]["end"], "stopped")
         if second["gaps"] == report["gaps"] == []:
             self.assertEqual(second["ticks"], report["ticks"])
             a, b = self.folder / "a.csv", self.folder / "b.csv"

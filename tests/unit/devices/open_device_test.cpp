@@ -42,7 +42,7 @@ TEST(OpenDevice, AnUnknownNameGetsTheKnownOnes) {
   }
 }
 
-TEST(ReplayDevice, PlaysEachReadingOnceAndIsThenLost) {
+TEST(ReplayDevice, PlaysEachReadingOnceAndHasThenEnded) {
   std::vector<DeviceState> path(3);
   for (std::size_t k = 0; k < path.size(); ++k) {
     path[k].t = 0.5 * static_cast<double>(k);
@@ -51,12 +51,14 @@ TEST(ReplayDevice, PlaysEachReadingOnceAndIsThenLost) {
   ReplayDevice device(DeviceInfo{}, path);
   DeviceState state;
   for (const DeviceState& expected : path) {
+    EXPECT_FALSE(device.ended());
     ASSERT_TRUE(device.read(state));
     EXPECT_EQ(state.t, expected.t);
     EXPECT_EQ(state.position, expected.position);
     EXPECT_TRUE(device.write({.force = {1, 2, 3}, .torque = {}}));
   }
   EXPECT_FALSE(device.read(state));
+  EXPECT_TRUE(device.ended());
   EXPECT_FALSE(device.read(state));
 }
 

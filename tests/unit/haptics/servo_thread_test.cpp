@@ -18,8 +18,8 @@ namespace {
 using testing::displaced;
 using testing::sphere_shell;
 
-/// Presses in and out of the sphere, 20 ticks each way; may vanish at a tick. Written by the servo thread, read after
-/// it.
+/// Presses in and out of the sphere, 20 ticks each way; may vanish or end at a tick. Written by the servo thread, read
+/// after it.
 class PressingDevice final : public HapticDevice {
  public:
   explicit PressingDevice(std::uint64_t lives = ~std::uint64_t{0}) : lives_(lives) {}
@@ -32,6 +32,7 @@ class PressingDevice final : public HapticDevice {
     state.position = {0, 0, 0.1 * (1.03 - 0.03 * (1 - std::cos(0.15 * static_cast<double>(tick - first_))))};
     return true;
   }
+  bool ended() const noexcept override { return ends && ticks_.load() == lives_; }
   bool write(const Wrench& wrench) noexcept override {
     last = wrench.force;
     most = std::max(most, length(wrench.force));
@@ -41,6 +42,7 @@ class PressingDevice final : public HapticDevice {
   [[nodiscard]] std::uint64_t ticks() const { return ticks_.load(); }
 
   std::atomic<bool> waits{false};  ///< in the air
+  std::atomic<bool> ends{false};   ///< does not vanish
   Vec3d last = {9, 9, 9};
   double most = 0;
   std::uint64_t writes = 0;
@@ -194,6 +196,21 @@ TEST(ServoThread, ALostDeviceEndsTheLoop) {
   EXPECT_EQ(count, 26);
   EXPECT_NE(last.flags & bit(ServoFault::DeviceLost), 0U);
   EXPECT_EQ(last.force, Vec3d{});
+}
+
+TEST(ServoThread, ADeviceThatEndsIsNotLost) {
+  SnapshotChannel channel(sphere());
+  PressingDevice device(25);
+  device.ends = true;
+  SpscQueue<ServoTick> telemetry(64);
+  ServoThread servo(device, channel, kSettings, &telemetry);
+  while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(device.last, Vec3d{});
+  EXPECT_EQ(servo.times().ticks, 25U);
+  ServoTick tick;
+  int count = 0;
+  for (; telemetry.pop(tick); ++count) EXPECT_EQ(tick.sample.flags & bit(ServoFault::DeviceLost), 0U);
+  EXPECT_EQ(count, 25);
 }
 
 TEST(ServoThread, TakesNewSettings) {

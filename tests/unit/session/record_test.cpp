@@ -367,7 +367,7 @@ TEST_F(Record, ALiveSessionOfSculptingIsRepeatedThroughItsEdits) {
   EXPECT_EQ(found.checked, 900U);
   auto replay = Replay::open(file_);
   ASSERT_TRUE(replay);
-  EXPECT_EQ(replay->recording().head().fact("end"), "device lost");
+  EXPECT_EQ(replay->recording().head().fact("end"), "stopped");
   std::uint64_t number = 0;
   RecordedTick tick;
   while (*replay->next(number, tick)) {

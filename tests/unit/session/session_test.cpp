@@ -10,6 +10,8 @@
 #include <chrono>
 #include <filesystem>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -107,6 +109,18 @@ TEST(Session, EachFinishedStrokeIsInTheFile) {
   std::filesystem::remove(file);
 }
 
+/// A recording that breaks off.
+class LostDevice final : public HapticDevice {
+ public:
+  explicit LostDevice(std::vector<DeviceState> readings) : readings_({}, std::move(readings)) {}
+  const DeviceInfo& info() const noexcept override { return readings_.info(); }
+  bool read(DeviceState& state) noexcept override { return readings_.read(state); }
+  bool write(const Wrench& wrench) noexcept override { return readings_.write(wrench); }
+
+ private:
+  ReplayDevice readings_;
+};
+
 TEST(Session, ALostDeviceEndsItAndKeepsTheStroke) {
   // Sixty readings of approach, sixty that press with the button down, then the device is gone.
   std::vector<DeviceState> readings;
@@ -115,7 +129,7 @@ TEST(Session, ALostDeviceEndsItAndKeepsTheStroke) {
     readings.push_back(
         {.t = k * 1e-3, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 60 ? 1U : 0U});
   }
-  ReplayDevice device({}, readings);
+  LostDevice device(readings);
   Session session(device, ball(), nullptr, settings());
   session.set_brush({.tool = Tool::Carve, .radius = 0.2});
   for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
