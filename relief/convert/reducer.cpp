@@ -78,7 +78,7 @@ struct Members {
   }
 };
 
-/// What is new about fibres and slabs that members of a cage could change.
+/// What is new about fibres and slabs that members of a cage could change, of those that still stand.
 struct Changes {
   std::vector<std::uint32_t> fibres, faces;  // numbers in the whole
   std::vector<Vec3d> at;
@@ -91,8 +91,12 @@ struct Changes {
 Changes put_back(Whole& whole, const Members& members, const SlabReducer& reducer) {
   Changes changes;
   const CageDraft& cage = reducer.cage();
+  std::vector<std::uint8_t> stands(members.fibres.size(), 0);
+  for (std::uint32_t f = 0; f < members.faces.size(); ++f)
+    if (cage.alive(f))
+      for (const std::uint32_t v : cage.faces[f]) stands[v] = 1;
   for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
-    if (!reducer.is_free(v)) continue;
+    if (!reducer.is_free(v) || stands[v] == 0) continue;
     whole.ends[members.fibres[v]] = cage.ends[v];
     changes.fibres.push_back(members.fibres[v]);
     changes.at.push_back(cage.at[v]);

@@ -843,12 +843,9 @@ bool Proxy::is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept {
 
 void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
   above_.reset();
-  if (const auto at = locate(model.slab_mesh(), cursor, hint_)) note_above(model, *at);
-}
-
-void Proxy::note_above(const Snapshot& model, const SlabCoord& at) noexcept {
-  if (!hole_at(model, at.slab, at.u, at.v) && at.alpha >= displacement_at(model, at.slab, at.u, at.v))
-    above_ = Above{at, model.slab_mesh().corners(at.slab)};
+  const auto at = locate(model.slab_mesh(), cursor, hint_);
+  if (at && !hole_at(model, at->slab, at->u, at->v) && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
+    above_ = Above{*at, model.slab_mesh().corners(at->slab)};
 }
 
 bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
@@ -953,18 +950,20 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
                             !(detail::way_past(move, out) > 0);
   // Lets go, and is as far as a sweep from here has looked.
   const auto come_off = [&](const Sweep& sweep) noexcept {
+    const Snapshot& model = surface.model();
     SlabCoord at = surface.coordinates(place_);
-    at.alpha += kLift;
     let_go();
     late_ = !sweep.done();
     if (late_) here_ = sweep.clear_to();
     hint_.last = at;
     if (sweep.last_slab() != kNoSlab) hint_.last.slab = sweep.last_slab();
-    // It takes long to find out whose a place on a wall is, and there it does not matter.
-    if (late_ && !(sweep.share() > 0))
-      note_above(surface.model(), at);
-    else
-      look_below(surface.model(), here_);
+    if (sweep.share() > 0) {
+      look_below(model, here_);
+    } else if (!hole_at(model, at.slab, at.u, at.v)) {
+      // It has not yet set out. It is mostly on a wall, and whose that place is takes long to find out.
+      at.alpha = displacement_at(model, at.slab, at.u, at.v) + kLift;
+      above_ = Above{at, surface.mesh().corners(at.slab)};
+    }
   };
   bool free = false, fell = false;
   if (off && !pressed_past) {

@@ -141,8 +141,6 @@ class Proxy {
   bool is_clear(detail::MicroTriangles& surface, Vec3d cursor) noexcept;
   /// Notes where the free cursor is above the surface.
   void look_below(const Snapshot& model, Vec3d cursor) noexcept;
-  /// The same where the coordinates are known.
-  void note_above(const Snapshot& model, const SlabCoord& at) noexcept;
   /// Micro-triangles that a walk may look at in what is left of the tick.
   [[nodiscard]] int tries_left() const noexcept;
   /// Whether the cursor does in this tick.

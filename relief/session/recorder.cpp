@@ -79,10 +79,8 @@ struct Recorder::State {
   // ---- The caller's side
 
   void tick(const ServoTick& given) {
-    if (given.model == nullptr) {  // no reading, no step: the servo has ended
-      device_lost = true;
-      return;
-    }
+    if ((given.sample.flags & bit(ServoFault::DeviceLost)) != 0) device_lost = true;
+    if (given.model == nullptr) return;  // no reading, no step: the servo has ended
     // The heads that the servo has left behind will not come again.
     while (heads.size() > 1 && heads.front().get() != given.model) {
       heads.pop_front();

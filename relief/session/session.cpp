@@ -36,7 +36,7 @@ struct Session::State {
     ServoTick tick;
     while (true) {
       // Read before the queue is found empty: what the servo pushed before it ended is then still taken.
-      const bool last_round = stopping.load(std::memory_order_acquire);
+      const bool last_round = stopping.load(std::memory_order_acquire), ended = !servo.running();
       bool idle = true;
       while (telemetry.pop(tick)) {
         idle = false;
@@ -44,6 +44,7 @@ struct Session::State {
         take(tick.sample);
       }
       if (last_round) break;
+      if (ended) finish_stroke();
       if (idle) std::this_thread::sleep_for(std::chrono::microseconds(500));
     }
     finish_stroke();

@@ -109,35 +109,54 @@ TEST(Session, EachFinishedStrokeIsInTheFile) {
   std::filesystem::remove(file);
 }
 
-/// A recording that breaks off.
-class LostDevice final : public HapticDevice {
+/// A recording that ends, or breaks off.
+class EndingDevice final : public HapticDevice {
  public:
-  explicit LostDevice(std::vector<DeviceState> readings) : readings_({}, std::move(readings)) {}
+  EndingDevice(std::vector<DeviceState> readings, bool lost) : readings_({}, std::move(readings)), lost_(lost) {}
   const DeviceInfo& info() const noexcept override { return readings_.info(); }
   bool read(DeviceState& state) noexcept override { return readings_.read(state); }
+  bool ended() const noexcept override { return !lost_ && readings_.ended(); }
   bool write(const Wrench& wrench) noexcept override { return readings_.write(wrench); }
 
  private:
   ReplayDevice readings_;
+  bool lost_;
 };
 
-TEST(Session, ALostDeviceEndsItAndKeepsTheStroke) {
-  // Sixty readings of approach, sixty that press with the button down, then the device is gone.
+TEST(Session, AStrokeIsKeptWhereTheDeviceEndsOrIsLost) {
+  // Sixty readings of approach, sixty that press with the button down, then nothing more comes.
   std::vector<DeviceState> readings;
   for (int k = 0; k < 120; ++k) {
     const double reach = k < 60 ? 1.25 - 0.005 * k : 0.95;
     readings.push_back(
         {.t = k * 1e-3, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 60 ? 1U : 0U});
   }
-  LostDevice device(readings);
-  Session session(device, ball(), nullptr, settings());
-  session.set_brush({.tool = Tool::Carve, .radius = 0.2});
-  for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  EXPECT_FALSE(session.running());
-  EXPECT_TRUE(session.stop());
-  EXPECT_TRUE(session.stop()) << "stopping twice is harmless";
-  EXPECT_EQ(session.stats().strokes, 1U);
-  EXPECT_TRUE(validate(*session.head()));
+  for (const bool lost : {false, true}) {
+    const std::string name = "relief-end-" + std::to_string(::getpid());
+    const auto folder = std::filesystem::temp_directory_path(), file = folder / (name + ".relief"),
+               copy = folder / (name + "-copy.relief");
+    auto created = ModelFile::create(file, Model{.info = ModelInfo{}, .head = ball()});
+    ASSERT_TRUE(created) << created.error().message;
+    EndingDevice device(readings, lost);
+    Session session(device, created->model().head, &*created, settings());
+    session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+    // It is in the file, which the session holds, before anybody stops that.
+    std::size_t strokes = 0;
+    for (int k = 0; k < 1000 && strokes == 0; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing);
+      if (const auto opened = ModelFile::open(copy)) strokes = opened->stroke_count();
+    }
+    EXPECT_EQ(strokes, 1U) << lost;
+    EXPECT_FALSE(session.running());
+    EXPECT_TRUE(session.stop());
+    EXPECT_TRUE(session.stop()) << "stopping twice is harmless";
+    EXPECT_EQ(session.stats().strokes, 1U);
+    EXPECT_EQ((session.stats().flags & bit(ServoFault::DeviceLost)) != 0, lost);
+    EXPECT_TRUE(validate(*session.head()));
+    std::filesystem::remove(file);
+    std::filesystem::remove(copy);
+  }
 }
 
 }  // namespace
