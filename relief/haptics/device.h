@@ -58,8 +58,8 @@ class HapticDevice {
   /// Pull: read() and write() are called at 1 kHz by one thread and must not allocate or lock; both return false when
   /// the device is gone.
   [[nodiscard]] virtual bool read(DeviceState& /*state*/) noexcept { return false; }
-  /// Pull: whether nothing more comes, as after the last reading of a recording; asked once per tick by the same thread.
-  /// The device is read no more then, and is not lost.
+  /// Pull: whether nothing more comes, as after the last reading of a recording; asked once per tick by the same
+  /// thread. The device is read no more then, and is not lost.
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
   /// Commands force and torque on the hand. A safe stop is an explicit zero, never silence.
   [[nodiscard]] virtual bool write(const Wrench& /*wrench*/) noexcept { return false; }
