@@ -545,10 +545,10 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   if (!reducer.reduce(progress)) return result;
   constexpr std::size_t kFar = 8;          // times the target: from there it takes long and leads nowhere near
   constexpr std::size_t kLarge = 500'000;  // triangles: from there it takes long
+  const bool is_large = result.source.faces.size() > kLarge;
   for (const double tolerance : settings.tolerances) {
     const std::size_t before = reducer.slab_count();
     if (before <= settings.target) break;
-    const bool is_large = result.source.faces.size() > kLarge;
     if (tolerance == 0 && (is_large || before > kFar * settings.target)) continue;
     if (!reducer.reduce_further(tolerance, progress)) return result;
     result.tolerant = result.tolerant || (tolerance > 0 && reducer.slab_count() < before);

@@ -92,16 +92,6 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
   Changes changes;
   const CageDraft& cage = reducer.cage();
   std::vector<std::uint8_t> stands(members.fibres.size(), 0);
-  for (std::uint32_t f = 0; f < members.faces.size(); ++f)
-    if (cage.alive(f))
-      for (const std::uint32_t v : cage.faces[f]) stands[v] = 1;
-  for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
-    if (!reducer.is_free(v) || stands[v] == 0) continue;
-    whole.ends[members.fibres[v]] = cage.ends[v];
-    changes.fibres.push_back(members.fibres[v]);
-    changes.at.push_back(cage.at[v]);
-    changes.quadrics.push_back(cage.quadrics[v]);
-  }
   for (std::uint32_t f = 0; f < members.faces.size(); ++f) {
     Face& face = whole.faces[members.faces[f]];
     const Face& mine = cage.faces[f];
@@ -109,12 +99,20 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
       face = mine;
       continue;
     }
+    for (const std::uint32_t v : mine) stands[v] = 1;
     if (!reducer.is_free(mine[0]) && !reducer.is_free(mine[1]) && !reducer.is_free(mine[2])) continue;
     for (std::size_t k = 0; k < 3; ++k) face[k] = members.fibres[mine[k]];
     const std::span<const Entry> list = cage.list(f);
     changes.faces.push_back(members.faces[f]);
     changes.lists.push_back({static_cast<std::uint32_t>(changes.pool.size()), static_cast<std::uint32_t>(list.size())});
     changes.pool.insert(changes.pool.end(), list.begin(), list.end());
+  }
+  for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
+    if (!reducer.is_free(v) || stands[v] == 0) continue;
+    whole.ends[members.fibres[v]] = cage.ends[v];
+    changes.fibres.push_back(members.fibres[v]);
+    changes.at.push_back(cage.at[v]);
+    changes.quadrics.push_back(cage.quadrics[v]);
   }
   // They wait until all cells are ready.
   changes.pool.shrink_to_fit();

@@ -43,11 +43,10 @@ struct Session::State {
         if (recorder != nullptr) recorder->tick(tick);
         take(tick.sample);
       }
-      if (last_round) break;
       if (ended) finish_stroke();
+      if (last_round) break;
       if (idle) std::this_thread::sleep_for(std::chrono::microseconds(500));
     }
-    finish_stroke();
   }
 
   void take(const ServoSample& sample) {
