@@ -558,8 +558,9 @@ void add_convert(CLI::App& app, Context& context) {
       ->excludes(samples);
   c->add_option(
        "--mode", o->mode,
-       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: nearer to the slabs asked for, "
-       "with samples marked whose fibre meets the surface more than once, and certified where that takes none; "
+       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: the slabs asked for, with samples "
+       "marked whose fibre does not meet the surface once, and on a solid made anew where the surface itself takes "
+       "more; certified where that takes none; "
        "preview: quick, single slabs are sound; without it certified, else preview")
       ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
   c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal, 1e-4 to 1 (default 0.1)")

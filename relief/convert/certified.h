@@ -6,6 +6,7 @@
 #include <relief/convert/lattice.h>
 #include <relief/convert/mend.h>
 #include <relief/convert/shell.h>
+#include <relief/convert/slab_reducer.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -22,10 +23,11 @@ struct CertifiedSettings {
                         ///< sheets are pushed apart and less does not do
   double speck = 0;     ///< parts no wider than this that have no thin shell are named and nothing is cut out of them;
                         ///< lattice steps
-  /// Shares of a slab's area in which fibres may meet the source several times (0: nowhere, 1: anywhere), one after the
-  /// other, as long as the target is not reached; all other conditions stay (shell.md 14), and fibres that see only
-  /// backs of the source cannot come about: each still crosses it once more to the front than to the back.
-  std::span<const double> tolerances = {};
+  /// What may be given up, one after the other, as long as the target is not reached; all other conditions stay
+  /// (shell.md 14). Where nothing is lost, each fibre still crosses the source once more to the front than to the back.
+  std::span<const Tolerance> tolerances = {};
+  double most_lost = 0;  ///< share of the source's area that may lie in no slab; where the target takes more, nothing
+                         ///< is lost, and more slabs remain
 };
 
 /// A connected part of the source, by its first face, that has no thin shell, and why: a clause.
@@ -36,9 +38,9 @@ struct PartObstacle {
 };
 
 struct CertifiedShell {
-  Shell shell;                     ///< empty when there is none
-  bool tolerant = false;           ///< C6 does not hold throughout: the tolerance was made use of
-  ClosedSource source;             ///< as it was certified, or as far as it was mended: the points given come first
+  Shell shell;            ///< empty when there is none
+  bool tolerant = false;  ///< C6, and C5 where some was lost, do not hold throughout: a tolerance was made use of
+  ClosedSource source;    ///< as it was certified, or as far as it was mended: the points given come first
   std::size_t divided_fans = 0;    ///< around vertices with very many triangles
   std::size_t blunted_points = 0;  ///< whose faces no direction saw and whose edges are long: their tips were cut off
   std::size_t moved_points = 0;

@@ -408,10 +408,10 @@ struct ClosedShell {
 };
 
 ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
-                              double diagonal, const Progress& progress) {
-  // Shares of a slab's area in which a tolerant shell may fold; what needs no folds comes first, in certified mode,
-  // too.
-  constexpr std::array<double, 5> kTolerances = {0, 0.05, 0.2, 0.5, 1};
+                              double diagonal, double most_lost, const Progress& progress) {
+  // What a tolerant shell may give up; what needs nothing given up comes first, in certified mode, too.
+  constexpr std::array<Tolerance, 10> kTolerances = {
+      {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
   constexpr int kAttempts = 3;
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
@@ -428,7 +428,8 @@ ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, cons
          .longest = settings.thickness * share,
          .farthest = kFarthest * share,
          .speck = kUsualError * share,
-         .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1)},
+         .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1),
+         .most_lost = most_lost},
         progress);
     const CertifiedShell& made = result.made;
     if (!made.shell.faces.empty() || made.obstacle.empty() || !made.specks.empty()) break;
@@ -487,8 +488,9 @@ Least least_slabs(const ClosedSource& source, const Parts& parts) {
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
 /// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
 /// one when cancelled.
+/// `most_lost`: share of the source's area that a tolerant shell may leave out.
 std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
-                                        ConvertReport& report, const Progress& progress) {
+                                        double most_lost, ConvertReport& report, const Progress& progress) {
   constexpr std::size_t kMostNotes = 5;
   report.parts = {};
   Parts parts = find_parts(ground.mesh.positions.size(), ground.mesh.triangles);
@@ -507,7 +509,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   std::iota(part_number.begin(), part_number.end(), 0U);
   ClosedShell closed;
   for (;;) {
-    closed = close_and_certify(*open, parts, settings, diagonal, progress);
+    closed = close_and_certify(*open, parts, settings, diagonal, most_lost, progress);
     const CertifiedShell& made = closed.made;
     for (const PartObstacle& bad : made.specks.empty() ? made.bad_parts : made.specks)
       note_obstacle(part_number[bad.part], closed.lattice.to_model(bad.place), bad.reason);
@@ -603,6 +605,83 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   return *mesh;
 }
 
+/// Puts a solid made anew in the place of the repaired source.
+Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, const Progress& progress) {
+  const double across = diagonal_of(bounds(mended));
+  RELIEF_TRY(Remeshed made, remesh(mended, share * across, progress));
+  report.remesh = {.voxel = made.voxel / across, .sheets = made.sheets, .crumbs = made.crumbs};
+  report.repair.parts = made.parts;
+  report.repair.boundary_loops = made.rims;
+  mended = std::move(made.mesh);
+  return {};
+}
+
+/// Of some fibres through a shell the share that meets nothing of what it stands on.
+double missed_share(const SlabMesh& mesh, const Ground& ground, const Progress& progress) {
+  constexpr std::size_t kWithout = 950'000;  // of the million that are looked at in the end
+  const SourceSurface surface(ground.mesh.positions, ground.mesh.triangles, ground.lattice);
+  const HitCount hits = count_hits(mesh, {surface, ground.lattice, ground.phantom_from}, kWithout, progress);
+  return double(hits.none) / double(std::max<std::size_t>(hits.all(), 1));
+}
+
+/// The shell in tolerant mode, else as certify(). Where no slabs that hold nearly all of the source are as few as asked
+/// for, they stand on a solid of it whose voxels grow until they are, and the last may miss more of it. Where they
+/// never are, those stay that hold the source, or the first solid.
+std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const ConvertSettings& settings, double diagonal,
+                                         ConvertReport& report, const Progress& progress) {
+  struct Solid {
+    double voxel;  // of the diagonal; 0: chosen from the source, about as fine as that
+    double lost;   // share of it that may be outside the slabs
+  };
+  constexpr double kFew = 0.03, kMany = 0.25;
+  constexpr std::array<Solid, 6> kSolids = {
+      {{0, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};
+  struct Tolerant {
+    Ground ground;
+    ConvertReport report;
+    std::shared_ptr<const SlabMesh> mesh = nullptr;
+  };
+  const auto asked = static_cast<std::size_t>(settings.slabs);
+  report.dropped_parts = drop_small_parts(ground.mesh.positions, ground.mesh.triangles, asked);
+  ground.phantom_from = ground.mesh.triangles.size();
+  const Tolerant source = {std::move(ground), report};
+  const auto certified = [&](Tolerant&& made, double lost) {
+    made.mesh = certify(made.ground, settings, diagonal, lost, made.report, progress);
+    return std::move(made);
+  };
+  const auto is_few_enough = [&](const Tolerant& made) {
+    return made.mesh != nullptr && made.mesh->slab_count() <= asked;
+  };
+  const auto misses_little = [&](const Tolerant& made, double lost) {
+    return missed_share(*made.mesh, made.ground, progress) <= lost;
+  };
+  Tolerant made = certified(Tolerant(source), kFew);
+  bool is_enough = is_few_enough(made);
+  if (is_enough && !misses_little(made, kFew)) {
+    made = certified(Tolerant(source), 0);
+    is_enough = is_few_enough(made);
+  }
+  const bool has_shell = made.mesh != nullptr;
+  const std::string why =
+      has_shell ? "slabs that hold the source are " + std::to_string(made.mesh->slab_count()) + " at least"
+                : made.report.not_certified;
+  for (const auto& [voxel, lost] : kSolids) {
+    if (is_enough || progress.cancelled()) break;
+    if (voxel == 0 ? has_shell : source.report.remesh && voxel <= source.report.remesh->voxel) continue;
+    Tolerant solid = source;
+    if (!remesh_source(solid.ground.mesh, voxel, solid.report, progress)) continue;
+    solid = certified(std::move(solid), lost);
+    is_enough = is_few_enough(solid) && misses_little(solid, lost);
+    if (!is_enough && (made.mesh != nullptr || solid.mesh == nullptr)) continue;
+    solid.report.notes.push_back(why + "; these stand on a solid of it with voxels of " +
+                                 number(solid.report.remesh->voxel) + " of the diagonal");
+    made = std::move(solid);
+  }
+  ground = std::move(made.ground);
+  report = std::move(made.report);
+  return made.mesh;
+}
+
 /// How fine the colour layer is: as the source's colours ask for, and as a given n; bounded for very many slabs.
 int colour_grid(const ConvertSettings& settings, const SlabMesh& mesh, const SourceSurface& surface,
                 const Lattice& lattice, const TriangleMesh& source) {
@@ -636,14 +715,15 @@ Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& sourc
   const auto any = [&](auto&& has) { return std::any_of(sampled.slabs.begin(), sampled.slabs.end(), has); };
   if (any([](const SlabAlpha& slab) { return !slab.is_void.empty(); }))
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
-  if (sampled.hits.several > 0) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
+  const bool folded = sampled.hits.several + sampled.hits.none > 0;
+  if (folded) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     SlabAlpha& slab = sampled.slabs[s];
     constrain(*mesh, Layer::Displacement, s, *slab.tile);
     draft.put(Layer::Displacement, s, std::move(slab.tile));
     if (!slab.is_void.empty()) add_marks(Layer::Void, s, [&](std::size_t k) { return slab.is_void[k] != 0; });
-    if (sampled.hits.several > 0 && !slab.met.empty())
-      add_marks(Layer::Folded, s, [&](std::size_t k) { return slab.met[k] == Met::Often; });
+    if (folded && !slab.met.empty())
+      add_marks(Layer::Folded, s, [&](std::size_t k) { return slab.met[k] != Met::Once; });
   }
   return draft.finish();
 }
@@ -748,17 +828,6 @@ void report_thickness(const SlabMesh& mesh, double diagonal, ConvertReport& repo
   report.thickness_median = lengths[lengths.size() / 2];
 }
 
-/// Puts a solid made anew in the place of the repaired source.
-Status remesh_source(TriangleMesh& mended, double share, ConvertReport& report, const Progress& progress) {
-  const double across = diagonal_of(bounds(mended));
-  RELIEF_TRY(Remeshed made, remesh(mended, share * across, progress));
-  report.remesh = {.voxel = made.voxel / across, .sheets = made.sheets, .crumbs = made.crumbs};
-  report.repair.parts = made.parts;
-  report.repair.boundary_loops = made.rims;
-  mended = std::move(made.mesh);
-  return {};
-}
-
 /// Where coordinates are coarser than the shape they describe, triangles collapse, and some of the others coincide.
 /// Where triangles coincide and few have collapsed, the file has the surface twice.
 void note_collapsed(std::size_t triangles, ConvertReport& report) {
@@ -824,7 +893,8 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   std::shared_ptr<const SlabMesh> mesh;
   Mode mode = Mode::Preview;
   if (settings.mode != Mode::Preview) {
-    mesh = certify(ground, settings, diagonal, report, progress);
+    mesh = settings.mode == Mode::Tolerant ? tolerate(ground, settings, diagonal, report, progress)
+                                           : certify(ground, settings, diagonal, 0, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
     if (mesh != nullptr) mode = ground.tolerant ? Mode::Tolerant : Mode::Certified;

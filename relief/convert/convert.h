@@ -77,7 +77,7 @@ struct ConvertReport {
     std::size_t sheets = 0;  ///< parts that close nothing off, made two voxels thick
     std::size_t crumbs = 0;  ///< parts of a few voxels, left out
   };
-  std::optional<Remesh> remesh;    ///< where it was asked for
+  std::optional<Remesh> remesh;    ///< where it was asked for, or tolerant mode could not do without
   std::vector<std::string> notes;  ///< what is odd about the source; sentences without a full stop
   std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
   /// Connected parts of the mended source. The certificate is one for all of them: where some cannot have it, none has,
@@ -112,7 +112,9 @@ struct Conversion {
 /// then the mended source. Certified mode: a thin shell on the mended source is made coarse by steps of which each
 /// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
 /// such step is left. Tolerant mode goes on from there with steps that keep C0 to C5, as long as the target is not
-/// reached. Both for closed sources whose sheets do not meet; the mended source lies on the lattice. Preview mode:
+/// reached, then with such as keep C0 to C4 and leave little of the source outside, then on solids of it with ever
+/// larger voxels; where the parts alone take more slabs, the smallest are left out. Certified for closed sources whose
+/// sheets do not meet; the mended source lies on the lattice. Preview mode:
 /// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
 /// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is
 /// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a

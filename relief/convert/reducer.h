@@ -28,18 +28,25 @@ class Reducer {
   bool reduce(const Progress& progress);
   /// This and all that follows: after reduce().
   [[nodiscard]] std::size_t slab_count() const noexcept { return last_->slab_count(); }
-  /// Goes on to the target where that share of a slab's area may fold (C6); all stays as it was where that takes no
-  /// slab away. False when cancelled.
-  bool reduce_further(double tolerance, const Progress& progress) {
+  /// Goes on to the target where that much may be given up; all stays as it was where that takes no slab away. False
+  /// when cancelled.
+  bool reduce_further(Tolerance tolerance, const Progress& progress) {
     auto before = std::make_unique<SlabReducer>(*last_);
     last_->tolerate(tolerance);
     if (!last_->reduce(target_, progress)) return false;
     if (last_->slab_count() >= before->slab_count()) last_ = std::move(before);
     return true;
   }
+  /// Notes how things stand, for go_back().
+  void keep() { kept_ = std::make_unique<SlabReducer>(*last_); }
+  [[nodiscard]] bool has_kept() const noexcept { return kept_ != nullptr; }
+  /// To how they stood at keep().
+  void go_back() { last_ = std::move(kept_); }
   /// False when cancelled.
   bool thicken(const Progress& progress) { return last_->thicken(progress); }
   [[nodiscard]] Shell shell() const;
+  /// The share of the source's area that lies in no slab.
+  [[nodiscard]] double lost() const { return last_->lost(); }
 
  private:
   const OrderedSource& source_;
@@ -48,6 +55,7 @@ class Reducer {
   std::vector<Ends> ends_;
   std::unique_ptr<BoxTree> tree_;
   std::unique_ptr<SlabReducer> last_;  // once reduce() has come that far
+  std::unique_ptr<SlabReducer> kept_;
 };
 
 }  // namespace relief::detail

@@ -219,6 +219,7 @@ void SlabReducer::gather() {
   if (gathered_) return;
   gathered_ = true;
   aim_.reset();
+  lost_before_.reset();
   union_.clear();
   hint_ = kNone;
   failed_ = 0;
@@ -246,6 +247,10 @@ void SlabReducer::gather() {
   });
   std::sort(union_.begin(), union_.end());
   laid_out_ = false;
+  if (tolerance_.loss == 0) return;
+  areas_.clear();
+  area_ = 0;
+  for (const Entry e : union_) area_ += areas_.emplace_back(0.5 * length(source_.cross_of(e.first())));
 }
 
 /// Puts what was gathered side by side, for the tests of slabs.
@@ -334,14 +339,11 @@ Direction SlabReducer::find_aim() {
   std::size_t all = 0, at = 0;
   for (const Entry e : union_) all += e.is_block() ? kBlock : 1;
   const std::size_t stride = 1 + all / kEnough;
-  for (const Entry e : union_) {
-    const auto stop = std::min<std::size_t>(e.first() + (e.is_block() ? kBlock : 1), source_.faces.size());
-    for (std::uint32_t t = e.first(); t < stop; ++t)
-      if (at++ % stride == 0) {
-        aimed_at_.push_back(t);
-        mean += source_.normal(t);
-      }
-  }
+  for_triangles(union_, [&](std::uint32_t t) {
+    if (at++ % stride != 0) return;
+    aimed_at_.push_back(t);
+    mean += source_.normal(t);
+  });
   mean = normalized(mean);
   if (aimed_at_.size() > 14) aimed_at_ = outermost(mean);
   for (const std::uint32_t t : aimed_at_) normals_.push_back(source_.normal(t));
@@ -437,9 +439,14 @@ SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
                                 : Fault::None;
 }
 
-/// The fault of a piece that is in a slab, if there is one: folds are let go as long as there is area to spare.
-SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double& spare) const {
+/// The fault of a piece that is in a slab, if there is one: folds, and what may be lost, are let go as long as there is
+/// area to spare.
+SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double& spare) {
   if (m == Meeting::Folded && folds_at_will()) return Fault::None;
+  if (spare_ && (m == Meeting::Outer || m == Meeting::Inner)) {
+    lost_ += 0.25 * length(source_.cross_of(triangle));  // about half of it is outside
+    return lost_ <= *spare_ ? Fault::None : Fault::Lost;
+  }
   if (m == Meeting::Folded && spare > 0) {
     spare -= 0.5 * length(source_.cross_of(triangle));
     if (spare >= 0) return Fault::None;
@@ -482,7 +489,7 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
 
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
-  if (hint_ != kNone && tolerance_ == 0) {
+  if (hint_ != kNone && tolerance_.folds == 0) {
     const SourceTriangle t = source_.triangle(hint_);
     for (std::size_t k = 0; k < trial_.shapes.size(); ++k)
       if (const Fault fault = fault_of(trial_.shapes[k].meet(t)); fault != Fault::None) {
@@ -491,6 +498,8 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
       }
   }
   lay_out();
+  lost_ = 0;
+  if (spare_) met_.assign(union_.size(), 0);
   trial_.lists.clear();
   trial_.ranges.resize(trial_.shapes.size());
   // Where the last trial failed this one is likely to, too.
@@ -503,7 +512,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     };
     const auto begin = static_cast<std::uint32_t>(trial_.lists.size());
     const QuickShape quick(s, origin_);
-    double spare = tolerance_ * s.middle_area();
+    double spare = tolerance_.folds * s.middle_area();
     for (std::size_t four = 0; four < pieces_.size(); ++four) {
       if (quick.near(pieces_[four]) == 0) continue;
       const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
@@ -525,6 +534,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
             return fail(fault);
           }
         }
+        if (spare_) met_[k] = 1;
         trial_.lists.push_back(e);
       }
     }
@@ -538,7 +548,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
                trial_.lists[stop].first() / kBlock == e.first() / kBlock)
           ++stop;
       }
-      if (stop - k >= kBlock / 2)
+      if (stop - k >= kBlock / 2 && tolerance_.loss == 0)
         trial_.lists[kept++] = Entry::block(e.first() / kBlock);
       else
         for (std::size_t j = k; j < stop; ++j) trial_.lists[kept++] = trial_.lists[j];
@@ -548,7 +558,9 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     if (kept == begin) return fail(Fault::Empty);
     trial_.ranges[at] = {begin, static_cast<std::uint32_t>(kept - begin)};
   }
-  return Fault::None;
+  for (std::size_t k = 0; spare_ && k < met_.size(); ++k)
+    if (met_[k] == 0) lost_ += areas_[k];
+  return spare_ && lost_ > *spare_ ? Fault::Lost : Fault::None;
 }
 
 // C3, inner against outer included.
@@ -639,13 +651,30 @@ void SlabReducer::commit_lists() {
 
 bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
   if (length(to_double(ends[kOuter] - ends[kInner])) > longest_) return false;
+  if (const double lost = lost_now(); lost > 0) spare_ = lost;
   trial_.ends = ends;
-  if (evaluate() != Fault::None) return false;
+  const Fault fault = evaluate();
+  spare_.reset();
+  if (fault != Fault::None) return false;
   cage_.at[trial_.moved] = at;
   cage_.ends[trial_.moved] = ends;
   commit_lists();
   touch(trial_.moved);
   return true;
+}
+
+/// How much of the source is outside the slabs of the star in hand.
+double SlabReducer::lost_now() {
+  if (tolerance_.loss == 0) return 0;
+  gather();
+  if (!lost_before_) {
+    trial_.ends = cage_.ends[trial_.moved];
+    spare_ = Box3d::kFar;
+    evaluate();
+    spare_.reset();
+    lost_before_ = lost_;
+  }
+  return *lost_before_;
 }
 
 // While slabs are about as small as the source's triangles, one end can mostly be merged into the other as it is, which
@@ -672,7 +701,18 @@ bool SlabReducer::drop_end(std::uint32_t h, double most) {
 }
 
 bool SlabReducer::collapse(std::uint32_t h) {
-  if (!link_allows(h) || !star_of_edge(h)) return false;
+  if (!link_allows(h)) return false;
+  if (collapse_somewhere(h)) return true;
+  if (tolerance_.loss == 0) return false;
+  may_lose_ = true;
+  const bool done = collapse_somewhere(h);
+  may_lose_ = false;
+  spare_.reset();
+  return done;
+}
+
+bool SlabReducer::collapse_somewhere(std::uint32_t h) {
+  if (!star_of_edge(h)) return false;
   const std::uint32_t u = origin(h), v = target(h);
   const Vec3d best = weigh(u, v).place;
   double before = quality_now().least;
@@ -815,6 +855,7 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   std::array<Range, 2> room{};
   // Begins with the next direction that leaves the fibre some height. False when there is none.
   const auto start = [&] {
+    spare_.reset();
     for (; choice < directions.size(); ++choice) {
       const Vec3d d = directions[choice];
       const auto found = heights_along(at, d);
@@ -856,6 +897,12 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
     heights[side] = std::max(share * before, 0.5 * (before + room[side].least));
     return heights[side] < 0.98 * before;
   };
+  // Where it would have to grow and cannot.
+  const auto give_up_some = [&] {
+    if (!may_lose_ || spare_) return false;
+    spare_ = tolerance_.loss * area_;
+    return true;
+  };
   if (!start()) return false;
   int shrunk = 0;
   const bool patient = alive_ <= few_;  // each slab is worth more tries
@@ -879,11 +926,14 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
           for (const Side side : {kInner, kOuter}) shrink(side, 0.6);
         break;
       case Fault::Outer:
-        goes_on = grow_clear(kOuter);
+      case Fault::Inner: {
+        const std::array<double, 2> before = heights;
+        goes_on = grow_clear(fault == Fault::Outer ? kOuter : kInner);
+        if (goes_on || !give_up_some()) break;
+        goes_on = true;
+        heights = before;
         break;
-      case Fault::Inner:
-        goes_on = grow_clear(kInner);
-        break;
+      }
       case Fault::Empty:
         goes_on = grow(kOuter);
         break;
@@ -897,6 +947,7 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         return false;
       case Fault::Winding:  // at no height
       case Fault::Folded:
+      case Fault::Lost:
         goes_on = false;
         break;
     }
@@ -1129,10 +1180,39 @@ bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   return true;
 }
 
-void SlabReducer::tolerate(double share) {
-  tolerance_ = share;
+void SlabReducer::tolerate(Tolerance tolerance) {
   thorough_ = true;
   tried_.assign(tried_.size(), 0);
+  const bool spread = tolerance.loss > 0 && tolerance_.loss == 0;
+  tolerance_ = tolerance;
+  if (!spread) return;
+  // What is lost is told triangle by triangle.
+  std::vector<Entry> pool;
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if (!alive(f)) continue;
+    const SlabShape shape(cage_.triangle(f, kInner), cage_.triangle(f, kOuter));
+    const auto begin = static_cast<std::uint32_t>(pool.size());
+    for_triangles(cage_.list(f), [&](std::uint32_t t) {
+      if (!shape.is_apart(source_.triangle(t))) pool.push_back(Entry::triangle(t));
+    });
+    cage_.lists[f] = {begin, static_cast<std::uint32_t>(pool.size()) - begin};
+  }
+  listed_ = pool.size();
+  cage_.pool = std::move(pool);
+  gathered_ = false;
+}
+
+double SlabReducer::lost() const {
+  std::vector<std::uint8_t> held(source_.faces.size(), 0);
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
+    if (alive(f)) for_triangles(cage_.list(f), [&](std::uint32_t t) { held[t] = 1; });
+  double all = 0, outside = 0;
+  for (std::uint32_t t = 0; t < source_.faces.size(); ++t) {
+    const double area = length(source_.cross_of(t));
+    all += area;
+    if (held[t] == 0) outside += area;
+  }
+  return all > 0 ? outside / all : 0;
 }
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {

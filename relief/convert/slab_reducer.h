@@ -16,6 +16,13 @@
 
 namespace relief::detail {
 
+/// What fewer slabs may cost; never less than was allowed before.
+struct Tolerance {
+  double folds = 0;  ///< share of a slab's area in which the source may fold (C6); 0: nowhere, 1: as it likes
+  double loss = 0;  ///< share of what the slabs around an edge hold of the source that its merging may leave outside of
+                    ///< them (C5), where nothing else merges it; only with folds = 1
+};
+
 /// Works on a whole cage, or on the part of one within a box: all slabs that meet the box, of which those change that
 /// lie strictly inside, and nothing that changes leaves it. So parts within disjoint boxes may be worked on at once.
 class SlabReducer {
@@ -33,9 +40,10 @@ class SlabReducer {
   bool sweep(std::size_t stop, const Progress& progress);
   /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled.
   bool reduce(std::size_t target_count, const Progress& progress);
-  /// From now on the source may fold in that share of a slab's area (0: nowhere, 1: as it likes), and more is tried to
-  /// make slabs fewer.
-  void tolerate(double share);
+  /// From now on that much may be given up, and more is tried to make slabs fewer.
+  void tolerate(Tolerance tolerance);
+  /// The share of the source's area that lies in no slab.
+  [[nodiscard]] double lost() const;
   /// Makes room to carve and to add. False when cancelled.
   bool thicken(const Progress& progress);
 
@@ -56,6 +64,7 @@ class SlabReducer {
     OuterOverlap,
     InnerOverlap,
     Empty,
+    Lost,
     Outside
   };
   struct Candidate {
@@ -150,6 +159,14 @@ class SlabReducer {
     return alive(h / 3) && h < twins_[h] && is_free(origin(h)) && is_free(target(h));
   }
 
+  /// Calls visit(t) for the triangles of some entries.
+  template <typename Visit>
+  void for_triangles(std::span<const Entry> entries, Visit&& visit) const {
+    for (const Entry e : entries) {
+      const auto stop = std::min<std::size_t>(e.first() + (e.is_block() ? kBlock : 1), source_.faces.size());
+      for (std::uint32_t t = e.first(); t < stop; ++t) visit(t);
+    }
+  }
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
   void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
@@ -174,7 +191,7 @@ class SlabReducer {
   Fault evaluate();
   Fault evaluate_source();
   Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, double& spare);
-  Fault judge(Meeting m, std::uint32_t triangle, double& spare) const;
+  Fault judge(Meeting m, std::uint32_t triangle, double& spare);
   [[nodiscard]] static Fault fault_of(Meeting m) noexcept;
   Fault evaluate_overlap();
   [[nodiscard]] Quality quality(Vec3d at) const noexcept;
@@ -183,11 +200,13 @@ class SlabReducer {
 
   bool drop_end(std::uint32_t h, double most);
   bool collapse(std::uint32_t h);
+  bool collapse_somewhere(std::uint32_t h);
   bool collapse_to(std::uint32_t h, Vec3d at, double shape_before);
   [[nodiscard]] std::optional<std::array<Range, 2>> heights_along(Vec3d at, Vec3d d) const noexcept;
   void adapt_growth(Fault fault);
   void merge(std::uint32_t h, Vec3d at);
   bool try_ends(Vec3d at, const Ends& ends);
+  double lost_now();
   /// Calls visit(side, b, c) for the edges opposite the moved vertex in the trial's fresh faces, from end to end.
   template <typename Visit>
   void for_rim(Visit&& visit) const {
@@ -201,13 +220,14 @@ class SlabReducer {
   void improve(std::uint32_t v);
   void settle(std::uint32_t v);
   void even_out(std::uint32_t v);
-  [[nodiscard]] bool folds_at_will() const noexcept { return tolerance_ >= 1; }
+  [[nodiscard]] bool folds_at_will() const noexcept { return tolerance_.folds >= 1; }
   void flip(std::uint32_t h);
   void lengthen(std::uint32_t v, double share);
 
   const OrderedSource& source_;
   double longest_;
-  double tolerance_ = 0;
+  Tolerance tolerance_;                 // where some may be lost, lists hold no blocks
+  bool may_lose_ = false;               // an edge is being merged for which nothing else is left
   bool thorough_ = false;               // each slab less is worth more work
   std::array<double, 2> growth_{1, 1};  // by Side: how much higher merged fibres start, as the last ones had to
   Box3d room_;
@@ -239,7 +259,13 @@ class SlabReducer {
   LatticePoint origin_;  // of the pieces
   Seen seen_;
   bool gathered_ = false, laid_out_ = false;
-  std::optional<Direction> aim_;  // of the star that is gathered
+  std::optional<Direction> aim_;       // of the star that is gathered
+  std::vector<double> areas_;          // of what is gathered, where some may be lost
+  double area_ = 0;                    // of all that
+  std::vector<std::uint8_t> met_;      // of what is gathered: whether it meets a slab of the trial
+  std::optional<double> spare_;        // area that the trial may lose; none: nothing
+  double lost_ = 0;                    // area that it does
+  std::optional<double> lost_before_;  // area that is outside the slabs that it replaces
   std::vector<std::uint32_t> mark_;
   std::uint32_t mark_round_ = 0, star_round_ = 0;
   std::uint32_t hint_ = kNone;  // the triangle that failed last

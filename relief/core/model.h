@@ -11,8 +11,8 @@
 namespace relief {
 
 /// What is claimed about the slabs. Preview: single slabs are sound and the triangles do not intersect. Tolerant: the
-/// shell does not overlap; samples whose fibre meets the surface more than once are flagged. Certified: proven, every
-/// fibre once.
+/// shell does not overlap; samples whose fibre does not meet the surface exactly once are flagged. Certified: proven,
+/// every fibre once.
 enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
 
 [[nodiscard]] constexpr std::string_view name(Mode mode) noexcept {
@@ -26,9 +26,7 @@ enum class Mode : std::uint8_t { Certified, Tolerant, Preview };
 
 /// The conditions of the verifier that a mode claims to hold, those with the source among them.
 [[nodiscard]] constexpr std::string_view claims(Mode mode) noexcept {
-  return mode == Mode::Certified  ? "C0 C1 C2 C3 C4 C5 C6 C7"
-         : mode == Mode::Tolerant ? "C0 C1 C2 C3 C4 C5"
-                                  : "C0 C1 C3";
+  return mode == Mode::Certified ? "C0 C1 C2 C3 C4 C5 C6 C7" : mode == Mode::Tolerant ? "C0 C1 C2 C3 C4" : "C0 C1 C3";
 }
 
 struct ModelInfo {

@@ -27,7 +27,7 @@ enum class Layer : std::uint8_t {
   Mask,             ///< 0 free, 1 protected from tools
   Strata,           ///< alpha of a buried boundary between materials
   Void,             ///< 0 surface, 1 hole (see is_hole)
-  Folded,           ///< 1 where the fibre met the source several times, so that the sample holds only one of them
+  Folded,           ///< 1 where the fibre met the source several times, of which the sample holds one, or not at all
 };
 inline constexpr int kLayerCount = 10;
 

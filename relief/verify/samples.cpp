@@ -187,6 +187,10 @@ class SampleChecker {
     const auto name = [&] { return "sample " + std::to_string(sample) + " of slab " + std::to_string(slab); };
     if (!(value >= 0.0F && value <= 1.0F)) return note(slab, sample, name() + " is not in 0..1");
     const bool is_void = marks_ && marked(marks_->voids, slab, sample);
+    const bool is_folded = marks_ && marked(marks_->folded, slab, sample);
+    // A mark that its fibre does not meet the source once: where it leaves it nowhere, there is no place to lie at.
+    if (is_folded && std::ranges::none_of(hits_, [](const Hit& h) { return h.leaves && h.how != Hit::How::Grazed; }))
+      return;
     if (places == 0) {
       if (is_void && !source_.phantom_from) return;
       return note(slab, sample, name() + " has a fibre that does not meet the source");
@@ -198,7 +202,7 @@ class SampleChecker {
                       " away from where its fibre meets the source");
     if (!marks_) return;
     std::string wrong = wrong_void(is_void, value, whole, std::max(nearest, tolerance_));
-    if (wrong.empty()) wrong = wrong_fold(marked(marks_->folded, slab, sample), whole);
+    if (wrong.empty()) wrong = wrong_fold(is_folded, whole);
     if (!wrong.empty()) note(slab, sample, name() + wrong);
   }
 
@@ -252,7 +256,7 @@ class SampleChecker {
     return is_void ? " is marked void, but its fibre meets the surface there"
                    : " is not marked void, but only what closes an opening is there";
   }
-  /// The same for the mark that its fibre meets the source several times.
+  /// The same for the mark that its fibre, which leaves the source, does so several times.
   [[nodiscard]] std::string wrong_fold(bool folded, double whole) const {
     constexpr double kEnd = 1e-5;  // of the fibre: what meets it nearer to its ends may be beyond them
     struct Range {

@@ -141,7 +141,7 @@ struct SampleCheck {
 /// tiles none does.
 struct SampleMarks {
   std::span<const SampleTile> voids;   ///< there is no surface: an opening was closed
-  std::span<const SampleTile> folded;  ///< the fibre meets the source several times
+  std::span<const SampleTile> folded;  ///< the fibre does not meet the source exactly once
 };
 
 /// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
@@ -156,9 +156,9 @@ struct SampleMarks {
 /// With marks, a void sample must lie on a triangle that closes an opening, any other on one that does not; where its
 /// fibre passes within 2^-8 lattice steps of the rim between them, or meets both within the tolerance, it may be
 /// either. Where the source does not say which triangles close openings, all samples on one triangle must agree, and a
-/// void one may meet nothing. A folded sample's fibre must meet the source twice or more, that of any other must not
-/// both enter and leave it at places further apart than the tolerance. Cancelled: the samples that are left are not
-/// tested.
+/// void one may meet nothing. A folded sample's fibre must meet the source twice or more, or nowhere leave it, and then
+/// the sample may lie anywhere; that of any other must not both enter and leave it at places further apart than the
+/// tolerance. Cancelled: the samples that are left are not tested.
 [[nodiscard]] SampleCheck check_samples(const Shell& shell, const Source& source, std::span<const SampleTile> tiles,
                                         double tolerance, const std::optional<SampleMarks>& marks = std::nullopt,
                                         const Progress& progress = {});

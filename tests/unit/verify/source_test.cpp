@@ -744,6 +744,21 @@ TEST(VerifySamples, FoldedIsWhatFibresMeetSeveralTimes) {
   EXPECT_NE(c.failures.at(0).what.find("not marked folded"), std::string::npos);
 }
 
+TEST(VerifySamples, FoldedMayMeetNothing) {
+  OpenBox box;
+  for (auto& tile : box.voids.values) std::ranges::fill(tile, 0.0F);
+  for (auto& tile : box.folded.values) std::ranges::fill(tile, 0.0F);
+  box.source.faces.resize(10);
+  const SampleCheck unmarked = box.check(10);
+  ASSERT_GT(unmarked.none, 0U);
+  EXPECT_EQ(unmarked.off, unmarked.none);
+  for (SampleCheck c = unmarked; c.off > 0; c = box.check(10))
+    for (const Failure& f : c.failures) {
+      ASSERT_NE(f.what.find("does not meet the source"), std::string::npos) << f.what;
+      box.folded.values[f.a][f.b] = 1;
+    }
+}
+
 TEST(VerifySamples, NamesEverySlabHoweverManyAreOff) {
   const Cage cage = cube_cage(0.5, 1);
   Tiles tiles = cube_tiles(cage, 100);  // 12 times 5151
