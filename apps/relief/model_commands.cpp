@@ -251,7 +251,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       o.mode != "certified") {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
-    if (claim_holds(Mode::Tolerant, certificate)) {
+    if (claim_holds(Mode::Tolerant, certificate) &&
+        certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
       converted->model.info.mode = Mode::Tolerant;
     } else if (o.mode.empty()) {
       o.settings.mode = Mode::Preview;

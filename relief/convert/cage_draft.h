@@ -31,7 +31,7 @@ struct CageDraft {
   std::vector<Ends> ends;           ///< of each fibre
   std::vector<Vec3d> at;            ///< a place on each fibre: where the surface is thought to be
   std::vector<Quadric> quadrics;    ///< per fibre
-  std::vector<List> lists;          ///< per face, in `pool`: all pieces of the source that meet the slab
+  std::vector<List> lists;  ///< per face, in `pool`: all pieces of the source that meet the slab, but what was lost
   std::vector<Entry> pool;
   std::vector<std::uint32_t> from;  ///< per face: the source's triangle that it is, and then it has no list; else kNone
 

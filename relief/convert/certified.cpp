@@ -547,19 +547,26 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   constexpr double kNear = 2.5;            // the same: from there little would have to be very much
   constexpr std::size_t kLarge = 500'000;  // triangles: from there it takes long
   const bool is_large = result.source.faces.size() > kLarge;
+  bool folds = false;  // before anything was lost
   for (const Tolerance& tolerance : settings.tolerances) {
     const std::size_t before = reducer.slab_count();
     if (before <= settings.target) break;
     const bool gives_up = tolerance.folds > 0;
-    if (tolerance.loss > 0 && (settings.most_lost == 0 || double(before) > kNear * double(settings.target))) break;
+    const bool loses = tolerance.loss > 0;
+    if (loses && (settings.most_lost == 0 || is_large || double(before) > kNear * double(settings.target))) break;
     if (!gives_up && (is_large || before > kFar * settings.target)) continue;
-    if (tolerance.loss > 0 && !reducer.has_kept()) reducer.keep();
+    if (loses && !reducer.has_kept()) {
+      reducer.keep();
+      folds = result.tolerant;
+    }
     if (!reducer.reduce_further(tolerance, progress)) return result;
     result.tolerant = result.tolerant || (gives_up && reducer.slab_count() < before);
-    if (tolerance.loss > 0 && reducer.lost() > settings.most_lost) break;
+    if (loses && reducer.lost() > settings.most_lost) break;
   }
-  if (reducer.has_kept() && (reducer.slab_count() > settings.target || reducer.lost() > settings.most_lost))
+  if (reducer.has_kept() && (reducer.slab_count() > settings.target || reducer.lost() > settings.most_lost)) {
     reducer.go_back();
+    result.tolerant = folds;
+  }
   if (!reducer.thicken(progress)) return result;
   result.shell = reducer.shell();
   return result;

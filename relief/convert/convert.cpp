@@ -16,6 +16,8 @@
 #include <relief/core/tessellate.h>
 #include <relief/verify/verify.h>
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -626,60 +628,68 @@ double missed_share(const SlabMesh& mesh, const Ground& ground, const Progress& 
 
 /// The shell in tolerant mode, else as certify(). Where no slabs that hold nearly all of the source are as few as asked
 /// for, they stand on a solid of it whose voxels grow until they are, and the last may miss more of it. Where they
-/// never are, those stay that hold the source, or the first solid.
-std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const ConvertSettings& settings, double diagonal,
-                                         ConvertReport& report, const Progress& progress) {
+/// never are, those stay that hold the source, or the first solid. `repaired` gives the repaired source once more: it
+/// is not kept beside what is worked on.
+std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const std::function<Result<TriangleMesh>()>& repaired,
+                                         const ConvertSettings& settings, double diagonal, ConvertReport& report,
+                                         const Progress& progress) {
   struct Solid {
-    double voxel;  // of the diagonal; 0: chosen from the source, about as fine as that
+    double voxel;  // of the diagonal
     double lost;   // share of it that may be outside the slabs
   };
   constexpr double kFew = 0.03, kMany = 0.25;
   constexpr std::array<Solid, 6> kSolids = {
-      {{0, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};
+      {{1.0 / 150, kFew}, {0.01, kFew}, {0.02, kFew}, {0.04, kFew}, {0.08, kFew}, {0.08, kMany}}};
+  constexpr std::size_t kAlways = 20'000;  // triangles that a solid may have, however few the source has
   struct Tolerant {
     Ground ground;
     ConvertReport report;
     std::shared_ptr<const SlabMesh> mesh = nullptr;
   };
   const auto asked = static_cast<std::size_t>(settings.slabs);
-  report.dropped_parts = drop_small_parts(ground.mesh.positions, ground.mesh.triangles, asked);
-  ground.phantom_from = ground.mesh.triangles.size();
-  const Tolerant source = {std::move(ground), report};
-  const auto certified = [&](Tolerant&& made, double lost) {
-    made.mesh = certify(made.ground, settings, diagonal, lost, made.report, progress);
-    return std::move(made);
+  const std::size_t most = std::max(kAlways, ground.mesh.triangles.size());
+  const ConvertReport at_first = report;
+  const auto is_few = [&](const Tolerant& made) { return made.mesh != nullptr && made.mesh->slab_count() <= asked; };
+  // The source, or a solid of it, with its slabs, of which the parts that are too many are left out.
+  const auto make = [&](TriangleMesh&& mesh, const Solid& solid) -> std::optional<Tolerant> {
+    Tolerant made = {{std::move(mesh), 0, ground.lattice}, at_first};
+    if (solid.voxel > 0 && !remesh_source(made.ground.mesh, solid.voxel, made.report, progress)) return std::nullopt;
+    if (solid.voxel > 0 && made.ground.mesh.triangles.size() > most) return std::nullopt;
+    made.report.dropped_parts = drop_small_parts(made.ground.mesh.positions, made.ground.mesh.triangles, asked);
+    made.ground.phantom_from = made.ground.mesh.triangles.size();
+    made.mesh = certify(made.ground, settings, diagonal, solid.lost, made.report, progress);
+    return made;
   };
-  const auto is_few_enough = [&](const Tolerant& made) {
-    return made.mesh != nullptr && made.mesh->slab_count() <= asked;
+  // Where too many fibres miss what it stands on, it is made without any loss.
+  const auto attempt = [&](TriangleMesh&& mesh, const Solid& solid) {
+    std::optional<Tolerant> made = make(std::move(mesh), solid);
+    if (!made || !is_few(*made) || !made->ground.tolerant ||
+        missed_share(*made->mesh, made->ground, progress) <= solid.lost)
+      return made;
+    made.reset();
+    auto again = repaired();
+    return again ? make(std::move(*again), {solid.voxel, 0}) : std::nullopt;
   };
-  const auto misses_little = [&](const Tolerant& made, double lost) {
-    return missed_share(*made.mesh, made.ground, progress) <= lost;
-  };
-  Tolerant made = certified(Tolerant(source), kFew);
-  bool is_enough = is_few_enough(made);
-  if (is_enough && !misses_little(made, kFew)) {
-    made = certified(Tolerant(source), 0);
-    is_enough = is_few_enough(made);
+  std::optional<Tolerant> best = attempt(std::move(ground.mesh), {0, kFew});
+  if (!best) return nullptr;  // cancelled
+  const std::string why = best->mesh != nullptr ? "no fewer than " + std::to_string(best->mesh->slab_count()) +
+                                                      " slabs were found that hold the source"
+                                                : best->report.not_certified;
+  for (const Solid& solid : kSolids) {
+    if (is_few(*best) || progress.cancelled()) break;
+    if (at_first.remesh && solid.voxel <= at_first.remesh->voxel) continue;
+    malloc_trim(0);  // what was tried before takes no memory any more
+    auto source = repaired();
+    if (!source) continue;
+    std::optional<Tolerant> made = attempt(std::move(*source), solid);
+    if (!made || made->mesh == nullptr || (!is_few(*made) && best->mesh != nullptr)) continue;
+    made->report.notes.push_back(why + "; these stand on a solid of it with voxels of " +
+                                 number(made->report.remesh->voxel) + " of the diagonal");
+    best = std::move(made);
   }
-  const bool has_shell = made.mesh != nullptr;
-  const std::string why =
-      has_shell ? "slabs that hold the source are " + std::to_string(made.mesh->slab_count()) + " at least"
-                : made.report.not_certified;
-  for (const auto& [voxel, lost] : kSolids) {
-    if (is_enough || progress.cancelled()) break;
-    if (voxel == 0 ? has_shell : source.report.remesh && voxel <= source.report.remesh->voxel) continue;
-    Tolerant solid = source;
-    if (!remesh_source(solid.ground.mesh, voxel, solid.report, progress)) continue;
-    solid = certified(std::move(solid), lost);
-    is_enough = is_few_enough(solid) && misses_little(solid, lost);
-    if (!is_enough && (made.mesh != nullptr || solid.mesh == nullptr)) continue;
-    solid.report.notes.push_back(why + "; these stand on a solid of it with voxels of " +
-                                 number(solid.report.remesh->voxel) + " of the diagonal");
-    made = std::move(solid);
-  }
-  ground = std::move(made.ground);
-  report = std::move(made.report);
-  return made.mesh;
+  ground = std::move(best->ground);
+  report = std::move(best->report);
+  return best->mesh;
 }
 
 /// How fine the colour layer is: as the source's colours ask for, and as a given n; bounded for very many slabs.
@@ -694,9 +704,10 @@ int colour_grid(const ConvertSettings& settings, const SlabMesh& mesh, const Sou
 }
 
 /// The displacement of every slab, and where the openings are, on grids that `choose` makes of these; none keeps them.
+/// `marks_misses`: what meets nothing is marked like what meets the source several times.
 Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& source, std::vector<int> intervals,
-                                 const std::function<int(const SlabSamples&)>& choose, HitCount& hits,
-                                 const Progress& progress) {
+                                 const std::function<int(const SlabSamples&)>& choose, bool marks_misses,
+                                 HitCount& hits, const Progress& progress) {
   RELIEF_TRY(const CagePtr finest, with_intervals(cage, intervals));
   SampledAlpha sampled = sample_alpha(*finest, source, choose, progress);
   if (progress.cancelled()) return cancelled();
@@ -715,15 +726,15 @@ Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& sourc
   const auto any = [&](auto&& has) { return std::any_of(sampled.slabs.begin(), sampled.slabs.end(), has); };
   if (any([](const SlabAlpha& slab) { return !slab.is_void.empty(); }))
     draft.add_layer(Layer::Void, kOwnIntervals, 0.0F);
-  const bool folded = sampled.hits.several + sampled.hits.none > 0;
+  const auto is_folded = [&](Met met) { return met == Met::Often || (marks_misses && met != Met::Once); };
+  const bool folded = sampled.hits.several > 0 || (marks_misses && sampled.hits.none > 0);
   if (folded) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     SlabAlpha& slab = sampled.slabs[s];
     constrain(*mesh, Layer::Displacement, s, *slab.tile);
     draft.put(Layer::Displacement, s, std::move(slab.tile));
     if (!slab.is_void.empty()) add_marks(Layer::Void, s, [&](std::size_t k) { return slab.is_void[k] != 0; });
-    if (folded && !slab.met.empty())
-      add_marks(Layer::Folded, s, [&](std::size_t k) { return slab.met[k] != Met::Once; });
+    if (folded && !slab.met.empty()) add_marks(Layer::Folded, s, [&](std::size_t k) { return is_folded(slab.met[k]); });
   }
   return draft.finish();
 }
@@ -776,7 +787,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
     choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
   }
   HitCount hits;
-  RELIEF_TRY(SnapshotPtr model, sample_grids(cage, source, intervals, choose, hits, progress));
+  RELIEF_TRY(SnapshotPtr model, sample_grids(cage, source, intervals, choose, ground.tolerant, hits, progress));
   while (settings.error && settings.intervals == 0) {
     const MeasuredSurface made(*model, source.lattice, progress);
     const Measured there = made.to(source.surface, MeasuredSurface::Samples::OnIt, progress);
@@ -784,7 +795,7 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
     if (progress.cancelled()) return cancelled();
     for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = model->slab_mesh().intervals(s);
     if (!refine(model->slab_mesh(), there.slabs, back.slabs, error, intervals)) break;
-    RELIEF_TRY(model, sample_grids(cage, source, intervals, {}, hits, progress));
+    RELIEF_TRY(model, sample_grids(cage, source, intervals, {}, ground.tolerant, hits, progress));
   }
   const HitCount more = count_hits(model->slab_mesh(), source, hits.all(), progress);
   if (progress.cancelled()) return cancelled();
@@ -893,7 +904,13 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   std::shared_ptr<const SlabMesh> mesh;
   Mode mode = Mode::Preview;
   if (settings.mode != Mode::Preview) {
-    mesh = settings.mode == Mode::Tolerant ? tolerate(ground, settings, diagonal, report, progress)
+    const auto repaired_again = [&]() -> Result<TriangleMesh> {
+      RELIEF_TRY(auto again, repair(source, progress));
+      if (ConvertReport ignored; settings.remesh)
+        RELIEF_CHECK(remesh_source(again.mesh, *settings.remesh, ignored, progress));
+      return std::move(again.mesh);
+    };
+    mesh = settings.mode == Mode::Tolerant ? tolerate(ground, repaired_again, settings, diagonal, report, progress)
                                            : certify(ground, settings, diagonal, 0, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();

@@ -45,7 +45,7 @@ class Reducer {
   /// False when cancelled.
   bool thicken(const Progress& progress) { return last_->thicken(progress); }
   [[nodiscard]] Shell shell() const;
-  /// The share of the source's area that lies in no slab.
+  /// As in SlabReducer.
   [[nodiscard]] double lost() const { return last_->lost(); }
 
  private:

@@ -402,7 +402,9 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
         const std::array<double, 3> w = {1 - u - v, u, v};
         cross(source, fibre_at(corners, source.lattice, w), -kRounding, 1 + kRounding, crossings);
         HitCount& count = of_slab[k];
-        ++(crossings.count == 0 ? count.none : crossings.count == 1 ? count.single : count.several);
+        const auto all = crossings.all();
+        const bool leaves = std::ranges::any_of(all, &Crossing::front);
+        ++(!leaves ? count.none : all.size() == 1 ? count.single : count.several);
       }
   });
   if (!cast) return hits;

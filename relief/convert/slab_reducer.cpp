@@ -1203,14 +1203,22 @@ void SlabReducer::tolerate(Tolerance tolerance) {
 }
 
 double SlabReducer::lost() const {
-  std::vector<std::uint8_t> held(source_.faces.size(), 0);
-  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
-    if (alive(f)) for_triangles(cage_.list(f), [&](std::uint32_t t) { held[t] = 1; });
+  enum class Place : std::uint8_t { Outside, Inside, Across };
+  std::vector<Place> places(source_.faces.size(), Place::Outside);
+  for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
+    if (!alive(f)) continue;
+    const SlabShape shape(cage_.triangle(f, kInner), cage_.triangle(f, kOuter));
+    for_triangles(cage_.list(f), [&](std::uint32_t t) {
+      const Meeting m = shape.meet(source_.triangle(t));
+      if (m == Meeting::Outer || m == Meeting::Inner) places[t] = Place::Across;
+      if (m != Meeting::Apart && places[t] == Place::Outside) places[t] = Place::Inside;
+    });
+  }
   double all = 0, outside = 0;
   for (std::uint32_t t = 0; t < source_.faces.size(); ++t) {
     const double area = length(source_.cross_of(t));
     all += area;
-    if (held[t] == 0) outside += area;
+    if (places[t] != Place::Inside) outside += places[t] == Place::Across ? 0.5 * area : area;
   }
   return all > 0 ? outside / all : 0;
 }

@@ -42,7 +42,7 @@ class SlabReducer {
   bool reduce(std::size_t target_count, const Progress& progress);
   /// From now on that much may be given up, and more is tried to make slabs fewer.
   void tolerate(Tolerance tolerance);
-  /// The share of the source's area that lies in no slab.
+  /// The share of the source's area that lies in no slab; of a triangle that is partly in one half counts.
   [[nodiscard]] double lost() const;
   /// Makes room to carve and to add. False when cancelled.
   bool thicken(const Progress& progress);

@@ -757,6 +757,10 @@ TEST(VerifySamples, FoldedMayMeetNothing) {
       ASSERT_NE(f.what.find("does not meet the source"), std::string::npos) << f.what;
       box.folded.values[f.a][f.b] = 1;
     }
+  // A fibre that only enters leaves it nowhere.
+  for (auto& tile : box.folded.values) std::ranges::fill(tile, 1.0F);
+  box.source = box.source.inside_out();
+  EXPECT_EQ(box.check(10).off, 0U);
 }
 
 TEST(VerifySamples, NamesEverySlabHoweverManyAreOff) {
