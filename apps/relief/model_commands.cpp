@@ -68,6 +68,7 @@ struct PlainSource {
     std::iota(number.begin(), number.end(), 0U);
     for (std::size_t k = 1; k < order.size(); ++k)
       if (key(order[k]) == key(order[k - 1])) number[order[k]] = number[order[k - 1]];
+    positions.reserve(mesh.positions.size());
     for (const Vec3d p : mesh.positions) positions.push_back(place(p));
     for (Corners& t : triangles)
       for (std::uint32_t& v : t)
@@ -228,6 +229,9 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   return json;
 }
 
+/// What a conversion may take at its peak.
+std::size_t memory_limit(const TriangleMesh& source) { return (std::size_t{64} << 20) + 300 * source.triangles.size(); }
+
 Status run_convert(ConvertOptions& o, const Context& context) {
   const double start = process_cpu_seconds();
   o.settings.mode = mode_from_name(o.mode);
@@ -242,6 +246,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
   o.settings.unit =
       o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
+  o.settings.sample_memory = memory_limit(source) / 6;
   auto converted = convert(source, o.settings, context.progress);
   // The library does not know the file's name, the user's sentence needs it.
   if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);

@@ -1,3 +1,4 @@
+#include <relief/base/paged_memory.h>
 #include <relief/base/try.h>
 #include <relief/convert/certified.h>
 #include <relief/convert/convert.h>
@@ -102,6 +103,15 @@ double diagonal_of(const Box3d& box) noexcept {
   return std::hypot(e.x, e.y, e.z);
 }
 
+double area_of(const TriangleMesh& mesh) noexcept {
+  double area = 0;
+  for (const Face& t : mesh.triangles) {
+    const Vec3d a = mesh.positions[t[0]];
+    area += 0.5 * length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+  }
+  return area;
+}
+
 /// Leaves the smallest parts out when even their least number of slabs is more than `most`; says how many.
 std::size_t drop_small_parts(const std::vector<Vec3d>& points, std::vector<Face>& faces, std::size_t most) {
   const Parts parts = find_parts(points.size(), faces);
@@ -186,18 +196,10 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
 
 using CagePtr = std::shared_ptr<const SlabMesh>;
 
-/// The cage with n intervals per slab, by slab; its fibres are the shell's.
-Result<CagePtr> with_intervals(std::vector<Fibre> fibres, std::span<const Face> faces, const std::vector<int>& n) {
-  std::vector<SlabMesh::Face> slabs;
-  slabs.reserve(faces.size());
-  for (std::size_t s = 0; s < faces.size(); ++s) slabs.push_back({faces[s], n[s]});
-  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
-  return std::make_shared<const SlabMesh>(std::move(mesh));
-}
+/// With n intervals per slab, by slab.
 Result<CagePtr> with_intervals(const SlabMesh& cage, const std::vector<int>& n) {
-  std::vector<Face> faces;
-  for (const Slab& s : cage.slabs()) faces.push_back(s.fibres);
-  return with_intervals({cage.fibres().begin(), cage.fibres().end()}, faces, n);
+  RELIEF_TRY(auto mesh, cage.with_intervals(n));
+  return std::make_shared<const SlabMesh>(std::move(mesh));
 }
 
 /// One interval per edge: the cage alone.
@@ -205,7 +207,11 @@ Result<CagePtr> slab_mesh_of(const Shell& shell, const Lattice& lattice) {
   std::vector<Fibre> fibres(shell.ends[kInner].size());
   for (std::size_t v = 0; v < fibres.size(); ++v)
     fibres[v] = {lattice.to_model(shell.ends[kInner][v]), lattice.to_model(shell.ends[kOuter][v])};
-  return with_intervals(std::move(fibres), shell.faces, std::vector<int>(shell.faces.size(), 1));
+  std::vector<SlabMesh::Face> slabs;
+  slabs.reserve(shell.faces.size());
+  for (const Face& face : shell.faces) slabs.push_back({face, 1});
+  RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
+  return std::make_shared<const SlabMesh>(std::move(mesh));
 }
 
 /// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
@@ -653,8 +659,11 @@ std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const std::function<Res
   // The source, or a solid of it, with its slabs, of which the parts that are too many are left out.
   const auto make = [&](TriangleMesh&& mesh, const Solid& solid) -> std::optional<Tolerant> {
     Tolerant made = {{std::move(mesh), 0, ground.lattice}, at_first};
-    if (solid.voxel > 0 && !remesh_source(made.ground.mesh, solid.voxel, made.report, progress)) return std::nullopt;
-    if (solid.voxel > 0 && made.ground.mesh.triangles.size() > most) return std::nullopt;
+    if (solid.voxel > 0) {
+      const double voxel = solid.voxel * diagonal;
+      if (2 * area_of(made.ground.mesh) > double(most) * voxel * voxel) return std::nullopt;  // two in each square
+      if (!remesh_source(made.ground.mesh, solid.voxel, made.report, progress)) return std::nullopt;
+    }
     made.report.dropped_parts = drop_small_parts(made.ground.mesh.positions, made.ground.mesh.triangles, asked);
     made.ground.phantom_from = made.ground.mesh.triangles.size();
     made.mesh = certify(made.ground, settings, diagonal, solid.lost, made.report, progress);
@@ -703,24 +712,37 @@ int colour_grid(const ConvertSettings& settings, const SlabMesh& mesh, const Sou
   return m;
 }
 
+/// Memory for samples on these grids: `most` bytes of ordinary memory for them and for the slabs. None where it is
+/// known that it would not hold them.
+SampleMemory memory_for(const std::vector<int>& intervals, bool kept, std::optional<std::size_t> most) {
+  constexpr std::size_t kSlab = 128;  // of what a slab takes beside its samples
+  std::size_t all = 0, limit = most.value_or(PagedMemory::kNoLimit);
+  limit -= std::min(limit, kSlab * intervals.size());
+  for (const int n : intervals) all += Tile::padded(n) * sizeof(float);
+  if (kept && all > limit) limit = 0;
+  return {most ? std::make_shared<PagedMemory>(limit) : nullptr, std::make_shared<PagedMemory>(limit)};
+}
+
 /// The displacement of every slab, and where the openings are, on grids that `choose` makes of these; none keeps them.
 /// `marks_misses`: what meets nothing is marked like what meets the source several times.
 Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& source, std::vector<int> intervals,
                                  const std::function<int(const SlabSamples&)>& choose, bool marks_misses,
-                                 HitCount& hits, const Progress& progress) {
+                                 std::optional<std::size_t> most, HitCount& hits, const Progress& progress) {
   RELIEF_TRY(const CagePtr finest, with_intervals(cage, intervals));
-  SampledAlpha sampled = sample_alpha(*finest, source, choose, progress);
+  const SampleMemory memory = memory_for(intervals, !choose, most);
+  SampledAlpha sampled = sample_alpha(*finest, source, choose, memory, progress);
   if (progress.cancelled()) return cancelled();
   hits = sampled.hits;
   for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
   RELIEF_TRY(const CagePtr mesh, with_intervals(cage, intervals));
-  if (!settle_alpha(*mesh, source, sampled.slabs, progress)) return cancelled();
+  if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled();
 
   SnapshotDraft draft(Snapshot::make(mesh));
   const auto add_marks = [&](Layer layer, SlabId s, auto&& marked) {
-    auto tile = std::make_shared<Tile>(intervals[s], 1, 0.0F);
+    auto tile = std::make_shared<Tile>(intervals[s], 1, 0.0F, memory.tiles);
     for (std::size_t k = 0; k < tile->size(); ++k) tile->plane()[k] = marked(k) ? 1.0F : 0.0F;
     constrain(*mesh, layer, s, *tile);
+    tile->rest();
     draft.put(layer, s, std::move(tile));
   };
   const auto any = [&](auto&& has) { return std::any_of(sampled.slabs.begin(), sampled.slabs.end(), has); };
@@ -732,9 +754,11 @@ Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& sourc
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     SlabAlpha& slab = sampled.slabs[s];
     constrain(*mesh, Layer::Displacement, s, *slab.tile);
+    slab.tile->rest();
     draft.put(Layer::Displacement, s, std::move(slab.tile));
     if (!slab.is_void.empty()) add_marks(Layer::Void, s, [&](std::size_t k) { return slab.is_void[k] != 0; });
     if (folded && !slab.met.empty()) add_marks(Layer::Folded, s, [&](std::size_t k) { return is_folded(slab.met[k]); });
+    memory.scratch->rest(slab.met.size() + slab.is_void.size());
   }
   return draft.finish();
 }
@@ -787,7 +811,8 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
     choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
   }
   HitCount hits;
-  RELIEF_TRY(SnapshotPtr model, sample_grids(cage, source, intervals, choose, ground.tolerant, hits, progress));
+  RELIEF_TRY(SnapshotPtr model,
+             sample_grids(cage, source, intervals, choose, ground.tolerant, settings.sample_memory, hits, progress));
   while (settings.error && settings.intervals == 0) {
     const MeasuredSurface made(*model, source.lattice, progress);
     const Measured there = made.to(source.surface, MeasuredSurface::Samples::OnIt, progress);
@@ -795,7 +820,9 @@ Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& sou
     if (progress.cancelled()) return cancelled();
     for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = model->slab_mesh().intervals(s);
     if (!refine(model->slab_mesh(), there.slabs, back.slabs, error, intervals)) break;
-    RELIEF_TRY(model, sample_grids(cage, source, intervals, {}, ground.tolerant, hits, progress));
+    model.reset();
+    RELIEF_TRY(model,
+               sample_grids(cage, source, intervals, {}, ground.tolerant, settings.sample_memory, hits, progress));
   }
   const HitCount more = count_hits(model->slab_mesh(), source, hits.all(), progress);
   if (progress.cancelled()) return cancelled();
@@ -815,7 +842,12 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   draft.add_layer(Layer::Colour, m, 1.0F);
   std::vector<Tile*> tiles;
   tiles.reserve(mesh.slab_count());
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) tiles.push_back(&draft.edit(Layer::Colour, s));
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const auto tile = std::make_shared<Tile>(m, 3, 1.0F, model->tile(Layer::Displacement, s).memory());
+    tiles.push_back(tile.get());
+    draft.put(Layer::Colour, s, tile);
+    tile->rest();
+  }
   if (!sample_colour(*model, numbers, surface, lattice, source, tiles, progress)) return cancelled();
   return draft.finish();
 }
@@ -860,14 +892,10 @@ void note_collapsed(std::size_t triangles, ConvertReport& report) {
 /// and exact tests would find each of them to meet all those around it.
 Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room, const Lattice& lattice) {
   constexpr double kLeast = 4;  // lattice steps
-  double farthest = 0, area = 0;
+  double farthest = 0;
   for (std::size_t k = 0; k < 3; ++k) farthest = std::max({farthest, std::abs(box.low[k]), std::abs(box.high[k])});
   if ((farthest + room) * 0x1p-51 < lattice.step) return {};  // it is the lattice that sets the step
-  for (const Face& t : mesh.triangles) {
-    const Vec3d a = mesh.positions[t[0]];
-    area += 0.5 * length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
-  }
-  const double across = std::sqrt(2 * area / double(mesh.triangles.size()));
+  const double across = std::sqrt(2 * area_of(mesh) / double(mesh.triangles.size()));
   if (across >= kLeast * lattice.step) return {};
   return fail(Errc::Corrupt, "the source lies " + number(farthest) +
                                  " from the origin, where the lattice has steps of " + number(lattice.step) +
@@ -949,6 +977,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
   RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, ground, settings, diagonal, report, progress));
+  mesh.reset();
   stopwatch.phase_done("sample");
 
   progress("measure", 0);
@@ -959,16 +988,18 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
   const MeasuredSurface made(*result.model.head, lattice, progress);
   // A fibre that meets nothing has its sample from its neighbours.
   const auto samples = report.hits_none > 0 ? MeasuredSurface::Samples::Anywhere : MeasuredSurface::Samples::OnIt;
-  const Measured there = made.to(*surface, samples, progress);
-  const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
-  if (progress.cancelled()) return cancelled();
-  report.to_mended = relative(there);
-  report.from_mended = relative(back);
-  if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
-  surface.reset();
+  {
+    const Measured there = made.to(*surface, samples, progress);
+    surface.reset();
+    const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
+    if (progress.cancelled()) return cancelled();
+    report.to_mended = relative(there);
+    report.from_mended = relative(back);
+    if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
+  }
+  report.from_source = relative(made.from(source.positions, source.triangles, progress));
   const SourceSurface as_read(source.positions, source.triangles, lattice);
   report.to_source = relative(made.to(as_read, samples, progress));
-  report.from_source = relative(made.from(source.positions, source.triangles, progress));
   stopwatch.phase_done("measure");
   if (progress.cancelled()) return cancelled();
 

@@ -29,6 +29,10 @@ struct ConvertSettings {
   std::optional<double> remesh = {};  ///< make the source a solid anew first; the edge of a voxel, share of the
                                       ///< source's diagonal, or 0: chosen from the source
   std::optional<Mode> mode = {};      ///< empty: certified where that can be reached, else preview
+  /// Bytes of memory for the samples. Beyond it, or all of them where a given n makes them more than that, they lie in
+  /// a temporary file (see PagedMemory), which is slower to touch than memory; without it in memory. The result is the
+  /// same.
+  std::optional<std::size_t> sample_memory = {};
 };
 
 struct Distance {

@@ -20,6 +20,8 @@ constexpr std::size_t kPoints = 12000;
 constexpr int kReach = 2, kFarReach = 6;
 /// How far from a slab, as weights of its corners, a point may lie that is compared with that slab too.
 constexpr double kBesides = 0.2;
+/// Slabs that a comparison with everything looks into, about.
+constexpr std::size_t kSearched = 32;
 
 /// The k-th of points that fill a triangle evenly, as weights of its second and third corner.
 std::pair<double, double> spread(std::size_t k) noexcept {
@@ -47,17 +49,36 @@ double greatest(const std::vector<Farthest>& slabs) noexcept {
 }  // namespace
 
 MeasuredSurface::MeasuredSurface(const Snapshot& model, const Lattice& lattice, const Progress& progress)
-    : model_(model), lattice_(lattice), bent_(model.slab_mesh().slab_count()) {
+    : model_(model), lattice_(lattice) {
   constexpr std::size_t kCells = 6000, kLeast = 2, kMost = 64;  // of all slabs, of one
-  const std::size_t most = std::clamp(kCells / std::max<std::size_t>(bent_.size(), 1), kLeast, kMost);
-  for_all(bent_.size(), 1, progress, [&](std::size_t s) { bent_[s] = bent_cells(static_cast<SlabId>(s), most); });
+  room_ = std::clamp(kCells / std::max<std::size_t>(slabs(), 1), kLeast, kMost);
+  bent_.resize(slabs() * room_);
+  for_all(slabs(), 1, progress, [&](std::size_t s) {
+    find_bent(static_cast<SlabId>(s), std::span(bent_).subspan(s * room_, room_));
+    rest(static_cast<SlabId>(s));
+  });
   for (const Slab& s : model.slab_mesh().slabs())
     cells_ += static_cast<std::size_t>(s.intervals) * static_cast<std::size_t>(s.intervals);
 }
 
+void MeasuredSurface::rest(SlabId s, std::size_t others) const noexcept {
+  model_.tile(Layer::Displacement, s).rest(1 + others);
+  if (model_.has(Layer::Void)) model_.tile(Layer::Void, s).rest(1 + others);
+}
+
+MeasuredSurface::BentCell::BentCell(double how_far, const Cell& corners) noexcept : bend(how_far) {
+  for (std::size_t k = 0; k < 3; ++k)
+    at[k] = {static_cast<std::uint8_t>(corners[k].i), static_cast<std::uint8_t>(corners[k].j)};
+}
+MeasuredSurface::Cell MeasuredSurface::BentCell::corners() const noexcept {
+  Cell cell;
+  for (std::size_t k = 0; k < 3; ++k) cell[k] = {at[k][0], at[k][1]};
+  return cell;
+}
+
 // Where the surface that the samples lie on has a kink inside a micro-triangle, the displacement bends at its corners,
 // and by a quarter of these second differences it is off at most.
-std::vector<MeasuredSurface::BentCell> MeasuredSurface::bent_cells(SlabId s, std::size_t most) const {
+void MeasuredSurface::find_bent(SlabId s, std::span<BentCell> bent) const {
   const SlabMesh& mesh = model_.slab_mesh();
   const int n = mesh.intervals(s);
   const SlabCorners corners = mesh.corners(s);
@@ -99,15 +120,13 @@ std::vector<MeasuredSurface::BentCell> MeasuredSurface::bent_cells(SlabId s, std
     }
     const Vec3d fibre = corners.weighted(corners.outer, w) - corners.weighted(corners.inner, w);
     const double rise = std::abs(dot(normalized(cross(p[1] - p[0], p[2] - p[0])), fibre));
-    cells.push_back({0.25 * bend * rise * (rim ? wide : 1) / lattice_.step, cell});
+    cells.emplace_back(0.25 * bend * rise * (rim ? wide : 1) / lattice_.step, cell);
   });
   const auto by_bend = [](const BentCell& a, const BentCell& b) {
-    return std::tuple(-a.bend, a.corners[0].j, a.corners[0].i, a.corners[1].j, a.corners[1].i) <
-           std::tuple(-b.bend, b.corners[0].j, b.corners[0].i, b.corners[1].j, b.corners[1].i);
+    return std::tuple(-a.bend, a.at[0][1], a.at[0][0], a.at[1][1], a.at[1][0]) <
+           std::tuple(-b.bend, b.at[0][1], b.at[0][0], b.at[1][1], b.at[1][0]);
   };
-  const std::size_t kept = std::min(most, cells.size());
-  std::partial_sort(cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(kept), cells.end(), by_bend);
-  return {cells.begin(), cells.begin() + static_cast<std::ptrdiff_t>(kept)};
+  std::partial_sort_copy(cells.begin(), cells.end(), bent.begin(), bent.end(), by_bend);
 }
 
 std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
@@ -135,12 +154,13 @@ std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
       for (std::size_t k = 0; k < 3; ++k) p += sample_position(model_, s, cell.corners[k]) * cell.weights[k];
       places.push_back({p, s, u, v});
     }
+    rest(s);
   }
   return places;
 }
 
 Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const Progress& progress) const {
-  Measured result{{}, std::vector<Farthest>(bent_.size())};
+  Measured result{{}, std::vector<Farthest>(slabs())};
   const std::vector<Place> places = even_places();
   const auto distance = [&](Vec3d p) { return other.nearest(lattice_.to_lattice(p)).distance; };
   std::vector<double> distances(places.size());
@@ -148,7 +168,7 @@ Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const 
   for (std::size_t k = 0; k < places.size(); ++k)
     keep_farthest(result.slabs[places[k].slab], {distances[k], places[k].u, places[k].v});
   const double found = greatest(result.slabs);
-  for_all(bent_.size(), 1, progress, [&](std::size_t slab) {
+  for_all(slabs(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
     const int n = model_.slab_mesh().intervals(s);
     Farthest& farthest = result.slabs[slab];
@@ -166,25 +186,28 @@ Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const 
       return std::array{sample_position(model_, s, cell[0]), sample_position(model_, s, cell[1]),
                         sample_position(model_, s, cell[2])};
     };
+    rest(s);
     const BentCell* worst = nullptr;
-    for (const BentCell& cell : bent_[slab]) {
+    for (const BentCell& cell : std::span(bent_).subspan(slab * room_, room_)) {
       if (cell.bend < farthest.distance) break;
-      const std::array<Vec3d, 3> p = positions(cell.corners);
-      bool farther = look(cell.corners, p, {1.0 / 3, 1.0 / 3, 1.0 / 3});
+      const Cell corners = cell.corners();
+      const std::array<Vec3d, 3> p = positions(corners);
+      bool farther = look(corners, p, {1.0 / 3, 1.0 / 3, 1.0 / 3});
       for (std::size_t k = 0; k < 3; ++k) {
         std::array<double, 3> w = {0.5, 0.5, 0.5};
         w[k] = 0;
-        farther = look(cell.corners, p, w) || farther;
+        farther = look(corners, p, w) || farther;
       }
       if (farther) worst = &cell;
     }
     // There once more, in smaller steps.
     constexpr int kFine = 8;
     if (worst != nullptr) {
-      const std::array<Vec3d, 3> p = positions(worst->corners);
+      const Cell corners = worst->corners();
+      const std::array<Vec3d, 3> p = positions(corners);
       for (int j = 0; j <= kFine; ++j)
         for (int i = 0; i + j <= kFine; ++i)
-          look(worst->corners, p, {double(kFine - i - j) / kFine, double(i) / kFine, double(j) / kFine});
+          look(corners, p, {double(kFine - i - j) / kFine, double(i) / kFine, double(j) / kFine});
     }
     if (samples == Samples::OnIt) return;
     // Blocks of cells: no place in one is farther than its middle by more than its radius.
@@ -211,7 +234,7 @@ Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const 
 
 Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Face> faces,
                                const Progress& progress) const {
-  Measured result{{}, std::vector<Farthest>(bent_.size())};
+  Measured result{{}, std::vector<Farthest>(slabs())};
   double area = 0;
   const auto twice_area = [&](const Face& f) {
     const double size = length(cross(points[f[1]] - points[f[0]], points[f[2]] - points[f[0]]));
@@ -238,10 +261,12 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   constexpr std::size_t kMostOutside = 1500, kMostCornersOutside = 500;
   const auto distance = [&](Vec3d p) {
     const SurfacePoint nearest = closest_point(model_, p);
+    rest(0, kSearched);
     return nearest.slab == kNoSlab ? 0 : length(nearest.position - p);
   };
   const auto distance_at_most = [&](Vec3d p, double most) {
     const SurfacePoint nearest = closest_point(model_, p, most);
+    rest(0, kSearched);
     return nearest.slab == kNoSlab ? most : length(nearest.position - p);
   };
   double most_outside = 0;
@@ -271,7 +296,7 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   std::vector<std::uint8_t> used(points.size(), 0);
   for (const Face& f : faces)
     for (const std::uint32_t v : f) used[v] = 1;
-  std::vector<std::vector<std::pair<double, std::uint32_t>>> farthest(bent_.size());  // bounds of corners, or of chosen
+  std::vector<std::vector<std::pair<double, std::uint32_t>>> farthest(slabs());  // bounds of corners, or of chosen
   const auto corner_count = static_cast<std::uint32_t>(points.size());
   const auto add = [&](SlabId s, double bound, std::uint32_t point) {
     auto& heap = farthest[s];
@@ -356,6 +381,7 @@ MeasuredSurface::Near MeasuredSurface::along_the_fibre(Vec3d p, LocateHint& hint
   Vec3d on;
   for (std::size_t k = 0; k < 3; ++k) on += sample_position(model_, at->slab, cell.corners[k]) * cell.weights[k];
   const double most = model_.is_hole(at->slab, cell.corners) ? Box3d::kFar : length(on - p);
+  rest(at->slab);
   return {most, at->slab};
 }
 
@@ -364,6 +390,7 @@ MeasuredSurface::Near MeasuredSurface::distance_within(Vec3d p, int reach, Locat
   const auto at = locate(mesh, p, hint);
   if (!at) return {};
   double best2 = square_within(at->slab, at->u, at->v, p, reach);
+  rest(at->slab);
   // Beyond the edges that are near there may be something nearer.
   const std::array<double, 3> weights = {1 - at->u - at->v, at->u, at->v};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -371,6 +398,7 @@ MeasuredSurface::Near MeasuredSurface::distance_within(Vec3d p, int reach, Locat
     if (other == kNoSlab || weights[k] * mesh.intervals(at->slab) > reach) continue;
     if (const auto there = coordinates_in(mesh, other, p, kBesides))
       best2 = std::min(best2, square_within(other, there->u, there->v, p, reach));
+    rest(other);
   }
   if (best2 == Box3d::kFar) return {};
   return {std::sqrt(best2), at->slab};

@@ -47,9 +47,14 @@ class MeasuredSurface {
  private:
   using Cell = std::array<GridPoint, 3>;
   struct BentCell {
-    double bend;  ///< how far its inside may lie from what the samples lie on, lattice steps
-    Cell corners;
+    double bend = -1;  ///< how far its inside may lie from what the samples lie on, lattice steps; below 0: no cell
+    std::array<std::array<std::uint8_t, 2>, 3> at{};
+
+    BentCell() = default;
+    BentCell(double how_far, const Cell& corners) noexcept;
+    [[nodiscard]] Cell corners() const noexcept;
   };
+  static_assert(kMaxIntervals < 256);
   struct Place {
     Vec3d position;  ///< model units
     SlabId slab;
@@ -60,17 +65,22 @@ class MeasuredSurface {
     double most = 0;
     SlabId slab = kNoSlab;
   };
-  [[nodiscard]] std::vector<BentCell> bent_cells(SlabId s, std::size_t most) const;
+  /// The most bent first, as many as there is room for.
+  void find_bent(SlabId s, std::span<BentCell> bent) const;
+  [[nodiscard]] std::size_t slabs() const noexcept { return model_.slab_mesh().slab_count(); }
   [[nodiscard]] std::vector<Place> even_places() const;
   /// To the micro-triangles so many cells about the place where the point lies in its slab, and beyond the edges that
   /// are as near.
   [[nodiscard]] Near distance_within(Vec3d model_point, int reach, LocateHint& hint) const;
   [[nodiscard]] double square_within(SlabId slab, double u, double v, Vec3d model_point, int reach) const;
+  /// Done with the tiles of a slab, and of about so many others.
+  void rest(SlabId s, std::size_t others = 0) const noexcept;
   [[nodiscard]] Near along_the_fibre(Vec3d model_point, LocateHint& hint) const;
   const Snapshot& model_;
   const Lattice& lattice_;
-  std::vector<std::vector<BentCell>> bent_;  // by slab, the most bent first
-  std::size_t cells_ = 0;                    // of all slabs
+  std::size_t room_ = 0;        // for a slab's bent cells
+  std::vector<BentCell> bent_;  // by slab
+  std::size_t cells_ = 0;       // of all slabs
 };
 
 }  // namespace relief::detail

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <limits>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -95,6 +98,9 @@ class OwnField {
   [[nodiscard]] Line line(std::size_t k) const noexcept {
     return fibre_at(corners_, source_.lattice, grid_point(samples_.intervals, k), samples_.intervals);
   }
+  [[nodiscard]] static std::pmr::memory_resource* scratch() noexcept { return std::pmr::new_delete_resource(); }
+  static std::size_t rest_at(std::size_t) noexcept { return std::numeric_limits<std::size_t>::max(); }
+  static void rest_scratch(std::size_t) noexcept {}
   void neighbours(std::size_t k, std::vector<std::size_t>& out) const {
     out.clear();
     const GridPoint at = grid_point(samples_.intervals, k);
@@ -112,12 +118,12 @@ class OwnField {
 /// The distinct samples of all slabs by number.
 class WholeField {
  public:
-  WholeField(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs)
-      : mesh_(mesh), numbers_(mesh, kOwnIntervals), source_(source), slabs_(slabs) {}
+  WholeField(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs, PagedMemory& scratch)
+      : mesh_(mesh), numbers_(mesh, kOwnIntervals), source_(source), slabs_(slabs), scratch_(scratch) {}
 
   [[nodiscard]] Met met(std::size_t k) const noexcept {
     const SampleCopy at = numbers_.place(k);
-    const std::vector<Met>& met = slabs_[at.slab].met;
+    const std::span<const Met> met = slabs_[at.slab].met;
     return met.empty() ? Met::Once : met[sample_index(mesh_.intervals(at.slab), at.at)];
   }
   [[nodiscard]] float value(std::size_t k) const noexcept {
@@ -131,7 +137,7 @@ class WholeField {
     const std::uint8_t is_void = c.triangle >= source_.phantom_from;
     for_copies(k, [&](SlabAlpha& slab, std::size_t index) {
       slab.tile->plane()[index] = alpha_of(c);
-      if (is_void != 0) slab.is_void.resize(slab.tile->size());
+      if (is_void != 0 && slab.is_void.empty()) slab.is_void = scratch_.zeros<std::uint8_t>(slab.tile->size());
       if (!slab.is_void.empty()) slab.is_void[index] = is_void;
     });
   }
@@ -149,6 +155,16 @@ class WholeField {
           out.push_back(numbers_.of(copy.slab, p));
     });
   }
+  [[nodiscard]] const SampleNumbers& numbers() const noexcept { return numbers_; }
+  [[nodiscard]] std::pmr::memory_resource* scratch() const noexcept { return &scratch_; }
+  /// Lets the slab of a sample rest, and those around it; the first number beyond the slab's.
+  std::size_t rest_at(std::size_t k) const noexcept {
+    const SlabId s = numbers_.place(k).slab;
+    slabs_[s].tile->rest();
+    rest_scratch(slabs_[s].met.size());
+    return numbers_.begin(s + 1);
+  }
+  void rest_scratch(std::size_t bytes) const noexcept { scratch_.rest(bytes); }
 
  private:
   template <typename Visit>
@@ -163,6 +179,7 @@ class WholeField {
   SampleNumbers numbers_;
   const SampleSource& source_;
   std::vector<SlabAlpha>& slabs_;
+  PagedMemory& scratch_;
 };
 
 /// Where the mean of the neighbours that were met once lies nearer to another crossing than to the outermost: that one.
@@ -192,44 +209,77 @@ std::optional<Crossing> outvoted(const Field& field, std::size_t k, const Sample
   return chosen;
 }
 
+/// A pass through samples by ascending number: rests wherever it comes to another slab.
+template <typename Field>
+class Resting {
+ public:
+  explicit Resting(const Field& field) : field_(field) {}
+  void at(std::size_t k) noexcept {
+    if (k >= next_) next_ = field_.rest_at(k);
+  }
+
+ private:
+  const Field& field_;
+  std::size_t next_ = 0;
+};
+
 /// Fills the unknown values from the known ones around them: first ring by ring, then relaxed towards the mean of the
 /// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2.
 template <typename Field>
 void fill(Field& field, std::span<const std::size_t> unknown) {
   if (unknown.empty()) return;
+  // What is kept of an unknown sample is far more than the sample itself, so it lies in scratch memory.
+  constexpr std::size_t kBlock = 1024, kEach = 64;  // unknown samples, bytes
+  const auto rest_after = [&](std::size_t step) {
+    if (step % kBlock == 0) field.rest_scratch(kBlock * kEach);
+  };
   // Places are the unknown samples and the known ones at their rim; there are fewer than 2^32.
-  std::vector<std::size_t> scratch, places;
+  std::vector<std::size_t> scratch, rim;
+  std::size_t links = 0;
+  Resting looked(field);
   for (const std::size_t k : unknown) {
+    looked.at(k);
     field.neighbours(k, scratch);
+    links += scratch.size();
     for (const std::size_t other : scratch)
-      if (field.met(other) != Met::Never) places.push_back(other);
+      if (field.met(other) != Met::Never) rim.push_back(other);
   }
-  sort_unique(places);
-  const auto rim = static_cast<std::ptrdiff_t>(places.size());
-  places.insert(places.end(), unknown.begin(), unknown.end());
-  std::inplace_merge(places.begin(), places.begin() + rim, places.end());
+  sort_unique(rim);
+  std::pmr::vector<std::size_t> places(field.scratch());
+  places.reserve(rim.size() + unknown.size());
+  std::ranges::merge(rim, unknown, std::back_inserter(places));
+  rim = {};
   const auto place_of = [&](std::size_t k) {
     return static_cast<std::uint32_t>(std::lower_bound(places.begin(), places.end(), k) - places.begin());
   };
-  std::vector<std::uint32_t> around, begin = {0}, mine, front(unknown.size()), later, reached;
-  around.reserve(6 * unknown.size());
+  std::pmr::vector<std::uint32_t> around(field.scratch()), begin(field.scratch()), mine(field.scratch()),
+      front(unknown.size(), field.scratch()), later(field.scratch()), reached(field.scratch());
+  around.reserve(links);
   begin.reserve(unknown.size() + 1);
   mine.reserve(unknown.size());
+  later.reserve(unknown.size());
+  reached.reserve(unknown.size());
+  begin.push_back(0);
+  Resting linked(field);
   for (const std::size_t k : unknown) {
+    linked.at(k);
     field.neighbours(k, scratch);
     for (const std::size_t other : scratch) around.push_back(place_of(other));
     begin.push_back(static_cast<std::uint32_t>(around.size()));
     mine.push_back(place_of(k));
+    rest_after(mine.size());
   }
-  std::vector<float> values;
-  std::vector<std::uint8_t> known;
+  std::pmr::vector<float> values(field.scratch());
+  std::pmr::vector<std::uint8_t> known(field.scratch());
   values.reserve(places.size());
   known.reserve(places.size());
+  Resting read(field);
   for (const std::size_t k : places) {
+    read.at(k);
     values.push_back(field.value(k));
     known.push_back(field.met(k) != Met::Never);
+    rest_after(values.size());
   }
-  places = {};
   std::iota(front.begin(), front.end(), 0U);
 
   const auto mean = [&](std::size_t u, bool of_known_only) -> std::optional<float> {
@@ -246,7 +296,8 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
   while (!front.empty()) {
     later.clear();
     reached.clear();
-    for (const std::uint32_t u : front) {
+    for (std::size_t step = 0; step < front.size(); ++step) {
+      const std::uint32_t u = front[step];
       const auto value = mean(u, true);
       if (value) {
         values[mine[u]] = *value;
@@ -254,6 +305,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
       } else {
         later.push_back(u);
       }
+      rest_after(step);
     }
     if (reached.empty()) break;
     for (const std::uint32_t k : reached) known[k] = 1;
@@ -263,6 +315,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
   for (int sweep = 0; sweep < 60; ++sweep) {
     double change = 0;
     for (std::size_t step = 0; step < unknown.size(); ++step) {
+      rest_after(step);
       const std::size_t u = sweep % 2 == 0 ? step : unknown.size() - 1 - step;
       const auto value = mean(u, false);
       if (!value) continue;
@@ -272,18 +325,35 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
     }
     if (change < 1e-5) break;
   }
-  for (std::size_t u = 0; u < unknown.size(); ++u) field.set(unknown[u], values[mine[u]]);
+  Resting written(field);
+  for (std::size_t u = 0; u < unknown.size(); ++u) {
+    written.at(unknown[u]);
+    field.set(unknown[u], values[mine[u]]);
+    rest_after(u);
+  }
 }
 
 /// Settles what met the source not once; `often` and `never` are sample numbers, ascending.
 template <typename Field>
 bool settle(Field& field, const SampleSource& source, std::span<const std::size_t> often,
             std::span<const std::size_t> never, const Progress& progress) {
-  std::vector<std::optional<Crossing>> chosen(often.size());
-  if (!for_all(often.size(), 512, progress, [&](std::size_t o) { chosen[o] = outvoted(field, often[o], source); }))
-    return false;
-  for (std::size_t o = 0; o < often.size(); ++o)
-    if (const std::optional<Crossing>& c = chosen[o]) field.take(often[o], *c, field.line(often[o]).direction);
+  // One that is chosen has no say in what others choose, so that they may be taken by and by.
+  constexpr std::size_t kAtOnce = 1 << 14;
+  std::vector<std::optional<Crossing>> chosen;
+  for (; !often.empty(); often = often.subspan(chosen.size())) {
+    chosen.assign(std::min(often.size(), kAtOnce), {});
+    const bool all = for_all(chosen.size(), 512, progress, [&](std::size_t o) {
+      chosen[o] = outvoted(field, often[o], source);
+      field.rest_at(often[o]);
+    });
+    if (!all) return false;
+    Resting taken(field);
+    for (std::size_t o = 0; o < chosen.size(); ++o) {
+      taken.at(often[o]);
+      if (const std::optional<Crossing>& c = chosen[o]) field.take(often[o], *c, field.line(often[o]).direction);
+    }
+  }
+  chosen = {};
   fill(field, never);
   return true;
 }
@@ -301,11 +371,12 @@ SampleCopy SampleNumbers::place(std::size_t number) const noexcept {
 }
 
 SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
-                          const std::function<int(const SlabSamples&)>& choose, const Progress& progress) {
+                          const std::function<int(const SlabSamples&)>& choose, const SampleMemory& memory,
+                          const Progress& progress) {
   const SampleNumbers numbers(finest, kOwnIntervals);
   SampledAlpha sampled;
   sampled.slabs.resize(finest.slab_count());
-  std::vector<HitCount> hits(finest.slab_count());
+  std::mutex counting;
   const bool cast = for_all(finest.slab_count(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
     const int most = finest.intervals(s);
@@ -328,10 +399,15 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
         often.push_back(k);
         outermost_of_often.push_back(choice.crossing);
       }
+    HitCount hits;
     numbers.for_each(s, [&](std::size_t, GridPoint p) {
       const Met met = samples.met[sample_index(most, p)];
-      ++(met == Met::Once ? hits[s].single : met == Met::Often ? hits[s].several : hits[s].none);
+      ++(met == Met::Once ? hits.single : met == Met::Often ? hits.several : hits.none);
     });
+    {
+      const std::scoped_lock lock(counting);
+      sampled.hits += hits;
+    }
     int n = most;
     if (choose) {
       // What the slab's own samples say serves the choice; in the end its neighbours have a say, too.
@@ -341,7 +417,7 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
         field.take(often[o], outermost_of_often[o], field.line(often[o]).direction);
     }
     SlabAlpha& kept = sampled.slabs[slab];
-    kept.tile = std::make_shared<Tile>(n, 1, 0.0F);
+    kept.tile = std::make_shared<Tile>(n, 1, 0.0F, memory.tiles);
     const auto every = [&](auto&& take) {
       const int step = most / n;
       for (int j = 0; j <= n; ++j)
@@ -354,32 +430,43 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
       closed = closed && samples.is_void[from] == 0;
     });
     if (!once) {
-      kept.met.resize(kept.tile->size());
+      kept.met = memory.scratch->zeros<Met>(kept.tile->size());
       every([&](std::size_t to, std::size_t from) { kept.met[to] = samples.met[from]; });
     }
     if (!closed) {
-      kept.is_void.resize(kept.tile->size());
+      kept.is_void = memory.scratch->zeros<std::uint8_t>(kept.tile->size());
       every([&](std::size_t to, std::size_t from) { kept.is_void[to] = samples.is_void[from]; });
     }
+    kept.tile->rest();
+    memory.scratch->rest(kept.met.size() + kept.is_void.size());
   });
   if (!cast) return {};
-  for (const HitCount& count : hits) sampled.hits += count;
   progress("sample", 0.6);
   return sampled;
 }
 
 bool settle_alpha(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs,
-                  const Progress& progress) {
-  WholeField field(mesh, source, slabs);
-  std::vector<std::size_t> often, never;
-  const SampleNumbers numbers(mesh, kOwnIntervals);
+                  const SampleMemory& memory, const Progress& progress) {
+  WholeField field(mesh, source, slabs, *memory.scratch);
+  std::pmr::vector<std::size_t> often(memory.scratch.get()), never(memory.scratch.get());
+  const auto copies = [&](Met met) {
+    std::ptrdiff_t count = 0;
+    for (const SlabAlpha& slab : slabs) {
+      count += std::ranges::count(slab.met, met);
+      field.rest_scratch(slab.met.size());
+    }
+    return static_cast<std::size_t>(count);
+  };
+  often.reserve(copies(Met::Often));
+  never.reserve(copies(Met::Never));
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     if (slabs[s].met.empty()) continue;
-    numbers.for_each(s, [&](std::size_t k, GridPoint p) {
+    field.numbers().for_each(s, [&](std::size_t k, GridPoint p) {
       const Met met = slabs[s].met[sample_index(mesh.intervals(s), p)];
       if (met == Met::Often) often.push_back(k);
       if (met == Met::Never) never.push_back(k);
     });
+    field.rest_scratch(slabs[s].met.size());
   }
   return settle(field, source, often, never, progress);
 }
@@ -392,24 +479,24 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
   const std::size_t each = (kFibres - already + mesh.slab_count() - 1) / mesh.slab_count();
   int n = 1;
   while (static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1) / 2 < each) ++n;
-  std::vector<HitCount> of_slab(mesh.slab_count());
+  std::mutex counting;
   const bool cast = for_all(mesh.slab_count(), 1, progress, [&](std::size_t k) {
     const SlabCorners corners = mesh.corners(static_cast<SlabId>(k));
     Crossings crossings;
+    HitCount count;
     for (int j = 0; j < n; ++j)
       for (int i = 0; i + j < n; ++i) {
         const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
         const std::array<double, 3> w = {1 - u - v, u, v};
         cross(source, fibre_at(corners, source.lattice, w), -kRounding, 1 + kRounding, crossings);
-        HitCount& count = of_slab[k];
         const auto all = crossings.all();
         const bool leaves = std::ranges::any_of(all, &Crossing::front);
         ++(!leaves ? count.none : all.size() == 1 ? count.single : count.several);
       }
+    const std::scoped_lock lock(counting);
+    hits += count;
   });
-  if (!cast) return hits;
-  for (const HitCount& count : of_slab) hits += count;
-  return hits;
+  return cast ? hits : HitCount{};
 }
 
 bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
@@ -445,6 +532,8 @@ bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const So
         for (std::size_t channel = 0; channel < 3; ++channel) planes[copy.slab][channel][index] = colour[channel];
       });
     });
+    model.tile(Layer::Displacement, s).rest();
+    std::as_const(*tiles[s]).rest(2);  // with those of its neighbours
   });
 }
 

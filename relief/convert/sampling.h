@@ -1,6 +1,7 @@
 // Displacement and colour of every sample, from rays along the fibres.
 #pragma once
 
+#include <relief/base/paged_memory.h>
 #include <relief/base/progress.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/source_surface.h>
@@ -26,6 +27,8 @@ class SampleNumbers {
   SampleNumbers(const SlabMesh& mesh, int m);
 
   [[nodiscard]] int intervals(SlabId s) const noexcept { return m_ != kOwnIntervals ? m_ : mesh_->intervals(s); }
+  /// The first number that a slab's copies may have.
+  [[nodiscard]] std::size_t begin(SlabId s) const noexcept { return begin_[s]; }
   /// Above every number; copies in other slabs leave gaps.
   [[nodiscard]] std::size_t end() const noexcept { return begin_.back(); }
   [[nodiscard]] std::size_t of(SlabId s, GridPoint p) const noexcept {
@@ -110,11 +113,16 @@ struct SlabSamples {
         is_void(sample_count(n)) {}
 };
 
-/// What is kept of a slab's samples.
+/// Where samples lie (see Tile), and what is known of them until they are settled.
+struct SampleMemory {
+  std::shared_ptr<PagedMemory> tiles, scratch;
+};
+
+/// What is kept of a slab's samples; in scratch memory but for the tile.
 struct SlabAlpha {
   std::shared_ptr<Tile> tile;
-  std::vector<Met> met;               ///< empty where all met the source once
-  std::vector<std::uint8_t> is_void;  ///< empty where none is
+  std::span<Met> met;               ///< empty where all met the source once
+  std::span<std::uint8_t> is_void;  ///< empty where none is
 };
 struct SampledAlpha {
   std::vector<SlabAlpha> slabs;
@@ -126,13 +134,14 @@ struct SampledAlpha {
 /// the front is taken; one that does not meet the source gets the nearer end where the source passes just beyond that
 /// end. Memory: what is kept. Nothing when cancelled.
 [[nodiscard]] SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
-                                        const std::function<int(const SlabSamples&)>& choose, const Progress& progress);
+                                        const std::function<int(const SlabSamples&)>& choose,
+                                        const SampleMemory& memory, const Progress& progress);
 
 /// Where fibres met the source several times, takes another crossing if the samples around, met once, speak for it;
 /// where they never met it, fills the samples smoothly from around them. The mesh has the n that were chosen. The same
 /// for any number of threads. False when cancelled.
 [[nodiscard]] bool settle_alpha(const SlabMesh& mesh, const SampleSource& source, std::vector<SlabAlpha>& slabs,
-                                const Progress& progress);
+                                const SampleMemory& memory, const Progress& progress);
 
 /// Casts further fibres, spread evenly over all slabs, until with those `already` cast there are a million.
 [[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,

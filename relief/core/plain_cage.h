@@ -16,6 +16,9 @@ struct PlainCage {
   std::vector<std::array<FibreId, 3>> triangles;
 
   explicit PlainCage(const SlabMesh& mesh) {
+    inner.reserve(mesh.fibres().size());
+    outer.reserve(mesh.fibres().size());
+    triangles.reserve(mesh.slabs().size());
     for (const Fibre& f : mesh.fibres()) {
       inner.push_back({f.inner.x, f.inner.y, f.inner.z});
       outer.push_back({f.outer.x, f.outer.y, f.outer.z});

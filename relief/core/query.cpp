@@ -753,8 +753,10 @@ Status validate(const Snapshot& model) {
   for (int k = 0; k < kLayerCount; ++k) {
     const auto layer = static_cast<Layer>(k);
     if (!model.has(layer)) continue;
-    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s)
+    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
       if (Status tile = validate(model, layer, s); !tile) return tile;
+      model.tile(layer, s).rest(4);  // with its neighbours
+    }
   }
   return {};
 }

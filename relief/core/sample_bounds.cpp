@@ -8,14 +8,15 @@
 
 namespace relief {
 
-SampleBounds::SampleBounds(int n) : n_(n) {
+SampleBounds::SampleBounds(int n, std::pmr::memory_resource* memory)
+    : n_(static_cast<std::int16_t>(n)), squares_(memory) {
   RELIEF_ASSERT(n >= 1 && n <= kMaxIntervals);
   int count = 0;
-  for (int level = 0;; ++level) {
+  for (std::int16_t level = 0;; ++level) {
     const int m = squares(level);
-    begin_[static_cast<std::size_t>(level)] = count;
+    begin_[static_cast<std::size_t>(level)] = static_cast<std::int16_t>(count);
     count += m * (m + 1) / 2;
-    levels_ = level + 1;
+    levels_ = static_cast<std::int16_t>(level + 1);
     if (m == 1) break;
   }
   squares_.resize(static_cast<std::size_t>(count));

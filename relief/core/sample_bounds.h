@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <vector>
 
 namespace relief {
@@ -22,8 +23,8 @@ class SampleBounds {
     double low, high, slope_i, slope_j;
   };
 
-  /// For a grid of n intervals; to be filled by update().
-  explicit SampleBounds(int n);
+  /// For a grid of n intervals; to be filled by update(). The memory must outlive it.
+  explicit SampleBounds(int n, std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
   /// Takes in the (n+1)(n+2)/2 samples, each 0..1; some two nanoseconds for each.
   void update(const float* samples) noexcept;
 
@@ -60,9 +61,9 @@ class SampleBounds {
   /// What bounds the squares that a square of a higher level is made of.
   [[nodiscard]] Packed bound(int level, int i, int j) const noexcept;
 
-  int n_, levels_ = 1;
-  std::array<int, 6> begin_{};  ///< by level: its first square
-  std::vector<Packed> squares_;
+  std::int16_t n_, levels_ = 1;
+  std::array<std::int16_t, 6> begin_{};  ///< by level: its first square
+  std::pmr::vector<Packed> squares_;
 };
 
 }  // namespace relief

@@ -1,4 +1,6 @@
+#include <relief/base/assert.h>
 #include <relief/base/hash.h>
+#include <relief/base/try.h>
 #include <relief/core/slab_mesh.h>
 
 #include <algorithm>
@@ -23,6 +25,11 @@ struct Side {
   bool forward;  ///< runs from the lower to the higher fibre number
 };
 
+Status check_count(std::size_t s, int intervals) {
+  if (intervals >= 1 && intervals <= kMaxIntervals) return {};
+  return fail(Errc::Corrupt, slab_name(s) + " has " + std::to_string(intervals) + " intervals, not 1 to 128");
+}
+
 std::uint64_t next_number() noexcept {
   static std::atomic<std::uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
@@ -39,27 +46,27 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
 
   SlabMesh mesh;
   mesh.number_ = next_number();
-  mesh.fibres_ = std::move(fibres);
   mesh.slabs_.resize(faces.size());
-  mesh.boxes_.resize(faces.size());
+  const auto shape = std::make_shared<Shape>();
+  shape->fibres = std::move(fibres);
+  shape->boxes.resize(faces.size());
   std::vector<Side> sides;
   sides.reserve(faces.size() * 3);
   for (std::size_t s = 0; s < faces.size(); ++s) {
     const Face& face = faces[s];
     const auto [a, b, c] = face.fibres;
-    if (std::max({a, b, c}) >= mesh.fibres_.size())
+    if (std::max({a, b, c}) >= shape->fibres.size())
       return fail(Errc::Corrupt, slab_name(s) + " names a fibre that does not exist");
     if (a == b || b == c || c == a) return fail(Errc::Corrupt, slab_name(s) + " names a fibre twice");
-    if (face.intervals < 1 || face.intervals > kMaxIntervals)
-      return fail(Errc::Corrupt, slab_name(s) + " has " + std::to_string(face.intervals) + " intervals, not 1 to 128");
+    RELIEF_CHECK(check_count(s, face.intervals));
     mesh.slabs_[s] = {face.fibres, {kNoSlab, kNoSlab, kNoSlab}, face.intervals};
     for (std::uint8_t k = 0; k < 3; ++k) {
       const FibreId from = face.fibres[(k + 1U) % 3], to = face.fibres[(k + 2U) % 3];
       sides.push_back({std::min(from, to), std::max(from, to), static_cast<SlabId>(s), k, from < to});
-      mesh.boxes_[s].add(mesh.fibres_[face.fibres[k]].inner);
-      mesh.boxes_[s].add(mesh.fibres_[face.fibres[k]].outer);
+      shape->boxes[s].add(shape->fibres[face.fibres[k]].inner);
+      shape->boxes[s].add(shape->fibres[face.fibres[k]].outer);
     }
-    mesh.bounds_.add(mesh.boxes_[s]);
+    mesh.bounds_.add(shape->boxes[s]);
   }
 
   std::ranges::sort(sides, {}, [](const Side& x) { return std::tuple(x.low, x.high, x.slab); });
@@ -71,27 +78,26 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
       const Side &x = sides[k], &y = sides[k + 1];
       if (x.forward == y.forward)
         return fail(Errc::Corrupt, slab_name(x.slab) + " and " + slab_name(y.slab) + " face opposite ways");
-      const auto [fewer, more] = std::minmax(mesh.slabs_[x.slab].intervals, mesh.slabs_[y.slab].intervals);
-      if (more % fewer != 0 || !std::has_single_bit(static_cast<unsigned>(more / fewer)))
-        return fail(Errc::Corrupt, slab_name(x.slab) + " and " + slab_name(y.slab) + " share an edge with " +
-                                       std::to_string(mesh.slabs_[x.slab].intervals) + " and " +
-                                       std::to_string(mesh.slabs_[y.slab].intervals) +
-                                       " intervals, which do not differ by a power of two");
+      RELIEF_CHECK(mesh.check_intervals(x.slab, y.slab));
       mesh.slabs_[x.slab].neighbours[x.edge] = y.slab;
       mesh.slabs_[y.slab].neighbours[y.edge] = x.slab;
     }
     k = end;
   }
+  sides = {};
 
   // Fans: which slab corners meet at a fibre, and that they form one fan.
-  mesh.fan_begin_.assign(mesh.fibres_.size() + 1, 0);
+  shape->fan_begin.assign(shape->fibres.size() + 1, 0);
   for (const Slab& slab : mesh.slabs_)
-    for (const FibreId f : slab.fibres) ++mesh.fan_begin_[f + 1];
-  std::partial_sum(mesh.fan_begin_.begin(), mesh.fan_begin_.end(), mesh.fan_begin_.begin());
-  mesh.fans_.resize(faces.size() * 3);
-  std::vector<std::uint32_t> fill(mesh.fan_begin_.begin(), mesh.fan_begin_.end() - 1);
+    for (const FibreId f : slab.fibres) ++shape->fan_begin[f + 1];
+  std::partial_sum(shape->fan_begin.begin(), shape->fan_begin.end(), shape->fan_begin.begin());
+  shape->fans.resize(faces.size() * 3);
+  std::vector<std::uint32_t> fill(shape->fan_begin.begin(), shape->fan_begin.end() - 1);
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    for (int k = 0; k < 3; ++k) mesh.fans_[fill[mesh.slabs_[s].fibres[static_cast<std::size_t>(k)]]++] = {s, k};
+    for (int k = 0; k < 3; ++k) shape->fans[fill[mesh.slabs_[s].fibres[static_cast<std::size_t>(k)]]++] = {s, k};
+  fill = {};
+  shape->build_tree();
+  mesh.take(shape);
   for (FibreId f = 0; f < mesh.fibres_.size(); ++f) {
     const auto fan = mesh.fan(f);
     if (fan.empty()) return fail(Errc::Corrupt, "no slab uses fibre " + std::to_string(f));
@@ -113,8 +119,39 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
     if (met != fan.size())
       return fail(Errc::Corrupt, "the slabs around fibre " + std::to_string(f) + " do not form one fan");
   }
-  mesh.build_tree();
   return mesh;
+}
+
+Result<SlabMesh> SlabMesh::with_intervals(std::span<const int> intervals) const {
+  RELIEF_ASSERT(intervals.size() == slabs_.size());
+  SlabMesh mesh = *this;
+  mesh.number_ = next_number();
+  for (SlabId s = 0; s < slab_count(); ++s) {
+    RELIEF_CHECK(check_count(s, intervals[s]));
+    mesh.slabs_[s].intervals = intervals[s];
+  }
+  for (SlabId s = 0; s < slab_count(); ++s)
+    for (const SlabId other : slabs_[s].neighbours)
+      if (other != kNoSlab && s < other) RELIEF_CHECK(mesh.check_intervals(s, other));
+  return mesh;
+}
+
+Status SlabMesh::check_intervals(SlabId a, SlabId b) const {
+  const auto [fewer, more] = std::minmax({intervals(a), intervals(b)});
+  if (more % fewer == 0 && std::has_single_bit(static_cast<unsigned>(more / fewer))) return {};
+  return fail(Errc::Corrupt, slab_name(a) + " and " + slab_name(b) + " share an edge with " +
+                                 std::to_string(intervals(a)) + " and " + std::to_string(intervals(b)) +
+                                 " intervals, which do not differ by a power of two");
+}
+
+void SlabMesh::take(std::shared_ptr<const Shape> shape) {
+  fibres_ = shape->fibres;
+  boxes_ = shape->boxes;
+  fan_begin_ = shape->fan_begin;
+  fans_ = shape->fans;
+  tree_ = shape->tree;
+  tree_slabs_ = shape->tree_slabs;
+  shape_ = std::move(shape);
 }
 
 int SlabMesh::mirror_edge(SlabId s, int edge) const noexcept {
@@ -130,7 +167,7 @@ int SlabMesh::mirror_edge(SlabId s, int edge) const noexcept {
 std::uint64_t SlabMesh::content_hash() const noexcept {
   Hash64 hash;
   hash.add(fibres_.size());
-  hash.add_values(std::span(fibres_));
+  hash.add_values(fibres_);
   hash.add(slabs_.size());
   for (const Slab& slab : slabs_) {
     for (const FibreId f : slab.fibres) hash.add(f);
@@ -139,29 +176,28 @@ std::uint64_t SlabMesh::content_hash() const noexcept {
   return hash.value();
 }
 
-void SlabMesh::build_tree() {
+void SlabMesh::Shape::build_tree() {
   static constexpr std::uint32_t kLeaf = 2;
-  tree_slabs_.resize(slabs_.size());
-  std::iota(tree_slabs_.begin(), tree_slabs_.end(), 0U);
-  tree_.clear();
-  tree_.reserve(slabs_.size() + slabs_.size() / 2);
+  tree_slabs.resize(boxes.size());
+  std::iota(tree_slabs.begin(), tree_slabs.end(), 0U);
+  tree.reserve(2 * boxes.size());  // what is not used stays untouched
 
   // Median splits along the longest side of the centres' box; depth is at most log2 of the count.
   struct Range {
     std::uint32_t begin, end;
     std::uint32_t parent;  ///< whose right child this is; kNoSlab for the root and left children
   };
-  std::vector<Range> stack = {{0, slab_count(), kNoSlab}};
+  std::vector<Range> stack = {{0, static_cast<std::uint32_t>(boxes.size()), kNoSlab}};
   while (!stack.empty()) {
     const Range range = stack.back();
     stack.pop_back();
-    const auto number = static_cast<std::uint32_t>(tree_.size());
-    if (range.parent != kNoSlab) tree_[range.parent].first = number;
-    Node& node = tree_.emplace_back();
+    const auto number = static_cast<std::uint32_t>(tree.size());
+    if (range.parent != kNoSlab) tree[range.parent].first = number;
+    Node& node = tree.emplace_back();
     Box3d centres;
     for (std::uint32_t k = range.begin; k < range.end; ++k) {
-      node.box.add(boxes_[tree_slabs_[k]]);
-      centres.add(boxes_[tree_slabs_[k]].centre());
+      node.box.add(boxes[tree_slabs[k]]);
+      centres.add(boxes[tree_slabs[k]].centre());
     }
     if (range.end - range.begin <= kLeaf) {
       node.first = range.begin;
@@ -171,8 +207,8 @@ void SlabMesh::build_tree() {
     const Vec3d size = centres.extent();
     const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const std::uint32_t middle = range.begin + (range.end - range.begin) / 2;
-    const auto key = [&](SlabId s) { return std::pair(boxes_[s].centre()[axis], s); };
-    std::nth_element(tree_slabs_.begin() + range.begin, tree_slabs_.begin() + middle, tree_slabs_.begin() + range.end,
+    const auto key = [&](SlabId s) { return std::pair(boxes[s].centre()[axis], s); };
+    std::nth_element(tree_slabs.begin() + range.begin, tree_slabs.begin() + middle, tree_slabs.begin() + range.end,
                      [&](SlabId a, SlabId b) { return key(a) < key(b); });
     stack.push_back({middle, range.end, number});
     stack.push_back({range.begin, middle, kNoSlab});

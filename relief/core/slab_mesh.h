@@ -9,6 +9,7 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -77,6 +78,8 @@ class SlabMesh {
   /// Whether slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or
   /// fibre.
   [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
+  /// The same cage with other intervals, by slab; it shares all but these. Error: Corrupt, as from make().
+  [[nodiscard]] Result<SlabMesh> with_intervals(std::span<const int> intervals) const;
 
   [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
   [[nodiscard]] std::span<const Slab> slabs() const noexcept { return slabs_; }
@@ -99,7 +102,7 @@ class SlabMesh {
   [[nodiscard]] const Box3d& bounds() const noexcept { return bounds_; }
   /// The slab corners that meet at a fibre, by ascending slab number.
   [[nodiscard]] std::span<const SlabCorner> fan(FibreId f) const noexcept {
-    return std::span(fans_).subspan(fan_begin_[f], fan_begin_[f + 1] - fan_begin_[f]);
+    return fans_.subspan(fan_begin_[f], fan_begin_[f + 1] - fan_begin_[f]);
   }
   /// Which edge of neighbours[edge] is shared with edge `edge` of s; its grid runs the other way (t' = n - t).
   [[nodiscard]] int mirror_edge(SlabId s, int edge) const noexcept;
@@ -243,18 +246,32 @@ class SlabMesh {
   [[nodiscard]] std::span<const SlabId> tree_slabs() const noexcept { return tree_slabs_; }
 
  private:
+  /// What does not depend on the intervals.
+  struct Shape {
+    std::vector<Fibre> fibres;
+    std::vector<Box3d> boxes;
+    std::vector<std::uint32_t> fan_begin;
+    std::vector<SlabCorner> fans;
+    std::vector<Node> tree;
+    std::vector<SlabId> tree_slabs;
+
+    void build_tree();
+  };
   SlabMesh() = default;
-  void build_tree();
+  [[nodiscard]] Status check_intervals(SlabId a, SlabId b) const;
+  void take(std::shared_ptr<const Shape> shape);
 
   std::uint64_t number_ = 0;
-  std::vector<Fibre> fibres_;
   std::vector<Slab> slabs_;
-  std::vector<Box3d> boxes_;
   Box3d bounds_;
-  std::vector<std::uint32_t> fan_begin_;
-  std::vector<SlabCorner> fans_;
-  std::vector<Node> tree_;
-  std::vector<SlabId> tree_slabs_;
+  std::shared_ptr<const Shape> shape_;
+  // Into the shape.
+  std::span<const Fibre> fibres_;
+  std::span<const Box3d> boxes_;
+  std::span<const std::uint32_t> fan_begin_;
+  std::span<const SlabCorner> fans_;
+  std::span<const Node> tree_;
+  std::span<const SlabId> tree_slabs_;
 };
 
 }  // namespace relief

@@ -1,5 +1,6 @@
 #include <relief/base/assert.h>
 #include <relief/base/hash.h>
+#include <relief/base/paged_memory.h>
 #include <relief/core/snapshot.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 constexpr std::array<std::string_view, kLayerCount> kLayerNames = {
     "displacement", "colour", "stiffness", "static-friction", "dynamic-friction", "specularity",
     "mask",         "strata", "void",      "folded"};
-constexpr std::align_val_t kLine{64};
+constexpr std::size_t kLine = 64;
 
 std::uint64_t next_number() noexcept {
   static std::atomic<std::uint64_t> last{0};
@@ -42,6 +43,10 @@ class Blanks {
   float value_;
   std::array<TilePtr, kMaxIntervals + 1> tiles_;
 };
+
+std::pmr::memory_resource& resource(const std::shared_ptr<PagedMemory>& memory) noexcept {
+  return memory ? *memory : *std::pmr::new_delete_resource();
+}
 }  // namespace
 
 std::string_view name(Layer layer) noexcept { return kLayerNames[static_cast<std::size_t>(layer)]; }
@@ -56,34 +61,46 @@ LayerRange range(Layer layer) noexcept {
   return layer == Layer::StaticFriction || layer == Layer::DynamicFriction ? LayerRange{0, 4} : LayerRange{0, 1};
 }
 
-void Tile::AlignedDelete::operator()(float* p) const noexcept { ::operator delete[](p, kLine); }
-
-Tile::Tile(int intervals, int channel_count, float value)
-    : intervals_(intervals),
-      channel_count_(channel_count),
-      values_(static_cast<float*>(::operator new[](bytes(), kLine))) {
-  std::memset(values_.get(), 0, bytes());
+Tile::Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory)
+    : intervals_(static_cast<std::int16_t>(intervals)),
+      channel_count_(static_cast<std::int8_t>(channel_count)),
+      values_(static_cast<float*>(resource(memory).allocate(bytes(), kLine))),
+      memory_(std::move(memory)) {
+  std::memset(values_, 0, bytes());
   for (int c = 0; c < channel_count_; ++c) std::fill_n(plane(c), size(), value);
 }
 
 Tile::Tile(const Tile& other)
     : intervals_(other.intervals_),
       channel_count_(other.channel_count_),
-      values_(static_cast<float*>(::operator new[](other.bytes(), kLine))) {
-  std::memcpy(values_.get(), other.values_.get(), bytes());
+      values_(static_cast<float*>(resource(nullptr).allocate(other.bytes(), kLine))) {
+  std::memcpy(values_, other.values_, bytes());
+}
+
+Tile::~Tile() {
+  bounds_.reset();
+  resource(memory_).deallocate(values_, bytes(), kLine);
 }
 
 std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::size_t>(channel_count_) * sizeof(float); }
 
 bool Tile::same_values(const Tile& other) const noexcept {
   return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ &&
-         std::memcmp(values_.get(), other.values_.get(), bytes()) == 0;
+         std::memcmp(values_, other.values_, bytes()) == 0;
 }
 
 void Tile::find_bounds() {
-  if (!bounds_) bounds_ = std::make_unique<SampleBounds>(intervals_);
-  bounds_->update(values_.get());
+  if (!bounds_) bounds_ = std::make_unique<SampleBounds>(intervals_, &resource(memory_));
+  bounds_->update(values_);
   bounded_ = true;
+}
+
+void Tile::rest(std::size_t tiles) const noexcept {
+  if (!memory_) return;
+  if (tiles == 1)
+    memory_->rest_at(values_, bytes());
+  else
+    memory_->rest(bytes(), tiles);
 }
 
 float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
@@ -228,7 +245,9 @@ SnapshotPtr SnapshotDraft::finish() {
         const TilePtr& tile = page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))];
         // A tile that was in a snapshot before has them; the others were made as mutable ones, and nobody has seen
         // them.
-        if (!tile->bounds_known()) const_cast<Tile&>(*tile).find_bounds();
+        if (tile->bounds_known()) continue;
+        const_cast<Tile&>(*tile).find_bounds();
+        tile->rest();
       }
     }
   }

@@ -14,6 +14,8 @@
 
 namespace relief {
 
+class PagedMemory;
+
 /// One field over the surface. Displacement is alpha, 0..1 along the fibre; Colour is sRGB-encoded red, green, blue
 /// 0..1; the others are one number each, with the ranges given. Displacement, Void and Folded lie on each slab's own
 /// grid, the others on one of m intervals in all slabs.
@@ -51,12 +53,14 @@ struct LayerRange {
 /// of 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
 class Tile {
  public:
-  Tile(int intervals, int channel_count, float value);
+  /// In ordinary memory, or in that given.
+  Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory = nullptr);
+  /// In ordinary memory.
   Tile(const Tile& other);
   Tile& operator=(const Tile&) = delete;
   Tile(Tile&&) = delete;
   Tile& operator=(Tile&&) = delete;
-  ~Tile() = default;
+  ~Tile();
 
   [[nodiscard]] int intervals() const noexcept { return intervals_; }
   [[nodiscard]] int channel_count() const noexcept { return channel_count_; }
@@ -64,11 +68,11 @@ class Tile {
   /// Samples per plane including the padding.
   [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_); }
   [[nodiscard]] const float* plane(int channel = 0) const noexcept {
-    return values_.get() + static_cast<std::size_t>(channel) * stride();
+    return values_ + static_cast<std::size_t>(channel) * stride();
   }
   [[nodiscard]] float* plane(int channel = 0) noexcept {
     bounded_ = false;
-    return values_.get() + static_cast<std::size_t>(channel) * stride();
+    return values_ + static_cast<std::size_t>(channel) * stride();
   }
   [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
   /// Of the planes.
@@ -82,14 +86,19 @@ class Tile {
   void find_bounds();
   [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
+  /// Where its values and bounds lie; null: in ordinary memory.
+  [[nodiscard]] const std::shared_ptr<PagedMemory>& memory() const noexcept { return memory_; }
+  /// What goes through many tiles says that it is done with this one, or with that many like it: they need not stay
+  /// resident.
+  void rest(std::size_t tiles = 1) const noexcept;
+
  private:
-  struct AlignedDelete {
-    void operator()(float* p) const noexcept;
-  };
-  int intervals_, channel_count_;
-  std::unique_ptr<float[], AlignedDelete> values_;
-  std::unique_ptr<SampleBounds> bounds_;
+  std::int16_t intervals_;
+  std::int8_t channel_count_;
   bool bounded_ = false;
+  float* values_;
+  std::shared_ptr<PagedMemory> memory_;
+  std::unique_ptr<SampleBounds> bounds_;
 };
 using TilePtr = std::shared_ptr<const Tile>;
 

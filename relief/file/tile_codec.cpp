@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 
 namespace relief::detail {
 
@@ -20,14 +21,18 @@ constexpr std::uint32_t kSkippable = 0x184D2A50U;
 
 std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width, std::size_t expansion) {
   const std::size_t count = raw.size() / width;
-  std::vector<std::byte> shuffled(raw.size());
+  auto shuffled = std::make_unique_for_overwrite<std::byte[]>(raw.size());
   for (std::size_t rank = 0; rank < width; ++rank)
     for (std::size_t k = 0; k < count; ++k) shuffled[rank * count + k] = raw[k * width + rank];
 
-  std::vector<std::byte> blob(ZSTD_compressBound(raw.size()));
-  const std::size_t size = ZSTD_compress(blob.data(), blob.size(), shuffled.data(), shuffled.size(), kLevel);
-  blob.resize(ZSTD_isError(size) != 0U ? 0
-                                       : size);  // only lack of memory makes it fail; unpack() refuses the empty blob
+  // Of this room only what it comes to is touched.
+  const std::size_t most = ZSTD_compressBound(raw.size());
+  const auto room = std::make_unique_for_overwrite<std::byte[]>(most);
+  const std::size_t size = ZSTD_compress(room.get(), most, shuffled.get(), width * count, kLevel);
+  shuffled.reset();
+  std::vector<std::byte> blob;
+  // Only lack of memory makes it fail; unpack() refuses the empty blob.
+  if (ZSTD_isError(size) == 0U) blob.assign(room.get(), room.get() + size);
   if (!may_hold(blob, raw.size(), expansion)) {
     const std::size_t padding = raw.size() / expansion - blob.size();
     const std::array<std::uint32_t, 2> header = {kSkippable, static_cast<std::uint32_t>(padding)};
@@ -52,6 +57,7 @@ void copy_samples(const Tile& tile, std::span<std::byte> to) noexcept {
   const std::size_t plane = tile.size() * sizeof(float);
   for (int c = 0; c < tile.channel_count(); ++c)
     std::memcpy(to.data() + static_cast<std::size_t>(c) * plane, tile.plane(c), plane);
+  tile.rest();
 }
 
 TilePtr tile_from(std::span<const std::byte> samples, int intervals, int channel_count) {

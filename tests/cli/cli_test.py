@@ -25,10 +25,10 @@ SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
 class Run:
     """One finished command."""
 
-    def __init__(self, *args, cwd=None, timeout=300):
+    def __init__(self, *args, cwd=None, timeout=300, env=None):
         started = subprocess.Popen(
             [str(BIN / "relief"), *map(str, args)], cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE)
+            stderr=subprocess.PIPE, env={**os.environ, **(env or {})})
         try:
             out, err = started.communicate(timeout=timeout)
         except subprocess.TimeoutExpired:
@@ -659,6 +659,25 @@ class Workflow(Case):
             self.assertIn("colour", json_out["phases"], "the sample has colours")
             limit = 64 + 300 * json_out["source_triangles"] / 2**20
             self.assertLess(json_out["peak_mib"], limit, f"{name} {options}")
+
+    @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
+    def test_peak_memory_of_more_samples_than_the_source_has_triangles(self):
+        mesh, model = self.folder / "small.ply", self.folder / "fine.relief"
+        self.ok("sample", "bowl", "-o", mesh, "--triangles", 10_000)
+        folder = self.folder / "pages"
+        folder.mkdir()
+        hashes = set()
+        for mode in ("certified", "preview"):
+            for threads in (1, 2):
+                json_out = Run("convert", mesh, "-o", model, "--slabs", 1000, "--samples", 63, "--mode", mode, "--force",
+                               "--json", "--threads", threads, env={"TMPDIR": str(folder)}).json()
+                info = Run("info", model, "--json").json()
+                limit = 64 + 300 * json_out["source_triangles"] / 2**20
+                self.assertGreater(info["tile_bytes"] / 2**20, limit / 2, "the samples are most of it")
+                self.assertLess(json_out["peak_mib"], limit, mode)
+                self.assertEqual(list(folder.iterdir()), [], "the pages' file has no name")
+                hashes.add((mode, info["content_hash"]))
+        self.assertEqual(len(hashes), 2, "the number of threads changes nothing")
 
     def test_strokes_are_not_lost_by_converting_again(self):
         model = self.folder / "strokes.relief"

@@ -1,6 +1,7 @@
 #include "shapes.h"
 #include "support/data.h"
 
+#include <relief/base/paged_memory.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/source_surface.h>
 #include <relief/core/query.h>
@@ -270,6 +271,28 @@ TEST(Convert, TheNumberOfThreadsChangesNothing) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Convert, WhereTheSamplesLieChangesNothing) {
+  const auto bowl = make_sample("bowl", 2000);
+  ASSERT_TRUE(bowl);
+  TriangleMesh crossing = testing::ball(12);  // fibres meet it several times, and not at all
+  append(crossing, testing::ball(12), {1.2, 0, 0});
+  for (const auto& [source, n] : {std::pair{*bowl, 0}, std::pair{crossing, 15}}) {
+    ConvertSettings settings = few(100, n);
+    const auto in_memory = convert(source, settings);
+    settings.sample_memory = 0;
+    const auto in_file = convert(source, settings);
+    ASSERT_TRUE(in_memory && in_file);
+    const Snapshot &model = *in_file->model.head, &before = *in_memory->model.head;
+    EXPECT_EQ(model.content_hash(), before.content_hash());
+    EXPECT_EQ(in_file->report.from_mended.max, in_memory->report.from_mended.max);
+    ASSERT_NE(model.tile(Layer::Displacement, 0).memory(), nullptr);
+    EXPECT_GT(model.tile(Layer::Displacement, 0).memory()->file_bytes(), 0U);
+    EXPECT_EQ(before.tile(Layer::Displacement, 0).memory(), nullptr) << "what is not asked for";
+    SnapshotDraft draft(in_file->model.head);
+    EXPECT_EQ(draft.edit(Layer::Displacement, 0).memory(), nullptr) << "an edited tile lies in the file";
+  }
 }
 
 TEST(Convert, ColoursFollowTheSource) {

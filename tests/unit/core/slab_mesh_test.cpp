@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <tuple>
 
@@ -129,6 +130,27 @@ TEST(SlabMesh, TreeHoldsEverySlabOnceInsideItsBoxes) {
       EXPECT_TRUE(node.box.contains(mesh->box(s).low) && node.box.contains(mesh->box(s).high));
     }
   for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST(SlabMesh, WithOtherIntervalsItIsAsMadeWithThem) {
+  const std::vector<SlabMesh::Face> faces = {{{0, 1, 2}, 4}, {{1, 3, 2}, 8}};
+  const std::vector<SlabMesh::Face> coarse = {{{0, 1, 2}, 1}, {{1, 3, 2}, 1}};
+  const auto mesh = SlabMesh::make(four_fibres(), coarse), wanted = SlabMesh::make(four_fibres(), faces);
+  ASSERT_TRUE(mesh && wanted);
+  const auto other = mesh->with_intervals(std::array{4, 8});
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->content_hash(), wanted->content_hash());
+  EXPECT_EQ(other->edge_intervals(1), (std::array{8, 4, 8}));
+  EXPECT_NE(other->number(), mesh->number());
+  EXPECT_EQ(other->fibres().data(), mesh->fibres().data());
+  EXPECT_EQ(mesh->intervals(1), 1);
+  const auto message = [&](int a, int b) {
+    const auto made = mesh->with_intervals(std::array{a, b});
+    return made ? std::string("accepted") : made.error().message;
+  };
+  EXPECT_EQ(message(4, 129), "slab 1 has 129 intervals, not 1 to 128");
+  EXPECT_EQ(message(4, 12),
+            "slab 0 and slab 1 share an edge with 4 and 12 intervals, which do not differ by a power of two");
 }
 
 TEST(SlabMesh, RefusesWhatIsNoCage) {
