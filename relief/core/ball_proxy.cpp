@@ -370,7 +370,7 @@ class Mover {
     const double near = this->near();
     found.count = 0;
     found.deep = false;
-    const detail::Neighbourhood* list = known(at, near);
+    detail::Neighbourhood* list = known(at, near);
     if (!list && far > near) {
       const double soon = near + kSoon * radius_;
       found.nearest =
@@ -410,12 +410,12 @@ class Mover {
   /// Whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// A list of what is as near as that to a place.
-  [[nodiscard]] const detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
+  [[nodiscard]] detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
     if (room_.home.covers(at, distance)) return &room_.home;
     return room_.away.covers(at, distance) ? &room_.away : nullptr;
   }
   /// Makes one, with what is around the start where that is not too far; none where there is too much.
-  [[nodiscard]] const detail::Neighbourhood* learn(Vec3d at) noexcept {
+  [[nodiscard]] detail::Neighbourhood* learn(Vec3d at) noexcept {
     const bool home = near_start(at);
     auto& list = home ? room_.home : room_.away;
     const int placed = surface_.placed();
