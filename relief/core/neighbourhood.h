@@ -113,7 +113,7 @@ class Neighbourhood {
       if (least < most)
         near[count++] = {least, static_cast<std::uint32_t>(number)};
       else
-        clear = least;
+        clear = std::min(clear, least);
     });
     std::sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count));
     for (const auto [least, number] : std::span(near).first(count)) {
