@@ -227,14 +227,16 @@ class Mover {
         there_(&room.around[room.here ^ 1U]),
         from_start_(&room.around[room.here ^ 2U]),
         from_within_(&room.around[room.here ^ 3U]) {
-    if (!room.known || far > 0) look_at(centre_, radius + far, *here_);
+    if (!room.known)
+      look_at(centre_, radius + far, *here_);
+    else if (far > 0)
+      look_far(radius + far);
     at_start_ = searches_;
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
-    const double soon = near() + kSoon * radius_;
-    if (const detail::Neighbourhood* list = known(centre_, soon))
-      list->prepare(surface_, room_.patches, centre_, soon, kAheadWork);
+    if (const detail::Neighbourhood* list = known(centre_, soon()))
+      list->prepare(surface_, room_.patches, centre_, soon(), kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -372,10 +374,8 @@ class Mover {
     found.deep = false;
     detail::Neighbourhood* list = known(at, near);
     if (!list && far > near) {
-      const double soon = near + kSoon * radius_;
-      found.nearest =
-          detail::clear_around(surface_, at, soon, std::max(soon, std::min(far, kLeap * radius_)), room_.nearest, 0);
-      if (found.nearest > soon) return true;
+      found.nearest = clear_up_to(at, far);
+      if (found.nearest > soon()) return true;
     }
     if (!list) list = learn(at);
     const int placed = surface_.placed();
@@ -403,6 +403,27 @@ class Mover {
     }
     return finished;
   }
+  /// Up to which distance there is nothing around the ball but what is known, at most `far`; as look_at().
+  void look_far(double far) noexcept {
+    ++searches_;
+    if (here_->count > 0 || far <= near()) return;
+    const detail::Neighbourhood* list = known(centre_, near());
+    if (!list) {
+      const double clear = clear_up_to(centre_, far);
+      if (clear > soon()) {
+        here_->nearest = clear;
+        return;
+      }
+      list = learn(centre_);
+    }
+    if (list) here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
+  }
+  /// The same of a place in the open.
+  [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
+    return detail::clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest,
+                                0);
+  }
+  [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
   /// How far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
   /// How much farther the list goes that may be made next.

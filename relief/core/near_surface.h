@@ -250,6 +250,7 @@ class NearSlab {
     }
   }
 
+  static constexpr int kSamplesWork = 8;  ///< so many samples' time it takes to find a square's
   /// A square's samples by rows, of kRow each, relative to the point; those that there are not lie where one is that
   /// there is. Of a flat one the corners, as if it were a cell.
   struct Samples {
@@ -297,7 +298,7 @@ class NearSlab {
       const auto there = static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i);
       if (there != k) made.put(k, made.corners[there], made.place(there));
     }
-    surface_.add_placed(static_cast<int>(Samples::kRow) * (rows + 1));
+    surface_.add_placed(kSamplesWork);
     if (whole) made.triangles.fill(Samples::kWhole);
     for (int j = 0; j < rows && !whole; ++j)
       for (int i = 0; i < columns(j); ++i)

@@ -130,7 +130,7 @@ class SquareList {
 /// The squares that a larger one has some levels below.
 class Block {
  public:
-  static constexpr int kFetched = 4;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     origin_ = origin;
@@ -153,7 +153,8 @@ class Block {
 /// The triangles of a square.
 class Patch {
  public:
-  static constexpr int kFetched = 8;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kBounded = 24;  ///< and takes to bound its triangles, which it does where it may be near
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -161,18 +162,27 @@ class Patch {
     square_ = square;
     origin_ = origin;
     scale_ = scale;
-    bound(0);
-    bound(1);
-    bound_quarters();
+    bounded_ = false;
+    longest2_ = longest2();
   }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
-  float visit_near(Vec3d point, double& reach2, Visit&& visit) const noexcept {
+  float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
     const Vec3d from = point - origin_;
+    if (!bounded_) {
+      // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
+      const double clear2 = nearest2(from) - longest2_ / 3;
+      if (clear2 >= reach2) return static_cast<float>(std::sqrt(clear2) * scale_);
+      surface.add_placed(kBounded);
+      bound(0);
+      bound(1);
+      bound_quarters();
+      bounded_ = true;
+    }
     const Vec3f place = to_float(from * scale_);
     auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
     const float soon = reach + kSoon;
-    double nearest2 = std::numeric_limits<double>::infinity();
+    double found2 = std::numeric_limits<double>::infinity();
     const Four none = Four{} + std::numeric_limits<float>::infinity(), quarters = quarters_.least_from(place);
     const FourMask later = quarters >= soon;
     Four clear = later ? quarters : none;
@@ -188,7 +198,7 @@ class Patch {
           const NearTriangle t(
               square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
               {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
-          nearest2 = std::min(nearest2, t.distance2);
+          found2 = std::min(found2, t.distance2);
           if (!(t.distance2 < reach2)) continue;
           const double before = reach2;
           visit(t);
@@ -196,7 +206,7 @@ class Patch {
         }
       }
     }
-    return std::min({clear[0], clear[1], clear[2], clear[3], static_cast<float>(std::sqrt(nearest2) * scale_)});
+    return std::min({clear[0], clear[1], clear[2], clear[3], static_cast<float>(std::sqrt(found2) * scale_)});
   }
 
  private:
@@ -210,6 +220,38 @@ class Patch {
   static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
+  using Distances = std::array<double, Samples::kPlaces>;
+  /// Of the samples to a place relative to the origin; number by number, as in bound().
+  [[nodiscard]] double nearest2(Vec3d from) const noexcept {
+    Distances distance2;
+    for (std::size_t k = 0; k < Samples::kPlaces; ++k) {
+      const double x = samples_.x[k] - from.x, y = samples_.y[k] - from.y, z = samples_.z[k] - from.z;
+      distance2[k] = x * x + y * y + z * z;
+    }
+    return *std::ranges::min_element(distance2);
+  }
+  /// No edge of a triangle is longer than the root of this.
+  [[nodiscard]] double longest2() const noexcept {
+    if (square_.flat) return std::numeric_limits<double>::infinity();
+    constexpr std::size_t kRow = Samples::kRow;
+    std::array<double, kCells> edge2{};
+    const auto take = [&](std::size_t a, std::size_t b) noexcept {
+      for (std::size_t k = 0; k + 1 < kCells; ++k) {
+        const double x = samples_.x[k + a] - samples_.x[k + b], y = samples_.y[k + a] - samples_.y[k + b],
+                     z = samples_.z[k + a] - samples_.z[k + b], length2 = x * x + y * y + z * z;
+        edge2[k] = length2 > edge2[k] ? length2 : edge2[k];
+      }
+    };
+    take(0, 1);
+    take(0, kRow);
+    take(1, kRow);
+    take(1, kRow + 1);
+    take(kRow, kRow + 1);
+    double longest2 = 0;
+    for (std::size_t k = 0; k + 1 < kCells; ++k)
+      if (k % kRow + 1 < kRow) longest2 = std::max(longest2, edge2[k]);
+    return longest2;
+  }
   /// Finds the discs; `across`: of triangles across from those that the samples number.
   void bound(std::size_t across) noexcept {
     // Number by number, in doubles: so it becomes vectors, and the planes of thin triangles are right.
@@ -303,7 +345,8 @@ class Patch {
   }
 
   GridSquare square_{};
-  double scale_ = 0;
+  double scale_ = 0, longest2_ = 0;
+  bool bounded_ = false;  ///< the rest is known
   Vec3d origin_;
   Samples samples_;                      ///< relative to the origin
   Plates quarters_;                      ///< of two by two cells each
