@@ -20,13 +20,13 @@ struct Discs {
 
   void set_always_near(std::size_t lane) noexcept { set(lane, 0, 1e15F); }
   void set_never_near(std::size_t lane) noexcept { set(lane, 1e9F, 0); }
-  /// The triangles are no nearer to a place than this: the way to its foot on the disc's plane or, where that is
-  /// outside, to the rim.
-  [[nodiscard]] Four least_from(Vec3f place) const noexcept {
+  /// The triangles are no nearer to a place than the root of this: the way to its foot on the disc's plane or, where
+  /// that is outside, to the rim.
+  [[nodiscard]] Four least2_from(Vec3f place) const noexcept {
     const FourVectors from = {middle.x - place.x, middle.y - place.y, middle.z - place.z};
     const Four height = dot(from, normal), height2 = height * height, none = {};
     const Four past = greatest(root(greatest(dot(from, from) - height2, none)) - radius, none);
-    return root(greatest(height2 + past * past - kRounding, none));
+    return greatest(height2 + past * past - kRounding, none);
   }
 
  private:
@@ -43,8 +43,8 @@ struct Plates {
   Discs discs;
   Four off{};
 
-  /// As Discs, for the bodies.
-  [[nodiscard]] Four least_from(Vec3f place) const noexcept { return discs.least_from(place) - off; }
+  /// The bodies are no nearer to a place than this.
+  [[nodiscard]] Four least_from(Vec3f place) const noexcept { return root(discs.least2_from(place)) - off; }
 };
 
 /// How near the triangles of four squares are to a place at least, by what was found at others; as Sheets.
@@ -180,39 +180,40 @@ class Patch {
       bounded_ = true;
     }
     const Vec3f place = to_float(from * scale_);
-    auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
-    const float soon = reach + kSoon;
+    const double scale2 = scale_ * scale_;
+    auto most2 = static_cast<float>(reach2 * scale2);
+    const Four far = Four{} + std::numeric_limits<float>::infinity(), quarters = quarters_.least_from(place);
+    const FourMask later = quarters >= static_cast<float>(std::sqrt(reach2) * scale_);
+    const Four least_later = later ? quarters : far;
+    Four clear2 = least_later * least_later;
     double found2 = std::numeric_limits<double>::infinity();
-    const Four none = Four{} + std::numeric_limits<float>::infinity(), quarters = quarters_.least_from(place);
-    const FourMask later = quarters >= soon;
-    Four clear = later ? quarters : none;
     for (unsigned near = ~bits_of(later) & 15U; near != 0; near &= near - 1) {
       const auto quarter = static_cast<std::size_t>(std::countr_zero(near));
       for (std::size_t across = 0; across < 2; ++across) {
-        const Four discs = discs_[2 * quarter + across].least_from(place);
-        const FourMask candidates = discs < reach;
-        clear = least(clear, candidates ? none : discs);
+        const Four discs2 = discs_[2 * quarter + across].least2_from(place);
+        const FourMask candidates = discs2 < most2;
+        clear2 = least(clear2, candidates ? far : discs2);
         for (unsigned bits = bits_of(candidates); bits != 0; bits &= bits - 1) {
           const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
           const auto of = Samples::of(first_of(quarter) + cell_of(lane), across);
           const NearTriangle t(
               square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
               {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
+          surface.add_placed(1);
           found2 = std::min(found2, t.distance2);
           if (!(t.distance2 < reach2)) continue;
-          const double before = reach2;
           visit(t);
-          if (reach2 != before) reach = static_cast<float>(std::sqrt(reach2) * scale_);
+          most2 = static_cast<float>(reach2 * scale2);
         }
       }
     }
-    return std::min({clear[0], clear[1], clear[2], clear[3], static_cast<float>(std::sqrt(found2) * scale_)});
+    const float rest2 = std::min({clear2[0], clear2[1], clear2[2], clear2[3]});
+    return std::sqrt(std::min(rest2, static_cast<float>(found2 * scale2)));
   }
 
  private:
   using Samples = NearSlab::Samples;
   static constexpr std::size_t kLanes = 4;
-  static constexpr float kSoon = 0.05F;  // of the unit: how much farther it is told how near the triangles are
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
   static constexpr float kSliver = 1e-30F;   // squared area, up to which a triangle's plane is not known
   static constexpr float kLargest = 1;       // radius, up to which floats are fine enough
