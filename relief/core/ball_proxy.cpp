@@ -37,7 +37,7 @@ constexpr double kUnseen = 3;         // lengths of the hand's way past it that 
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 560;
-constexpr int kWorkAhead = 320;    // of that, to see where the ball would come to rest
+constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near
 constexpr int kMostWork = 4000;    // and where the model has changed
@@ -216,7 +216,8 @@ struct Room {
 /// The ball on its way.
 class Mover {
  public:
-  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far) noexcept
+  /// `work`: what it may take to look around at first; where that is too little, it stays where it is.
+  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far, int work) noexcept
       : surface_(surface),
         room_(room),
         spaces_(room.spaces),
@@ -228,7 +229,7 @@ class Mover {
         from_start_(&room.around[room.here ^ 2U]),
         from_within_(&room.around[room.here ^ 3U]) {
     if (!room.known)
-      look_at(centre_, radius + far, *here_);
+      cut_ = blind_ = !look_at(centre_, radius + far, *here_, work);
     else if (far > 0)
       look_far(radius + far);
     at_start_ = searches_;
@@ -241,7 +242,7 @@ class Mover {
   /// The next tick starts here and need not look again.
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
-    room_.known = true;
+    room_.known = !blind_;
     room_.waits = cut_ && centre_ == start_ ? room_.waits + 1 : 0;
   }
 
@@ -275,6 +276,10 @@ class Mover {
     Way way;
     bool arrived = false;
     within_ = centre_;
+    if (blind_) {
+      way.cut = true;
+      return way;
+    }
     share_ = share;
     mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
@@ -513,7 +518,7 @@ class Mover {
   };
   std::array<Bar, kMost> bars_;  ///< what barred the last try
   int barring_ = 0;
-  bool stops_minded_ = false, cut_ = false;
+  bool stops_minded_ = false, cut_ = false, blind_ = false;  ///< blind_: not all around the ball is known
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
   double share_ = 0;     ///< of what is within the ball, by which it is pushed out
@@ -555,7 +560,10 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   MicroTriangles surface(model);
   if (other_model) memory_->forget();
   const bool free = !held_ || under_way_;
-  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0);
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  // Where the surface has risen, all of it must be known.
+  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0,
+             free && !other_model ? work : detail::kAnyWork);
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {
@@ -569,7 +577,6 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   under_way_ = false;
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
   const int ahead = doubled == 0 ? kWorkAhead : work;
   if (free) {
     const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);

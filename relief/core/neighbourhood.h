@@ -76,8 +76,8 @@ class Neighbourhood {
 
  private:
   static constexpr std::size_t kMost = 512, kEnough = 130;
-  static constexpr std::size_t kScanned = 4;   // squares that are passed over in the time of a sample that is placed
-  static constexpr int kVisited = 4;           // and how many samples' time one takes whose triangles may be near
+  static constexpr std::size_t kScanned = 8;   // squares that are passed over in the time of a sample that is placed
+  static constexpr int kVisited = 3;           // and how many samples' time one takes whose triangles may be near
   static constexpr double kCoarse = 1.6;       // of the least reach: how large its squares are at most
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
   static constexpr float kSoon = 0.1F;  // of the least reach: how much farther it is found how near a square is
@@ -127,7 +127,9 @@ class Neighbourhood {
       float there = 0;
       if (square.flat || square.level == 0) {
         Patch& patch = look.patches.patches.of(look.surface, square, centre_, scale_, flat_);
+        const bool bounded = patch.bounded();
         there = patch.visit_near(look.surface, look.point, look.reach2, look.visit);
+        if (patch.bounded() && !bounded) look.patches.count_bounded();
       } else {
         Block& block = look.patches.block(look.surface, square, centre_, scale_, flat_);
         const End end = look_in(block.parts(), block.origin(), look, there);

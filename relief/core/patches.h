@@ -165,6 +165,8 @@ class Patch {
     bounded_ = false;
     longest2_ = longest2();
   }
+  /// Whether its triangles are bounded yet.
+  [[nodiscard]] bool bounded() const noexcept { return bounded_; }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
   float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
@@ -408,7 +410,11 @@ struct Patches {
     if (square.level <= NearSlab::kParted) return fine_.of(surface, square, origin, scale, flat);
     return coarse_.of(surface, square, origin, scale, flat);
   }
-  [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + fine_.work() + coarse_.work(); }
+  /// A patch was bounded.
+  void count_bounded() noexcept { bounded_work_ += Patch::kBounded; }
+  [[nodiscard]] std::uint32_t work() const noexcept {
+    return patches.work() + bounded_work_ + fine_.work() + coarse_.work();
+  }
   void forget() noexcept {
     patches.forget();
     fine_.forget();
@@ -418,6 +424,7 @@ struct Patches {
  private:
   Recent<Block, 64> fine_;
   Recent<Block, 16> coarse_;
+  std::uint32_t bounded_work_ = 0;
 };
 
 }  // namespace relief::detail
