@@ -36,7 +36,7 @@ constexpr double kRounding = 1e-9;    // of a cosine: a way out that is no furth
 constexpr double kUnseen = 3;         // lengths of the hand's way past it that the ball may go to where it cannot see,
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
-constexpr int kWork = 560;
+constexpr int kWork = 480;
 constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near

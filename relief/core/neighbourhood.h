@@ -76,9 +76,9 @@ class Neighbourhood {
 
  private:
   static constexpr std::size_t kMost = 512, kEnough = 130;
-  static constexpr std::size_t kScanned = 8;   // squares that are passed over in the time of a sample that is placed
-  static constexpr int kVisited = 3;           // and how many samples' time one takes whose triangles may be near
-  static constexpr double kCoarse = 1.6;       // of the least reach: how large its squares are at most
+  static constexpr std::size_t kScanned = 8;  // squares that are passed over in the time of a sample that is placed
+  static constexpr int kVisited = 3;          // and how many samples' time one takes whose triangles may be near
+  static constexpr double kCoarse = 1.6;      // of the least reach: how large its squares are at most
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
   static constexpr float kSoon = 0.1F;  // of the least reach: how much farther it is found how near a square is
 

@@ -96,8 +96,8 @@ class SquareList {
       }
     }
   }
-  /// Calls visit(number, least) for those that may be nearer than `reach`, which may come down; `least`: their triangles
-  /// are no nearer.
+  /// Calls visit(number, least) for those that may be nearer than `reach`, which may come down; `least`: their
+  /// triangles are no nearer.
   template <typename Visit>
   void each_near(Vec3f place, const float& reach, Visit&& visit) const noexcept {
     for (std::size_t k = 0; k < count_; k += kLanes) {
