@@ -13,8 +13,9 @@
 namespace relief::detail {
 
 /// A list of the squares that come within a reach of a place. The triangles that are nearer to another place than a
-/// distance are in them as long as covers(). Cost of a look at it: a nanosecond or two a square, twenty for each that
-/// may be near, and what is done with the triangles of those that may be near.
+/// distance are in them as long as covers(). What a look finds of how near they are is kept, and lets the next one pass
+/// over most. Cost of a look: a few nanoseconds a square, some sixty for each that may be near and is not known to be
+/// farther, and what is done with the triangles of those.
 class Neighbourhood {
  public:
   /// Makes the list anew, with a reach from `least` to `most`: the more squares there were in the last one, the less
