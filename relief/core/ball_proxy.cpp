@@ -36,8 +36,8 @@ constexpr double kRounding = 1e-9;    // of a cosine: a way out that is no furth
 constexpr double kUnseen = 3;         // lengths of the hand's way past it that the ball may go to where it cannot see,
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
-constexpr int kWork = 560;
-constexpr int kWorkAhead = 320;    // of that, to see where the ball would come to rest
+constexpr int kWork = 480;
+constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near
 constexpr int kMostWork = 4000;    // and where the model has changed
@@ -216,7 +216,8 @@ struct Room {
 /// The ball on its way.
 class Mover {
  public:
-  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far) noexcept
+  /// `work`: what it may take to look around at first; where that is too little, it stays where it is.
+  Mover(MicroTriangles& surface, Room& room, Vec3d centre, double radius, double far, int work) noexcept
       : surface_(surface),
         room_(room),
         spaces_(room.spaces),
@@ -227,19 +228,21 @@ class Mover {
         there_(&room.around[room.here ^ 1U]),
         from_start_(&room.around[room.here ^ 2U]),
         from_within_(&room.around[room.here ^ 3U]) {
-    if (!room.known || far > 0) look_at(centre_, radius + far, *here_);
+    if (!room.known)
+      cut_ = blind_ = !look_at(centre_, radius + far, *here_, work);
+    else if (far > 0)
+      look_far(radius + far);
     at_start_ = searches_;
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
-    const double soon = near() + kSoon * radius_;
-    if (const detail::Neighbourhood* list = known(centre_, soon))
-      list->prepare(surface_, room_.patches, centre_, soon, kAheadWork);
+    if (const detail::Neighbourhood* list = known(centre_, soon()))
+      list->prepare(surface_, room_.patches, centre_, soon(), kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
     room_.here = static_cast<std::size_t>(here_ - room_.around.data());
-    room_.known = true;
+    room_.known = !blind_;
     room_.waits = cut_ && centre_ == start_ ? room_.waits + 1 : 0;
   }
 
@@ -273,6 +276,10 @@ class Mover {
     Way way;
     bool arrived = false;
     within_ = centre_;
+    if (blind_) {
+      way.cut = true;
+      return way;
+    }
     share_ = share;
     mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
@@ -370,12 +377,10 @@ class Mover {
     const double near = this->near();
     found.count = 0;
     found.deep = false;
-    const detail::Neighbourhood* list = known(at, near);
+    detail::Neighbourhood* list = known(at, near);
     if (!list && far > near) {
-      const double soon = near + kSoon * radius_;
-      found.nearest =
-          detail::clear_around(surface_, at, soon, std::max(soon, std::min(far, kLeap * radius_)), room_.nearest, 0);
-      if (found.nearest > soon) return true;
+      found.nearest = clear_up_to(at, far);
+      if (found.nearest > soon()) return true;
     }
     if (!list) list = learn(at);
     const int placed = surface_.placed();
@@ -403,6 +408,27 @@ class Mover {
     }
     return finished;
   }
+  /// Up to which distance there is nothing around the ball but what is known, at most `far`; as look_at().
+  void look_far(double far) noexcept {
+    ++searches_;
+    if (here_->count > 0 || far <= near()) return;
+    const detail::Neighbourhood* list = known(centre_, near());
+    if (!list) {
+      const double clear = clear_up_to(centre_, far);
+      if (clear > soon()) {
+        here_->nearest = clear;
+        return;
+      }
+      list = learn(centre_);
+    }
+    if (list) here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
+  }
+  /// The same of a place in the open.
+  [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
+    return detail::clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest,
+                                0);
+  }
+  [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
   /// How far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
   /// How much farther the list goes that may be made next.
@@ -410,12 +436,12 @@ class Mover {
   /// Whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// A list of what is as near as that to a place.
-  [[nodiscard]] const detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
+  [[nodiscard]] detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
     if (room_.home.covers(at, distance)) return &room_.home;
     return room_.away.covers(at, distance) ? &room_.away : nullptr;
   }
   /// Makes one, with what is around the start where that is not too far; none where there is too much.
-  [[nodiscard]] const detail::Neighbourhood* learn(Vec3d at) noexcept {
+  [[nodiscard]] detail::Neighbourhood* learn(Vec3d at) noexcept {
     const bool home = near_start(at);
     auto& list = home ? room_.home : room_.away;
     const int placed = surface_.placed();
@@ -492,7 +518,7 @@ class Mover {
   };
   std::array<Bar, kMost> bars_;  ///< what barred the last try
   int barring_ = 0;
-  bool stops_minded_ = false, cut_ = false;
+  bool stops_minded_ = false, cut_ = false, blind_ = false;  ///< blind_: not all around the ball is known
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
   double share_ = 0;     ///< of what is within the ball, by which it is pushed out
@@ -534,7 +560,10 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   MicroTriangles surface(model);
   if (other_model) memory_->forget();
   const bool free = !held_ || under_way_;
-  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0);
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  // Where the surface has risen, all of it must be known.
+  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0,
+             free && !other_model ? work : detail::kAnyWork);
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
   if (other_model && !behind_) {
@@ -548,7 +577,6 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   under_way_ = false;
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
   const int ahead = doubled == 0 ? kWorkAhead : work;
   if (free) {
     const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);

@@ -81,7 +81,7 @@ class BallProxy {
   };
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
 
-  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 2.7 MiB
+  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.1 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool under_way_ = false;   ///< in the open, to a cursor too far away for one tick
   int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches

@@ -93,6 +93,12 @@ struct Sheets {
     if (near != 0) least = greatest(root(sheet2), root(centre2) - round) - off;
     return near;
   }
+  /// How far the centres are from a place, and how far the squares' triangles reach from there.
+  [[nodiscard]] Four far_from(Vec3f place) const noexcept {
+    const FourVectors from = {centre.x - place.x, centre.y - place.y, centre.z - place.z};
+    return root(dot(from, from));
+  }
+  [[nodiscard]] Four wide() const noexcept { return round + off; }
   /// Takes over one of others.
   void take(std::size_t lane, const Sheets& from, std::size_t other) noexcept {
     const auto move = [&](Four& to, const Four& of) noexcept { to[lane] = of[other]; };
@@ -199,22 +205,22 @@ class NearSlab {
   }
 
   /// Calls take(square, sheets, lane) for the squares that may be nearer than `reach`: flat ones of any size, and of
-  /// the others the largest of those that are no larger than `size` nor of more than kMostParts smallest ones, or the
-  /// smallest there are. `scale`: 1 over the sheets' unit.
+  /// the others the largest of those that are no larger than `size` nor above kCoarsest, or the smallest there are.
+  /// `scale`: 1 over the sheets' unit.
   template <typename Take>
   void squares(double reach, double size, double scale, Take&& take) const noexcept {
     const double step = std::sqrt(std::max(dot(b_, b_), dot(c_, c_)));
     int level = 0;
-    while (level < kMostParted && SampleBounds::side(level + 1) * step <= size) ++level;
+    while (level < kCoarsest && SampleBounds::side(level + 1) * step <= size) ++level;
     const Number all = {bounds_.levels() - 1, 0, 0};
     descend({all}, 1, level, reach, scale, take);
   }
-  static constexpr int kMostParted = 2, kMostParts = 1 << (2 * kMostParted);
-  /// The same for all the smallest squares in a larger one.
+  static constexpr int kParted = 2, kMostParts = 1 << (2 * kParted), kCoarsest = 2 * kParted;
+  /// The same for all squares so many levels below a larger one, or the smallest in it.
   template <typename Take>
   void parts(const GridSquare& square, double scale, Take&& take) const noexcept {
     const auto [four, count] = children({square.level, square.i, square.j});
-    descend(four, count, 0, std::numeric_limits<double>::infinity(), scale, take);
+    descend(four, count, std::max(0, square.level - kParted), std::numeric_limits<double>::infinity(), scale, take);
   }
   /// Calls take(corners, positions) for triangles that may be nearer than the root of reach2, which take may lower.
   template <typename Take>
@@ -244,6 +250,7 @@ class NearSlab {
     }
   }
 
+  static constexpr int kSamplesWork = 8;  ///< so many samples' time it takes to find a square's
   /// A square's samples by rows, of kRow each, relative to the point; those that there are not lie where one is that
   /// there is. Of a flat one the corners, as if it were a cell.
   struct Samples {
@@ -291,7 +298,7 @@ class NearSlab {
       const auto there = static_cast<std::size_t>(j) * Samples::kRow + static_cast<std::size_t>(i);
       if (there != k) made.put(k, made.corners[there], made.place(there));
     }
-    surface_.add_placed(static_cast<int>(Samples::kRow) * (rows + 1));
+    surface_.add_placed(kSamplesWork);
     if (whole) made.triangles.fill(Samples::kWhole);
     for (int j = 0; j < rows && !whole; ++j)
       for (int i = 0; i < columns(j); ++i)

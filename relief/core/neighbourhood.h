@@ -13,8 +13,9 @@
 namespace relief::detail {
 
 /// A list of the squares that come within a reach of a place. The triangles that are nearer to another place than a
-/// distance are in them as long as covers(). Cost of a look at it: a nanosecond or two a square, twenty for each that
-/// may be near, and what is done with the triangles of those that may be near.
+/// distance are in them as long as covers(). What a look finds of how near they are is kept, and lets the next one pass
+/// over most. Cost of a look: a few nanoseconds a square, some sixty for each that may be near and is not known to be
+/// farther, and what is done with the triangles of those.
 class Neighbourhood {
  public:
   /// Makes the list anew, with a reach from `least` to `most`: the more squares there were in the last one, the less
@@ -55,81 +56,106 @@ class Neighbourhood {
   /// samples are placed it leaves the rest, and returns false; what is known by then need not be found again.
   template <typename Visit>
   bool visit_near(MicroTriangles& surface, Patches& patches, Vec3d point, double& reach2, int most,
-                  Visit&& visit) const noexcept {
+                  Visit&& visit) noexcept {
     surface.add_placed(static_cast<int>(list_.size() / kScanned));
-    std::array<Near, kMost> near;
-    std::size_t count = 0;
-    auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
-    const auto add = [&](const GridSquare& square, float least) noexcept {
-      if (count < kMost)
-        near[count++] = {least, square};
-      else  // part of a larger one: there is room for the whole list
-        visit_in(surface, patches, square, point, reach2, visit);
-    };
-    // The nearest comes next, after which there may be less to look for.
-    const auto put_nearest_last = [&](std::size_t first) noexcept {
-      const auto of = std::span(near).first(count).subspan(first);
-      if (of.size() > 1) std::swap(*std::ranges::min_element(of, {}, &Near::least), of.back());
-    };
-    list_.each_near(to_float((point - centre_) * scale_), reach, add);
-    put_nearest_last(0);
-    while (count > 0) {
-      const auto [least, square] = near[--count];
-      if (least >= reach) continue;
-      if (surface.placed() > most) return false;
-      if (!square.flat && square.level > 0) {
-        surface.add_placed(kVisited);
-        const std::size_t first = count;
-        patches.blocks.of(surface, square, centre_, scale_, flat_).each_near(point, reach, add);
-        put_nearest_last(first);
-        continue;
-      }
-      const double before = reach2;
-      visit_in(surface, patches, square, point, reach2, visit);
-      if (!(reach2 > 0)) return true;
-      if (reach2 != before) reach = static_cast<float>(std::sqrt(reach2) * scale_);
-    }
-    return true;
+    Look<Visit> look{surface, patches, point, reach2, most, visit};
+    float clear = 0;
+    return look_in(list_, centre_, look, clear) != End::Cut;
   }
   /// Gets the triangles ready of squares that may be nearer to a place than `reach`, as long as the work is below
   /// `most` (samples placed).
   void prepare(MicroTriangles& surface, Patches& patches, Vec3d point, double reach, int most) const noexcept {
-    const auto near = static_cast<float>(reach * scale_);
-    const auto one = [&](const GridSquare& square, float) noexcept {
-      if (surface.placed() < most) patches.patches.of(surface, square, centre_, scale_, flat_);
-    };
-    list_.each_near(to_float((point - centre_) * scale_), near, [&](const GridSquare& square, float least) noexcept {
-      if (surface.placed() >= most) return;
-      if (square.flat || square.level == 0)
-        one(square, least);
-      else
-        patches.blocks.of(surface, square, centre_, scale_, flat_).each_near(point, near, one);
-    });
+    prepare_in(list_, centre_, surface, patches, point, static_cast<float>(reach * scale_), most);
   }
   /// Up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
   [[nodiscard]] double clear_around(Vec3d point, double reach) const noexcept {
     auto clear = static_cast<float>(reach * scale_);
     list_.each_near(to_float((point - centre_) * scale_), clear,
-                    [&](const GridSquare&, float least) noexcept { clear = std::min(clear, least); });
+                    [&](std::size_t, float least) noexcept { clear = std::min(clear, least); });
     return std::min(reach, double{clear} / scale_);
   }
 
  private:
+  static constexpr std::size_t kMost = 512, kEnough = 130;
+  static constexpr std::size_t kScanned = 8;  // squares that are passed over in the time of a sample that is placed
+  static constexpr int kVisited = 3;          // and how many samples' time one takes whose triangles may be near
+  static constexpr double kCoarse = 1.6;      // of the least reach: how large its squares are at most
+  static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
+  static constexpr float kSoon = 0.1F;  // of the least reach: how much farther it is found how near a square is
+
+  /// What is looked for.
+  template <typename Visit>
+  struct Look {
+    MicroTriangles& surface;
+    Patches& patches;
+    Vec3d point;
+    double& reach2;
+    int most;
+    Visit& visit;
+  };
+  enum class End { All, Enough, Cut };  ///< Enough: nothing more is looked for, Cut: there is no more time
   struct Near {
     float least;
-    GridSquare square;
+    std::uint32_t number;
+    [[nodiscard]] bool operator<(const Near& other) const noexcept { return least < other.least; }
   };
-  static constexpr std::size_t kMost = 512, kEnough = 130;
-  static constexpr std::size_t kScanned = 16;  // squares that are passed over in the time of a sample that is placed
-  static constexpr int kVisited = 2;           // and how many samples' time one takes whose triangles may be near
-  static constexpr double kCoarse = 0.8;       // of the least reach: how large its squares are at most
-  static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
 
-  template <typename Visit>
-  void visit_in(MicroTriangles& surface, Patches& patches, const GridSquare& square, Vec3d point, double& reach2,
-                Visit&& visit) const noexcept {
-    surface.add_placed(kVisited);
-    patches.patches.of(surface, square, centre_, scale_, flat_).visit_near(point, reach2, visit);
+  /// Visits what is near in some squares, from the nearest on, and keeps in them what is known then. `clear`: if it was
+  /// all, none of their triangles is nearer than that.
+  template <std::size_t kSize, typename Visit>
+  End look_in(SquareList<kSize>& squares, Vec3d origin, Look<Visit>& look, float& clear) noexcept {
+    const Vec3f place = to_float((look.point - origin) * scale_);
+    const auto reach = [&]() noexcept { return static_cast<float>(std::sqrt(look.reach2) * scale_); };
+    std::array<Near, kSize> near;
+    std::size_t count = 0;
+    float most = reach();
+    clear = most + kSoon;
+    squares.each_near(place, clear, [&](std::size_t number, float least) noexcept {
+      if (least < most)
+        near[count++] = {least, static_cast<std::uint32_t>(number)};
+      else
+        clear = std::min(clear, least);
+    });
+    std::sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count));
+    for (const auto [least, number] : std::span(near).first(count)) {
+      if (least >= most) {
+        clear = std::min(clear, least);
+        break;
+      }
+      if (look.surface.placed() > look.most) return End::Cut;
+      look.surface.add_placed(kVisited);
+      const GridSquare square = squares[number];
+      float there = 0;
+      if (square.flat || square.level == 0) {
+        Patch& patch = look.patches.patches.of(look.surface, square, centre_, scale_, flat_);
+        const bool bounded = patch.bounded();
+        there = patch.visit_near(look.surface, look.point, look.reach2, look.visit);
+        if (patch.bounded() && !bounded) look.patches.count_bounded();
+      } else {
+        Block& block = look.patches.block(look.surface, square, centre_, scale_, flat_);
+        const End end = look_in(block.parts(), block.origin(), look, there);
+        if (end != End::All) return end;
+      }
+      if (!(look.reach2 > 0)) return End::Enough;
+      squares.keep(number, place, there);
+      clear = std::min(clear, there);
+      most = reach();
+    }
+    return End::All;
+  }
+  template <std::size_t kSize>
+  void prepare_in(const SquareList<kSize>& squares, Vec3d origin, MicroTriangles& surface, Patches& patches,
+                  Vec3d point, float reach, int most) const noexcept {
+    squares.each_near(to_float((point - origin) * scale_), reach, [&](std::size_t number, float) noexcept {
+      if (surface.placed() >= most) return;
+      const GridSquare& square = squares[number];
+      if (square.flat || square.level == 0) {
+        patches.patches.of(surface, square, centre_, scale_, flat_);
+      } else {
+        Block& block = patches.block(surface, square, centre_, scale_, flat_);
+        prepare_in(block.parts(), block.origin(), surface, patches, point, reach, most);
+      }
+    });
   }
   /// Makes room for more by a shorter reach, none where that is not enough.
   void drop_far(double least, double most) noexcept {

@@ -16,27 +16,25 @@ namespace relief::detail {
 /// about.
 struct Discs {
   FourVectors middle, normal;  ///< normal: unit, or zero where it is not known
-  Four radius2{};
+  Four radius{};
 
-  void set_always_near(std::size_t lane) noexcept { set(lane, 0, 1e30F); }
+  void set_always_near(std::size_t lane) noexcept { set(lane, 0, 1e15F); }
   void set_never_near(std::size_t lane) noexcept { set(lane, 1e9F, 0); }
-  /// A bit for each that is not known to be farther from a place than the root of reach2. The distance from a disc is
-  /// at least the height over its plane, and where the foot is outside, at least that and the way from the rim.
-  [[nodiscard]] unsigned may_be_near(Vec3f place, Four reach2) const noexcept {
+  /// The triangles are no nearer to a place than the root of this: the way to its foot on the disc's plane or, where
+  /// that is outside, to the rim.
+  [[nodiscard]] Four least2_from(Vec3f place) const noexcept {
     const FourVectors from = {middle.x - place.x, middle.y - place.y, middle.z - place.z};
-    const Four height = dot(from, normal), height2 = height * height, far2 = dot(from, from), aside2 = far2 - height2;
-    const Four most2 = reach2 + kRounding, over = far2 + radius2 - most2;
-    const FourMask far = (height2 > most2) | ((aside2 > radius2 + kRounding) & (over > 0) &
-                                              (over * over > 4 * radius2 * (aside2 + kRounding)));
-    return ~bits_of(far) & 15U;
+    const Four height = dot(from, normal), height2 = height * height, none = {};
+    const Four past = greatest(root(greatest(dot(from, from) - height2, none)) - radius, none);
+    return greatest(height2 + past * past - kRounding, none);
   }
 
  private:
   static constexpr float kRounding = 3e-5F;  // of a square of distances: more than floats may be off
-  void set(std::size_t lane, float x, float r2) noexcept {
+  void set(std::size_t lane, float x, float r) noexcept {
     middle.x[lane] = x, middle.y[lane] = middle.z[lane] = 0;
     normal.x[lane] = normal.y[lane] = normal.z[lane] = 0;
-    radius2[lane] = r2;
+    radius[lane] = r;
   }
 };
 
@@ -45,14 +43,33 @@ struct Plates {
   Discs discs;
   Four off{};
 
-  /// As Discs, for the bodies.
-  [[nodiscard]] unsigned may_be_near(Vec3f place, float reach) const noexcept {
-    const Four most = off + reach;
-    return discs.may_be_near(place, most * most);
+  /// The bodies are no nearer to a place than this.
+  [[nodiscard]] Four least_from(Vec3f place) const noexcept { return root(discs.least2_from(place)) - off; }
+};
+
+/// How near the triangles of four squares are to a place at least, by what was found at others; as Sheets.
+struct Clearances {
+  static constexpr float kUnknown = -1e9F, kRounding = 1e-5F, kRoundingFar = 1e-6F;
+  FourVectors from;                ///< the place, for each
+  Four clear = Four{} + kUnknown;  ///< they were no nearer to it than this,
+  Four far{};                      ///< and their centre so far from it
+
+  void keep(std::size_t lane, Vec3f place, float least, float distance) noexcept {
+    from.x[lane] = place.x, from.y[lane] = place.y, from.z[lane] = place.z;
+    clear[lane] = least;
+    far[lane] = distance;
+  }
+  /// A place that is so far from the centres of squares that reach so far from there. None of their points comes nearer
+  /// by more than the way between the places, nor by more than the centre does and the turn of the direction to it.
+  [[nodiscard]] Four least_from(Vec3f place, Four centre_far, Four wide) const noexcept {
+    const FourVectors by = {from.x - place.x, from.y - place.y, from.z - place.z};
+    const Four way = root(dot(by, by)), nearest = least(far, centre_far) - wide;
+    const Four nearer = nearest > 0 ? far - centre_far + wide * way / nearest : way;
+    return clear - least(way, nearer) - (kRounding + kRoundingFar * centre_far);
   }
 };
 
-/// Squares and their sheets, relative to a place.
+/// Squares and their sheets, relative to a place, and what is known of how near they are.
 template <std::size_t kMost>
 class SquareList {
  public:
@@ -60,6 +77,7 @@ class SquareList {
   void clear() noexcept { count_ = 0; }
   void add(const GridSquare& at, const Sheets& sheets, std::size_t lane) noexcept {
     sheets_[count_ / kLanes].take(count_ % kLanes, sheets, lane);
+    clearances_[count_ / kLanes].clear[count_ % kLanes] = Clearances::kUnknown;
     squares_[count_++] = at;
   }
   /// Comes after the last.
@@ -78,56 +96,65 @@ class SquareList {
       }
     }
   }
-  /// Calls visit(square, least) for those that may be nearer than `reach`, which may come down; `least`: their
+  /// Calls visit(number, least) for those that may be nearer than `reach`, which may come down; `least`: their
   /// triangles are no nearer.
   template <typename Visit>
   void each_near(Vec3f place, const float& reach, Visit&& visit) const noexcept {
     for (std::size_t k = 0; k < count_; k += kLanes) {
+      const Sheets& sheets = sheets_[k / kLanes];
       Four least;
-      for (unsigned near = sheets_[k / kLanes].may_be_near(place, reach, least); near != 0; near &= near - 1) {
+      unsigned near = sheets.may_be_near(place, reach, least);
+      if (near == 0) continue;
+      least = greatest(least, clearances_[k / kLanes].least_from(place, sheets.far_from(place), sheets.wide()));
+      for (near &= bits_of(least < reach); near != 0; near &= near - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(near));
-        visit(squares_[k + lane], least[lane]);
+        visit(k + lane, least[lane]);
       }
     }
+  }
+  [[nodiscard]] const GridSquare& operator[](std::size_t number) const noexcept { return squares_[number]; }
+  /// The triangles of a square are no nearer to a place than `clear`.
+  void keep(std::size_t number, Vec3f place, float clear) noexcept {
+    const std::size_t lane = number % kLanes;
+    clearances_[number / kLanes].keep(lane, place, clear, sheets_[number / kLanes].far_from(place)[lane]);
   }
 
  private:
   static constexpr std::size_t kLanes = 4;
   std::size_t count_ = 0;
   std::array<Sheets, kMost / kLanes> sheets_;
+  std::array<Clearances, kMost / kLanes> clearances_;
   std::array<GridSquare, kMost> squares_;
 };
 
-/// The smallest squares of a larger one.
+/// The squares that a larger one has some levels below.
 class Block {
  public:
-  static constexpr int kFetched = 4;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     origin_ = origin;
-    scale_ = scale;
     parts_.clear();
     surface.enter(square.slab);
     NearSlab(surface, square.slab, origin, flat)
         .parts(square, scale, [&](const auto& at, const auto& sheets, std::size_t k) { parts_.add(at, sheets, k); });
     parts_.close();
   }
-  /// See SquareList::each_near().
-  template <typename Visit>
-  void each_near(Vec3d point, const float& reach, Visit&& visit) const noexcept {
-    parts_.each_near(to_float((point - origin_) * scale_), reach, visit);
-  }
+  using Parts = SquareList<NearSlab::kMostParts>;
+  [[nodiscard]] Parts& parts() noexcept { return parts_; }
+  /// What its parts are relative to.
+  [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
 
  private:
-  double scale_ = 0;
   Vec3d origin_;
-  SquareList<NearSlab::kMostParts> parts_;
+  Parts parts_;
 };
 
 /// The triangles of a square.
 class Patch {
  public:
-  static constexpr int kFetched = 8;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
+  static constexpr int kBounded = 24;  ///< and takes to bound its triangles, which it does where it may be near
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -135,31 +162,55 @@ class Patch {
     square_ = square;
     origin_ = origin;
     scale_ = scale;
-    bound(0);
-    bound(1);
-    bound_quarters();
+    bounded_ = false;
+    longest2_ = longest2();
   }
-  /// As visit_near(), for these triangles.
+  /// Whether its triangles are bounded yet.
+  [[nodiscard]] bool bounded() const noexcept { return bounded_; }
+  /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
-  void visit_near(Vec3d point, double& reach2, Visit&& visit) const noexcept {
+  float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
     const Vec3d from = point - origin_;
+    if (!bounded_) {
+      // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
+      const double clear2 = nearest2(from) - longest2_ / 3;
+      if (clear2 >= reach2) return static_cast<float>(std::sqrt(clear2) * scale_);
+      surface.add_placed(kBounded);
+      bound(0);
+      bound(1);
+      bound_quarters();
+      bounded_ = true;
+    }
     const Vec3f place = to_float(from * scale_);
-    const auto reach = static_cast<float>(std::sqrt(reach2) * scale_);
-    for (unsigned quarters = quarters_.may_be_near(place, reach); quarters != 0; quarters &= quarters - 1) {
-      const auto quarter = static_cast<std::size_t>(std::countr_zero(quarters));
+    const double scale2 = scale_ * scale_;
+    auto most2 = static_cast<float>(reach2 * scale2);
+    const Four far = Four{} + std::numeric_limits<float>::infinity(), quarters = quarters_.least_from(place);
+    const FourMask later = quarters >= static_cast<float>(std::sqrt(reach2) * scale_);
+    const Four least_later = later ? quarters : far;
+    Four clear2 = least_later * least_later;
+    double found2 = std::numeric_limits<double>::infinity();
+    for (unsigned near = ~bits_of(later) & 15U; near != 0; near &= near - 1) {
+      const auto quarter = static_cast<std::size_t>(std::countr_zero(near));
       for (std::size_t across = 0; across < 2; ++across) {
-        const auto most2 = static_cast<float>(reach2 * scale_ * scale_);
-        const Discs& discs = discs_[2 * quarter + across];
-        for (unsigned near = discs.may_be_near(place, Four{} + most2); near != 0; near &= near - 1) {
-          const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+        const Four discs2 = discs_[2 * quarter + across].least2_from(place);
+        const FourMask candidates = discs2 < most2;
+        clear2 = least(clear2, candidates ? far : discs2);
+        for (unsigned bits = bits_of(candidates); bits != 0; bits &= bits - 1) {
+          const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
           const auto of = Samples::of(first_of(quarter) + cell_of(lane), across);
           const NearTriangle t(
               square_.slab, {samples_.corners[of[0]], samples_.corners[of[1]], samples_.corners[of[2]]},
               {samples_.place(of[0]) - from, samples_.place(of[1]) - from, samples_.place(of[2]) - from});
-          if (t.distance2 < reach2) visit(t);
+          surface.add_placed(1);
+          found2 = std::min(found2, t.distance2);
+          if (!(t.distance2 < reach2)) continue;
+          visit(t);
+          most2 = static_cast<float>(reach2 * scale2);
         }
       }
     }
+    const float rest2 = std::min({clear2[0], clear2[1], clear2[2], clear2[3]});
+    return std::sqrt(std::min(rest2, static_cast<float>(found2 * scale2)));
   }
 
  private:
@@ -167,11 +218,43 @@ class Patch {
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
   static constexpr float kSliver = 1e-30F;   // squared area, up to which a triangle's plane is not known
-  static constexpr float kLargest2 = 1;      // squared radius, up to which floats are fine enough
+  static constexpr float kLargest = 1;       // radius, up to which floats are fine enough
   static constexpr float kRounding = 1e-4F;  // of a height: more than floats may be off
   static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
+  using Distances = std::array<double, Samples::kPlaces>;
+  /// Of the samples to a place relative to the origin; number by number, as in bound().
+  [[nodiscard]] double nearest2(Vec3d from) const noexcept {
+    Distances distance2;
+    for (std::size_t k = 0; k < Samples::kPlaces; ++k) {
+      const double x = samples_.x[k] - from.x, y = samples_.y[k] - from.y, z = samples_.z[k] - from.z;
+      distance2[k] = x * x + y * y + z * z;
+    }
+    return *std::ranges::min_element(distance2);
+  }
+  /// No edge of a triangle is longer than the root of this.
+  [[nodiscard]] double longest2() const noexcept {
+    if (square_.flat) return std::numeric_limits<double>::infinity();
+    constexpr std::size_t kRow = Samples::kRow;
+    std::array<double, kCells> edge2{};
+    const auto take = [&](std::size_t a, std::size_t b) noexcept {
+      for (std::size_t k = 0; k + 1 < kCells; ++k) {
+        const double x = samples_.x[k + a] - samples_.x[k + b], y = samples_.y[k + a] - samples_.y[k + b],
+                     z = samples_.z[k + a] - samples_.z[k + b], length2 = x * x + y * y + z * z;
+        edge2[k] = length2 > edge2[k] ? length2 : edge2[k];
+      }
+    };
+    take(0, 1);
+    take(0, kRow);
+    take(1, kRow);
+    take(1, kRow + 1);
+    take(kRow, kRow + 1);
+    double longest2 = 0;
+    for (std::size_t k = 0; k + 1 < kCells; ++k)
+      if (k % kRow + 1 < kRow) longest2 = std::max(longest2, edge2[k]);
+    return longest2;
+  }
   /// Finds the discs; `across`: of triangles across from those that the samples number.
   void bound(std::size_t across) noexcept {
     // Number by number, in doubles: so it becomes vectors, and the planes of thin triangles are right.
@@ -207,11 +290,11 @@ class Patch {
       const Four area2 = dot(area, area), none = {};
       discs.middle = middles.from(k);
       discs.normal = area * (area2 > kSliver ? 1 / root(area2) : none);
-      discs.radius2 = Cells::four(radii2, k);
+      discs.radius = root(Cells::four(radii2, k));
       const std::uint32_t cells = samples_.triangles[across] >> k;
       const unsigned there = (cells & 3U) | (cells >> Samples::kRow & 3U) << 2U;
       // Floats are too coarse for a large one, and for one at the far end of a cliff.
-      const FourMask coarse = (discs.radius2 >= kLargest2) | (dot(discs.middle, discs.middle) > kFar2);
+      const FourMask coarse = (discs.radius >= kLargest) | (dot(discs.middle, discs.middle) > kFar2);
       for (unsigned large = bits_of(coarse) & there; large != 0; large &= large - 1)
         discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
       for (unsigned none_there = ~there & 15U; none_there != 0; none_there &= none_there - 1)
@@ -251,8 +334,8 @@ class Patch {
       far2 = greatest(far2, dot(from, from));
     }
     quarters_.off = (high - low) * 0.5F + kRounding;
-    quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, far2};
-    const FourMask coarse = (far2 >= kLargest2) | (dot(middle, middle) > kFar2);
+    quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, root(far2)};
+    const FourMask coarse = (far2 >= kLargest * kLargest) | (dot(middle, middle) > kFar2);
     for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)
       quarters_.discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
   }
@@ -265,7 +348,8 @@ class Patch {
   }
 
   GridSquare square_{};
-  double scale_ = 0;
+  double scale_ = 0, longest2_ = 0;
+  bool bounded_ = false;  ///< the rest is known
   Vec3d origin_;
   Samples samples_;                      ///< relative to the origin
   Plates quarters_;                      ///< of two by two cells each
@@ -281,7 +365,7 @@ class Recent {
   /// Samples that were placed so far to make what was not known, modulo 2^32.
   [[nodiscard]] std::uint32_t work() const noexcept { return work_; }
   /// See Patch::make().
-  const Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
+  Item& of(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     if (scale != scale_ || flat != flat_) forget();
     scale_ = scale;
     flat_ = flat;
@@ -320,12 +404,27 @@ class Recent {
 /// samples are not in the cache.
 struct Patches {
   Recent<Patch, 128> patches;
-  Recent<Block, 64> blocks;
-  [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + blocks.work(); }
+  /// The parts of a block may be blocks too; those never take its place.
+  [[nodiscard]] Block& block(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale,
+                             double flat) noexcept {
+    if (square.level <= NearSlab::kParted) return fine_.of(surface, square, origin, scale, flat);
+    return coarse_.of(surface, square, origin, scale, flat);
+  }
+  /// A patch was bounded.
+  void count_bounded() noexcept { bounded_work_ += Patch::kBounded; }
+  [[nodiscard]] std::uint32_t work() const noexcept {
+    return patches.work() + bounded_work_ + fine_.work() + coarse_.work();
+  }
   void forget() noexcept {
     patches.forget();
-    blocks.forget();
+    fine_.forget();
+    coarse_.forget();
   }
+
+ private:
+  Recent<Block, 64> fine_;
+  Recent<Block, 16> coarse_;
+  std::uint32_t bounded_work_ = 0;
 };
 
 }  // namespace relief::detail

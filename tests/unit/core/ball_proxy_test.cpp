@@ -262,6 +262,45 @@ TEST(BallProxy, IsNotLateForLong) {
   EXPECT_LE(longest, 10);
 }
 
+/// A hand that comes from just above ground that is rough down to the cells, presses and slides, also with a ball in
+/// which there are thousands of its triangles: a tick costs no more than with a small one, from the first on.
+TEST(BallProxy, ALargeOneCostsNoMoreThanASmallOne) {
+  const SnapshotPtr model = displaced(torus_shell(48, 24, 128), [](Vec3d p) {
+    return 0.5 + 0.1 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.02 * std::sin(90 * p.x) * std::sin(80 * p.y) +
+           0.03 * std::sin(900 * p.x) * std::cos(700 * p.y + 500 * p.z);
+  });
+  const double size = diagonal(model->slab_mesh().bounds());
+  for (const double share : {0.01, 0.03, 0.05}) {
+    const double radius = share * size;
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::vector<int> work;
+    int felt = 0, late = 0;
+    for (int place = 0; place < 8; ++place) {
+      SurfacePoint p;
+      do {
+        p = closest_point(*model, Vec3d{normal(random), normal(random), normal(random)} * (0.5 * size));
+      } while (!BallProxy::clear(*model, p.position + p.normal * (1.5 * radius), radius));
+      const Vec3d along = normalized(cross(p.normal, {0.2, 1, 0.4}));
+      BallProxy ball;
+      for (int k = 0; k < 1500; ++k) {
+        const double height = radius - std::min(0.01, 1e-4 * k - 0.015) * size;
+        const Vec3d slid = along * (1e-4 * size * std::max(0, k - 250));
+        const bool touches = ball.step(*model, p.position + p.normal * height + slid, radius, kAtOnce);
+        felt += touches ? 1 : 0;
+        late += ball.held() && !touches ? 1 : 0;
+        work.push_back(ball.work());
+      }
+    }
+    EXPECT_GT(felt, 4000) << share;
+    EXPECT_LT(late, felt / 50) << share;
+    std::ranges::sort(work);
+    EXPECT_LT(work[work.size() / 2], 250) << share;
+    EXPECT_LT(work[work.size() * 99 / 100], 700) << share;
+    EXPECT_LT(work.back(), 4500) << share;  // a ball that is late may take more with each tick
+  }
+}
+
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
 TEST(BallProxy, GoesOnAsACopyOfItDoes) {
   const auto mesh = torus_shell(24, 12, 24);

@@ -236,6 +236,43 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(halves, 100U);
 }
 
+// What is kept of a look is right at the places that follow, near and far, in a list and in those after it.
+TEST(Neighbourhood, KnowsOnAWalkWhatIsNear) {
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 128), [](Vec3d p) {
+    return rough(p) + 0.02 * std::sin(400 * p.x) * std::cos(300 * p.y + 200 * p.z);
+  });
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  const auto list = std::make_unique<detail::Neighbourhood>();
+  const auto patches = std::make_unique<detail::Patches>();
+  detail::MicroTriangles surface(*model);
+  std::size_t looks = 0, some = 0;
+  for (const double least : {0.03, 0.1, 0.3})
+    for (int walk = 0; walk < 8; ++walk) {
+      const SurfacePoint at = closest_point(*model, any() * 3.0);
+      Vec3d p = at.position + at.normal * (1.1 * least);
+      for (int k = 0; k < 60; ++k) {
+        p += any() * ((k % 10 == 0 ? 0.2 : 0.01) * least) - at.normal * (0.004 * least);
+        if (!list->covers(p, least)) list->gather(surface, p, least, 2 * least, 0);
+        if (!list->covers(p, least)) continue;
+        std::set<Key> found, all;
+        double reach2 = least * least;
+        EXPECT_TRUE(list->visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                                     [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); }));
+        detail::visit_near(surface, p, 0, reach2,
+                           [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+        ASSERT_EQ(found.size(), all.size()) << least << ' ' << walk << ' ' << k;
+        EXPECT_EQ(found, all);
+        ++looks;
+        some += all.empty() ? 0 : 1;
+      }
+    }
+  EXPECT_GT(looks, 1000U);
+  EXPECT_GT(some, 300U);
+  EXPECT_LT(some, looks);
+}
+
 // The patch of a square with a cliff is made where the ball is at one end, and asked where it is at the other.
 TEST(Neighbourhood, KnowsBothEndsOfACliff) {
   constexpr int kCells = 128;
