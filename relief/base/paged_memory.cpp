@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,13 +38,22 @@ int temporary_file() {
   return -1;
 }
 
-/// Lengthens the file by bytes that the disk has: where one ran out later, to write to a page would end the program.
+/// Lengthens the file by bytes that the disk has: where one ran out later, to write to a page would end the program. As
+/// much again is left to others, what is made of all this among them.
 bool grow(int file, std::size_t from, std::size_t size) {
+  constexpr std::size_t kLeast = 64 * kMiB;
   rlimit most{};
   if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur < from + size) return false;
+  struct statvfs disk{};
+  if (::fstatvfs(file, &disk) != 0 || disk.f_bavail < (size + std::max(from + size, kLeast)) / disk.f_frsize)
+    return false;
   for (;;) {
     const int error = ::posix_fallocate(file, static_cast<off_t>(from), static_cast<off_t>(size));
-    if (error != EINTR) return error == 0;
+    if (error == 0) return true;
+    if (error == EINTR) continue;
+    // What it has got of them goes back; where that fails, with the file.
+    [[maybe_unused]] const int ignored = ::ftruncate(file, static_cast<off_t>(from));
+    return false;
   }
 }
 }  // namespace
@@ -83,12 +93,18 @@ void* PagedMemory::do_allocate(std::size_t bytes, std::size_t alignment) {
 void PagedMemory::add_chunk(std::size_t least) {
   chunks_.reserve(chunks_.size() + 1);
   const std::size_t size = (std::max(kChunk, least) + kMiB - 1) / kMiB * kMiB;
-  const bool in_file = left_ < size && lengthen_file(size);
+  bool in_file = left_ < size && lengthen_file(size);
   left_ -= std::min(left_, size);
-  const int flags = in_file ? MAP_SHARED : MAP_PRIVATE | MAP_ANONYMOUS;
   const std::size_t from = file_bytes();
-  void* const at = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, flags, in_file ? file_ : -1,
-                          static_cast<off_t>(in_file ? from : 0));
+  const auto map = [&](int flags, int file, std::size_t at) {
+    return ::mmap(nullptr, size, PROT_READ | PROT_WRITE, flags, file, static_cast<off_t>(at));
+  };
+  void* at = in_file ? map(MAP_SHARED, file_, from) : MAP_FAILED;
+  if (in_file && at == MAP_FAILED) {  // some file systems share no pages
+    file_failed_ = true;
+    in_file = false;
+  }
+  if (!in_file) at = map(MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (at == MAP_FAILED) throw std::bad_alloc();
   chunks_.push_back({static_cast<std::byte*>(at), size, in_file});
   used_ = 0;

@@ -30,8 +30,8 @@ struct ConvertSettings {
                                       ///< source's diagonal, or 0: chosen from the source
   std::optional<Mode> mode = {};      ///< empty: certified where that can be reached, else preview
   /// Bytes of memory for the samples. Beyond it, or all of them where a given n makes them more than that, they lie in
-  /// a temporary file (see PagedMemory), which is slower to touch than memory; without it in memory. The result is the
-  /// same.
+  /// a temporary file (see PagedMemory), which is slower than memory; without it in memory. The result is the same, but
+  /// a model that is to be touched or sculpted must then be opened from its file.
   std::optional<std::size_t> sample_memory = {};
 };
 

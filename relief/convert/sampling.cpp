@@ -224,10 +224,10 @@ class Resting {
 };
 
 /// Fills the unknown values from the known ones around them: first ring by ring, then relaxed towards the mean of the
-/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2.
+/// neighbours (a discrete Laplace equation). Where a whole part is unknown it gets 1/2. False when cancelled.
 template <typename Field>
-void fill(Field& field, std::span<const std::size_t> unknown) {
-  if (unknown.empty()) return;
+bool fill(Field& field, std::span<const std::size_t> unknown, const Progress& progress) {
+  if (unknown.empty()) return true;
   // What is kept of an unknown sample is far more than the sample itself, so it lies in scratch memory.
   constexpr std::size_t kBlock = 1024, kEach = 64;  // unknown samples, bytes
   const auto rest_after = [&](std::size_t step) {
@@ -307,6 +307,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
       }
       rest_after(step);
     }
+    if (progress.cancelled()) return false;
     if (reached.empty()) break;
     for (const std::uint32_t k : reached) known[k] = 1;
     std::swap(front, later);
@@ -323,6 +324,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
       change = std::max(change, std::abs(double(*value) - double(old)));
       old = *value;
     }
+    if (progress.cancelled()) return false;
     if (change < 1e-5) break;
   }
   Resting written(field);
@@ -331,6 +333,7 @@ void fill(Field& field, std::span<const std::size_t> unknown) {
     field.set(unknown[u], values[mine[u]]);
     rest_after(u);
   }
+  return true;
 }
 
 /// Settles what met the source not once; `often` and `never` are sample numbers, ascending.
@@ -338,13 +341,13 @@ template <typename Field>
 bool settle(Field& field, const SampleSource& source, std::span<const std::size_t> often,
             std::span<const std::size_t> never, const Progress& progress) {
   // One that is chosen has no say in what others choose, so that they may be taken by and by.
-  constexpr std::size_t kAtOnce = 1 << 14;
+  constexpr std::size_t kAtOnce = 1 << 14, kTogether = 64;  // neighbours mostly lie in one slab
   std::vector<std::optional<Crossing>> chosen;
   for (; !often.empty(); often = often.subspan(chosen.size())) {
     chosen.assign(std::min(often.size(), kAtOnce), {});
     const bool all = for_all(chosen.size(), 512, progress, [&](std::size_t o) {
       chosen[o] = outvoted(field, often[o], source);
-      field.rest_at(often[o]);
+      if (o % kTogether == 0) field.rest_at(often[o]);
     });
     if (!all) return false;
     Resting taken(field);
@@ -354,8 +357,7 @@ bool settle(Field& field, const SampleSource& source, std::span<const std::size_
     }
   }
   chosen = {};
-  fill(field, never);
-  return true;
+  return fill(field, never, progress);
 }
 
 }  // namespace

@@ -65,7 +65,8 @@ struct Clearances {
     const FourVectors by = {from.x - place.x, from.y - place.y, from.z - place.z};
     const Four way = root(dot(by, by)), nearest = least(far, centre_far) - wide;
     const Four nearer = nearest > 0 ? far - centre_far + wide * way / nearest : way;
-    return clear - least(way, nearer) - (kRounding + kRoundingFar * centre_far);
+    const float rounded = std::abs(place.x) + std::abs(place.y) + std::abs(place.z);
+    return clear - least(way, nearer) - (kRounding + kRoundingFar * (centre_far + rounded));
   }
 };
 
