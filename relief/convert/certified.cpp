@@ -547,7 +547,8 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   constexpr double kNear = 2.5;            // the same: from there little would have to be very much
   constexpr std::size_t kLarge = 500'000;  // triangles: from there it takes long
   const bool is_large = result.source.faces.size() > kLarge;
-  bool folds = false;  // before anything was lost
+  bool folds = false;     // before anything was lost
+  bool too_much = false;  // was lost
   for (const Tolerance& tolerance : settings.tolerances) {
     const std::size_t before = reducer.slab_count();
     if (before <= settings.target) break;
@@ -561,9 +562,10 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
     }
     if (!reducer.reduce_further(tolerance, progress)) return result;
     result.tolerant = result.tolerant || (gives_up && reducer.slab_count() < before);
-    if (loses && reducer.lost() > settings.most_lost) break;
+    too_much = loses && reducer.lost() > settings.most_lost;
+    if (too_much) break;
   }
-  if (reducer.has_kept() && (reducer.slab_count() > settings.target || reducer.lost() > settings.most_lost)) {
+  if (reducer.has_kept() && (reducer.slab_count() > settings.target || too_much)) {
     reducer.go_back();
     result.tolerant = folds;
   }
