@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -46,6 +47,7 @@ using Corners = std::array<std::uint32_t, 3>;
 using Place = std::array<double, 3>;
 
 Place place(Vec3d p) { return {p.x, p.y, p.z}; }
+bool is_number(double v) { return std::isfinite(v); }
 
 verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage.triangles}; }
 
@@ -55,21 +57,18 @@ struct PlainSource {
   std::vector<Corners> triangles;
   std::optional<std::size_t> phantom_from;
 
-  explicit PlainSource(const TriangleMesh& mesh) : triangles(mesh.triangles), phantom_from(mesh.phantom_from) {
-    std::vector<std::uint32_t> order(mesh.positions.size()), number(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0U);
-    const auto key = [&](std::uint32_t v) {
-      const Vec3d p = mesh.positions[v];
-      return std::tuple(p.x, p.y, p.z);
-    };
-    std::erase_if(order, [&](std::uint32_t v) { return !is_finite(mesh.positions[v]); });
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-    std::iota(number.begin(), number.end(), 0U);
-    for (std::size_t k = 1; k < order.size(); ++k)
-      if (key(order[k]) == key(order[k - 1])) number[order[k]] = number[order[k - 1]];
+  explicit PlainSource(TriangleMesh&& mesh) : triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
     positions.reserve(mesh.positions.size());
     for (const Vec3d p : mesh.positions) positions.push_back(place(p));
+    mesh = {};
+    std::vector<std::uint32_t> order(positions.size()), number(positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::erase_if(order, [&](std::uint32_t v) { return !std::ranges::all_of(positions[v], is_number); });
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::tie(positions[a], a) < std::tie(positions[b], b); });
+    std::iota(number.begin(), number.end(), 0U);
+    for (std::size_t k = 1; k < order.size(); ++k)
+      if (positions[order[k]] == positions[order[k - 1]]) number[order[k]] = number[order[k - 1]];
     for (Corners& t : triangles)
       for (std::uint32_t& v : t)
         if (v < number.size()) v = number[v];
@@ -77,11 +76,11 @@ struct PlainSource {
   [[nodiscard]] verify::Source view() const { return {positions, triangles, phantom_from}; }
 };
 
-/// What the verifier proves of a conversion; a certified or tolerant one is held against its mended source.
-verify::Certificate certificate_of(const Conversion& made, const Progress& progress) {
-  const PlainCage shell(made.model.head->slab_mesh());
-  if (made.model.info.mode == Mode::Preview) return verify::check(view(shell), progress);
-  const PlainSource source(made.mended);
+/// What the verifier proves of a model; a certified or tolerant one is held against its mended source.
+verify::Certificate certificate_of(const Model& model, TriangleMesh&& mended, const Progress& progress) {
+  const PlainCage shell(model.head->slab_mesh());
+  if (model.info.mode == Mode::Preview) return verify::check(view(shell), progress);
+  const PlainSource source(std::move(mended));
   return verify::check(view(shell), source.view(), progress);
 }
 
@@ -242,33 +241,44 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
-  RELIEF_TRY(const TriangleMesh source, import_mesh(o.in));
+  RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
   o.settings.unit =
       o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
   o.settings.sample_memory = memory_limit(source) / 6;
-  auto converted = convert(source, o.settings, context.progress);
-  // The library does not know the file's name, the user's sentence needs it.
-  if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
-  verify::Certificate certificate = certificate_of(*converted, context.progress);
-  if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
-  if (converted->model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) &&
-      o.mode != "certified") {
+  const std::vector<std::string> notes = source.notes;
+  MendedFile mended;
+  Conversion made;
+  verify::Certificate certificate;
+  // The mended source is on the disk, or was not asked for, when the verifier takes it; the other one is not needed.
+  const auto convert_and_verify = [&]() -> Status {
+    auto converted = convert(source, o.settings, context.progress);
+    // The library does not know the file's name, the user's sentence needs it.
+    if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+    made = std::move(*converted);
+    source = {};
+    if (!o.mended.empty()) {
+      nothing_written.reset();
+      RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
+    }
+    certificate = certificate_of(made.model, std::move(made.mended), context.progress);
+    if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
+    return {};
+  };
+  RELIEF_CHECK(convert_and_verify());
+  if (made.model.info.mode == Mode::Certified && !claim_holds(Mode::Certified, certificate) && o.mode != "certified") {
     // The builder was wrong about its own work: what it made claims less, and says why.
     const std::string why = "the verifier refused the shell: " + first_reason(Mode::Certified, certificate);
     if (claim_holds(Mode::Tolerant, certificate) &&
         certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
-      converted->model.info.mode = Mode::Tolerant;
+      made.model.info.mode = Mode::Tolerant;
     } else if (o.mode.empty()) {
+      RELIEF_TRY(source, import_mesh(o.in));
       o.settings.mode = Mode::Preview;
-      converted = convert(source, o.settings, context.progress);
-      if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
+      RELIEF_CHECK(convert_and_verify());
     }
-    converted->report.not_certified = why;
-    certificate = certificate_of(*converted, context.progress);
-    if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
+    made.report.not_certified = why;
   }
-  Conversion& made = *converted;
   made.model.info.source = std::filesystem::path(o.in).filename().string();
   if (!claim_holds(made.model.info.mode, certificate)) {
     return fail(Errc::Unfoldable,
@@ -276,17 +286,15 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                             printable(o.in), first_reason(made.model.info.mode, certificate)));
   }
   nothing_written.reset();
-  MendedFile mended;
-  if (!o.mended.empty()) RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
   context.progress("save", 0.99);
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
   RELIEF_CHECK(mended.keep());
   const double seconds = process_cpu_seconds() - start;
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_start;
   if (context.json) {
-    print_json(to_json(made, certificate, source.notes, seconds, wall.count()));
+    print_json(to_json(made, certificate, notes, seconds, wall.count()));
   } else {
-    for (const std::string& note : source.notes) print(note + "\n");
+    for (const std::string& note : notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
                       name(made.model.info.mode), seconds));
   }
@@ -395,9 +403,9 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   if (source_file.empty()) {
     certificate = verify::check(view(shell), context.progress);
   } else {
-    RELIEF_TRY(const TriangleMesh mesh, import_mesh(source_file));
-    const PlainSource source(mesh);
-    if (mesh.phantom_from) phantoms = mesh.triangles.size() - *mesh.phantom_from;
+    RELIEF_TRY(TriangleMesh mesh, import_mesh(source_file));
+    const PlainSource source(std::move(mesh));
+    if (source.phantom_from) phantoms = source.triangles.size() - *source.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);
     if (certificate.holds[0] && !context.progress.cancelled()) {
       nothing_written.reset();  // the copy, until it is removed

@@ -570,7 +570,7 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
     result.tolerant = folds;
   }
   if (!reducer.thicken(progress)) return result;
-  result.shell = reducer.shell();
+  result.shell = std::move(reducer).shell();
   return result;
 }
 

@@ -13,7 +13,6 @@
 #include <relief/convert/shell.h>
 #include <relief/convert/sort_unique.h>
 #include <relief/convert/source_surface.h>
-#include <relief/core/plain_cage.h>
 #include <relief/core/tessellate.h>
 #include <relief/verify/verify.h>
 
@@ -212,6 +211,21 @@ Result<CagePtr> slab_mesh_of(const Shell& shell, const Lattice& lattice) {
   for (const Face& face : shell.faces) slabs.push_back({face, 1});
   RELIEF_TRY(auto mesh, SlabMesh::make(std::move(fibres), slabs));
   return std::make_shared<const SlabMesh>(std::move(mesh));
+}
+
+/// What the verifier finds.
+verify::Certificate check_shell(const Shell& shell, const Lattice& lattice) {
+  const auto places = [&](Side side) {
+    std::vector<std::array<double, 3>> ends;
+    ends.reserve(shell.ends[side].size());
+    for (const LatticePoint end : shell.ends[side]) {
+      const Vec3d p = lattice.to_model(end);
+      ends.push_back({p.x, p.y, p.z});
+    }
+    return ends;
+  };
+  const auto inner = places(kInner), outer = places(kOuter);
+  return verify::check({inner, outer, shell.faces});
 }
 
 /// Base mesh, fibres and shell in preview mode. Where faces cannot carry a slab, or slabs miss the source, the base is
@@ -546,17 +560,15 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
       report.not_certified = made.obstacle + ", first near " + place(lattice.to_model(made.place));
     return nullptr;
   }
-  auto mesh = slab_mesh_of(made.shell, lattice);
-  if (!mesh) {
-    report.not_certified = "the slabs do not join: " + mesh.error().message;
-    return nullptr;
-  }
   // The proof is the verifier's, not the builder's.
-  const PlainCage cage(**mesh);
-  const verify::Certificate certificate = verify::check({cage.inner, cage.outer, cage.triangles});
-  if (!certificate.all()) {
+  if (const verify::Certificate certificate = check_shell(made.shell, lattice); !certificate.all()) {
     report.not_certified =
         certificate.failures.empty() ? "the shell failed its check" : certificate.failures.front().what;
+    return nullptr;
+  }
+  auto mesh = slab_mesh_of(std::exchange(made.shell, {}), lattice);
+  if (!mesh) {
+    report.not_certified = "the slabs do not join: " + mesh.error().message;
     return nullptr;
   }
   if (made.divided_fans > 0)
@@ -581,7 +593,7 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
   report.parts = {};
   const Parts mended_parts = find_parts(made.source.points.size(), made.source.faces);
   report.parts.count = mended_parts.count;
-  if (const auto asked = static_cast<std::size_t>(settings.slabs); made.shell.faces.size() > asked) {
+  if (const auto asked = static_cast<std::size_t>(settings.slabs); (*mesh)->slab_count() > asked) {
     if (const Least least = least_slabs(made.source, mended_parts); least.slabs > asked)
       report.notes.push_back("--slabs " + std::to_string(asked) + " cannot be reached: the mended source has " +
                              counted(mended_parts.count, "part") + " and " + counted(least.handles, "handle") +
@@ -725,16 +737,16 @@ SampleMemory memory_for(const std::vector<int>& intervals, bool kept, std::optio
 
 /// The displacement of every slab, and where the openings are, on grids that `choose` makes of these; none keeps them.
 /// `marks_misses`: what meets nothing is marked like what meets the source several times.
-Result<SnapshotPtr> sample_grids(const SlabMesh& cage, const SampleSource& source, std::vector<int> intervals,
+Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::vector<int> intervals,
                                  const std::function<int(const SlabSamples&)>& choose, bool marks_misses,
                                  std::optional<std::size_t> most, HitCount& hits, const Progress& progress) {
-  RELIEF_TRY(const CagePtr finest, with_intervals(cage, intervals));
+  RELIEF_TRY(mesh, with_intervals(*mesh, intervals));
   const SampleMemory memory = memory_for(intervals, !choose, most);
-  SampledAlpha sampled = sample_alpha(*finest, source, choose, memory, progress);
+  SampledAlpha sampled = sample_alpha(*mesh, source, choose, memory, progress);
   if (progress.cancelled()) return cancelled();
   hits = sampled.hits;
-  for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
-  RELIEF_TRY(const CagePtr mesh, with_intervals(cage, intervals));
+  for (SlabId s = 0; s < mesh->slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
+  RELIEF_TRY(mesh, with_intervals(*mesh, intervals));
   if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled();
 
   SnapshotDraft draft(Snapshot::make(mesh));
@@ -800,29 +812,30 @@ std::span<const Face> scanned(const Ground& ground) {
 /// What was sampled, with the n that a given error asks for: each slab is sampled about as finely as its part of the
 /// source, then its n is taken down as far as the error allows; where the surface does not keep to an error that was
 /// asked for, n is doubled until it does. A given n is kept.
-Result<SnapshotPtr> sample_surface(const SlabMesh& cage, const SampleSource& source, const Ground& ground,
+Result<SnapshotPtr> sample_surface(CagePtr cage, const SampleSource& source, const Ground& ground,
                                    const ConvertSettings& settings, double diagonal, ConvertReport& report,
                                    const Progress& progress) {
-  std::vector<int> intervals(cage.slab_count(), settings.intervals);
+  std::vector<int> intervals(cage->slab_count(), settings.intervals);
   const double error = settings.error.value_or(kUsualError) * diagonal / source.lattice.step;
   std::function<int(const SlabSamples&)> choose;
   if (settings.intervals == 0) {
-    intervals = finest_intervals(cage, source);
+    intervals = finest_intervals(*cage, source);
     choose = [error](const SlabSamples& samples) { return coarsest_intervals(samples, error); };
   }
   HitCount hits;
-  RELIEF_TRY(SnapshotPtr model,
-             sample_grids(cage, source, intervals, choose, ground.tolerant, settings.sample_memory, hits, progress));
+  RELIEF_TRY(SnapshotPtr model, sample_grids(std::move(cage), source, intervals, choose, ground.tolerant,
+                                             settings.sample_memory, hits, progress));
   while (settings.error && settings.intervals == 0) {
     const MeasuredSurface made(*model, source.lattice, progress);
     const Measured there = made.to(source.surface, MeasuredSurface::Samples::OnIt, progress);
     const Measured back = made.from(ground.mesh.positions, scanned(ground), progress);
     if (progress.cancelled()) return cancelled();
-    for (SlabId s = 0; s < cage.slab_count(); ++s) intervals[s] = model->slab_mesh().intervals(s);
-    if (!refine(model->slab_mesh(), there.slabs, back.slabs, error, intervals)) break;
+    cage = model->shared_slab_mesh();
+    for (SlabId s = 0; s < cage->slab_count(); ++s) intervals[s] = cage->intervals(s);
+    if (!refine(*cage, there.slabs, back.slabs, error, intervals)) break;
     model.reset();
-    RELIEF_TRY(model,
-               sample_grids(cage, source, intervals, {}, ground.tolerant, settings.sample_memory, hits, progress));
+    RELIEF_TRY(model, sample_grids(std::move(cage), source, intervals, {}, ground.tolerant, settings.sample_memory,
+                                   hits, progress));
   }
   const HitCount more = count_hits(model->slab_mesh(), source, hits.all(), progress);
   if (progress.cancelled()) return cancelled();
@@ -976,8 +989,7 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
-  RELIEF_TRY(result.model.head, sample_surface(*mesh, sampled, ground, settings, diagonal, report, progress));
-  mesh.reset();
+  RELIEF_TRY(result.model.head, sample_surface(std::move(mesh), sampled, ground, settings, diagonal, report, progress));
   stopwatch.phase_done("sample");
 
   progress("measure", 0);

@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/quadric.h>
@@ -634,7 +635,7 @@ void Collapser::compact() {
   mark_round_ = 0;
   parent_.resize(count);
   for (std::uint32_t v = 0; v < count; ++v) parent_[v] = v;
-  queue_ = {};
+  free_memory(queue_);
 }
 
 void Collapser::weigh_errors(std::span<const double> importance) {

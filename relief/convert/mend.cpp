@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/box_tree.h>
 #include <relief/convert/directions.h>
 #include <relief/convert/fill.h>
@@ -732,17 +733,7 @@ Mender::Changes Mender::take_changes() {
   return std::exchange(changes_, {});
 }
 
-void Mender::release() {
-  rings_.twins = {};
-  rings_.out = {};
-  start_ = {};
-  kept_ = {};
-  sight_ = {};
-  way_ = {};
-  asked_ = {};
-  stride_ = {};
-  parts_ = {};
-}
+void Mender::release() { free_memory(rings_.twins, rings_.out, start_, kept_, sight_, way_, asked_, stride_, parts_); }
 
 void Mender::put_back(ClosedSource& given) {
   for (std::size_t v = 0; v < source_.points.size(); ++v) {

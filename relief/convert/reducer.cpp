@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/cells.h>
 #include <relief/convert/parallel.h>
 #include <relief/convert/reducer.h>
@@ -56,6 +57,13 @@ struct Members {
     fibres.reserve(3 * faces.size());
     for (const std::uint32_t f : faces) fibres.insert(fibres.end(), whole.faces[f].begin(), whole.faces[f].end());
     sort_unique(fibres);
+    cage.ends.reserve(fibres.size());
+    cage.at.reserve(fibres.size());
+    cage.quadrics.reserve(fibres.size());
+    cage.faces.reserve(faces.size());
+    cage.part.reserve(faces.size());
+    cage.from.reserve(faces.size());
+    cage.lists.reserve(faces.size());
     for (const std::uint32_t v : fibres) {
       cage.ends.push_back(whole.ends[v]);
       cage.at.push_back(whole.is_source() ? to_double(source.points[v]) : whole.rest.at[v]);
@@ -78,7 +86,7 @@ struct Members {
   }
 };
 
-/// What is new about fibres and slabs that members of a cage could change, of those that still stand.
+/// What is new about fibres and slabs of members of a cage, of those that still stand.
 struct Changes {
   std::vector<std::uint32_t> fibres, faces;  // numbers in the whole
   std::vector<Vec3d> at;
@@ -100,7 +108,7 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
       continue;
     }
     for (const std::uint32_t v : mine) stands[v] = 1;
-    if (!reducer.is_free(mine[0]) && !reducer.is_free(mine[1]) && !reducer.is_free(mine[2])) continue;
+    if (!reducer.has_changed(mine[0]) && !reducer.has_changed(mine[1]) && !reducer.has_changed(mine[2])) continue;
     for (std::size_t k = 0; k < 3; ++k) face[k] = members.fibres[mine[k]];
     const std::span<const Entry> list = cage.list(f);
     changes.faces.push_back(members.faces[f]);
@@ -108,7 +116,7 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
     changes.pool.insert(changes.pool.end(), list.begin(), list.end());
   }
   for (std::uint32_t v = 0; v < members.fibres.size(); ++v) {
-    if (!reducer.is_free(v) || stands[v] == 0) continue;
+    if (!reducer.has_changed(v) || stands[v] == 0) continue;
     whole.ends[members.fibres[v]] = cage.ends[v];
     changes.fibres.push_back(members.fibres[v]);
     changes.at.push_back(cage.at[v]);
@@ -167,7 +175,7 @@ void compact(const OrderedSource& source, Whole& whole, const std::vector<Change
     rest.lists.push_back({static_cast<std::uint32_t>(rest.pool.size()), static_cast<std::uint32_t>(list.size())});
     rest.pool.insert(rest.pool.end(), list.begin(), list.end());
   }
-  // Fibres that no cell could change have the quadrics of the source's triangles around them.
+  // Fibres that no cell has changed have the quadrics of the source's triangles around them.
   if (whole.is_source())
     for (std::uint32_t t = 0; t < source.faces.size(); ++t)
       for (const std::uint32_t v : source.faces[t])
@@ -224,20 +232,25 @@ bool Reducer::reduce(const Progress& progress) {
   }
   std::vector<std::uint32_t> all(whole.faces.size());
   std::iota(all.begin(), all.end(), 0U);
-  Members last(source_, whole, std::move(all));
+  CageDraft cage = std::move(Members(source_, whole, std::move(all)).cage);
   whole = {};
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_ = std::make_unique<SlabReducer>(source_, *tree_, longest_, std::move(last.cage), everywhere, progress);
+  last_ = std::make_unique<SlabReducer>(source_, *tree_, longest_, std::move(cage), everywhere, progress);
   tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }
 
-Shell Reducer::shell() const {
-  const CageDraft& cage = last_->cage();
+Shell Reducer::shell() && {
   Shell shell;
+  shell.faces.reserve(slab_count());
+  shell.from.reserve(slab_count());
+  CageDraft cage = std::move(*last_).take_cage();
+  last_.reset();
+  free_memory(cage.lists, cage.pool);
   std::vector<std::uint32_t> number(cage.ends.size(), kNone);
+  for (const Side side : {kInner, kOuter}) shell.ends[side].reserve(cage.ends.size());
   for (std::uint32_t f = 0; f < cage.faces.size(); ++f) {
     if (!cage.alive(f)) continue;
     Face face{};

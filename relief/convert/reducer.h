@@ -44,7 +44,8 @@ class Reducer {
   void go_back() { last_ = std::move(kept_); }
   /// False when cancelled.
   bool thicken(const Progress& progress) { return last_->thicken(progress); }
-  [[nodiscard]] Shell shell() const;
+  /// It is of no more use then.
+  [[nodiscard]] Shell shell() &&;
   /// As in SlabReducer.
   [[nodiscard]] double lost() const { return last_->lost(); }
 

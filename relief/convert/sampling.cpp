@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/parallel.h>
 #include <relief/convert/sampling.h>
 #include <relief/convert/sort_unique.h>
@@ -248,7 +249,7 @@ bool fill(Field& field, std::span<const std::size_t> unknown, const Progress& pr
   std::pmr::vector<std::size_t> places(field.scratch());
   places.reserve(rim.size() + unknown.size());
   std::ranges::merge(rim, unknown, std::back_inserter(places));
-  rim = {};
+  free_memory(rim);
   const auto place_of = [&](std::size_t k) {
     return static_cast<std::uint32_t>(std::lower_bound(places.begin(), places.end(), k) - places.begin());
   };
@@ -356,7 +357,7 @@ bool settle(Field& field, const SampleSource& source, std::span<const std::size_
       if (const std::optional<Crossing>& c = chosen[o]) field.take(often[o], *c, field.line(often[o]).direction);
     }
   }
-  chosen = {};
+  free_memory(chosen);
   return fill(field, never, progress);
 }
 

@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/slab_reducer.h>
 
 #include <algorithm>
@@ -66,7 +67,7 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
     for (const std::uint32_t v : cage_.faces[f]) fixed_[v] = 1;
   }
   stamps_.assign(points, 0);
-  touched_.assign(points, 1);
+  touched_.assign(points, kAtFirst);
   improved_.assign(points, 0);
   tried_.assign(3 * faces, 0);
   mark_.assign(points, 0);
@@ -84,6 +85,8 @@ bool SlabReducer::is_within(const Box3d& box) const noexcept {
 }
 
 void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
+  constexpr std::size_t kUsual = 24;  // entries per slab, with those that are stale; what is not used stays untouched
+  cage_.pool.reserve(std::max(cage_.pool.size(), kUsual * cage_.faces.size()));
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if ((f & 255U) == 0 && progress.cancelled()) return;
     if (cage_.from[f] == kNone) {
@@ -103,6 +106,7 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
     list.count = static_cast<std::uint32_t>(cage_.pool.size()) - list.begin;
     listed_ += list.count;
   }
+  cage_.pool.reserve(most_listed());
 }
 
 void SlabReducer::build_grid() {
@@ -636,17 +640,25 @@ void SlabReducer::commit_lists() {
     set_boxes(f, trial_.boxes[k]);
   }
   gathered_ = false;
-  if (cage_.pool.size() > 2 * listed_ + 65536) {
-    std::vector<Entry> packed;
-    packed.reserve(listed_ + listed_ / 2);
-    for (List& list : cage_.lists) {
-      const auto begin = static_cast<std::uint32_t>(packed.size());
-      packed.insert(packed.end(), cage_.pool.begin() + list.begin, cage_.pool.begin() + list.begin + list.count);
-      list.begin = begin;
-    }
-    cage_.pool = std::move(packed);
-  }
+  if (cage_.pool.size() > most_listed()) pack_lists();
   if (grid_entries_ + 4096 < grid_.entry_count() / 3 || 9 * alive_ < 5 * grid_alive_) build_grid();
+}
+
+/// Leaves out what is in no list any more.
+void SlabReducer::pack_lists() {
+  std::vector<std::uint32_t> order;  // of faces with lists, as these lie in memory
+  order.reserve(alive_);
+  for (std::uint32_t f = 0; f < cage_.lists.size(); ++f)
+    if (cage_.lists[f].count > 0) order.push_back(f);
+  std::ranges::sort(order, {}, [&](std::uint32_t f) { return cage_.lists[f].begin; });
+  auto end = cage_.pool.begin();
+  for (const std::uint32_t f : order) {
+    List& list = cage_.lists[f];
+    const auto from = cage_.pool.begin() + list.begin;
+    list.begin = static_cast<std::uint32_t>(end - cage_.pool.begin());
+    end = std::copy(from, from + list.count, end);
+  }
+  cage_.pool.erase(end, cage_.pool.end());
 }
 
 bool SlabReducer::try_ends(Vec3d at, const Ends& ends) {
@@ -1311,6 +1323,8 @@ void SlabReducer::lengthen(std::uint32_t v, double share) {
 
 // Room to carve and to add.
 bool SlabReducer::thicken(const Progress& progress) {
+  // Nothing is merged any more.
+  free_memory(cage_.quadrics, queue_, tried_, stamps_, swept_);
   for (const double share : {0.5, 0.15}) {
     // Where nothing has changed since it would fail again.
     std::fill(improved_.begin(), improved_.end(), 0U);

@@ -48,8 +48,12 @@ class SlabReducer {
   bool thicken(const Progress& progress);
 
   [[nodiscard]] const CageDraft& cage() const noexcept { return cage_; }
+  /// It is of no more use then.
+  [[nodiscard]] CageDraft take_cage() && { return std::move(cage_); }
   /// Whether a fibre may have changed.
   [[nodiscard]] bool is_free(std::uint32_t v) const noexcept { return fixed_[v] == 0; }
+  /// Whether such a one has, or a slab around it.
+  [[nodiscard]] bool has_changed(std::uint32_t v) const noexcept { return is_free(v) && touched_[v] > kAtFirst; }
 
  private:
   using List = CageDraft::List;
@@ -170,6 +174,9 @@ class SlabReducer {
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
   void find_lists(const BoxTree& tree, const Progress& progress);
   void build_grid();
+  /// So many entries the pool holds, a third of them stale, until it is packed.
+  [[nodiscard]] std::size_t most_listed() const noexcept { return listed_ + listed_ / 2 + 65536; }
+  void pack_lists();
   void set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept;
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
@@ -237,7 +244,8 @@ class SlabReducer {
   std::vector<std::uint32_t> twins_, out_;      // per half-edge; per vertex one that leaves it
   std::vector<std::uint32_t> touched_, tried_;  // per vertex, per half-edge: when
   std::vector<std::uint32_t> stamps_, improved_, swept_;
-  std::uint32_t clock_ = 1;
+  static constexpr std::uint32_t kAtFirst = 1;
+  std::uint32_t clock_ = kAtFirst;
   std::size_t listed_ = 0, alive_ = 0, free_ = 0;
   std::size_t few_ = 0;       // at so many slabs or less more is tried
   std::size_t swept_to_ = 0;  // where the last sweep was to end

@@ -31,8 +31,9 @@ class TriangleGrid {
     if (boxes == 0) all.add(Vec3d{});
     const Vec3d extent = all.extent();
     cell = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
+    double entries = 0;
     for (bool fits = false; !fits; cell *= fits ? 1 : 1.5) {
-      double entries = 0;
+      entries = 0;
       for (std::uint32_t k = 0; k < count; ++k) {
         const Box3d box = box_of(k);
         if (box.empty()) continue;
@@ -42,6 +43,8 @@ class TriangleGrid {
       fits = entries <= kEnough * double(boxes);
     }
     reset(all, cell, count);
+    // Until many are stale; what is not used stays untouched.
+    entries_.reserve(static_cast<std::size_t>(3.1 * entries) + 4 * 4096);
     for (std::uint32_t k = 0; k < count; ++k)
       if (const Box3d box = box_of(k); !box.empty()) insert(k, box);
   }

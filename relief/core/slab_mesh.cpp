@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/free_memory.h>
 #include <relief/base/hash.h>
 #include <relief/base/try.h>
 #include <relief/core/slab_mesh.h>
@@ -84,7 +85,7 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
     }
     k = end;
   }
-  sides = {};
+  free_memory(sides);
 
   // Fans: which slab corners meet at a fibre, and that they form one fan.
   shape->fan_begin.assign(shape->fibres.size() + 1, 0);
@@ -94,8 +95,8 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
   shape->fans.resize(faces.size() * 3);
   std::vector<std::uint32_t> fill(shape->fan_begin.begin(), shape->fan_begin.end() - 1);
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
-    for (int k = 0; k < 3; ++k) shape->fans[fill[mesh.slabs_[s].fibres[static_cast<std::size_t>(k)]]++] = {s, k};
-  fill = {};
+    for (std::uint32_t k = 0; k < 3; ++k) shape->fans[fill[mesh.slabs_[s].fibres[k]]++] = {s, k};
+  free_memory(fill);
   shape->build_tree();
   mesh.take(shape);
   for (FibreId f = 0; f < mesh.fibres_.size(); ++f) {
@@ -104,14 +105,13 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
     // Walk across the edges at f, first one way to the end, then the other way from the start.
     std::size_t met = 1;
     bool closed = false;
-    for (const int turn : {1, 2}) {
+    for (const std::uint32_t turn : {1U, 2U}) {
       SlabCorner at = fan.front();
       while (!closed && met <= fan.size()) {
-        const int edge = (at.corner + turn) % 3;
-        const SlabId next = mesh.slabs_[at.slab].neighbours[static_cast<std::size_t>(edge)];
+        const SlabId next = mesh.slabs_[at.slab].neighbours[(at.corner + turn) % 3];
         if (next == kNoSlab) break;
         const auto& corners = mesh.slabs_[next].fibres;
-        at = {next, static_cast<int>(std::ranges::find(corners, f) - corners.begin())};
+        at = {next, corners[0] == f ? 0U : corners[1] == f ? 1U : 2U};
         closed = next == fan.front().slab;
         if (!closed) ++met;
       }
@@ -177,10 +177,10 @@ std::uint64_t SlabMesh::content_hash() const noexcept {
 }
 
 void SlabMesh::Shape::build_tree() {
-  static constexpr std::uint32_t kLeaf = 2;
+  static constexpr std::uint32_t kLeaf = 4;
   tree_slabs.resize(boxes.size());
   std::iota(tree_slabs.begin(), tree_slabs.end(), 0U);
-  tree.reserve(2 * boxes.size());  // what is not used stays untouched
+  tree.reserve(boxes.size());  // leaves hold two slabs or more, where there are so many
 
   // Median splits along the longest side of the centres' box; depth is at most log2 of the count.
   struct Range {

@@ -39,10 +39,13 @@ struct SampleCopy {
   GridPoint at;
 };
 
-/// A corner of a slab.
+/// A corner of a slab, of which there are fewer than 2^30.
 struct SlabCorner {
-  SlabId slab = kNoSlab;
-  int corner = 0;
+  SlabId slab : 30 = 0;
+  std::uint32_t corner : 2 = 0;  ///< 0..2
+
+  SlabCorner() = default;
+  constexpr SlabCorner(SlabId s, std::uint32_t k) noexcept : slab(s & 0x3fffffffU), corner(k & 3U) {}
 };
 
 /// The six corners of a slab, with what the order-independent evaluation of positions needs (see weighted()).

@@ -78,7 +78,7 @@ Tile::Tile(const Tile& other)
 }
 
 Tile::~Tile() {
-  bounds_.reset();
+  if (bounds_ != nullptr) std::pmr::polymorphic_allocator<>(&resource(memory_)).delete_object(bounds_);
   resource(memory_).deallocate(values_, bytes(), kLine);
 }
 
@@ -90,7 +90,10 @@ bool Tile::same_values(const Tile& other) const noexcept {
 }
 
 void Tile::find_bounds() {
-  if (!bounds_) bounds_ = std::make_unique<SampleBounds>(intervals_, &resource(memory_));
+  if (bounds_ == nullptr) {
+    std::pmr::memory_resource* const memory = &resource(memory_);
+    bounds_ = std::pmr::polymorphic_allocator<>(memory).new_object<SampleBounds>(intervals_, memory);
+  }
   bounds_->update(values_);
   bounded_ = true;
 }

@@ -98,7 +98,7 @@ class Tile {
   bool bounded_ = false;
   float* values_;
   std::shared_ptr<PagedMemory> memory_;
-  std::unique_ptr<SampleBounds> bounds_;
+  SampleBounds* bounds_ = nullptr;
 };
 using TilePtr = std::shared_ptr<const Tile>;
 

@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/mesh/obj_materials.h>
 
 #include <cmath>
@@ -117,12 +118,12 @@ void ObjMaterials::dress(TriangleMesh& mesh, const FaceSink& sink, std::span<con
                         std::ranges::all_of(mesh.material_of, [&](std::uint32_t m) { return m == first; });
   const bool image = std::ranges::any_of(mesh.material_of, [&](std::uint32_t m) { return has_image(m); });
   if (one_grey || (!image && !mesh.colours.empty())) {
-    mesh.material_of = {};
+    free_memory(mesh.material_of);
     return;
   }
   mesh.materials = materials_;
   if (!image) return;
-  mesh.colours = {};
+  free_memory(mesh.colours);
   mesh.uvs.resize(mesh.triangles.size());
   std::size_t missing = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

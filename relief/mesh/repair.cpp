@@ -1,5 +1,6 @@
 #include <relief/base/assert.h>
 #include <relief/base/disjoint_sets.h>
+#include <relief/base/free_memory.h>
 #include <relief/base/try.h>
 #include <relief/mesh/predicates.h>
 #include <relief/mesh/repair.h>
@@ -737,7 +738,7 @@ class Repairer {
           if (shell_of_[edges_.crowd[k] / 3] != shell_of_[edges_.crowd[k - 1] / 3])
             touching.push_back({edges_.crowd[k - 1] / 3, edges_.crowd[k] / 3});
       if (turn_shells(touching, Common::Edge)) edges_ = make_edges(mesh_.triangles, mesh_.positions.size());
-      shell_of_ = {};
+      free_memory(shell_of_);
     }
     const auto count = static_cast<Index>(mesh_.triangles.size());
     std::vector<std::uint8_t> state(count, 0);  // 1: stays, 2: turns

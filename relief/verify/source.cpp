@@ -1,4 +1,5 @@
 // C5, C6 and C7: that every fibre meets the source exactly once.
+#include <relief/base/free_memory.h>
 #include <relief/verify/shell_facts.h>
 
 #include <algorithm>
@@ -373,7 +374,7 @@ class SourceChecker {
     bool go_on = true;
     for (std::size_t k = 0; k < branches.size() && go_on; ++k)
       go_on = check_branch(branches[k], k, branches.size(), findings);
-    slabs_ = {};
+    free_memory(slabs_);
     std::vector<Finding> all = findings[0].first;
     all.insert(all.end(), findings[1].first.begin(), findings[1].first.end());
     std::sort(all.begin(), all.end());

@@ -1,3 +1,4 @@
+#include <relief/base/free_memory.h>
 #include <relief/verify/shell_facts.h>
 
 #include <algorithm>
@@ -36,9 +37,7 @@ class Checker {
     c.holds[1] = sound;
     c.holds[2] = windings_hold();
     // What follows takes their place.
-    fans_ = {};
-    fan_begin_ = {};
-    neighbours_ = {};
+    free_memory(fans_, fan_begin_, neighbours_);
     collect_boxes();
     const Tree tree(boxes_);
     c.holds[3] = pairs_hold(tree) && volumes_hold();

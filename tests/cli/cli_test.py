@@ -661,6 +661,14 @@ class Workflow(Case):
             self.assertLess(json_out["peak_mib"], limit, f"{name} {options}")
 
     @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
+    def test_peak_memory_of_a_slab_for_each_triangle(self):
+        mesh = self.folder / "slabs.ply"
+        self.ok("sample", "bowl", "-o", mesh, "--triangles", 60_000)
+        json_out = Run("convert", mesh, "-o", self.folder / "slabs.relief", "--slabs", 1_000_000, "--json").json()
+        self.assertEqual(json_out["slabs"], json_out["source_triangles"])
+        self.assertLess(json_out["peak_mib"], 64 + 300 * json_out["source_triangles"] / 2**20)
+
+    @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
     def test_peak_memory_of_more_samples_than_the_source_has_triangles(self):
         mesh, model = self.folder / "small.ply", self.folder / "fine.relief"
         self.ok("sample", "bowl", "-o", mesh, "--triangles", 10_000)
