@@ -100,9 +100,23 @@ int wrong_usage(const CLI::App& app, const std::string& message) {
 }
 
 #ifdef __GLIBC__
-/// Takes what no program writes to, and none runs, of this one and its libraries out of the resident set: the loader
-/// has read all names of symbols, 25 MiB for OpenVDB alone. What is asked for again comes back from the files.
+/// Whether the loader has written to what nobody else writes to.
+bool has_text_relocations(const dl_phdr_info& object) {
+  for (const ElfW(Phdr) & part : std::span(object.dlpi_phdr, object.dlpi_phnum)) {
+    if (part.p_type != PT_DYNAMIC) continue;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr)
+    for (const auto* entry = reinterpret_cast<const ElfW(Dyn)*>(object.dlpi_addr + part.p_vaddr);
+         entry->d_tag != DT_NULL; ++entry)
+      if (entry->d_tag == DT_TEXTREL || (entry->d_tag == DT_FLAGS && (entry->d_un.d_val & DF_TEXTREL) != 0))
+        return true;
+  }
+  return false;
+}
+
+/// Takes what is only read, neither written nor run, of this program and its libraries out of the resident set: the
+/// loader has read all names of symbols, 25 MiB for OpenVDB alone. What is asked for again comes back from the files.
 int rest_read_only(dl_phdr_info* object, std::size_t, void*) {
+  if (has_text_relocations(*object)) return 0;
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
   for (const ElfW(Phdr) & part : std::span(object->dlpi_phdr, object->dlpi_phnum)) {
     if (part.p_type != PT_LOAD || part.p_flags != PF_R) continue;
@@ -164,6 +178,7 @@ int main_inner(int argc, char** argv) {
 
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as under nohup
   std::signal(SIGALRM, on_alarm);
   std::signal(SIGPIPE, SIG_IGN);
   std::optional<tbb::global_control> limit;

@@ -77,7 +77,7 @@ struct PlainSource {
 };
 
 /// What the verifier proves of a model; a certified or tolerant one is held against its mended source.
-verify::Certificate certificate_of(const Model& model, TriangleMesh&& mended, const Progress& progress) {
+verify::Certificate certificate_of(const Model& model, TriangleMesh mended, const Progress& progress) {
   const PlainCage shell(model.head->slab_mesh());
   if (model.info.mode == Mode::Preview) return verify::check(view(shell), progress);
   const PlainSource source(std::move(mended));
@@ -241,22 +241,24 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   std::optional<NothingWritten> nothing_written(std::in_place);
   const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
-  RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
-  if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
-  o.settings.unit =
-      o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
-  o.settings.sample_memory = memory_limit(source) / 6;
-  const std::vector<std::string> notes = source.notes;
   MendedFile mended;
   Conversion made;
   verify::Certificate certificate;
-  // The mended source is on the disk, or was not asked for, when the verifier takes it; the other one is not needed.
+  std::vector<std::string> notes;  // of the import
   const auto convert_and_verify = [&]() -> Status {
+    made = {};
+    RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
+    if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
+    o.settings.unit =
+        o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
+    o.settings.sample_memory = memory_limit(source) / 6;
     auto converted = convert(source, o.settings, context.progress);
     // The library does not know the file's name, the user's sentence needs it.
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
     made = std::move(*converted);
+    notes = std::move(source.notes);
     source = {};
+    // The mended source is on the disk, or was not asked for, when the verifier takes it.
     if (!o.mended.empty()) {
       nothing_written.reset();
       RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
@@ -273,7 +275,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
         certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
       made.model.info.mode = Mode::Tolerant;
     } else if (o.mode.empty()) {
-      RELIEF_TRY(source, import_mesh(o.in));
       o.settings.mode = Mode::Preview;
       RELIEF_CHECK(convert_and_verify());
     }

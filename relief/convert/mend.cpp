@@ -733,7 +733,9 @@ Mender::Changes Mender::take_changes() {
   return std::exchange(changes_, {});
 }
 
-void Mender::release() { free_memory(rings_.twins, rings_.out, start_, kept_, sight_, way_, asked_, stride_, parts_); }
+void Mender::release() {
+  free_memory(rings_.twins, rings_.out, start_, kept_, sight_, way_, asked_, stride_, parts_.of_face);
+}
 
 void Mender::put_back(ClosedSource& given) {
   for (std::size_t v = 0; v < source_.points.size(); ++v) {

@@ -43,7 +43,10 @@ class Reducer {
   /// To how they stood at keep().
   void go_back() { last_ = std::move(kept_); }
   /// False when cancelled.
-  bool thicken(const Progress& progress) { return last_->thicken(progress); }
+  bool thicken(const Progress& progress) {
+    kept_.reset();
+    return last_->thicken(progress);
+  }
   /// It is of no more use then.
   [[nodiscard]] Shell shell() &&;
   /// As in SlabReducer.

@@ -648,15 +648,19 @@ void SlabReducer::commit_lists() {
 void SlabReducer::pack_lists() {
   std::vector<std::uint32_t> order;  // of faces with lists, as these lie in memory
   order.reserve(alive_);
-  for (std::uint32_t f = 0; f < cage_.lists.size(); ++f)
-    if (cage_.lists[f].count > 0) order.push_back(f);
+  for (std::uint32_t f = 0; f < cage_.lists.size(); ++f) {
+    if (cage_.lists[f].count > 0)
+      order.push_back(f);
+    else
+      cage_.lists[f] = {};
+  }
   std::ranges::sort(order, {}, [&](std::uint32_t f) { return cage_.lists[f].begin; });
   auto end = cage_.pool.begin();
   for (const std::uint32_t f : order) {
     List& list = cage_.lists[f];
     const auto from = cage_.pool.begin() + list.begin;
     list.begin = static_cast<std::uint32_t>(end - cage_.pool.begin());
-    end = std::copy(from, from + list.count, end);
+    end = from == end ? from + list.count : std::copy(from, from + list.count, end);
   }
   cage_.pool.erase(end, cage_.pool.end());
 }

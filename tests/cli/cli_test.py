@@ -392,7 +392,9 @@ class Contract(Case):
     def test_interrupt_stops_the_comparison_with_a_source_and_the_writing_of_a_picture(self):
         model, mended, picture = (self.folder / name for name in ("fine.relief", "fine.ply", "i.png"))
         self.ok("convert", self.scan, "-o", model, "--samples", 128, "--mended", mended)
+        again, other = self.folder / "i.relief", self.folder / "i.ply"
         for args, phase in ((["verify", model, "--source", mended], b"compare"),
+                            (["convert", self.scan, "-o", again, "--slabs", 100_000, "--mended", other], b"verify"),
                             (["render", model, "--size", "4000x4000", "--supersample", "1", "--lights", "1", "-o", picture],
                              b"save")):
             # On a terminal the phase is said.
@@ -407,7 +409,7 @@ class Contract(Case):
             self.assertEqual((started.returncode, out), (130, b""), args)
             self.assertIn(b"cancelled", self.rest_of(terminal))
             os.close(terminal)
-            self.assertFalse(picture.exists())
+            self.assertEqual(list(self.folder.glob("i.*")), [])
 
     def test_interrupt_is_130_and_leaves_nothing(self):
         big = self.folder / "big.ply"
@@ -666,7 +668,8 @@ class Workflow(Case):
         self.ok("sample", "bowl", "-o", mesh, "--triangles", 60_000)
         json_out = Run("convert", mesh, "-o", self.folder / "slabs.relief", "--slabs", 1_000_000, "--json").json()
         self.assertEqual(json_out["slabs"], json_out["source_triangles"])
-        self.assertLess(json_out["peak_mib"], 64 + 300 * json_out["source_triangles"] / 2**20)
+        # Without the 25 MiB that the loader has read of the libraries.
+        self.assertLess(json_out["peak_mib"] + 20, 64 + 300 * json_out["source_triangles"] / 2**20)
 
     @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
     def test_peak_memory_of_more_samples_than_the_source_has_triangles(self):
