@@ -38,10 +38,11 @@ constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 480;
 constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
+constexpr int kMostAlong = 240;    // of that, left at most to go along with the hand where that is not to be seen
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near
 constexpr int kMostWork = 4000;    // and where the model has changed
-constexpr int kAheadWork = 400;    // up to which what may be near soon is made ready
+constexpr int kAheadWork = 430;    // up to which what may be near soon is made ready
 constexpr int kMostLate = 2;       // ticks that the ball may be late; each that follows may take twice as much
 constexpr int kMostDoubled = 3;    // but no more than that many times
 constexpr int kMostWaits = 2;      // ticks in which the ball may be left where it is, as it takes too long to see more;
@@ -49,8 +50,9 @@ constexpr int kMostPatience = 10;  // each that follows may take twice as much f
 constexpr int kStepWork = 8;       // what a step takes beside its look
 constexpr double kMargin = 1.0;    // of the radius: how much farther than a look the list at the start goes at most
 constexpr double kAway = 0.3;      // the same, farther off
-constexpr double kSoon = 0.3;      // the same, of what a ball in the open may meet soon
-constexpr double kLeap = 10;       // radii: how far a ball in the open goes at a time
+constexpr double kSoon = 0.3;      // the same, of what a ball in the open may meet soon,
+constexpr double kTouchSoon = 0.15;  // and in the next tick
+constexpr double kLeap = 10;         // radii: how far a ball in the open goes at a time
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
@@ -188,13 +190,16 @@ struct Walls {
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
-  detail::Neighbourhood home, away;  ///< around where it is, and around where it looks from farther off
+  detail::Neighbourhood home;                 ///< around where it is
+  std::array<detail::Neighbourhood, 2> away;  ///< around where it looks from farther off
+  std::size_t last_away = 0;                  ///< which of them was used last
   detail::Patches patches;
   Stops stops;
   Walls walls;
-  int look_work = 0, list_work = kListWork;  ///< what the last look took at what is known, and the last list
-  int waits = 0;                             ///< for so many ticks it was left where it was
-  SlabId nearest = kNoSlab;                  ///< where to look first in the open
+  int look_work = 0;                                 ///< what the last look took at what is known
+  int home_work = kListWork, away_work = kListWork;  ///< and the last list of either kind
+  int waits = 0;                                     ///< for so many ticks it was left where it was
+  SlabId nearest = kNoSlab;                          ///< where to look first in the open
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
@@ -202,12 +207,12 @@ struct Room {
 
   void forget() noexcept {
     home.forget();
-    away.forget();
+    for (detail::Neighbourhood& list : away) list.forget();
     patches.forget();
     stops.forget();
     walls.forget();
     look_work = waits = 0;
-    list_work = kListWork;
+    home_work = away_work = kListWork;
     nearest = kNoSlab;
     known = false;
   }
@@ -237,7 +242,8 @@ class Mover {
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
     if (const detail::Neighbourhood* list = known(centre_, soon()))
-      list->prepare(surface_, room_.patches, centre_, soon(), kAheadWork);
+      for (const double reach : {near() + kTouchSoon * radius_, soon()})
+        list->prepare(surface_, room_.patches, centre_, reach, near() + kTouchSoon * radius_, kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -269,8 +275,9 @@ class Mover {
     double open = 0;       ///< so far nothing is known to be on the straight way to the goal
   };
   /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
-  /// place no further on the way than `reach` is kept.
-  Way advance(Vec3d goal, double reach, double share, int searches, int work) noexcept {
+  /// place no further on the way than `reach` is kept. `work`: what the tick may take by then as far as that, and
+  /// `ahead` beyond it.
+  Way advance(Vec3d goal, double reach, double share, int searches, int work, int ahead) noexcept {
     const int before = searches_;
     searches += before;
     Way way;
@@ -313,10 +320,10 @@ class Mover {
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
       // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last,
       // and where that has found no more room, for none that needs a new list.
-      const int most = !arrived || reach > 0 ? std::max(work, kWork) : work;
+      const int most = !arrived || reach > 0 ? work : ahead;
       const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
       const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
-      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
+      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : list_work(next)) > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
@@ -378,11 +385,14 @@ class Mover {
     found.count = 0;
     found.deep = false;
     detail::Neighbourhood* list = known(at, near);
-    if (!list && far > near) {
-      found.nearest = clear_up_to(at, far);
-      if (found.nearest > soon()) return true;
+    if (!list) {
+      const int before = surface_.placed();
+      if (far > near) {
+        found.nearest = clear_up_to(at, far);
+        if (found.nearest > soon()) return true;
+      }
+      list = learn(at, before);
     }
-    if (!list) list = learn(at);
     const int placed = surface_.placed();
     const std::uint32_t made = room_.patches.work();
     const double deep2 = radius_ * radius_ * (1 - kSkin);
@@ -414,12 +424,13 @@ class Mover {
     if (here_->count > 0 || far <= near()) return;
     const detail::Neighbourhood* list = known(centre_, near());
     if (!list) {
+      const int before = surface_.placed();
       const double clear = clear_up_to(centre_, far);
       if (clear > soon()) {
         here_->nearest = clear;
         return;
       }
-      list = learn(centre_);
+      list = learn(centre_, before);
     }
     if (list) here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
   }
@@ -438,16 +449,25 @@ class Mover {
   /// A list of what is as near as that to a place.
   [[nodiscard]] detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
     if (room_.home.covers(at, distance)) return &room_.home;
-    return room_.away.covers(at, distance) ? &room_.away : nullptr;
+    for (const std::size_t k : {room_.last_away, room_.last_away ^ 1U})
+      if (room_.away[k].covers(at, distance)) {
+        room_.last_away = k;
+        return &room_.away[k];
+      }
+    return nullptr;
   }
-  /// Makes one, with what is around the start where that is not too far; none where there is too much.
-  [[nodiscard]] detail::Neighbourhood* learn(Vec3d at) noexcept {
+  /// What one is taken to cost.
+  [[nodiscard]] int list_work(Vec3d at) const noexcept { return near_start(at) ? room_.home_work : room_.away_work; }
+  /// Makes one, with what is around the start where that is not too far; none where there is too much. `before`: what
+  /// was placed when it was found that none is known.
+  [[nodiscard]] detail::Neighbourhood* learn(Vec3d at, int before) noexcept {
     const bool home = near_start(at);
-    auto& list = home ? room_.home : room_.away;
-    const int placed = surface_.placed();
+    if (!home) room_.last_away ^= 1U;
+    auto& list = home ? room_.home : room_.away[room_.last_away];
     list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), near() + (home ? kMargin : kAway) * radius_,
                 kFlat * radius_);
-    room_.list_work = surface_.placed() - placed;
+    int& work = home ? room_.home_work : room_.away_work;
+    work = std::max(surface_.placed() - before, work * 3 / 4);
     return list.covers(at, near()) ? &list : nullptr;
   }
   void mind(double share) noexcept {
@@ -577,9 +597,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
   const double share = push > 0 ? push / overlap : 0;
   under_way_ = false;
-  const int ahead = doubled == 0 ? kWorkAhead : work;
   if (free) {
-    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work);
+    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work, work);
     under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
     const Vec3d out = ball.centre() - cursor;
     if (dot(out, out) > 0) side_ = normalized(out);
@@ -592,8 +611,9 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       double settle = std::max(detail::kRelax * length(out), kRest * radius);
       if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
       reach = detail::kFollow * length(move) + settle + push;
-      const Mover::Way way =
-          ball.advance(cursor, reach, share, kSearches / 2, other_model || easing_ ? kMostWork : ahead);
+      const int within = other_model || easing_ ? kMostWork : work - along_;
+      const int ahead = doubled == 0 && within < kMostWork ? std::min(within, kWorkAhead) : within;
+      const Mover::Way way = ball.advance(cursor, reach, share, kSearches / 2, within, ahead);
       left_ = length(ball.centre() - ball.within());
       return way;
     };
@@ -620,13 +640,17 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (settled && dot(now, now) > 0) side_ = turned_by(side_, normalized(now), aside.turn);
+      if (settled) along_ = 0;
       if (settled || straight) seen_ = {cursor, ball.centre(), true};
     } else {
       // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
       ball.put_back_to_start();
       const double far = std::min(reach, length(aside.move) + push + open);
       const Vec3d pressed = start + aside.move - normalized(out) * far;
-      static_cast<void>(ball.advance(pressed, far, share, kSearches / 2 - 2, work));
+      const int before = surface.placed();
+      const bool cut_short = ball.advance(pressed, far, share, kSearches / 2 - 2, work, work).cut;
+      const int took = surface.placed() - before;
+      along_ = std::min(cut_short ? std::max(2 * took, along_) : took, kMostAlong);
       ball.put_back_within();
       const Vec3d now = ball.centre() - cursor;
       if (detail::same_side(now, surface_.normal)) side_ = turned_by(side_, normalized(now), aside.turn);

@@ -81,7 +81,7 @@ class BallProxy {
   };
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
 
-  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.1 MiB
+  OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.2 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool under_way_ = false;   ///< in the open, to a cursor too far away for one tick
   int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches
@@ -101,6 +101,7 @@ class BallProxy {
   Vec3d way_out_;
   bool settling_ = false;  ///< the surface rose into the ball and is still in it
   double depth_ = 0, rise_ = 0, grown_ = 0, overlap_ = 0;
+  int along_ = 0;        ///< work that it took to go along with the hand when it was last not seen where it would rest
   bool easing_ = false;  ///< an edit has left the ball in the air
   double left_ = 0;      ///< of the way to where the ball would come to rest, after the last tick
   int searches_ = 0, work_ = 0;

@@ -48,6 +48,12 @@ class MicroTriangles {
   [[nodiscard]] bool has_holes() const noexcept { return holes_; }
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
+  /// Has the memory fetch the samples of a row, from one to the other of no more than a line of the cache: for those of
+  /// several rows it is waited but once.
+  void fetch(GridPoint first, GridPoint last) const noexcept {
+    __builtin_prefetch(&displacement_[sample_index(n_, first)]);
+    __builtin_prefetch(&displacement_[sample_index(n_, last)]);
+  }
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
     ++placed_;
     if (step_ == 0) return sample_position(corners_, n_, p, displacement(p));

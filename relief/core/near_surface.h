@@ -87,9 +87,11 @@ struct Sheets {
   /// are no nearer.
   [[nodiscard]] unsigned may_be_near(Vec3f place, float reach, Four& least) const noexcept {
     const FourVectors from = {centre.x - place.x, centre.y - place.y, centre.z - place.z};
-    const Four sheet2 = strips[0].past2(from) + greatest(strips[1].past2(from), strips[2].past2(from));
     const Four centre2 = dot(from, from), most = off + reach, rim = most + round;
-    const unsigned near = bits_of((sheet2 < most * most) & (centre2 < rim * rim));
+    const unsigned around = bits_of(centre2 < rim * rim);
+    if (around == 0) return 0;  // so for most, and their strips need not come to the cache
+    const Four sheet2 = strips[0].past2(from) + greatest(strips[1].past2(from), strips[2].past2(from));
+    const unsigned near = around & bits_of(sheet2 < most * most);
     if (near != 0) least = greatest(root(sheet2), root(centre2) - round) - off;
     return near;
   }
@@ -213,13 +215,19 @@ class NearSlab {
     int level = 0;
     while (level < kCoarsest && SampleBounds::side(level + 1) * step <= size) ++level;
     const Number all = {bounds_.levels() - 1, 0, 0};
-    descend({all}, 1, level, reach, scale, take);
+    if (all.level <= level) return descend({all}, 1, level, reach, scale, take);
+    const auto [four, count] = children(all);  // four take no longer than one, which is as large as the slab's box
+    descend(four, count, level, reach, scale, take);
   }
   static constexpr int kParted = 2, kMostParts = 1 << (2 * kParted), kCoarsest = 2 * kParted;
   /// The same for all squares so many levels below a larger one, or the smallest in it.
   template <typename Take>
   void parts(const GridSquare& square, double scale, Take&& take) const noexcept {
     const auto [four, count] = children({square.level, square.i, square.j});
+    for (int down = 1; down <= std::min(kParted, square.level); ++down) {
+      const int level = square.level - down, i = square.i << down, m = bounds_.squares(level);
+      for (int j = square.j << down; j < (square.j + 1) << down && i + j < m; ++j) bounds_.fetch(level, i, j);
+    }
     descend(four, count, std::max(0, square.level - kParted), std::numeric_limits<double>::infinity(), scale, take);
   }
   /// Calls take(corners, positions) for triangles that may be nearer than the root of reach2, which take may lower.
@@ -286,6 +294,7 @@ class NearSlab {
     const bool stitched = reaches_edge(at), whole = i0 + j0 + 2 * side <= n_ && !stitched && !pierced_;
     const auto columns = [&](int j) noexcept { return std::min(side, n_ - i0 - j0 - j); };
     const int rows = std::min(side, n_ - j0);
+    for (int j = 0; j <= rows; ++j) surface_.fetch({i0, j0 + j}, {i0 + std::max(0, columns(j)), j0 + j});
     for (int j = 0; j <= rows; ++j)
       for (int i = 0; i <= columns(j); ++i) {
         const GridPoint p = {i0 + i, j0 + j}, corner = stitched ? surface_.stitched(p) : p;

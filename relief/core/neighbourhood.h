@@ -62,10 +62,11 @@ class Neighbourhood {
     float clear = 0;
     return look_in(list_, centre_, look, clear) != End::Cut;
   }
-  /// Gets the triangles ready of squares that may be nearer to a place than `reach`, as long as the work is below
-  /// `most` (samples placed).
-  void prepare(MicroTriangles& surface, Patches& patches, Vec3d point, double reach, int most) const noexcept {
-    prepare_in(list_, centre_, surface, patches, point, static_cast<float>(reach * scale_), most);
+  /// Gets the triangles ready of squares that may be nearer to a place than `reach`, and bounds those that may be
+  /// nearer than `soon`, as long as the work is below `most` (samples placed).
+  void prepare(MicroTriangles& surface, Patches& patches, Vec3d point, double reach, double soon,
+               int most) const noexcept {
+    prepare_in(list_, centre_, surface, patches, point, static_cast<float>(reach * scale_), soon, most);
   }
   /// Up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
   [[nodiscard]] double clear_around(Vec3d point, double reach) const noexcept {
@@ -145,15 +146,16 @@ class Neighbourhood {
   }
   template <std::size_t kSize>
   void prepare_in(const SquareList<kSize>& squares, Vec3d origin, MicroTriangles& surface, Patches& patches,
-                  Vec3d point, float reach, int most) const noexcept {
+                  Vec3d point, float reach, double soon, int most) const noexcept {
     squares.each_near(to_float((point - origin) * scale_), reach, [&](std::size_t number, float) noexcept {
       if (surface.placed() >= most) return;
       const GridSquare& square = squares[number];
       if (square.flat || square.level == 0) {
-        patches.patches.of(surface, square, centre_, scale_, flat_);
+        Patch& patch = patches.patches.of(surface, square, centre_, scale_, flat_);
+        if (surface.placed() < most) patch.prepare(surface, point, soon);
       } else {
         Block& block = patches.block(surface, square, centre_, scale_, flat_);
-        prepare_in(block.parts(), block.origin(), surface, patches, point, reach, most);
+        prepare_in(block.parts(), block.origin(), surface, patches, point, reach, soon, most);
       }
     });
   }

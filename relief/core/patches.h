@@ -168,19 +168,18 @@ class Patch {
   }
   /// Whether its triangles are bounded yet.
   [[nodiscard]] bool bounded() const noexcept { return bounded_; }
+  /// Bounds its triangles where one may be nearer than `reach` to a place.
+  void prepare(MicroTriangles& surface, Vec3d point, double reach) noexcept {
+    if (!bounded_ && clear2_from(point - origin_) < reach * reach) bound_all(surface);
+  }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
   float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
     const Vec3d from = point - origin_;
     if (!bounded_) {
-      // A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
-      const double clear2 = nearest2(from) - longest2_ / 3;
+      const double clear2 = clear2_from(from);
       if (clear2 >= reach2) return static_cast<float>(std::sqrt(clear2) * scale_);
-      surface.add_placed(kBounded);
-      bound(0);
-      bound(1);
-      bound_quarters();
-      bounded_ = true;
+      bound_all(surface);
     }
     const Vec3f place = to_float(from * scale_);
     const double scale2 = scale_ * scale_;
@@ -224,6 +223,15 @@ class Patch {
   static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
+  void bound_all(MicroTriangles& surface) noexcept {
+    surface.add_placed(kBounded);
+    bound(0);
+    bound(1);
+    bound_quarters();
+    bounded_ = true;
+  }
+  /// A place in a triangle is no nearer than the nearest corner's square less a third of the longest edge's.
+  [[nodiscard]] double clear2_from(Vec3d from) const noexcept { return nearest2(from) - longest2_ / 3; }
   using Distances = std::array<double, Samples::kPlaces>;
   /// Of the samples to a place relative to the origin; number by number, as in bound().
   [[nodiscard]] double nearest2(Vec3d from) const noexcept {

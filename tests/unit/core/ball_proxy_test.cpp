@@ -234,6 +234,31 @@ TEST(BallProxy, NoTickTakesLong) {
   EXPECT_LT(share_of(1), 5500);
 }
 
+/// Pressed in by as much as its radius and leaning to and fro, it seldom sees in a tick where it would come to rest; it
+/// goes along with the hand in what is left of the same tick.
+TEST(BallProxy, LooksAheadAndGoesAlongInOneTick) {
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 128), [](Vec3d p) {
+    return 0.5 + 0.1 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.01 * std::sin(90 * p.x) * std::sin(80 * p.y);
+  });
+  const double size = diagonal(model->slab_mesh().bounds()), radius = 0.01 * size;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<int> work;
+  for (int press = 0; press < 60; ++press) {
+    const SurfacePoint p = closest_point(*model, Vec3d{normal(random), normal(random), normal(random)} * (0.5 * size));
+    const Vec3d aside = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    BallProxy ball;
+    for (int k = 0; k <= 200; ++k)
+      ball.step(*model, p.position + p.normal * (radius * (3 - 4 * k / 200.0)), radius, kAtOnce);
+    for (int k = 0; k < 100; ++k) {
+      ball.step(*model, p.position - p.normal * radius + aside * (0.3 * radius * std::sin(0.1 * k)), radius, kAtOnce);
+      work.push_back(ball.work());
+    }
+  }
+  std::ranges::sort(work);
+  EXPECT_LT(work[work.size() * 999 / 1000], 600);
+}
+
 /// At the speed of a hand, on ground finer and rougher than there is time for in a tick.
 TEST(BallProxy, IsNotLateForLong) {
   const SnapshotPtr model = displaced(torus_shell(48, 24, 128), [](Vec3d p) {
