@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -47,7 +46,6 @@ using Corners = std::array<std::uint32_t, 3>;
 using Place = std::array<double, 3>;
 
 Place place(Vec3d p) { return {p.x, p.y, p.z}; }
-bool is_number(double v) { return std::isfinite(v); }
 
 verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage.triangles}; }
 
@@ -58,12 +56,15 @@ struct PlainSource {
   std::optional<std::size_t> phantom_from;
 
   explicit PlainSource(TriangleMesh&& mesh) : triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
+    std::vector<std::uint32_t> order;  // of those that are finite
+    order.reserve(mesh.positions.size());
     positions.reserve(mesh.positions.size());
-    for (const Vec3d p : mesh.positions) positions.push_back(place(p));
+    for (const Vec3d p : mesh.positions) {
+      if (is_finite(p)) order.push_back(static_cast<std::uint32_t>(positions.size()));
+      positions.push_back(place(p));
+    }
     mesh = {};
-    std::vector<std::uint32_t> order(positions.size()), number(positions.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::erase_if(order, [&](std::uint32_t v) { return !std::ranges::all_of(positions[v], is_number); });
+    std::vector<std::uint32_t> number(positions.size());
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::tie(positions[a], a) < std::tie(positions[b], b); });
     std::iota(number.begin(), number.end(), 0U);

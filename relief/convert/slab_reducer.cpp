@@ -86,7 +86,7 @@ bool SlabReducer::is_within(const Box3d& box) const noexcept {
 
 void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
   constexpr std::size_t kUsual = 24;  // entries per slab, with those that are stale; what is not used stays untouched
-  cage_.pool.reserve(std::max(cage_.pool.size(), kUsual * cage_.faces.size()));
+  cage_.pool.reserve(kUsual * cage_.faces.size());
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if ((f & 255U) == 0 && progress.cancelled()) return;
     if (cage_.from[f] == kNone) {

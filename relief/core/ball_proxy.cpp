@@ -241,9 +241,10 @@ class Mover {
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
+    const double next = near() + kTouchSoon * radius_;
     if (const detail::Neighbourhood* list = known(centre_, soon()))
-      for (const double reach : {near() + kTouchSoon * radius_, soon()})
-        list->prepare(surface_, room_.patches, centre_, reach, near() + kTouchSoon * radius_, kAheadWork);
+      for (const double reach : {next, soon()})
+        list->prepare(surface_, room_.patches, centre_, reach, next, kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
