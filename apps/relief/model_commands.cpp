@@ -43,30 +43,24 @@ std::size_t distinct_samples(const SlabMesh& mesh) {
 }
 
 using Corners = std::array<std::uint32_t, 3>;
-using Place = std::array<double, 3>;
-
-Place place(Vec3d p) { return {p.x, p.y, p.z}; }
-
 verify::Shell view(const PlainCage& cage) { return {cage.inner, cage.outer, cage.triangles}; }
 
 /// A source as the verifier reads it. Vertices at the same place are one, for formats that repeat them.
 struct PlainSource {
-  std::vector<Place> positions;
+  std::vector<Vec3d> positions;
   std::vector<Corners> triangles;
   std::optional<std::size_t> phantom_from;
 
-  explicit PlainSource(TriangleMesh&& mesh) : triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
-    std::vector<std::uint32_t> order;  // of those that are finite
-    order.reserve(mesh.positions.size());
-    positions.reserve(mesh.positions.size());
-    for (const Vec3d p : mesh.positions) {
-      if (is_finite(p)) order.push_back(static_cast<std::uint32_t>(positions.size()));
-      positions.push_back(place(p));
-    }
-    mesh = {};
-    std::vector<std::uint32_t> number(positions.size());
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::tie(positions[a], a) < std::tie(positions[b], b); });
+  explicit PlainSource(TriangleMesh&& mesh)
+      : positions(std::move(mesh.positions)), triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
+    const auto place = [&](std::uint32_t v) { return std::tie(positions[v].x, positions[v].y, positions[v].z); };
+    std::vector<std::uint32_t> order, number(positions.size());
+    order.reserve(positions.size());
+    for (std::uint32_t v = 0; v < positions.size(); ++v)
+      if (is_finite(positions[v])) order.push_back(v);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return std::tuple_cat(place(a), std::tie(a)) < std::tuple_cat(place(b), std::tie(b));
+    });
     std::iota(number.begin(), number.end(), 0U);
     for (std::size_t k = 1; k < order.size(); ++k)
       if (positions[order[k]] == positions[order[k - 1]]) number[order[k]] = number[order[k - 1]];
@@ -74,7 +68,9 @@ struct PlainSource {
       for (std::uint32_t& v : t)
         if (v < number.size()) v = number[v];
   }
-  [[nodiscard]] verify::Source view() const { return {positions, triangles, phantom_from}; }
+  [[nodiscard]] verify::Source view() const {
+    return {{&positions.data()->x, positions.size(), sizeof(Vec3d)}, triangles, phantom_from};
+  }
 };
 
 /// What the verifier proves of a model; a certified or tolerant one is held against its mended source.
@@ -253,12 +249,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     o.settings.unit =
         o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
     o.settings.sample_memory = memory_limit(source) / 6;
-    auto converted = convert(source, o.settings, context.progress);
+    notes = std::move(source.notes);
+    auto converted = convert(std::move(source), o.settings, context.progress);
     // The library does not know the file's name, the user's sentence needs it.
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
     made = std::move(*converted);
-    notes = std::move(source.notes);
-    source = {};
     // The mended source is on the disk, or was not asked for, when the verifier takes it.
     if (!o.mended.empty()) {
       nothing_written.reset();

@@ -1,6 +1,8 @@
+#include <relief/base/free_memory.h>
 #include <relief/convert/blunt.h>
 #include <relief/convert/certified.h>
 #include <relief/convert/fans.h>
+#include <relief/convert/laid_aside.h>
 #include <relief/convert/reducer.h>
 #include <relief/convert/sort_unique.h>
 
@@ -541,14 +543,17 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
     if (progress.cancelled()) result.obstacle.clear();
     return result;
   }
-  Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
-  if (!reducer.reduce(progress)) return result;
-  constexpr std::size_t kFar = 8;          // times the target: from there it takes long and leads nowhere near
-  constexpr double kNear = 2.5;            // the same: from there little would have to be very much
   constexpr std::size_t kLarge = 500'000;  // triangles: from there it takes long
   const bool is_large = result.source.faces.size() > kLarge;
-  bool folds = false;     // before anything was lost
-  bool too_much = false;  // was lost
+  free_memory(start->source.point_of, start->source.face_of, start->source.most_slack);
+  LaidAside aside;  // what has the same points and faces in another order
+  if (settings.lay_aside) aside.take(result.source.points, result.source.faces);
+  Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
+  if (!reducer.reduce(progress)) return result;
+  constexpr std::size_t kFar = 8;  // times the target: from there it takes long and leads nowhere near
+  constexpr double kNear = 2.5;    // the same: from there little would have to be very much
+  bool folds = false;              // before anything was lost
+  bool too_much = false;           // was lost
   for (const Tolerance& tolerance : settings.tolerances) {
     const std::size_t before = reducer.slab_count();
     if (before <= settings.target) break;
@@ -571,6 +576,8 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   }
   if (!reducer.thicken(progress)) return result;
   result.shell = std::move(reducer).shell();
+  start.reset();
+  aside.give_back();
   return result;
 }
 

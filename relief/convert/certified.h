@@ -26,8 +26,9 @@ struct CertifiedSettings {
   /// What may be given up, one after the other, as long as the target is not reached; all other conditions stay
   /// (shell.md 14). Where nothing is lost, each fibre still crosses the source once more to the front than to the back.
   std::span<const Tolerance> tolerances = {};
-  double most_lost = 0;  ///< share of the source's area that may lie in no slab; where the target takes more, nothing
-                         ///< is lost, and more slabs remain
+  double most_lost = 0;    ///< share of the source's area that may lie in no slab; where the target takes more, nothing
+                           ///< is lost, and more slabs remain
+  bool lay_aside = false;  ///< what is only needed in the end lies in a temporary file meanwhile
 };
 
 /// A connected part of the source, by its first face, that has no thin shell, and why: a clause.

@@ -4,6 +4,7 @@
 #include <relief/convert/convert.h>
 #include <relief/convert/decimate.h>
 #include <relief/convert/fill.h>
+#include <relief/convert/laid_aside.h>
 #include <relief/convert/lattice.h>
 #include <relief/convert/measure.h>
 #include <relief/convert/reach.h>
@@ -429,12 +430,16 @@ struct ClosedShell {
   std::size_t openings = 0;
 };
 
-ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, const ConvertSettings& settings,
-                              double diagonal, double most_lost, const Progress& progress) {
+/// `as_read` is not needed for it.
+ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, const Parts& parts,
+                              const ConvertSettings& settings, double diagonal, double most_lost,
+                              const Progress& progress) {
   // What a tolerant shell may give up; what needs nothing given up comes first, in certified mode, too.
   constexpr std::array<Tolerance, 10> kTolerances = {
       {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
   constexpr int kAttempts = 3;
+  constexpr std::size_t kMany = 300'000;  // triangles; with fewer there is room for all
+  const bool lay_aside = settings.sample_memory && open.triangles.size() > kMany;
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
   ClosedShell result;
@@ -444,6 +449,8 @@ ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, cons
     Closed closed = close_openings(open, rims, closings, room);
     const double share = diagonal / closed.lattice.step;
     result.lattice = closed.lattice;
+    LaidAside aside;
+    if (lay_aside) aside.take(open.positions, open.triangles, as_read.positions, as_read.triangles);
     result.made = build_certified(
         std::move(closed.source),
         {.target = static_cast<std::size_t>(settings.slabs),
@@ -451,8 +458,10 @@ ClosedShell close_and_certify(const TriangleMesh& open, const Parts& parts, cons
          .farthest = kFarthest * share,
          .speck = kUsualError * share,
          .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1),
-         .most_lost = most_lost},
+         .most_lost = most_lost,
+         .lay_aside = lay_aside},
         progress);
+    aside.give_back();
     const CertifiedShell& made = result.made;
     if (!made.shell.faces.empty() || made.obstacle.empty() || !made.specks.empty()) break;
     if (attempt == kAttempts) break;
@@ -510,9 +519,10 @@ Least least_slabs(const ClosedSource& source, const Parts& parts) {
 /// The shell in certified mode, and the source that it is certified against in place of the repaired one; both stay as
 /// they were, with a reason in the report (a sentence without its full stop), where there is no certificate; without
 /// one when cancelled.
-/// `most_lost`: share of the source's area that a tolerant shell may leave out.
-std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& settings, double diagonal,
-                                        double most_lost, ConvertReport& report, const Progress& progress) {
+/// `most_lost`: share of the source's area that a tolerant shell may leave out. `as_read` is not needed for it.
+std::shared_ptr<const SlabMesh> certify(Ground& ground, TriangleMesh& as_read, const ConvertSettings& settings,
+                                        double diagonal, double most_lost, ConvertReport& report,
+                                        const Progress& progress) {
   constexpr std::size_t kMostNotes = 5;
   report.parts = {};
   Parts parts = find_parts(ground.mesh.positions.size(), ground.mesh.triangles);
@@ -524,14 +534,14 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, const ConvertSettings& s
     report.parts.obstacles.push_back({part, sizes[part], near, reason});
   };
   TriangleMesh rest;  // without the specks, once there are any
-  const TriangleMesh* open = &ground.mesh;
+  TriangleMesh* open = &ground.mesh;
   std::vector<std::string> notes;  // about the specks
   std::size_t specks = 0;
   std::vector<std::uint32_t> part_number(parts.count);  // of those in `open`
   std::iota(part_number.begin(), part_number.end(), 0U);
   ClosedShell closed;
   for (;;) {
-    closed = close_and_certify(*open, parts, settings, diagonal, most_lost, progress);
+    closed = close_and_certify(*open, as_read, parts, settings, diagonal, most_lost, progress);
     const CertifiedShell& made = closed.made;
     for (const PartObstacle& bad : made.specks.empty() ? made.bad_parts : made.specks)
       note_obstacle(part_number[bad.part], closed.lattice.to_model(bad.place), bad.reason);
@@ -648,7 +658,8 @@ double missed_share(const SlabMesh& mesh, const Ground& ground, const Progress& 
 /// for, they stand on a solid of it whose voxels grow until they are, and the last may miss more of it. Where they
 /// never are, those stay that hold the source, or the first solid. `repaired` gives the repaired source once more: it
 /// is not kept beside what is worked on.
-std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const std::function<Result<TriangleMesh>()>& repaired,
+std::shared_ptr<const SlabMesh> tolerate(Ground& ground, TriangleMesh& as_read,
+                                         const std::function<Result<TriangleMesh>()>& repaired,
                                          const ConvertSettings& settings, double diagonal, ConvertReport& report,
                                          const Progress& progress) {
   struct Solid {
@@ -678,7 +689,7 @@ std::shared_ptr<const SlabMesh> tolerate(Ground& ground, const std::function<Res
     }
     made.report.dropped_parts = drop_small_parts(made.ground.mesh.positions, made.ground.mesh.triangles, asked);
     made.ground.phantom_from = made.ground.mesh.triangles.size();
-    made.mesh = certify(made.ground, settings, diagonal, solid.lost, made.report, progress);
+    made.mesh = certify(made.ground, as_read, settings, diagonal, solid.lost, made.report, progress);
     return made;
   };
   // Where too many fibres miss what it stands on, it is made without any loss.
@@ -730,7 +741,7 @@ SampleMemory memory_for(const std::vector<int>& intervals, bool kept, std::optio
   constexpr std::size_t kSlab = 128;  // of what a slab takes beside its samples
   std::size_t all = 0, limit = most.value_or(PagedMemory::kNoLimit);
   limit -= std::min(limit, kSlab * intervals.size());
-  for (const int n : intervals) all += Tile::padded(n) * sizeof(float);
+  for (const int n : intervals) all += Tile::padded(n) * sizeof(float) + Tile::kBeside;
   if (kept && all > limit) limit = 0;
   return {most ? std::make_shared<PagedMemory>(limit) : nullptr, std::make_shared<PagedMemory>(limit)};
 }
@@ -745,13 +756,17 @@ Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::
   SampledAlpha sampled = sample_alpha(*mesh, source, choose, memory, progress);
   if (progress.cancelled()) return cancelled();
   hits = sampled.hits;
-  for (SlabId s = 0; s < mesh->slab_count(); ++s) intervals[s] = sampled.slabs[s].tile->intervals();
+  intervals = std::move(sampled.intervals);
   RELIEF_TRY(mesh, with_intervals(*mesh, intervals));
   if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled();
 
-  SnapshotDraft draft(Snapshot::make(mesh));
+  SnapshotDraft draft(Snapshot::make(mesh, [&](SlabId s) {
+    const std::shared_ptr<Tile> tile = std::move(sampled.slabs[s].tile);
+    constrain(*mesh, Layer::Displacement, s, *tile);
+    return tile;
+  }));
   const auto add_marks = [&](Layer layer, SlabId s, auto&& marked) {
-    auto tile = std::make_shared<Tile>(intervals[s], 1, 0.0F, memory.tiles);
+    auto tile = Tile::make(intervals[s], 1, 0.0F, memory.tiles);
     for (std::size_t k = 0; k < tile->size(); ++k) tile->plane()[k] = marked(k) ? 1.0F : 0.0F;
     constrain(*mesh, layer, s, *tile);
     tile->rest();
@@ -764,10 +779,7 @@ Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::
   const bool folded = sampled.hits.several > 0 || (marks_misses && sampled.hits.none > 0);
   if (folded) draft.add_layer(Layer::Folded, kOwnIntervals, 0.0F);
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
-    SlabAlpha& slab = sampled.slabs[s];
-    constrain(*mesh, Layer::Displacement, s, *slab.tile);
-    slab.tile->rest();
-    draft.put(Layer::Displacement, s, std::move(slab.tile));
+    const SlabAlpha& slab = sampled.slabs[s];
     if (!slab.is_void.empty()) add_marks(Layer::Void, s, [&](std::size_t k) { return slab.is_void[k] != 0; });
     if (folded && !slab.met.empty()) add_marks(Layer::Folded, s, [&](std::size_t k) { return is_folded(slab.met[k]); });
     memory.scratch->rest(slab.met.size() + slab.is_void.size());
@@ -787,7 +799,7 @@ bool refine(const SlabMesh& mesh, std::span<const Farthest> there, std::span<con
     for (const Farthest& f : {there[s], back[s]}) {
       if (f.distance <= error * kAsGood) continue;
       const int n = mesh.intervals(s);
-      const std::array<double, 3> weights = {1 - f.u - f.v, f.u, f.v};
+      const std::array<double, 3> weights = {1 - double(f.u) - double(f.v), double(f.u), double(f.v)};
       SlabId to_blame = s;
       for (std::size_t k = 0; k < weights.size(); ++k) {
         const SlabId other = mesh.slabs()[s].neighbours[k];
@@ -856,7 +868,7 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   std::vector<Tile*> tiles;
   tiles.reserve(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    const auto tile = std::make_shared<Tile>(m, 3, 1.0F, model->tile(Layer::Displacement, s).memory());
+    const auto tile = Tile::make(m, 3, 1.0F, model->tile(Layer::Displacement, s).memory());
     tiles.push_back(tile.get());
     draft.put(Layer::Colour, s, tile);
     tile->rest();
@@ -916,8 +928,7 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
                                  " across on average, too small for that; move it nearer to the origin.");
 }
 
-Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSettings& settings,
-                                   const Progress& progress) {
+Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings& settings, const Progress& progress) {
   Conversion result;
   ConvertReport& report = result.report;
   Stopwatch stopwatch(report.phases);
@@ -951,8 +962,9 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
         RELIEF_CHECK(remesh_source(again.mesh, *settings.remesh, ignored, progress));
       return std::move(again.mesh);
     };
-    mesh = settings.mode == Mode::Tolerant ? tolerate(ground, repaired_again, settings, diagonal, report, progress)
-                                           : certify(ground, settings, diagonal, 0, report, progress);
+    mesh = settings.mode == Mode::Tolerant
+               ? tolerate(ground, source, repaired_again, settings, diagonal, report, progress)
+               : certify(ground, source, settings, diagonal, 0, report, progress);
     stopwatch.phase_done("certify");
     if (progress.cancelled()) return cancelled();
     if (mesh != nullptr) mode = ground.tolerant ? Mode::Tolerant : Mode::Certified;
@@ -1030,12 +1042,13 @@ Result<Conversion> convert_checked(const TriangleMesh& source, const ConvertSett
 
 }  // namespace
 
-Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings, const Progress& progress) {
+Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings, const Progress& progress) {
   RELIEF_CHECK(check(settings));
+  const std::size_t triangles = source.triangles.size();
   try {
-    return convert_checked(source, settings, progress);
+    return convert_checked(std::move(source), settings, progress);
   } catch (const std::bad_alloc&) {
-    return fail(Errc::InvalidArgument, "there is not enough memory for " + std::to_string(source.triangles.size()) +
+    return fail(Errc::InvalidArgument, "there is not enough memory for " + std::to_string(triangles) +
                                            " triangles and " + std::to_string(settings.slabs) + " slabs.");
   }
 }

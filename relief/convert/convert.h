@@ -31,7 +31,8 @@ struct ConvertSettings {
   std::optional<Mode> mode = {};      ///< empty: certified where that can be reached, else preview
   /// Bytes of memory for the samples. Beyond it, or all of them where a given n makes them more than that, they lie in
   /// a temporary file (see PagedMemory), which is slower than memory; without it in memory. The result is the same, but
-  /// a model that is to be touched or sculpted must then be opened from its file.
+  /// a model that is to be touched or sculpted must then be opened from its file. So does what large sources need only
+  /// before and after slabs are made.
   std::optional<std::size_t> sample_memory = {};
 };
 
@@ -125,7 +126,7 @@ struct Conversion {
 /// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
 /// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
 /// to 16 times the target), InvalidArgument, Cancelled.
-[[nodiscard]] Result<Conversion> convert(const TriangleMesh& source, const ConvertSettings& settings,
+[[nodiscard]] Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 
 /// The displaced surface as a plain mesh with one vertex per distinct sample; level as in tessellate().

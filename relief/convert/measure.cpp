@@ -51,14 +51,18 @@ double greatest(const std::vector<Farthest>& slabs) noexcept {
 MeasuredSurface::MeasuredSurface(const Snapshot& model, const Lattice& lattice, const Progress& progress)
     : model_(model), lattice_(lattice) {
   constexpr std::size_t kCells = 6000, kLeast = 2, kMost = 64;  // of all slabs, of one
-  room_ = std::clamp(kCells / std::max<std::size_t>(slabs(), 1), kLeast, kMost);
+  std::size_t most = 0;                                         // that any has
+  for (const Slab& s : model.slab_mesh().slabs()) {
+    const std::size_t cells = static_cast<std::size_t>(s.intervals) * static_cast<std::size_t>(s.intervals);
+    most = std::max(most, cells);
+    cells_ += cells;
+  }
+  room_ = std::min(most, std::clamp(kCells / std::max<std::size_t>(slabs(), 1), kLeast, kMost));
   bent_.resize(slabs() * room_);
   for_all(slabs(), 1, progress, [&](std::size_t s) {
     find_bent(static_cast<SlabId>(s), std::span(bent_).subspan(s * room_, room_));
     rest(static_cast<SlabId>(s));
   });
-  for (const Slab& s : model.slab_mesh().slabs())
-    cells_ += static_cast<std::size_t>(s.intervals) * static_cast<std::size_t>(s.intervals);
 }
 
 void MeasuredSurface::rest(SlabId s, std::size_t others) const noexcept {
@@ -173,11 +177,12 @@ Measured MeasuredSurface::to(const SourceSurface& other, Samples samples, const 
     const int n = model_.slab_mesh().intervals(s);
     Farthest& farthest = result.slabs[slab];
     const auto look = [&](const Cell& cell, const std::array<Vec3d, 3>& p, const std::array<double, 3>& w) {
-      Farthest here{distance(p[0] * w[0] + p[1] * w[1] + p[2] * w[2]), 0, 0};
+      double u = 0, v = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        here.u += w[k] * cell[k].i / n;
-        here.v += w[k] * cell[k].j / n;
+        u += w[k] * cell[k].i / n;
+        v += w[k] * cell[k].j / n;
       }
+      const Farthest here(distance(p[0] * w[0] + p[1] * w[1] + p[2] * w[2]), u, v);
       const bool farther = here.distance > farthest.distance;
       keep_farthest(farthest, here);
       return farther;

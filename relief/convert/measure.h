@@ -17,7 +17,11 @@ namespace relief::detail {
 /// Where a slab is farthest off.
 struct Farthest {
   double distance = 0;  ///< lattice steps
-  double u = 0, v = 0;
+  float u = 0, v = 0;
+
+  Farthest() = default;
+  Farthest(double how_far, double at_u, double at_v) noexcept
+      : distance(how_far), u(static_cast<float>(at_u)), v(static_cast<float>(at_v)) {}
 };
 struct Measured {
   Distance distance;            ///< lattice steps

@@ -129,7 +129,7 @@ Changes put_back(Whole& whole, const Members& members, const SlabReducer& reduce
   return changes;
 }
 
-/// Leaves out what is gone, and puts in what is new.
+/// Leaves out what is gone, and puts in what is new. Fibres are numbered as slabs first name them.
 void compact(const OrderedSource& source, Whole& whole, const std::vector<Changes>& changed) {
   struct Place {
     std::uint32_t in = kNone, index = 0;
@@ -139,48 +139,81 @@ void compact(const OrderedSource& source, Whole& whole, const std::vector<Change
     for (std::uint32_t k = 0; k < changed[c].faces.size(); ++k) face_places[changed[c].faces[k]] = {c, k};
     for (std::uint32_t k = 0; k < changed[c].fibres.size(); ++k) fibre_places[changed[c].fibres[k]] = {c, k};
   }
-  Whole kept;
-  CageDraft& rest = kept.rest;
-  std::vector<std::uint32_t> number(whole.ends.size(), kNone);
+  const bool was_source = whole.is_source();
+  std::vector<std::uint32_t> number(whole.ends.size(), kNone), from;
+  std::vector<CageDraft::List> lists;
+  std::vector<Entry> pool;
+  std::uint32_t fibres = 0;
+  std::size_t faces = 0;
   for (std::uint32_t f = 0; f < whole.faces.size(); ++f) {
     if (whole.faces[f][0] == kNone) continue;
-    Face face{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t v = whole.faces[f][k];
-      if (number[v] == kNone) {
-        number[v] = static_cast<std::uint32_t>(kept.ends.size());
-        kept.ends.push_back(whole.ends[v]);
-        const Place place = fibre_places[v];
-        const bool is_new = place.in != kNone;
-        rest.at.push_back(is_new              ? changed[place.in].at[place.index]
-                          : whole.is_source() ? to_double(source.points[v])
-                                              : whole.rest.at[v]);
-        rest.quadrics.push_back(is_new              ? changed[place.in].quadrics[place.index]
-                                : whole.is_source() ? Quadric{}
-                                                    : whole.rest.quadrics[v]);
-      }
-      face[k] = number[v];
+    for (std::uint32_t& v : whole.faces[f]) {
+      if (number[v] == kNone) number[v] = fibres++;
+      v = number[v];
     }
-    kept.faces.push_back(face);
-    if (!whole.part.empty()) kept.part.push_back(whole.part[f]);
     std::span<const Entry> list;
     const Place place = face_places[f];
     if (place.in != kNone) {
       const CageDraft::List at = changed[place.in].lists[place.index];
       list = std::span(changed[place.in].pool).subspan(at.begin, at.count);
-    } else if (!whole.is_source()) {
+    } else if (!was_source) {
       list = whole.rest.list(f);
     }
-    rest.from.push_back(place.in != kNone ? kNone : whole.is_source() ? f : whole.rest.from[f]);
-    rest.lists.push_back({static_cast<std::uint32_t>(rest.pool.size()), static_cast<std::uint32_t>(list.size())});
-    rest.pool.insert(rest.pool.end(), list.begin(), list.end());
+    from.push_back(place.in != kNone ? kNone : was_source ? f : whole.rest.from[f]);
+    lists.push_back({static_cast<std::uint32_t>(pool.size()), static_cast<std::uint32_t>(list.size())});
+    pool.insert(pool.end(), list.begin(), list.end());
+    if (!whole.part.empty()) whole.part[faces] = whole.part[f];
+    whole.faces[faces++] = whole.faces[f];
   }
+  whole.faces.resize(faces);
+  whole.faces.shrink_to_fit();
+  if (!whole.part.empty()) whole.part.resize(faces);
+  whole.part.shrink_to_fit();
+  free_memory(face_places);
+  whole.rest.from = std::move(from);
+  whole.rest.lists = std::move(lists);
+  whole.rest.pool = std::move(pool);
+
+  const auto renumber = [&](auto& values, auto&& value) {
+    std::remove_reference_t<decltype(values)> kept(fibres);
+    for (std::uint32_t v = 0; v < number.size(); ++v)
+      if (number[v] != kNone) kept[number[v]] = value(v, fibre_places[v]);
+    values = std::move(kept);
+  };
+  renumber(whole.ends, [&](std::uint32_t v, Place) { return whole.ends[v]; });
+  renumber(whole.rest.at, [&](std::uint32_t v, Place place) {
+    if (place.in != kNone) return changed[place.in].at[place.index];
+    return was_source ? to_double(source.points[v]) : whole.rest.at[v];
+  });
+  renumber(whole.rest.quadrics, [&](std::uint32_t v, Place place) {
+    if (place.in != kNone) return changed[place.in].quadrics[place.index];
+    return was_source ? Quadric{} : whole.rest.quadrics[v];
+  });
   // Fibres that no cell has changed have the quadrics of the source's triangles around them.
-  if (whole.is_source())
+  if (was_source)
     for (std::uint32_t t = 0; t < source.faces.size(); ++t)
       for (const std::uint32_t v : source.faces[t])
-        if (number[v] != kNone && fibre_places[v].in == kNone) add_plane(source, t, rest.quadrics[number[v]]);
-  whole = std::move(kept);
+        if (number[v] != kNone && fibre_places[v].in == kNone) add_plane(source, t, whole.rest.quadrics[number[v]]);
+}
+
+/// All that a cage is, which is of no more use then.
+CageDraft take_all(const OrderedSource& source, Whole&& whole) {
+  const bool was_source = whole.is_source();
+  CageDraft cage = std::move(whole.rest);
+  cage.faces = std::move(whole.faces);
+  cage.ends = std::move(whole.ends);
+  cage.part = std::move(whole.part);
+  cage.part.resize(cage.faces.size(), 0);
+  if (!was_source) return cage;
+  cage.at.reserve(source.points.size());
+  for (const LatticePoint p : source.points) cage.at.push_back(to_double(p));
+  cage.quadrics.resize(source.points.size());
+  for (std::uint32_t t = 0; t < source.faces.size(); ++t)
+    for (const std::uint32_t v : source.faces[t]) add_plane(source, t, cage.quadrics[v]);
+  cage.lists.resize(cage.faces.size());
+  cage.from.resize(cage.faces.size());
+  std::iota(cage.from.begin(), cage.from.end(), 0U);
+  return cage;
 }
 
 bool reduce_in_cells(const OrderedSource& source, const BoxTree& tree, double longest, std::size_t goal, int level,
@@ -230,14 +263,11 @@ bool Reducer::reduce(const Progress& progress) {
     if (!reduce_in_cells(source_, *tree_, longest_, std::max(stop, before / 12), level, whole, progress)) return false;
     if (10 * whole.faces.size() > 5 * before) break;  // the rest resists: patience takes it in less time
   }
-  std::vector<std::uint32_t> all(whole.faces.size());
-  std::iota(all.begin(), all.end(), 0U);
-  CageDraft cage = std::move(Members(source_, whole, std::move(all)).cage);
-  whole = {};
   Box3d everywhere;
   everywhere.low = {-Box3d::kFar, -Box3d::kFar, -Box3d::kFar};
   everywhere.high = {Box3d::kFar, Box3d::kFar, Box3d::kFar};
-  last_ = std::make_unique<SlabReducer>(source_, *tree_, longest_, std::move(cage), everywhere, progress);
+  last_ = std::make_unique<SlabReducer>(source_, *tree_, longest_, take_all(source_, std::move(whole)), everywhere,
+                                        progress);
   tree_.reset();
   return last_->sweep(stop, progress) && last_->reduce(target_, progress);
 }

@@ -379,6 +379,7 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
   const SampleNumbers numbers(finest, kOwnIntervals);
   SampledAlpha sampled;
   sampled.slabs.resize(finest.slab_count());
+  sampled.intervals.resize(finest.slab_count());
   std::mutex counting;
   const bool cast = for_all(finest.slab_count(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
@@ -420,7 +421,8 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
         field.take(often[o], outermost_of_often[o], field.line(often[o]).direction);
     }
     SlabAlpha& kept = sampled.slabs[slab];
-    kept.tile = std::make_shared<Tile>(n, 1, 0.0F, memory.tiles);
+    kept.tile = Tile::make(n, 1, 0.0F, memory.tiles);
+    sampled.intervals[slab] = n;
     const auto every = [&](auto&& take) {
       const int step = most / n;
       for (int j = 0; j <= n; ++j)

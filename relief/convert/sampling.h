@@ -126,7 +126,8 @@ struct SlabAlpha {
 };
 struct SampledAlpha {
   std::vector<SlabAlpha> slabs;
-  HitCount hits;  ///< of all samples that were cast, shared ones once
+  std::vector<int> intervals;  ///< by slab: of its tile
+  HitCount hits;               ///< of all samples that were cast, shared ones once
 };
 
 /// Casts one ray per sample of `finest` along its fibre, and keeps every 2^k-th along the edges so that n becomes what

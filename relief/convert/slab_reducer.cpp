@@ -75,7 +75,6 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   around_.resize(faces);
   alive_ = faces;
   find_lists(tree, progress);
-  build_grid();
 }
 
 bool SlabReducer::is_within(const Box3d& box) const noexcept {
@@ -1159,6 +1158,7 @@ void SlabReducer::flip(std::uint32_t h) {
 bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
   constexpr std::size_t kStride = 7;
+  if (grid_alive_ == 0) build_grid();
   swept_to_ = stop;
   std::vector<double> costs;
   swept_.assign(out_.size(), 0);

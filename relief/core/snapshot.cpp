@@ -22,7 +22,27 @@ std::uint64_t next_number() noexcept {
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
-std::size_t page_count(const SlabMesh& mesh) { return (mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage; }
+/// The tiles of a layer, slab by slab.
+template <typename TileOf>
+PageTable pages_of(const SlabMesh& mesh, TileOf&& tile_of) {
+  PageTable pages;
+  pages.reserve((mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage);
+  for (SlabId first = 0; first < mesh.slab_count(); first += kTilesPerPage) {
+    auto page = std::make_shared<Page>();
+    for (SlabId s = first; s < std::min(first + kTilesPerPage, mesh.slab_count()); ++s)
+      page->tiles[s - first] = tile_of(s);
+    pages.push_back(std::move(page));
+  }
+  return pages;
+}
+
+/// A tile that was in a snapshot before knows its bounds; the others were made as mutable ones, and nobody has seen
+/// them.
+void know_bounds(const Tile& tile) {
+  if (tile.bounds_known()) return;
+  const_cast<Tile&>(tile).find_bounds();
+  tile.rest();
+}
 
 /// Tiles of one value everywhere. Immutable until written, so one serves all slabs of the same n.
 class Blanks {
@@ -47,6 +67,27 @@ class Blanks {
 std::pmr::memory_resource& resource(const std::shared_ptr<PagedMemory>& memory) noexcept {
   return memory ? *memory : *std::pmr::new_delete_resource();
 }
+
+/// Keeps the memory until what lies in it is gone.
+template <typename T>
+struct Keeper {
+  using value_type = T;
+  std::shared_ptr<PagedMemory> memory;
+
+  explicit Keeper(std::shared_ptr<PagedMemory> of) noexcept : memory(std::move(of)) {}
+  template <typename Other>
+  Keeper(const Keeper<Other>& other) noexcept : memory(other.memory) {}
+  [[nodiscard]] T* allocate(std::size_t count) {
+    return static_cast<T*>(resource(memory).allocate(count * sizeof(T), alignof(T)));
+  }
+  void deallocate(T* items, std::size_t count) noexcept {
+    resource(memory).deallocate(items, count * sizeof(T), alignof(T));
+  }
+  template <typename Other>
+  friend bool operator==(const Keeper& a, const Keeper<Other>& b) noexcept {
+    return a.memory == b.memory;
+  }
+};
 }  // namespace
 
 std::string_view name(Layer layer) noexcept { return kLayerNames[static_cast<std::size_t>(layer)]; }
@@ -70,6 +111,11 @@ Tile::Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedM
   for (int c = 0; c < channel_count_; ++c) std::fill_n(plane(c), size(), value);
 }
 
+std::shared_ptr<Tile> Tile::make(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory) {
+  const Keeper<Tile> keeper(memory);
+  return std::allocate_shared<Tile>(keeper, intervals, channel_count, value, std::move(memory));
+}
+
 Tile::Tile(const Tile& other)
     : intervals_(other.intervals_),
       channel_count_(other.channel_count_),
@@ -80,6 +126,7 @@ Tile::Tile(const Tile& other)
 Tile::~Tile() {
   if (bounds_ != nullptr) std::pmr::polymorphic_allocator<>(&resource(memory_)).delete_object(bounds_);
   resource(memory_).deallocate(values_, bytes(), kLine);
+  rest();
 }
 
 std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::size_t>(channel_count_) * sizeof(float); }
@@ -101,9 +148,9 @@ void Tile::find_bounds() {
 void Tile::rest(std::size_t tiles) const noexcept {
   if (!memory_) return;
   if (tiles == 1)
-    memory_->rest_at(values_, bytes());
+    memory_->rest_at(values_, bytes() + kBeside);
   else
-    memory_->rest(bytes(), tiles);
+    memory_->rest(bytes() + kBeside, tiles);
 }
 
 float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
@@ -126,18 +173,20 @@ Snapshot::Snapshot() : number_(next_number()) {
 }
 
 SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha) {
-  const std::shared_ptr<Snapshot> made(new Snapshot);
   Blanks blanks(Layer::Displacement, alpha);
-  auto pages = std::make_shared<PageTable>(page_count(*slab_mesh));
-  for (std::size_t p = 0; p < pages->size(); ++p) {
-    auto page = std::make_shared<Page>();
-    for (SlabId t = 0; t < kTilesPerPage; ++t) {
-      const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t;
-      if (s < slab_mesh->slab_count()) page->tiles[t] = blanks.of(slab_mesh->intervals(s));
-    }
-    (*pages)[p] = std::move(page);
-  }
-  made->tables_[static_cast<std::size_t>(Layer::Displacement)] = std::move(pages);
+  const SlabMesh& mesh = *slab_mesh;
+  return make(std::move(slab_mesh), [&](SlabId s) { return blanks.of(mesh.intervals(s)); });
+}
+
+SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
+                           const std::function<TilePtr(SlabId)>& displacement) {
+  const std::shared_ptr<Snapshot> made(new Snapshot);
+  made->tables_[static_cast<std::size_t>(Layer::Displacement)] =
+      std::make_shared<const PageTable>(pages_of(*slab_mesh, [&](SlabId s) {
+        TilePtr tile = displacement(s);
+        know_bounds(*tile);
+        return tile;
+      }));
   made->slab_mesh_ = std::move(slab_mesh);
   return made;
 }
@@ -215,17 +264,10 @@ void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   RELIEF_ASSERT(layer != Layer::Displacement);
   const SlabMesh& mesh = next_->slab_mesh();
   OwnLayer& own = layer_for_writing(layer);
-  own.table->assign(page_count(mesh), nullptr);
+  Blanks blanks(layer, value);
+  *own.table = pages_of(mesh, [&](SlabId s) { return blanks.of(own_intervals ? mesh.intervals(s) : m); });
   own.pages.assign(own.table->size(), {});
   own.own_pages.clear();
-  Blanks blanks(layer, value);
-  for (std::size_t p = 0; p < own.table->size(); ++p) {
-    auto page = std::make_shared<Page>();
-    for (SlabId t = 0; t < kTilesPerPage; ++t)
-      if (const SlabId s = static_cast<SlabId>(p) * kTilesPerPage + t; s < mesh.slab_count())
-        page->tiles[t] = blanks.of(own_intervals ? mesh.intervals(s) : m);
-    (*own.table)[p] = std::move(page);
-  }
 }
 
 void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
@@ -244,14 +286,8 @@ SnapshotPtr SnapshotDraft::finish() {
     const OwnLayer& own = own_[static_cast<std::size_t>(layer)];
     for (const std::size_t p : own.own_pages) {
       const OwnPage& page = own.pages[p];
-      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1) {
-        const TilePtr& tile = page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))];
-        // A tile that was in a snapshot before has them; the others were made as mutable ones, and nobody has seen
-        // them.
-        if (tile->bounds_known()) continue;
-        const_cast<Tile&>(*tile).find_bounds();
-        tile->rest();
-      }
+      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1)
+        know_bounds(*page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))]);
     }
   }
   SnapshotPtr finished = next_;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -53,8 +54,11 @@ struct LayerRange {
 /// of 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
 class Tile {
  public:
-  /// In ordinary memory, or in that given.
+  /// Its values in ordinary memory, or in that given.
   Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory = nullptr);
+  /// The same, but all of it is in that memory.
+  [[nodiscard]] static std::shared_ptr<Tile> make(int intervals, int channel_count, float value,
+                                                  std::shared_ptr<PagedMemory> memory);
   /// In ordinary memory.
   Tile(const Tile& other);
   Tile& operator=(const Tile&) = delete;
@@ -77,6 +81,7 @@ class Tile {
   [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
   /// Of the planes.
   [[nodiscard]] std::size_t bytes() const noexcept;
+  static constexpr std::size_t kBeside = 192;  ///< about what a small tile takes beside its planes: itself, its bounds
   /// Equal values, bit for bit.
   [[nodiscard]] bool same_values(const Tile& other) const noexcept;
 
@@ -129,6 +134,10 @@ class Snapshot {
  public:
   /// A model with a displacement of `alpha` everywhere, each tile with its slab's n, and no other layer.
   [[nodiscard]] static SnapshotPtr make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha = 0.5F);
+  /// The same with the displacement that each slab in turn is given: nobody has seen these tiles yet, or they know
+  /// their bounds.
+  [[nodiscard]] static SnapshotPtr make(std::shared_ptr<const SlabMesh> slab_mesh,
+                                        const std::function<TilePtr(SlabId)>& displacement);
 
   [[nodiscard]] const SlabMesh& slab_mesh() const noexcept { return *slab_mesh_; }
   [[nodiscard]] const std::shared_ptr<const SlabMesh>& shared_slab_mesh() const noexcept { return slab_mesh_; }

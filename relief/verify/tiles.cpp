@@ -16,11 +16,13 @@ std::vector<SharedEdge> shared_edges(const Shell& shell) {
   };
   std::vector<Side> sides;
   sides.reserve(3 * shell.triangles.size());
-  for (std::uint32_t t = 0; t < shell.triangles.size(); ++t)
+  for (std::uint32_t t = 0; t < shell.triangles.size(); ++t) {
+    const auto fibres = shell.triangles[t];
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(shell.triangles[t][(k + 1) % 3], shell.triangles[t][(k + 2) % 3]);
+      const auto [low, high] = std::minmax(fibres[(k + 1) % 3], fibres[(k + 2) % 3]);
       sides.push_back({low, high, t, k});
     }
+  }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return std::tie(a.low, a.high, a.slab) < std::tie(b.low, b.high, b.slab);
   });

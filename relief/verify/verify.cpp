@@ -124,11 +124,13 @@ class Checker {
     certificate_.on_lattice = true;
     certificate_.lattice_step = std::ldexp(1.0, step);
     predicates_ = Predicates(span);
-    const auto convert = [&](std::span<const std::array<double, 3>> ends) {
+    const auto convert = [&](const Triples<double>& ends) {
       std::vector<Place> places(ends.size());
-      for (std::size_t f = 0; f < ends.size(); ++f)
+      for (std::size_t f = 0; f < ends.size(); ++f) {
+        const auto end = ends[f];
         for (std::size_t k = 0; k < 3; ++k)
-          places[f][k] = static_cast<std::int32_t>(std::ldexp(ends[f][k] - facts_.extent.low[k], -step));
+          places[f][k] = static_cast<std::int32_t>(std::ldexp(end[k] - facts_.extent.low[k], -step));
+      }
       return places;
     };
     inner_ = convert(shell_.inner);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <relief/base/progress.h>
+#include <relief/base/triples.h>
 
 #include <array>
 #include <cstddef>
@@ -18,15 +19,15 @@ namespace relief::verify {
 /// A shell as plain numbers: fibre i runs from inner[i] to outer[i]; each triangle names three fibres,
 /// counter-clockwise seen from outside.
 struct Shell {
-  std::span<const std::array<double, 3>> inner, outer;
-  std::span<const std::array<std::uint32_t, 3>> triangles;
+  Triples<double> inner, outer;
+  Triples<std::uint32_t> triangles;
 };
 
 /// The surface that the slabs are to hold: the mended source, or a clean original. Triangles counter-clockwise seen
 /// from outside; positions that no triangle names are ignored.
 struct Source {
-  std::span<const std::array<double, 3>> positions;
-  std::span<const std::array<std::uint32_t, 3>> triangles;
+  Triples<double> positions;
+  Triples<std::uint32_t> triangles;
   /// The triangles from here on close openings of what was scanned; nothing where that is not known.
   std::optional<std::size_t> phantom_from = std::nullopt;
 };
