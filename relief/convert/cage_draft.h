@@ -27,7 +27,7 @@ struct CageDraft {
     std::uint32_t begin = 0, count = 0;
   };
   std::vector<Face> faces;          ///< corners kNone: gone
-  std::vector<std::uint32_t> part;  ///< per face: which connected part it belongs to
+  std::vector<std::uint32_t> part;  ///< per face: which connected part it belongs to; empty: there is one
   std::vector<Ends> ends;           ///< of each fibre
   std::vector<Vec3d> at;            ///< a place on each fibre: where the surface is thought to be
   std::vector<Quadric> quadrics;    ///< per fibre
@@ -35,6 +35,7 @@ struct CageDraft {
   std::vector<Entry> pool;
   std::vector<std::uint32_t> from;  ///< per face: the source's triangle that it is, and then it has no list; else kNone
 
+  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) const noexcept { return part.empty() ? 0 : part[f]; }
   [[nodiscard]] bool alive(std::uint32_t f) const noexcept { return faces[f][0] != kNone; }
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t f, Side side) const noexcept {
     return {ends[faces[f][0]][side], ends[faces[f][1]][side], ends[faces[f][2]][side]};

@@ -547,7 +547,8 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
   const bool is_large = result.source.faces.size() > kLarge;
   free_memory(start->source.point_of, start->source.face_of, start->source.most_slack);
   LaidAside aside;  // what has the same points and faces in another order
-  if (settings.lay_aside) aside.take(result.source.points, result.source.faces);
+  if (settings.lay_aside)
+    aside.take(result.source.points, result.source.faces, result.source.patch, result.source.phantom);
   Reducer reducer(start->source, std::move(start->ends), std::move(start->tree), settings.target, settings.longest);
   if (!reducer.reduce(progress)) return result;
   constexpr std::size_t kFar = 8;  // times the target: from there it takes long and leads nowhere near

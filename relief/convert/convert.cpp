@@ -103,6 +103,11 @@ double diagonal_of(const Box3d& box) noexcept {
   return std::hypot(e.x, e.y, e.z);
 }
 
+/// Of its vertices and triangles.
+std::size_t bytes_of(const TriangleMesh& mesh) noexcept {
+  return mesh.positions.size() * sizeof(Vec3d) + mesh.triangles.size() * sizeof(Face);
+}
+
 double area_of(const TriangleMesh& mesh) noexcept {
   double area = 0;
   for (const Face& t : mesh.triangles) {
@@ -431,15 +436,14 @@ struct ClosedShell {
 };
 
 /// `as_read` is not needed for it.
-ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, const Parts& parts,
-                              const ConvertSettings& settings, double diagonal, double most_lost,
-                              const Progress& progress) {
+ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, Parts& parts, const ConvertSettings& settings,
+                              double diagonal, double most_lost, const Progress& progress) {
   // What a tolerant shell may give up; what needs nothing given up comes first, in certified mode, too.
   constexpr std::array<Tolerance, 10> kTolerances = {
       {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
   constexpr int kAttempts = 3;
-  constexpr std::size_t kMany = 300'000;  // triangles; with fewer there is room for all
-  const bool lay_aside = settings.sample_memory && open.triangles.size() > kMany;
+  // Small sources leave room for all that.
+  const bool lay_aside = settings.sample_memory && bytes_of(open) + bytes_of(as_read) > *settings.sample_memory / 2;
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
   ClosedShell result;
@@ -450,7 +454,7 @@ ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, const P
     const double share = diagonal / closed.lattice.step;
     result.lattice = closed.lattice;
     LaidAside aside;
-    if (lay_aside) aside.take(open.positions, open.triangles, as_read.positions, as_read.triangles);
+    if (lay_aside) aside.take(open.positions, open.triangles, as_read.positions, as_read.triangles, parts.of_face);
     result.made = build_certified(
         std::move(closed.source),
         {.target = static_cast<std::size_t>(settings.slabs),

@@ -32,7 +32,6 @@ struct Whole {
       for (const LatticePoint p : ends[v]) box.add(to_double(p));
     return box;
   }
-  [[nodiscard]] std::uint32_t part_of(std::uint32_t f) const noexcept { return part.empty() ? 0 : part[f]; }
   [[nodiscard]] Vec3d centre(const OrderedSource& source, std::uint32_t f) const noexcept {
     Vec3d sum;
     for (const std::uint32_t v : faces[f]) sum += is_source() ? to_double(source.points[v]) : rest.at[v];
@@ -61,7 +60,7 @@ struct Members {
     cage.at.reserve(fibres.size());
     cage.quadrics.reserve(fibres.size());
     cage.faces.reserve(faces.size());
-    cage.part.reserve(faces.size());
+    if (!whole.part.empty()) cage.part.reserve(faces.size());
     cage.from.reserve(faces.size());
     cage.lists.reserve(faces.size());
     for (const std::uint32_t v : fibres) {
@@ -77,7 +76,7 @@ struct Members {
         if (whole.is_source()) add_plane(source, f, cage.quadrics[face[k]]);
       }
       cage.faces.push_back(face);
-      cage.part.push_back(whole.part_of(f));
+      if (!whole.part.empty()) cage.part.push_back(whole.part[f]);
       cage.from.push_back(whole.is_source() ? f : whole.rest.from[f]);
       const std::span<const Entry> list = whole.is_source() ? std::span<const Entry>() : whole.rest.list(f);
       cage.lists.push_back({static_cast<std::uint32_t>(cage.pool.size()), static_cast<std::uint32_t>(list.size())});
@@ -203,7 +202,6 @@ CageDraft take_all(const OrderedSource& source, Whole&& whole) {
   cage.faces = std::move(whole.faces);
   cage.ends = std::move(whole.ends);
   cage.part = std::move(whole.part);
-  cage.part.resize(cage.faces.size(), 0);
   if (!was_source) return cage;
   cage.at.reserve(source.points.size());
   for (const LatticePoint p : source.points) cage.at.push_back(to_double(p));
@@ -255,8 +253,8 @@ bool Reducer::reduce(const Progress& progress) {
   Whole whole;
   whole.faces = source_.faces;
   whole.ends = std::move(ends_);
-  Parts parts = find_parts(source_.points.size(), source_.faces);
-  if (parts.count > 1) whole.part = std::move(parts.of_face);
+  if (Parts parts = find_parts(source_.points.size(), source_.faces); parts.count > 1)
+    whole.part = std::move(parts.of_face);
   const std::size_t stop = std::max(kBeforeQueue, 8 * target_);
   for (int level = 0; whole.faces.size() > std::max(kWhole, 2 * stop); ++level) {
     const std::size_t before = whole.faces.size();

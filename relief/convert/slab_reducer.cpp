@@ -71,7 +71,6 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   improved_.assign(points, 0);
   tried_.assign(3 * faces, 0);
   mark_.assign(points, 0);
-  boxes_.resize(faces);
   around_.resize(faces);
   alive_ = faces;
   find_lists(tree, progress);
@@ -106,6 +105,7 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
     listed_ += list.count;
   }
   cage_.pool.reserve(most_listed());
+  free_memory(cage_.from);
 }
 
 void SlabReducer::build_grid() {
@@ -114,13 +114,7 @@ void SlabReducer::build_grid() {
     if (!alive(f)) continue;
     const Vec3d e = cage_.box(f).extent();
     size += std::max({e.x, e.y, e.z});
-    SideBoxes boxes;
-    for (const Side side : {kInner, kOuter}) {
-      Box3d of_side;
-      for (const LatticePoint p : cage_.triangle(f, side)) of_side.add(to_double(p));
-      boxes[side] = FloatBox::around(of_side);
-    }
-    set_boxes(f, boxes);
+    set_box(f, boxes_of(f));
   }
   grid_.build(
       cage_.faces.size(), 2 * size / double(std::max<std::size_t>(alive_, 1)),
@@ -129,8 +123,17 @@ void SlabReducer::build_grid() {
   grid_entries_ = grid_.entry_count();
 }
 
-void SlabReducer::set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept {
-  boxes_[f] = boxes;
+SlabReducer::SideBoxes SlabReducer::boxes_of(std::uint32_t f) const noexcept {
+  SideBoxes boxes;
+  for (const Side side : {kInner, kOuter}) {
+    Box3d box;
+    for (const LatticePoint p : cage_.triangle(f, side)) box.add(to_double(p));
+    boxes[side] = FloatBox::around(box);
+  }
+  return boxes;
+}
+
+void SlabReducer::set_box(std::uint32_t f, const SideBoxes& boxes) noexcept {
   FloatBox& both = around_[f].box;
   both = boxes[kInner];
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -152,12 +155,15 @@ void SlabReducer::push(std::uint32_t h) {
 }
 
 void SlabReducer::fill_queue() {
+  const auto for_untried = [&](auto&& visit) {
+    for (std::uint32_t h = 0; h < twins_.size(); ++h)
+      if (is_free_edge(h) && std::max(touched_[origin(h)], touched_[target(h)]) > tried_[h]) visit(h);
+  };
+  std::size_t untried = 0;
+  for_untried([&](std::uint32_t) { ++untried; });
   queue_.clear();
-  for (std::uint32_t h = 0; h < twins_.size(); ++h) {
-    if (!is_free_edge(h)) continue;
-    if (std::max(touched_[origin(h)], touched_[target(h)]) <= tried_[h]) continue;
-    push(h);
-  }
+  queue_.reserve(untried + untried / 8);
+  for_untried([&](std::uint32_t h) { push(h); });
   std::make_heap(queue_.begin(), queue_.end());
 }
 
@@ -579,7 +585,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
   const FloatBox bounds = FloatBox::around(all);
   const BoxProbe probe(bounds);
-  const std::uint32_t part = cage_.part[trial_.slots[trial_.fresh]];
+  const std::uint32_t part = cage_.part_of(trial_.slots[trial_.fresh]);
   Fault fault = Fault::None;
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
@@ -589,10 +595,10 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
     Around& around = around_[g];
     if (!probe.meets(around.box) || around.seen == query_ || around.star == star_round_) return true;
     around.seen = query_;
-    const SideBoxes& theirs = boxes_[g];
+    const SideBoxes theirs = boxes_of(g);
     const std::array<bool, 2> is_near = {probe.meets(theirs[kInner]), probe.meets(theirs[kOuter])};
     if (!is_near[kInner] && !is_near[kOuter]) return true;
-    if (cage_.part[g] != part) {
+    if (cage_.part_of(g) != part) {
       // C4: a part that is small beside a slab must not be swallowed whole.
       for (std::size_t k = 0; k < count; ++k)
         if (in_hull(trial_.shapes[k].triangle(kInner), trial_.shapes[k].triangle(kOuter),
@@ -625,7 +631,7 @@ void SlabReducer::commit_lists() {
   for (const std::uint32_t f : trial_.vanished) {
     listed_ -= cage_.lists[f].count;
     cage_.lists[f] = {};
-    set_boxes(f, {});
+    set_box(f, {});
   }
   for (std::size_t k = 0; k < trial_.shapes.size(); ++k) {
     const std::uint32_t f = trial_.slots[trial_.fresh + k];
@@ -636,7 +642,7 @@ void SlabReducer::commit_lists() {
     cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
                       trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
     grid_.insert(f, trial_.shapes[k].box());
-    set_boxes(f, trial_.boxes[k]);
+    set_box(f, trial_.boxes[k]);
   }
   gathered_ = false;
   if (cage_.pool.size() > most_listed()) pack_lists();
@@ -1240,6 +1246,7 @@ double SlabReducer::lost() const {
 }
 
 bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
+  free_memory(swept_);
   queued_ = true;
   constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last; where nothing else
                                        // is left to try the second in a row that removes none
@@ -1250,7 +1257,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   // No part can have fewer than four slabs.
   std::uint32_t parts = 0;
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f)
-    if (alive(f)) parts = std::max(parts, cage_.part[f] + 1);
+    if (alive(f)) parts = std::max(parts, cage_.part_of(f) + 1);
   const std::size_t floor = std::max<std::size_t>(target_count, 4 * std::size_t{parts});
   const double start = double(alive_);
   int vain = 0;  // the last rounds that removed hardly any
@@ -1328,7 +1335,7 @@ void SlabReducer::lengthen(std::uint32_t v, double share) {
 // Room to carve and to add.
 bool SlabReducer::thicken(const Progress& progress) {
   // Nothing is merged any more.
-  free_memory(cage_.quadrics, queue_, tried_, stamps_, swept_);
+  free_memory(cage_.quadrics, queue_, tried_, stamps_);
   for (const double share : {0.5, 0.15}) {
     // Where nothing has changed since it would fail again.
     std::fill(improved_.begin(), improved_.end(), 0U);

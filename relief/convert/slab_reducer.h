@@ -177,7 +177,8 @@ class SlabReducer {
   /// So many entries the pool holds, a third of them stale, until it is packed.
   [[nodiscard]] std::size_t most_listed() const noexcept { return listed_ + listed_ / 2 + 65536; }
   void pack_lists();
-  void set_boxes(std::uint32_t f, const SideBoxes& boxes) noexcept;
+  [[nodiscard]] SideBoxes boxes_of(std::uint32_t f) const noexcept;
+  void set_box(std::uint32_t f, const SideBoxes& boxes) noexcept;
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
   void fill_queue();
@@ -252,8 +253,7 @@ class SlabReducer {
   std::vector<Candidate> queue_;
   bool queued_ = false;  // merged vertices put their edges into the queue
   TriangleGrid grid_;
-  std::vector<SideBoxes> boxes_;  // per face
-  std::vector<Around> around_;    // per face
+  std::vector<Around> around_;  // per face
   std::uint32_t query_ = 0;
   std::size_t grid_alive_ = 0, grid_entries_ = 0;
 

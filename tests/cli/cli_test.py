@@ -1,6 +1,8 @@
 """The command line as a user meets it: exit statuses, one line per failure, files that are whole or absent, real work."""
 
+import array
 import csv
+import itertools
 import json
 import math
 import os
@@ -670,6 +672,27 @@ class Workflow(Case):
         self.assertEqual(json_out["slabs"], json_out["source_triangles"])
         # Without the 25 MiB that the loader has read of the libraries.
         self.assertLess(json_out["peak_mib"] + 20, 64 + 300 * json_out["source_triangles"] / 2**20)
+
+    @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
+    def test_peak_memory_of_hundreds_of_thousands_of_slabs(self):
+        # No slab can be taken away from a tetrahedron, and it has as many corners as triangles.
+        side = 44
+        mesh = self.folder / "tetrahedra.ply"
+        corners, triangles = array.array("f"), bytearray()
+        for x, y, z in itertools.product(range(side), repeat=3):
+            first = len(corners) // 3
+            for dx, dy, dz in ((0, 0, 0), (0.6, 0, 0), (0, 0.6, 0), (0, 0, 0.6)):
+                corners.extend((x + dx, y + dy, z + dz))
+            for a, b, c in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)):
+                triangles += struct.pack("<BIII", 3, first + a, first + b, first + c)
+        mesh.write_bytes(
+            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(corners) // 3}\nproperty float x\n"
+            f"property float y\nproperty float z\nelement face {len(triangles) // 13}\n"
+            "property list uchar uint vertex_indices\nend_header\n".encode() + corners.tobytes() + triangles)
+        json_out = Run("convert", mesh, "-o", self.folder / "tetrahedra.relief", "--json").json()
+        self.assertEqual(json_out["mode"], "certified")
+        self.assertEqual(json_out["slabs"], 4 * side**3)
+        self.assertLess(json_out["peak_mib"], 64 + 300 * json_out["source_triangles"] / 2**20)
 
     @unittest.skipIf(SANITIZED, "sanitizers take memory of their own")
     def test_peak_memory_of_more_samples_than_the_source_has_triangles(self):

@@ -1393,5 +1393,39 @@ TEST_F(Section, BlocksAgreeWithTheirTriangles) {
   EXPECT_GT(settled, 1000);
 }
 
+// What is not needed while slabs are made lies in a file then (sample_memory), also where there is no shell in the end,
+// or only after several attempts.
+TEST(Certified, WhereTheSourceLiesMeanwhileChangesNothing) {
+  TriangleMesh crossing = testing::ball(12), specks = testing::ball(16, 0.1), parts = testing::ball(12);
+  append(crossing, testing::ball(12), {1.2, 0, 0});
+  append(specks, testing::ball(16), {0, 3, 0}, 1e-6);
+  append(parts, testing::torus(40, 20), {5, 0, 0});
+  struct Case {
+    const char* name;
+    const TriangleMesh& source;
+    std::optional<Mode> mode;
+    Mode reached;
+  };
+  for (const auto& [name, source, mode, reached] :
+       {Case{"closed", testing::torus(40, 20), {}, Mode::Certified},
+        Case{"open", testing::sheet(30, 0.08), {}, Mode::Certified}, Case{"specks", specks, {}, Mode::Certified},
+        Case{"crossing", crossing, {}, Mode::Preview}, Case{"solids", parts, Mode::Tolerant, Mode::Tolerant}}) {
+    SCOPED_TRACE(name);
+    ConvertSettings settings = certified(40, 8);
+    settings.mode = mode;
+    const auto in_memory = convert(source, settings);
+    settings.sample_memory = 0;
+    const auto in_file = convert(source, settings);
+    ASSERT_TRUE(in_memory && in_file);
+    EXPECT_EQ(in_file->model.info.mode, reached);
+    EXPECT_EQ(in_file->model.head->content_hash(), in_memory->model.head->content_hash());
+    EXPECT_EQ(in_file->mended.positions, in_memory->mended.positions);
+    EXPECT_EQ(in_file->mended.triangles, in_memory->mended.triangles);
+    EXPECT_EQ(in_file->report.notes, in_memory->report.notes);
+    EXPECT_EQ(in_file->report.from_source.max, in_memory->report.from_source.max);
+    EXPECT_EQ(in_file->report.to_source.rms, in_memory->report.to_source.rms);
+  }
+}
+
 }  // namespace
 }  // namespace relief

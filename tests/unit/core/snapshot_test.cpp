@@ -1,5 +1,6 @@
 #include "support/shells.h"
 
+#include <relief/base/paged_memory.h>
 #include <relief/core/query.h>
 #include <relief/core/snapshot.h>
 #include <relief/core/snapshot_channel.h>
@@ -39,6 +40,31 @@ TEST(Snapshot, DraftCopiesOnlyWhatItWrites) {
   const SnapshotPtr third = draft.finish();
   EXPECT_EQ(second->displacement(100)[3], 0.25F);
   EXPECT_EQ(third->displacement(100)[3], 0.125F);
+}
+
+TEST(Snapshot, IsMadeOfTilesThatLieInAMemoryOfTheirOwn) {
+  const auto mesh = sphere_shell(2, 5);
+  SnapshotPtr model;
+  {
+    const auto memory = std::make_shared<PagedMemory>(0);
+    model = Snapshot::make(mesh, [&](SlabId s) {
+      const auto tile = Tile::make(mesh->intervals(s), 1, 0.25F, memory);
+      tile->plane()[1] = 0.75F;
+      return tile;
+    });
+    EXPECT_GT(memory->file_bytes(), 0U);
+  }
+  for (SlabId s = 0; s < mesh->slab_count(); ++s) {
+    const Tile& tile = model->tile(Layer::Displacement, s);
+    EXPECT_EQ(tile.plane()[0], 0.25F);
+    EXPECT_EQ(tile.plane()[1], 0.75F);
+    ASSERT_TRUE(tile.bounds_known());
+    EXPECT_NEAR(tile.bounds().range()[1], 0.75, 1e-4);
+  }
+  // The last tile takes its memory with it.
+  const TilePtr last = model->pages(Layer::Displacement).front()->tiles.front();
+  model.reset();
+  EXPECT_EQ(last->plane()[1], 0.75F);
 }
 
 TEST(Snapshot, LayersComeAndAreFound) {
