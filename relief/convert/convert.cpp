@@ -869,11 +869,12 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   const SampleNumbers numbers(mesh, m);
   SnapshotDraft draft(model);
   draft.add_layer(Layer::Colour, m, 1.0F);
-  std::vector<Tile*> tiles;
+  const std::shared_ptr<PagedMemory> memory = model->tile(Layer::Displacement, 0).memory();
+  std::vector<ColourTile> tiles;
   tiles.reserve(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    const auto tile = Tile::make(m, 3, 1.0F, model->tile(Layer::Displacement, s).memory());
-    tiles.push_back(tile.get());
+    const auto tile = Tile::make(m, 3, 1.0F, memory);
+    tiles.push_back({tile.get(), tile->plane()});
     draft.put(Layer::Colour, s, tile);
     tile->rest();
   }

@@ -505,13 +505,9 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
 }
 
 bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
-                   const Lattice& lattice, const TriangleMesh& coloured, std::span<Tile* const> tiles,
+                   const Lattice& lattice, const TriangleMesh& coloured, std::span<const ColourTile> tiles,
                    const Progress& progress) {
   const SlabMesh& mesh = model.slab_mesh();
-  // To ask a tile for a plane writes to it, which is not for several threads.
-  std::vector<std::array<float*, 3>> planes(tiles.size());
-  std::ranges::transform(tiles, planes.begin(),
-                         [](Tile* t) { return std::array{t->plane(0), t->plane(1), t->plane(2)}; });
   return for_all(mesh.slab_count(), 1, progress, [&](std::size_t slab) {
     const auto s = static_cast<SlabId>(slab);
     const SlabCorners corners = mesh.corners(s);
@@ -533,12 +529,12 @@ bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const So
       }
       // Each sample has one thread that writes it, in all of its slabs.
       numbers.for_each_copy(s, p, [&](const SampleCopy& copy) {
-        const std::size_t index = sample_index(n, copy.at);
-        for (std::size_t channel = 0; channel < 3; ++channel) planes[copy.slab][channel][index] = colour[channel];
+        float* const red = tiles[copy.slab].planes + sample_index(n, copy.at);
+        for (std::size_t channel = 0; channel < 3; ++channel) red[channel * Tile::padded(n)] = colour[channel];
       });
     });
     model.tile(Layer::Displacement, s).rest();
-    std::as_const(*tiles[s]).rest(2);  // with those of its neighbours
+    tiles[s].tile->rest(2);  // with those of its neighbours
   });
 }
 

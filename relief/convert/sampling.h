@@ -148,11 +148,16 @@ struct SampledAlpha {
 [[nodiscard]] HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_t already,
                                   const Progress& progress);
 
+/// A tile of colour, and its planes to write to: to ask a tile for them is not for several threads.
+struct ColourTile {
+  const Tile* tile;
+  float* planes;
+};
 /// Writes into the tiles of colour, by slab and with the intervals of `numbers`, the colour of `coloured`, whose
 /// surface `source` is, where the fibre crosses it nearest to the displaced surface, or at the point nearest to that
 /// where it does not cross it there. Which way the source's triangles look is no matter. False when cancelled.
 [[nodiscard]] bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const SourceSurface& source,
-                                 const Lattice& lattice, const TriangleMesh& coloured, std::span<Tile* const> tiles,
-                                 const Progress& progress);
+                                 const Lattice& lattice, const TriangleMesh& coloured,
+                                 std::span<const ColourTile> tiles, const Progress& progress);
 
 }  // namespace relief::detail
