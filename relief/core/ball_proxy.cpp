@@ -37,6 +37,7 @@ constexpr double kUnseen = 3;         // lengths of the hand's way past it that 
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 480;
+constexpr int kLeapWork = 430;     // that of a leap, which takes longer: nothing of it is in the processor's cache
 constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kMostAlong = 240;    // of that, left at most to go along with the hand where that is not to be seen
 constexpr int kListWork = 140;     // what the first list is taken to cost
@@ -581,7 +582,8 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
   MicroTriangles surface(model);
   if (other_model) memory_->forget();
   const bool free = !held_ || under_way_;
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
+  const int work = (length(move) > kLeap * radius ? kLeapWork : kWork) << doubled;
   // Where the surface has risen, all of it must be known.
   Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0,
              free && !other_model ? work : detail::kAnyWork);

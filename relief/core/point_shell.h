@@ -27,12 +27,12 @@ struct ToolPose {
 /// it, a third of a microsecond in contact and five where it begins, until kWork is done; what is left is dealt with
 /// first in the next tick, and until then pushed along the way that it last was. Points that hardly push come last, but
 /// every fourth tick like any other, so that none waits for longer than all of them take: of 1,000 points in rough
-/// ground, 25 ticks where a hand shakes the tool at a quarter of a metre per second, 100 at one.
+/// ground, 30 ticks where a hand shakes the tool at a quarter of a metre per second, 100 at one.
 class PointShell {
  public:
   using Ease = Proxy::Ease;
   static constexpr std::size_t kMostPoints = 1000;
-  static constexpr int kWork = 7400;  ///< in the time of a sample that is placed, some 25 ns
+  static constexpr int kWork = 6400;  ///< in the time of a sample that is placed, some 25 ns
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
   explicit PointShell(std::span<const Vec3d> points);

@@ -156,7 +156,7 @@ TEST(PointShell, NoPointWaitsLong) {
   const SnapshotPtr model = rough_torus();
   // A hand that shakes the tool through the rough, as deep as it is long: at up to 0.25 m/s, and at more than 1 m/s, if
   // the torus is as large as the device's workspace of 0.15 m.
-  for (const auto& [speed, longest] : {std::pair{0.3, 25}, std::pair{1.0, 100}}) {
+  for (const auto& [speed, longest] : {std::pair{0.3, 30}, std::pair{1.0, 100}}) {
     PointShell shell(sphere_points(1000, 0.3));
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
