@@ -201,12 +201,6 @@ Attempt attempt_at(Decimation::Result decimated, const SourceSurface& source, do
 
 using CagePtr = std::shared_ptr<const SlabMesh>;
 
-/// With n intervals per slab, by slab.
-Result<CagePtr> with_intervals(const SlabMesh& cage, const std::vector<int>& n) {
-  RELIEF_TRY(auto mesh, cage.with_intervals(n));
-  return std::make_shared<const SlabMesh>(std::move(mesh));
-}
-
 /// One interval per edge: the cage alone.
 Result<CagePtr> slab_mesh_of(const Shell& shell, const Lattice& lattice) {
   std::vector<Fibre> fibres(shell.ends[kInner].size());
@@ -428,6 +422,12 @@ bool give_backs(const TriangleMesh& mesh, std::vector<std::vector<std::uint32_t>
   return false;
 }
 
+/// Whether the source as it was read and what was made of it are to lie in a file while they are not needed: small ones
+/// leave room for all that is made meanwhile.
+bool lays_aside(const ConvertSettings& settings, const TriangleMesh& as_read, const TriangleMesh& made) {
+  return settings.sample_memory && bytes_of(as_read) + bytes_of(made) > *settings.sample_memory / 2;
+}
+
 /// A shell that closes the openings of a source first, as suits them.
 struct ClosedShell {
   CertifiedShell made;
@@ -442,8 +442,7 @@ ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, Parts& 
   constexpr std::array<Tolerance, 10> kTolerances = {
       {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
   constexpr int kAttempts = 3;
-  // Small sources leave room for all that.
-  const bool lay_aside = settings.sample_memory && bytes_of(open) + bytes_of(as_read) > *settings.sample_memory / 2;
+  const bool lay_aside = lays_aside(settings, open, as_read);
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
   ClosedShell result;
@@ -755,13 +754,15 @@ SampleMemory memory_for(const std::vector<int>& intervals, bool kept, std::optio
 Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::vector<int> intervals,
                                  const std::function<int(const SlabSamples&)>& choose, bool marks_misses,
                                  std::optional<std::size_t> most, HitCount& hits, const Progress& progress) {
-  RELIEF_TRY(mesh, with_intervals(*mesh, intervals));
+  RELIEF_TRY(SlabMesh finest, mesh->with_intervals(intervals));
+  mesh.reset();
   const SampleMemory memory = memory_for(intervals, !choose, most);
-  SampledAlpha sampled = sample_alpha(*mesh, source, choose, memory, progress);
+  SampledAlpha sampled = sample_alpha(finest, source, choose, memory, progress);
   if (progress.cancelled()) return cancelled();
   hits = sampled.hits;
   intervals = std::move(sampled.intervals);
-  RELIEF_TRY(mesh, with_intervals(*mesh, intervals));
+  RELIEF_TRY(SlabMesh chosen, std::move(finest).with_intervals(intervals));
+  mesh = std::make_shared<const SlabMesh>(std::move(chosen));
   if (!settle_alpha(*mesh, source, sampled.slabs, memory, progress)) return cancelled();
 
   SnapshotDraft draft(Snapshot::make(mesh, [&](SlabId s) {
@@ -1004,6 +1005,9 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
                            std::to_string(report.slabs));
   report_thickness(*mesh, diagonal, report);
 
+  const bool lay_aside = lays_aside(settings, source, ground.mesh);
+  LaidAside as_read_aside, mended_aside;
+  if (lay_aside) as_read_aside.take(source.positions, source.triangles);
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
   RELIEF_TRY(result.model.head, sample_surface(std::move(mesh), sampled, ground, settings, diagonal, report, progress));
@@ -1026,20 +1030,26 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     report.from_mended = relative(back);
     if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
   }
+  as_read_aside.give_back();
+  if (lay_aside) mended_aside.take(ground.mesh.positions, ground.mesh.triangles);
   report.from_source = relative(made.from(source.positions, source.triangles, progress));
-  const SourceSurface as_read(source.positions, source.triangles, lattice);
-  report.to_source = relative(made.to(as_read, samples, progress));
-  stopwatch.phase_done("measure");
-  if (progress.cancelled()) return cancelled();
+  {
+    const SourceSurface as_read(source.positions, source.triangles, lattice);
+    report.to_source = relative(made.to(as_read, samples, progress));
+    stopwatch.phase_done("measure");
+    if (progress.cancelled()) return cancelled();
 
-  if (source.has_colour()) {
-    progress("colour", 0);
-    RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read, lattice, source, settings, progress));
-    stopwatch.phase_done("colour");
+    if (source.has_colour()) {
+      progress("colour", 0);
+      RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read, lattice, source, settings, progress));
+      stopwatch.phase_done("colour");
+    }
   }
+  source = {};
 
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = diagonal};
   progress("measure", 1);
+  mended_aside.give_back();
   result.mended = std::move(ground.mesh);
   result.mended.phantom_from = ground.phantom_from;
   return result;

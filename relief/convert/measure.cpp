@@ -136,21 +136,20 @@ void MeasuredSurface::find_bent(SlabId s, std::span<BentCell> bent) const {
 std::vector<MeasuredSurface::Place> MeasuredSurface::even_places() const {
   const SlabMesh& mesh = model_.slab_mesh();
   // As many points in a slab as its middle has of the area, each inside a micro-triangle.
-  std::vector<double> areas;
-  double all = 0;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+  const auto twice_area = [&](SlabId s) {
     const SlabCorners c = mesh.corners(s);
     const Vec3d a = c.point({1, 0, 0}, 0.5);
-    areas.push_back(length(cross(c.point({0, 1, 0}, 0.5) - a, c.point({0, 0, 1}, 0.5) - a)));
-    all += areas.back();
-  }
+    return length(cross(c.point({0, 1, 0}, 0.5) - a, c.point({0, 0, 1}, 0.5) - a));
+  };
+  double all = 0;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) all += twice_area(s);
   std::vector<Place> places;
   double sum = 0;
   std::size_t counter = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const int n = mesh.intervals(s);
     const double share = all / double(kPoints);
-    for (sum += areas[s]; sum >= share && share > 0; sum -= share) {
+    for (sum += twice_area(s); sum >= share && share > 0; sum -= share) {
       const auto [u, v] = spread(counter++);
       const GridCell cell = cell_at(n, u, v);
       if (model_.is_hole(s, cell.corners)) continue;

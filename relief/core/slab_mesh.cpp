@@ -122,18 +122,17 @@ Result<SlabMesh> SlabMesh::make(std::vector<Fibre> fibres, std::span<const Face>
   return mesh;
 }
 
-Result<SlabMesh> SlabMesh::with_intervals(std::span<const int> intervals) const {
+Result<SlabMesh> SlabMesh::with_intervals(std::span<const int> intervals) && {
   RELIEF_ASSERT(intervals.size() == slabs_.size());
-  SlabMesh mesh = *this;
-  mesh.number_ = next_number();
+  number_ = next_number();
   for (SlabId s = 0; s < slab_count(); ++s) {
     RELIEF_CHECK(check_count(s, intervals[s]));
-    mesh.slabs_[s].intervals = intervals[s];
+    slabs_[s].intervals = intervals[s];
   }
   for (SlabId s = 0; s < slab_count(); ++s)
     for (const SlabId other : slabs_[s].neighbours)
-      if (other != kNoSlab && s < other) RELIEF_CHECK(mesh.check_intervals(s, other));
-  return mesh;
+      if (other != kNoSlab && s < other) RELIEF_CHECK(check_intervals(s, other));
+  return std::move(*this);
 }
 
 Status SlabMesh::check_intervals(SlabId a, SlabId b) const {

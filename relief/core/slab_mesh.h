@@ -82,7 +82,10 @@ class SlabMesh {
   /// fibre.
   [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
   /// The same cage with other intervals, by slab; it shares all but these. Error: Corrupt, as from make().
-  [[nodiscard]] Result<SlabMesh> with_intervals(std::span<const int> intervals) const;
+  [[nodiscard]] Result<SlabMesh> with_intervals(std::span<const int> intervals) const& {
+    return SlabMesh(*this).with_intervals(intervals);
+  }
+  [[nodiscard]] Result<SlabMesh> with_intervals(std::span<const int> intervals) &&;
 
   [[nodiscard]] std::span<const Fibre> fibres() const noexcept { return fibres_; }
   [[nodiscard]] std::span<const Slab> slabs() const noexcept { return slabs_; }
