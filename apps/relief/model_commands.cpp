@@ -67,9 +67,11 @@ struct PlainSource {
     for (Corners& t : triangles)
       for (std::uint32_t& v : t)
         if (v < number.size()) v = number[v];
+    mesh = {};
   }
   [[nodiscard]] verify::Source view() const {
-    return {{&positions.data()->x, positions.size(), sizeof(Vec3d)}, triangles, phantom_from};
+    return {
+        {positions.empty() ? nullptr : &positions.front().x, positions.size(), sizeof(Vec3d)}, triangles, phantom_from};
   }
 };
 

@@ -75,6 +75,10 @@ void PagedMemory::rest_at(const void* piece, std::size_t bytes) noexcept {
 void PagedMemory::touched(std::size_t bytes) noexcept {
   if (file_bytes() == 0) return;
   if (touched_.fetch_add(bytes, std::memory_order_relaxed) + bytes < kResident) return;
+  rest_all();
+}
+
+void PagedMemory::rest_all() noexcept {
   touched_.store(0, std::memory_order_relaxed);
   const std::scoped_lock lock(mutex_);
   for (const Chunk& chunk : chunks_)

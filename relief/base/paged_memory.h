@@ -39,6 +39,8 @@ class PagedMemory final : public std::pmr::memory_resource {
   void rest(std::size_t bytes, std::size_t pieces = 1) noexcept;
   /// The same for the piece that begins here. What goes from one piece to the next asks for less of the file.
   void rest_at(const void* piece, std::size_t bytes) noexcept;
+  /// All pieces are done with, for now.
+  void rest_all() noexcept;
   /// What it has taken of the file.
   [[nodiscard]] std::size_t file_bytes() const noexcept { return file_bytes_.load(std::memory_order_relaxed); }
 

@@ -103,9 +103,13 @@ double diagonal_of(const Box3d& box) noexcept {
   return std::hypot(e.x, e.y, e.z);
 }
 
-/// Of its vertices and triangles.
+/// Of its arrays.
 std::size_t bytes_of(const TriangleMesh& mesh) noexcept {
-  return mesh.positions.size() * sizeof(Vec3d) + mesh.triangles.size() * sizeof(Face);
+  const auto bytes = [](const auto&... arrays) { return (std::span(arrays).size_bytes() + ...); };
+  return bytes(mesh.positions, mesh.triangles, mesh.colours, mesh.material_of, mesh.uvs);
+}
+void lay_aside(TriangleMesh& mesh, LaidAside& aside) {
+  aside.take(mesh.positions, mesh.triangles, mesh.colours, mesh.material_of, mesh.uvs);
 }
 
 double area_of(const TriangleMesh& mesh) noexcept {
@@ -424,7 +428,7 @@ bool give_backs(const TriangleMesh& mesh, std::vector<std::vector<std::uint32_t>
 
 /// Whether the source as it was read and what was made of it are to lie in a file while they are not needed: small ones
 /// leave room for all that is made meanwhile.
-bool lays_aside(const ConvertSettings& settings, const TriangleMesh& as_read, const TriangleMesh& made) {
+bool is_short_of_memory(const ConvertSettings& settings, const TriangleMesh& as_read, const TriangleMesh& made) {
   return settings.sample_memory && bytes_of(as_read) + bytes_of(made) > *settings.sample_memory / 2;
 }
 
@@ -442,7 +446,7 @@ ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, Parts& 
   constexpr std::array<Tolerance, 10> kTolerances = {
       {{}, {0.05}, {0.2}, {0.5}, {1}, {1, 0.01}, {1, 0.03}, {1, 0.1}, {1, 0.3}, {1, 1}}};
   constexpr int kAttempts = 3;
-  const bool lay_aside = lays_aside(settings, open, as_read);
+  const bool short_of_memory = is_short_of_memory(settings, open, as_read);
   auto rims = find_rims(open.positions.size(), open.triangles);
   std::vector<Closing> closings = choose_closings(open, parts, rims);
   ClosedShell result;
@@ -453,7 +457,11 @@ ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, Parts& 
     const double share = diagonal / closed.lattice.step;
     result.lattice = closed.lattice;
     LaidAside aside;
-    if (lay_aside) aside.take(open.positions, open.triangles, as_read.positions, as_read.triangles, parts.of_face);
+    if (short_of_memory) {
+      lay_aside(open, aside);
+      lay_aside(as_read, aside);
+      aside.take(parts.of_face);
+    }
     result.made = build_certified(
         std::move(closed.source),
         {.target = static_cast<std::size_t>(settings.slabs),
@@ -462,7 +470,7 @@ ClosedShell close_and_certify(TriangleMesh& open, TriangleMesh& as_read, Parts& 
          .speck = kUsualError * share,
          .tolerances = std::span(kTolerances).first(settings.mode == Mode::Tolerant ? kTolerances.size() : 1),
          .most_lost = most_lost,
-         .lay_aside = lay_aside},
+         .lay_aside = short_of_memory},
         progress);
     aside.give_back();
     const CertifiedShell& made = result.made;
@@ -1005,9 +1013,9 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
                            std::to_string(report.slabs));
   report_thickness(*mesh, diagonal, report);
 
-  const bool lay_aside = lays_aside(settings, source, ground.mesh);
+  const bool short_of_memory = is_short_of_memory(settings, source, ground.mesh);
   LaidAside as_read_aside, mended_aside;
-  if (lay_aside) as_read_aside.take(source.positions, source.triangles);
+  if (short_of_memory) lay_aside(source, as_read_aside);
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
   RELIEF_TRY(result.model.head, sample_surface(std::move(mesh), sampled, ground, settings, diagonal, report, progress));
@@ -1031,7 +1039,7 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
   }
   as_read_aside.give_back();
-  if (lay_aside) mended_aside.take(ground.mesh.positions, ground.mesh.triangles);
+  if (short_of_memory) lay_aside(ground.mesh, mended_aside);
   report.from_source = relative(made.from(source.positions, source.triangles, progress));
   {
     const SourceSurface as_read(source.positions, source.triangles, lattice);

@@ -125,7 +125,8 @@ struct Conversion {
 /// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a
 /// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
 /// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
-/// to 16 times the target), InvalidArgument, Cancelled.
+/// to 16 times the target), InvalidArgument, Cancelled. A source that is moved here is given back when it is not
+/// needed.
 [[nodiscard]] Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -20,18 +21,21 @@ class LaidAside {
   template <typename... T>
     requires(std::is_trivially_copyable_v<T> && ...)
   void take(std::vector<T>&... arrays) {
+    if (!memory_) memory_.emplace(0);
     (take_one(arrays), ...);
+    memory_->rest_all();
   }
   void give_back() {
     for (const auto& restore : restores_) restore();
     restores_.clear();
+    memory_.reset();
   }
 
  private:
   template <typename T>
   void take_one(std::vector<T>& array) {
     const std::size_t count = array.size();
-    auto* const kept = static_cast<T*>(memory_.allocate(std::max<std::size_t>(count, 1) * sizeof(T), alignof(T)));
+    auto* const kept = static_cast<T*>(memory_->allocate(std::max<std::size_t>(count, 1) * sizeof(T), alignof(T)));
     copy(array.data(), kept, count, kept);
     free_memory(array);
     restores_.push_back([this, &array, kept, count] {
@@ -46,11 +50,11 @@ class LaidAside {
     for (std::size_t k = 0; k < count; k += kPiece) {
       const std::size_t size = std::min(kPiece, count - k);
       std::copy_n(from + k, size, to + k);
-      memory_.rest_at(in_file + k, size * sizeof(T));
+      memory_->rest_at(in_file + k, size * sizeof(T));
     }
   }
 
-  PagedMemory memory_{0};
+  std::optional<PagedMemory> memory_;
   std::vector<std::function<void()>> restores_;
 };
 

@@ -17,7 +17,7 @@ namespace relief::detail {
 /// Where a slab is farthest off.
 struct Farthest {
   double distance = 0;  ///< lattice steps
-  float u = 0, v = 0;
+  float u = 0, v = 0;   ///< to one part in 10^7; places on a grid whose n is a power of two exactly
 
   Farthest() = default;
   Farthest(double how_far, double at_u, double at_v) noexcept

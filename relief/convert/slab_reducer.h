@@ -38,7 +38,8 @@ class SlabReducer {
   /// Collapses edges in the order in which they lie in memory until `stop` slabs are left or little goes any more. The
   /// edges of low cost go first, in some sweeps. False when cancelled.
   bool sweep(std::size_t stop, const Progress& progress);
-  /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled.
+  /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled. This, and what
+  /// follows, after sweep(), which makes the grid that they look into.
   bool reduce(std::size_t target_count, const Progress& progress);
   /// From now on that much may be given up, and more is tried to make slabs fewer.
   void tolerate(Tolerance tolerance);

@@ -12,6 +12,8 @@ struct PlainCage {
   Triples<double> inner, outer;
   Triples<FibreId> triangles;
 
+  static_assert(sizeof(Vec3d) == 3 * sizeof(double), "its components are taken for rows of an array");
+  explicit PlainCage(const SlabMesh&&) = delete;
   explicit PlainCage(const SlabMesh& mesh) noexcept
       : inner(&mesh.fibres().data()->inner.x, mesh.fibres().size(), sizeof(Fibre)),
         outer(&mesh.fibres().data()->outer.x, mesh.fibres().size(), sizeof(Fibre)),

@@ -184,6 +184,8 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
   made->tables_[static_cast<std::size_t>(Layer::Displacement)] =
       std::make_shared<const PageTable>(pages_of(*slab_mesh, [&](SlabId s) {
         TilePtr tile = displacement(s);
+        RELIEF_ASSERT(tile && tile->intervals() == slab_mesh->intervals(s));
+        RELIEF_ASSERT(tile->channel_count() == channels(Layer::Displacement));
         know_bounds(*tile);
         return tile;
       }));

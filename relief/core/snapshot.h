@@ -87,11 +87,12 @@ class Tile {
 
   /// Between which values the samples of the first plane lie; of Displacement and Void tiles in a snapshot.
   [[nodiscard]] const SampleBounds& bounds() const noexcept { return *bounds_; }
-  /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() mends it.
+  /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() and
+  /// Snapshot::make() mend it.
   void find_bounds();
   [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
-  /// Where its values and bounds lie; null: in ordinary memory.
+  /// Where its values and bounds lie, and it too if make() made it; null: in ordinary memory.
   [[nodiscard]] const std::shared_ptr<PagedMemory>& memory() const noexcept { return memory_; }
   /// What goes through many tiles says that it is done with this one, or with that many like it: they need not stay
   /// resident.
@@ -134,8 +135,8 @@ class Snapshot {
  public:
   /// A model with a displacement of `alpha` everywhere, each tile with its slab's n, and no other layer.
   [[nodiscard]] static SnapshotPtr make(std::shared_ptr<const SlabMesh> slab_mesh, float alpha = 0.5F);
-  /// The same with the displacement that each slab in turn is given: nobody has seen these tiles yet, or they know
-  /// their bounds.
+  /// The same with the displacement that each slab in turn is given, with its n: nobody has seen these tiles yet, or
+  /// they know their bounds.
   [[nodiscard]] static SnapshotPtr make(std::shared_ptr<const SlabMesh> slab_mesh,
                                         const std::function<TilePtr(SlabId)>& displacement);
 

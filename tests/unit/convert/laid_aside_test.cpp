@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <numeric>
+#include <string>
 #include <vector>
 
 namespace relief::detail {
@@ -28,6 +31,24 @@ TEST(LaidAside, GivesBackWhatItTook) {
   numbers.clear();
   aside.give_back();
   EXPECT_TRUE(numbers.empty()) << "it gives back once";
+}
+
+TEST(LaidAside, TakesNoMemoryMeanwhile) {
+  constexpr std::size_t kBytes = std::size_t{6} << 20;  // less than pages wait for in turn
+  const auto resident_of_files = [] {
+    std::ifstream status("/proc/self/status");
+    std::size_t kib = 0;
+    for (std::string word; status >> word;)
+      if (word == "RssFile:") status >> kib;
+    return kib * 1024;
+  };
+  std::vector<std::byte> bytes(kBytes, std::byte{1});
+  const std::size_t before = resident_of_files();
+  LaidAside aside;
+  aside.take(bytes);
+  EXPECT_LT(resident_of_files(), before + kBytes / 2);
+  aside.give_back();
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), std::byte{1}), kBytes);
 }
 
 TEST(LaidAside, ForgetsWhatItDoesNotGiveBack) {
