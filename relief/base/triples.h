@@ -21,9 +21,11 @@ class Triples {
   /// Three numbers at `first`, and each so many bytes after the last.
   Triples(const T* first, std::size_t count, std::size_t stride) noexcept
       : first_(reinterpret_cast<const std::byte*>(first)), count_(count), stride_(stride) {}
+  /// Not of a temporary, whose rows would be gone.
   template <std::ranges::contiguous_range Rows>
-    requires std::ranges::sized_range<Rows> && std::is_same_v<std::ranges::range_value_t<Rows>, value_type>
-  Triples(const Rows& rows) noexcept
+    requires std::ranges::sized_range<Rows> && std::ranges::borrowed_range<Rows> &&
+                 std::is_same_v<std::ranges::range_value_t<Rows>, value_type>
+  Triples(Rows&& rows) noexcept
       : first_(reinterpret_cast<const std::byte*>(std::ranges::data(rows))), count_(std::ranges::size(rows)) {}
 
   [[nodiscard]] std::size_t size() const noexcept { return count_; }

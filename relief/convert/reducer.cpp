@@ -142,6 +142,10 @@ void compact(const OrderedSource& source, Whole& whole, const std::vector<Change
   std::vector<std::uint32_t> number(whole.ends.size(), kNone), from;
   std::vector<CageDraft::List> lists;
   std::vector<Entry> pool;
+  const auto left = static_cast<std::size_t>(
+      std::count_if(whole.faces.begin(), whole.faces.end(), [](const Face& face) { return face[0] != kNone; }));
+  from.reserve(left);
+  lists.reserve(left);
   std::uint32_t fibres = 0;
   std::size_t faces = 0;
   for (std::uint32_t f = 0; f < whole.faces.size(); ++f) {
@@ -169,6 +173,7 @@ void compact(const OrderedSource& source, Whole& whole, const std::vector<Change
   if (!whole.part.empty()) whole.part.resize(faces);
   whole.part.shrink_to_fit();
   free_memory(face_places);
+  pool.shrink_to_fit();
   whole.rest.from = std::move(from);
   whole.rest.lists = std::move(lists);
   whole.rest.pool = std::move(pool);

@@ -81,7 +81,8 @@ class SlabMesh {
   /// Whether slabs overlap is the verifier's matter. Unused fibres are refused. Error: Corrupt, naming the slab or
   /// fibre.
   [[nodiscard]] static Result<SlabMesh> make(std::vector<Fibre> fibres, std::span<const Face> faces);
-  /// The same cage with other intervals, by slab; it shares all but these. Error: Corrupt, as from make().
+  /// The same cage with other intervals, by slab; it shares all but these. Of one that is given away, nothing may be
+  /// used afterwards, also where this fails. Error: Corrupt, as from make().
   [[nodiscard]] Result<SlabMesh> with_intervals(std::span<const int> intervals) const& {
     return SlabMesh(*this).with_intervals(intervals);
   }

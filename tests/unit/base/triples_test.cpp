@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <type_traits>
 #include <vector>
 
 namespace relief {
@@ -37,7 +39,14 @@ TEST(Triples, MayBeNone) {
   const Triples<double> none;
   EXPECT_TRUE(none.empty());
   EXPECT_EQ(none.begin(), none.end());
-  EXPECT_TRUE(Triples<double>(std::vector<std::array<double, 3>>()).empty());
+  const std::vector<std::array<double, 3>> no_rows;
+  EXPECT_TRUE(Triples<double>(no_rows).empty());
+}
+
+TEST(Triples, AreNotOfRowsThatAreGone) {
+  using Rows = std::vector<std::array<double, 3>>;
+  static_assert(!std::is_constructible_v<Triples<double>, Rows> && std::is_constructible_v<Triples<double>, Rows&>);
+  static_assert(std::is_constructible_v<Triples<double>, std::span<const std::array<double, 3>>>);
 }
 
 }  // namespace

@@ -1400,24 +1400,37 @@ TEST(Certified, WhereTheSourceLiesMeanwhileChangesNothing) {
   append(crossing, testing::ball(12), {1.2, 0, 0});
   append(specks, testing::ball(16), {0, 3, 0}, 1e-6);
   append(parts, testing::torus(40, 20), {5, 0, 0});
+  TriangleMesh coloured = testing::torus(40, 20);
+  for (const Vec3d p : coloured.positions)
+    coloured.colours.push_back({static_cast<std::uint8_t>(100 + 40 * p.x), 7, static_cast<std::uint8_t>(9), 255});
+  ConvertSettings few = certified(40, 8);
+  few.mode = {};
+  ConvertSettings solids = few, to_an_error = few, anew = few;
+  solids.mode = Mode::Tolerant;
+  to_an_error.intervals = 0;
+  to_an_error.error = 5e-3;
+  anew.remesh = 0.05;
   struct Case {
     const char* name;
     const TriangleMesh& source;
-    std::optional<Mode> mode;
+    ConvertSettings settings;
     Mode reached;
   };
-  for (const auto& [name, source, mode, reached] :
-       {Case{"closed", testing::torus(40, 20), {}, Mode::Certified},
-        Case{"open", testing::sheet(30, 0.08), {}, Mode::Certified}, Case{"specks", specks, {}, Mode::Certified},
-        Case{"crossing", crossing, {}, Mode::Preview}, Case{"solids", parts, Mode::Tolerant, Mode::Tolerant}}) {
+  for (auto& [name, source, settings, reached] :
+       {Case{"closed", testing::torus(40, 20), few, Mode::Certified},
+        Case{"open", testing::sheet(30, 0.08), few, Mode::Certified}, Case{"specks", specks, few, Mode::Certified},
+        Case{"crossing", crossing, few, Mode::Preview}, Case{"solids", parts, solids, Mode::Tolerant},
+        Case{"coloured", coloured, few, Mode::Certified},
+        Case{"to an error", testing::torus(40, 20), to_an_error, Mode::Certified},
+        Case{"remeshed", parts, anew, Mode::Certified}}) {
     SCOPED_TRACE(name);
-    ConvertSettings settings = certified(40, 8);
-    settings.mode = mode;
     const auto in_memory = convert(source, settings);
-    settings.sample_memory = 0;
-    const auto in_file = convert(source, settings);
+    ConvertSettings aside = settings;
+    aside.sample_memory = 0;
+    const auto in_file = convert(source, aside);
     ASSERT_TRUE(in_memory && in_file);
     EXPECT_EQ(in_file->model.info.mode, reached);
+    EXPECT_EQ(in_file->model.head->has(Layer::Colour), !source.colours.empty());
     EXPECT_EQ(in_file->model.head->content_hash(), in_memory->model.head->content_hash());
     EXPECT_EQ(in_file->mended.positions, in_memory->mended.positions);
     EXPECT_EQ(in_file->mended.triangles, in_memory->mended.triangles);
@@ -1425,6 +1438,33 @@ TEST(Certified, WhereTheSourceLiesMeanwhileChangesNothing) {
     EXPECT_EQ(in_file->report.from_source.max, in_memory->report.from_source.max);
     EXPECT_EQ(in_file->report.to_source.rms, in_memory->report.to_source.rms);
   }
+}
+
+TEST(Certified, StopsWhenCancelledWhileTheSourceLiesElsewhere) {
+  ConvertSettings settings = certified(40, 8);
+  settings.sample_memory = 0;
+  for (const std::string_view phase : {"reduce", "sample", "measure"}) {
+    SCOPED_TRACE(phase);
+    std::atomic<bool> cancel = false;
+    const auto result = convert(
+        testing::torus(160, 80), settings,
+        {.report = [&](std::string_view name, double) { cancel = cancel || name == phase; }, .cancel = &cancel});
+    EXPECT_TRUE(cancel) << "there is no such phase";
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, Errc::Cancelled);
+  }
+}
+
+// Slabs of so many are first reduced in cells; what of each is gone and which part the others are of must go together.
+TEST(Certified, PartsOfManyTrianglesKeepToTheirOwn) {
+  TriangleMesh parts = testing::torus(120, 60);
+  append(parts, testing::ball(100, 0.05), {6, 0, 0});
+  append(parts, testing::torus(90, 60), {0, 0, 5});
+  ASSERT_GT(parts.triangles.size(), 60'000U);
+  const auto result = convert(parts, certified(200));
+  expect_certified(result, 200);
+  EXPECT_EQ(result->report.parts.count, 3U);
+  EXPECT_EQ(result->report.parts.certified, 3U);
 }
 
 }  // namespace

@@ -728,8 +728,8 @@ TEST_P(ConvertTable, SlabsCertificateSingleFibresAndDistance) {
   };
   const PlainCage cage(result->model.head->slab_mesh());
   const auto judge = [&](const TriangleMesh& source) {
-    const verify::Certificate c =
-        verify::check({cage.inner, cage.outer, cage.triangles}, {places(source), source.triangles});
+    const auto rows = places(source);
+    const verify::Certificate c = verify::check({cage.inner, cage.outer, cage.triangles}, {rows, source.triangles});
     EXPECT_TRUE(c.all()) << (c.failures.empty() ? "" : c.failures.front().what);
   };
   judge(result->mended);

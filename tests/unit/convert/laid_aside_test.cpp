@@ -31,6 +31,11 @@ TEST(LaidAside, GivesBackWhatItTook) {
   numbers.clear();
   aside.give_back();
   EXPECT_TRUE(numbers.empty()) << "it gives back once";
+  numbers = {1, 2, 3};
+  aside.take(numbers);
+  EXPECT_TRUE(numbers.empty());
+  aside.give_back();
+  EXPECT_EQ(numbers, (std::vector<std::uint32_t>{1, 2, 3})) << "and takes again";
 }
 
 TEST(LaidAside, TakesNoMemoryMeanwhile) {

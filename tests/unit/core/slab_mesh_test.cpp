@@ -151,6 +151,16 @@ TEST(SlabMesh, WithOtherIntervalsItIsAsMadeWithThem) {
   EXPECT_EQ(message(4, 129), "slab 1 has 129 intervals, not 1 to 128");
   EXPECT_EQ(message(4, 12),
             "slab 0 and slab 1 share an edge with 4 and 12 intervals, which do not differ by a power of two");
+  EXPECT_EQ(mesh->intervals(1), 1) << "a failure leaves what is kept as it was";
+
+  SlabMesh given = *mesh;
+  const Fibre* const shared = given.fibres().data();
+  const auto taken = std::move(given).with_intervals(std::array{4, 8});
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->content_hash(), wanted->content_hash());
+  EXPECT_EQ(taken->fibres().data(), shared);
+  EXPECT_NE(taken->number(), mesh->number());
+  EXPECT_FALSE(SlabMesh(*mesh).with_intervals(std::array{4, 129}));
 }
 
 TEST(SlabMesh, RefusesWhatIsNoCage) {
