@@ -28,8 +28,8 @@ SCANS = {
     "bunny": 150, "igea": 200, "nefertiti": 400, "armadillo": 200, "horse": 200, "max_planck_20k": 200, "head_lps": 200,
     "skull": 200, "lion_statue": 200, "pumpkin": 200, "visible_human_skin": 200, "brain_cortex_mni": 200, "fertility": 200,
     "elephant_refined": 200, "dragon": 200, "ogre": 200, "beast": 200, "happy_buddha": 200, "tower_holes": 200,
-    "bone_nose_ct": 200, "igea_1m_noisy": 240, "bunny_1m_scan": 200, "ct_skull_2m": 2000, "mri_head_3m": 2000, "dragon_3m": 2000,
-    "mri_brain_6m": 2000, "pumpkin_8m": 400, "igea_17m": 400,
+    "bone_nose_ct": 200, "igea_1m_noisy": 240, "bunny_1m": 200, "bunny_1m_scan": 200, "head_1m": 200, "ct_skull_2m": 2000,
+    "mri_head_3m": 2000, "dragon_3m": 2000, "mri_brain_6m": 2000, "pumpkin_8m": 400, "igea_17m": 400,
 }
 OWN = {"pumpkin": 200, "head": 200, "torus": 200, "bowl": 200}
 # What must hold of a certified conversion: CPU seconds, and rms there and back at n = 63 (None: no bound).
