@@ -386,7 +386,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
 /// then four times as far as the settings say; then the least that is still bad is cut out. As smooth_and_cut() else.
 std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
                                   const CertifiedSettings& settings, bool needles, const Progress& progress) {
-  constexpr int kRounds = 60, kVain = 3;
+  constexpr int kRounds = 120, kVain = 3;
   constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
   constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
   constexpr double kFarther = 4;

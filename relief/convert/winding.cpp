@@ -18,53 +18,85 @@ double solid_angle(Vec3d a, Vec3d b, Vec3d c) noexcept {
   return 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
 }
 
+double farthest_of(const Box3d& box, Vec3d p) noexcept {
+  const Vec3d a = box.high - p, b = p - box.low;
+  return length(Vec3d{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)});
+}
+
 }  // namespace
 
 WindingNumber::WindingNumber(std::span<const Vec3d> points, std::vector<Triangle> triangles)
     : points_(points), triangles_(std::move(triangles)) {
-  nodes_.reserve(triangles_.size() / 2 + 1);
-  if (!triangles_.empty()) build(0, static_cast<std::uint32_t>(triangles_.size()));
+  if (triangles_.empty()) return;
+  std::vector<Place> places;
+  places.reserve(triangles_.size());
+  for (const Triangle& t : triangles_) {
+    const Vec3d at = points[t[0]] + points[t[1]] + points[t[2]];
+    places.push_back({{float(at.x), float(at.y), float(at.z)}, t});
+  }
+  triangles_.clear();
+  nodes_.reserve(places.size() / 2 + 1);
+  build(places);
 }
 
-std::uint32_t WindingNumber::build(std::uint32_t first, std::uint32_t last) {
-  const auto centre_of = [&](const Triangle& t) { return (points_[t[0]] + points_[t[1]] + points_[t[2]]) / 3.0; };
-  const auto id = static_cast<std::uint32_t>(nodes_.size());
+WindingNumber::Built WindingNumber::build(std::span<Place> places) {
+  constexpr std::size_t kExact = 256;  // triangles: of so many at most, the radius is the least one
+  Built built{.id = static_cast<std::uint32_t>(nodes_.size()), .area = 0, .box = {}};
   nodes_.emplace_back();
   Node node;
-  node.first = first;
-  node.last = last;
-  Vec3d sum, plain;
-  double area = 0;
-  Box3d box;
-  for (std::uint32_t k = first; k < last; ++k) {
-    const Triangle& t = triangles_[k];
-    const Vec3d a = points_[t[0]], twice = cross(points_[t[1]] - a, points_[t[2]] - a);
-    const double size = length(twice) / 2;
-    const Vec3d c = centre_of(t);
-    node.moment += twice * 0.5;
-    sum += c * size;
-    plain += c;
-    area += size;
-    box.add(c);
-  }
-  node.centre = area > 0 ? sum / area : plain / double(last - first);
-  for (std::uint32_t k = first; k < last; ++k)
-    for (const std::uint32_t corner : triangles_[k])
-      node.radius = std::max(node.radius, length(points_[corner] - node.centre));
-  if (last - first > kLeaf) {
-    const Vec3d e = box.extent();
-    const std::size_t axis = e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
-    const std::uint32_t middle = first + (last - first) / 2;
-    std::nth_element(triangles_.begin() + first, triangles_.begin() + middle, triangles_.begin() + last,
-                     [&](const Triangle& x, const Triangle& y) {
-                       const double cx = centre_of(x)[axis], cy = centre_of(y)[axis];
-                       return cx != cy ? cx < cy : x < y;
+  node.first = static_cast<std::uint32_t>(triangles_.size());
+  node.last = node.first + static_cast<std::uint32_t>(places.size());
+  if (places.size() > kLeaf) {
+    std::array<float, 3> low = places[0].at, high = low;
+    for (const Place& p : places)
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::min(low[k], p.at[k]);
+        high[k] = std::max(high[k], p.at[k]);
+      }
+    const std::array<float, 3> e = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+    const std::size_t axis = e[0] >= e[1] && e[0] >= e[2] ? 0 : e[1] >= e[2] ? 1 : 2;
+    const std::size_t half = places.size() / 2;
+    std::nth_element(places.begin(), places.begin() + std::ptrdiff_t(half), places.end(),
+                     [axis](const Place& x, const Place& y) {
+                       return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.triangle < y.triangle;
                      });
-    build(first, middle);
-    node.right = build(middle, last);
+    const Built left = build(places.first(half)), right = build(places.subspan(half));
+    node.right = right.id;
+    const Node &x = nodes_[left.id], &y = nodes_[right.id];
+    node.moment = x.moment + y.moment;
+    built.area = left.area + right.area;
+    node.centre =
+        built.area > 0 ? (x.centre * left.area + y.centre * right.area) / built.area : (x.centre + y.centre) / 2.0;
+    built.box = left.box;
+    built.box.add(right.box);
+    const auto reach = [&](const Node& child) { return length(child.centre - node.centre) + child.radius; };
+    node.radius = std::min(std::max(reach(x), reach(y)), farthest_of(built.box, node.centre));
+  } else {
+    Vec3d sum, plain;
+    for (const Place& place : places) {
+      const Triangle& t = triangles_.emplace_back(place.triangle);
+      const Vec3d a = points_[t[0]], b = points_[t[1]], c = points_[t[2]];
+      const Vec3d moment = cross(b - a, c - a) * 0.5, centre = (a + b + c) / 3.0;
+      const double area = length(moment);
+      node.moment += moment;
+      built.area += area;
+      sum += centre * area;
+      plain += centre;
+      for (const Vec3d p : {a, b, c}) built.box.add(p);
+    }
+    node.centre = built.area > 0 ? sum / built.area : plain / double(places.size());
   }
-  nodes_[id] = node;
-  return id;
+  if (places.size() <= kExact) {
+    double most2 = 0;
+    for (std::uint32_t k = node.first; k < node.last; ++k)
+      for (const std::uint32_t corner : triangles_[k]) {
+        const Vec3d d = points_[corner] - node.centre;
+        most2 = std::max(most2, dot(d, d));
+      }
+    node.radius = std::sqrt(most2);
+  }
+  nodes_[built.id] = node;
+  return built;
 }
 
 double WindingNumber::at(Vec3d p) const noexcept {

@@ -12,7 +12,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <numbers>
+#include <random>
 #include <set>
 
 namespace relief {
@@ -211,6 +213,29 @@ TEST(WindingNumber, CountsHowOftenAMeshGoesAround) {
   std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.positions[t[0]].z > 0; });
   const detail::WindingNumber open(mesh.positions, mesh.triangles);
   EXPECT_NEAR(open.at({0, 0, 0}), 1, 0.12) << "half of two";
+  EXPECT_EQ(detail::WindingNumber({}, {}).at({1, 2, 3}), 0);
+}
+
+TEST(WindingNumber, StaysNearTheSumOverAllTriangles) {
+  TriangleMesh mesh = ball(60);
+  std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.positions[t[0]].z > 0.8; });
+  append(mesh, ball(7), {0.9, 0.2, 0}, 0.3);
+  const std::size_t flat = mesh.triangles.size() / 3;
+  for (std::uint32_t k = 0; k < 40; ++k)
+    mesh.triangles.insert(mesh.triangles.begin() + std::ptrdiff_t(flat), {k, k, k});
+  const detail::WindingNumber winding(mesh.positions, mesh.triangles);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(-1.5, 1.5);
+  for (int k = 0; k < 2000; ++k) {
+    const Vec3d p = {share(random), share(random), share(random)};
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3d a = mesh.positions[t[0]] - p, b = mesh.positions[t[1]] - p, c = mesh.positions[t[2]] - p;
+      const double la = length(a), lb = length(b), lc = length(c);
+      sum += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    }
+    EXPECT_NEAR(winding.at(p), sum / (4 * std::numbers::pi), 0.05) << p.x << ' ' << p.y << ' ' << p.z;
+  }
 }
 
 }  // namespace
