@@ -53,6 +53,7 @@ struct PlainSource {
 
   explicit PlainSource(TriangleMesh&& mesh)
       : positions(std::move(mesh.positions)), triangles(std::move(mesh.triangles)), phantom_from(mesh.phantom_from) {
+    mesh = {};  // colours and images
     const auto place = [&](std::uint32_t v) { return std::tie(positions[v].x, positions[v].y, positions[v].z); };
     std::vector<std::uint32_t> order, number(positions.size());
     order.reserve(positions.size());
@@ -67,7 +68,6 @@ struct PlainSource {
     for (Corners& t : triangles)
       for (std::uint32_t& v : t)
         if (v < number.size()) v = number[v];
-    mesh = {};
   }
   [[nodiscard]] verify::Source view() const {
     return {

@@ -37,7 +37,7 @@ constexpr double kUnseen = 3;         // lengths of the hand's way past it that 
 constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 480;
-constexpr int kLeapWork = 430;     // that of a leap, which takes longer: nothing of it is in the processor's cache
+constexpr int kLeapWork = 430;     // that of the tick of a leap, which takes longer: nothing of it is in the cache
 constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kMostAlong = 240;    // of that, left at most to go along with the hand where that is not to be seen
 constexpr int kListWork = 140;     // what the first list is taken to cost

@@ -1,3 +1,5 @@
+#include "support/resident.h"
+
 #include <relief/base/paged_memory.h>
 
 #include <gtest/gtest.h>
@@ -6,7 +8,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <string>
 #include <thread>
@@ -15,18 +16,9 @@
 namespace relief {
 namespace {
 
-constexpr std::size_t kMiB = std::size_t{1} << 20;
+using testing::resident_of_files;
 
-/// Pages of files that this process has resident, bytes.
-std::size_t resident_of_files() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;)
-    if (std::size_t kib = 0; word == "RssFile:" || word == "RssShmem:") {
-      status >> kib;
-      if (word == "RssFile:") return kib * 1024;
-    }
-  return 0;
-}
+constexpr std::size_t kMiB = std::size_t{1} << 20;
 
 std::vector<std::span<std::uint32_t>> pieces(PagedMemory& memory, std::size_t count) {
   std::vector<std::span<std::uint32_t>> made;

@@ -1,18 +1,21 @@
+#include "support/resident.h"
+
 #include <relief/convert/laid_aside.h>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <fstream>
 #include <numeric>
-#include <string>
 #include <vector>
 
 namespace relief::detail {
 namespace {
+
+using testing::resident_of_files;
 
 TEST(LaidAside, GivesBackWhatItTook) {
   std::vector<std::uint32_t> numbers(5'000'000);  // many pieces, the last of them smaller
@@ -40,20 +43,30 @@ TEST(LaidAside, GivesBackWhatItTook) {
 
 TEST(LaidAside, TakesNoMemoryMeanwhile) {
   constexpr std::size_t kBytes = std::size_t{6} << 20;  // less than pages wait for in turn
-  const auto resident_of_files = [] {
-    std::ifstream status("/proc/self/status");
-    std::size_t kib = 0;
-    for (std::string word; status >> word;)
-      if (word == "RssFile:") status >> kib;
-    return kib * 1024;
-  };
   std::vector<std::byte> bytes(kBytes, std::byte{1});
   const std::size_t before = resident_of_files();
   LaidAside aside;
   aside.take(bytes);
+  ASSERT_TRUE(bytes.empty());
   EXPECT_LT(resident_of_files(), before + kBytes / 2);
   aside.give_back();
   EXPECT_EQ(std::count(bytes.begin(), bytes.end(), std::byte{1}), kBytes);
+}
+
+TEST(LaidAside, LeavesArraysAloneWhereNoFileMayBeWritten) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small = {1024, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::vector<int> numbers(100'000, 7);
+  const int* const place = numbers.data();
+  LaidAside aside;
+  aside.take(numbers);
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(numbers.size(), 100'000U);
+  aside.give_back();
+  EXPECT_EQ(numbers, std::vector<int>(100'000, 7));
+  EXPECT_EQ(numbers.data(), place);
 }
 
 TEST(LaidAside, ForgetsWhatItDoesNotGiveBack) {

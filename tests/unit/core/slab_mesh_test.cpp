@@ -154,11 +154,11 @@ TEST(SlabMesh, WithOtherIntervalsItIsAsMadeWithThem) {
   EXPECT_EQ(mesh->intervals(1), 1) << "a failure leaves what is kept as it was";
 
   SlabMesh given = *mesh;
-  const Fibre* const shared = given.fibres().data();
+  const Slab* const moved = given.slabs().data();
   const auto taken = std::move(given).with_intervals(std::array{4, 8});
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->content_hash(), wanted->content_hash());
-  EXPECT_EQ(taken->fibres().data(), shared);
+  EXPECT_EQ(taken->slabs().data(), moved) << "nothing of it is copied";
   EXPECT_NE(taken->number(), mesh->number());
   EXPECT_FALSE(SlabMesh(*mesh).with_intervals(std::array{4, 129}));
 }
