@@ -311,8 +311,10 @@ Servo::Touch Servo::shell_touch(const Snapshot& model, const ToolPose& tool, Pro
   const bool held = shell_.step(model, tool, ease);
   now.jumped = shell_.lost() || risen(shell_.rise());
   now.push = length(shell_.push());
-  if (held && shell_.surface().slab >= model.slab_mesh().slab_count()) now.jumped = true;  // another cage
-  now.touching = held && !now.jumped && now.push > 0 && std::isfinite(now.push);
+  // A point that is held right on the surface does not push, and tells of no place.
+  now.touching = held && now.push > 0 && std::isfinite(now.push);
+  if (now.touching && shell_.surface().slab >= model.slab_mesh().slab_count()) now.jumped = true;  // another cage
+  now.touching = now.touching && !now.jumped;
   if (!now.touching) return now;
   now.surface = shell_.surface();
   now.depth = shell_.depth();

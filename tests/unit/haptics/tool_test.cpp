@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <vector>
 
 namespace relief {
@@ -124,6 +125,29 @@ struct Bar {
     settings.tool.points = points;
   }
 };
+
+/// Heights and steps that binary numbers hold: one tick has the points on the surface, not in it.
+TEST(Tool, PointsThatLandRightOnTheSurfaceAreNoFault) {
+  const SnapshotPtr model = flat_plane();
+  for (const std::size_t count : {1, 2}) {
+    const std::vector<Vec3d> points = {{0, 0, 0}, {0, 0, 0.125}};
+    ServoSettings settings = settings_with(500);
+    settings.tool.points = std::span(points).first(count);
+    Driver drive(settings, strong_device());
+    ServoSample s;
+    for (int k = 128; k >= -32; --k) {
+      s = drive.at(*model, {0.375, k / 1024.0, 0.375});
+      ASSERT_EQ(s.flags, 0U) << count << " points, height " << k << "/1024";
+      if (k >= 0) {
+        ASSERT_EQ(s.force, Vec3d{}) << k;
+      }
+      if (k == 0) {  // and stays there
+        for (int tick = 0; tick < 10; ++tick) ASSERT_EQ(drive.at(*model, {0.375, 0, 0.375}).flags, 0U);
+      }
+    }
+    EXPECT_GE(s.force.y, 0.99 * 500 * 0.1 * 32 / 1024.0) << count;
+  }
+}
 
 TEST(Tool, ATiltedBarIsTurnedBackByItsTorque) {
   const SnapshotPtr model = flat_plane();
