@@ -23,7 +23,8 @@ enum class ServoFault : std::uint32_t {
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
   SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
-  /// The model rose by over 3 mm (at the hand) under the tool, or another model took its place with the tool inside.
+  /// The model rose by over 3 mm (at the hand) under the tool, or one with another cage took its place while the tool
+  /// touched, or around it.
   SurfaceJumped = 1U << 11U,
   /// Damped by over 1 % of the greatest force, because the hand had got more energy out of this contact than it had put
   /// in.

@@ -430,15 +430,18 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     sample.contact_point = felt.contact_point;
   }
 
+  // Edits keep the cage. In another one nothing that is known of the contact holds, whatever its surface.
+  const bool other_cage = std::exchange(cage_, model.slab_mesh().number()) != model.slab_mesh().number();
+  const bool jumped = !held_back && (felt.jumped || (other_cage && (last_depth_ > 0 || inside(model, tool))));
   // Safe state: no force until a good reading outside the solid.
-  if (!held_back && felt.jumped) {
+  if (jumped) {
     sample.flags |= bit(ServoFault::SurfaceJumped);
     latched_ = true;
   }
   if (first_ || latched_ || start_inside_) {
     const bool in = inside(model, tool);
     if (first_) start_inside_ = in;
-    if (now.faults == 0 && !in) latched_ = start_inside_ = false;
+    if (now.faults == 0 && !jumped && !in) latched_ = start_inside_ = false;
     // From here on the way of the cursor is followed.
     start_contact_anew();
     static_cast<void>(touch(model, tool, now));

@@ -199,6 +199,7 @@ class Servo {
   double last_stored_ = 0;                ///< J in the springs of friction
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
+  std::uint64_t cage_ = 0;                ///< number of the last tick's
   Vec3d velocity_;                        ///< m/s
   ForceGuard guard_;
   double gift_ = 0;  ///< J, what new settings added to the spring since the last tick

@@ -23,6 +23,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <deque>
+#include <memory>
 #include <random>
 #include <string>
 #include <thread>
@@ -34,8 +35,13 @@ namespace {
 const Workspace kSpace = {.metres_per_unit = 0.1};
 constexpr double kToolRadius = 0.1;  // model units: 10 mm
 
+SnapshotPtr ball_in(const std::shared_ptr<const SlabMesh>& cage, double radius) {
+  return testing::displaced(cage, [=](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
+}
+/// All in one cage, as edits of each other.
 SnapshotPtr ball(double radius = 1) {
-  return testing::displaced(testing::sphere_shell(2, 16), [&](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
+  static const auto cage = testing::sphere_shell(2, 16);
+  return ball_in(cage, radius);
 }
 
 DeviceState reading(double t, Vec3d cursor) {
@@ -144,7 +150,21 @@ void safe_state(Report& report, const testing::HeldTool& held) {
     Pressed hand(held);
     hand.model = ball(1.06);
     hand.at(0.97);
-    judge(report, "another model under the tip, 6 mm higher" + held.name, answer_to(hand, ServoFault::SurfaceJumped));
+    judge(report, "the surface rises by 6 mm under the tip" + held.name, answer_to(hand, ServoFault::SurfaceJumped));
+  }
+  struct Other {
+    const char* what;
+    int n;
+    double radius;
+  };
+  for (const auto& [what, n, radius] :
+       {Other{"of the same shape", 16, 1}, Other{"of the same shape, other n", 32, 1}, Other{"2 mm lower", 16, 0.98},
+        Other{"2.9 mm higher", 16, 1.029}, Other{"6 mm higher", 16, 1.06}}) {
+    Pressed hand(held);
+    hand.model = ball_in(testing::sphere_shell(2, n), radius);
+    hand.at(0.97);
+    judge(report, std::string("another model under the tip, ") + what + held.name,
+          answer_to(hand, ServoFault::SurfaceJumped));
   }
   {
     Pressed hand(held);

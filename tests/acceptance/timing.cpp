@@ -304,8 +304,9 @@ void calls_of_thread(Report& report, const testing::HeldTool& held, const std::v
 
 void forbidden_calls(Report& report) {
   std::vector<SnapshotPtr> models;
+  const auto cage = testing::sphere_shell(2, 64);
   for (const double radius : {1.0, 0.995})
-    models.push_back(testing::shaped(testing::sphere_shell(2, 64), [=](Vec3d p) { return length(p) - radius; }));
+    models.push_back(testing::shaped(cage, [=](Vec3d p) { return length(p) - radius; }));
   for (const testing::HeldTool& held : testing::held_tools(0.05)) {
     calls_of_steps(report, held, models);
     calls_of_thread(report, held, models, true);

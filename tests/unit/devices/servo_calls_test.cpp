@@ -199,9 +199,9 @@ TEST(ServoTick, NeitherDoesItWithARigidTool) {
 
 testing::WatchedRun watch_thread(bool pull, const std::function<void()>& breach = {}) {
   std::vector<SnapshotPtr> models;
+  const auto cage = testing::sphere_shell(2, 16);
   for (const double radius : {1.0, 0.995})
-    models.push_back(
-        testing::displaced(testing::sphere_shell(2, 16), [=](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; }));
+    models.push_back(testing::displaced(cage, [=](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; }));
   SimulatedHand hand(plant_presets().front(), {.tremor = 1e-3},
                      [](double t) { return HandTarget{{0.05 * std::sin(3 * t), 0.02, 0.09 * std::cos(3 * t)}, 0}; });
   hand.set_state({0, 0.02, 0.1}, {});

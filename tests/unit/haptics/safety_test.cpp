@@ -1,6 +1,7 @@
 // The safe state: whatever a device says, the force is finite, within the limits, and zero after a fault until
 // lift-off.
 #include "support/bad_readings.h"
+#include "support/held_tools.h"
 #include "support/shells.h"
 
 #include <relief/haptics/servo.h>
@@ -196,6 +197,76 @@ TEST(Safety, AModelReplacedUnderTheToolLatches) {
   EXPECT_EQ(servo.step(*full, reading(t += 1e-3, {0, 0, 0.89})).force, Vec3d{});
 }
 
+/// Edits keep the cage, and a model with another one is none, also where nothing of it is seen to have risen.
+TEST(Safety, AnotherCageUnderAPressedToolLatchesWhateverItsShape) {
+  constexpr double kRadius = 0.1;
+  const auto ball = [](const std::shared_ptr<const SlabMesh>& mesh, double radius) {
+    return displaced(mesh, [=](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
+  };
+  const auto mesh = sphere_shell(2, 16);
+  struct Case {
+    std::string name;
+    SnapshotPtr next;
+    bool latches;
+  };
+  const Case cases[] = {{"the same", ball(mesh, 1), false},
+                        {"an edit, 1 mm higher", ball(mesh, 1.01), false},
+                        {"an edit, 2 mm lower", ball(mesh, 0.98), false},
+                        {"same shape, other cage", ball(sphere_shell(2, 16), 1), true},
+                        {"same shape, other n", ball(sphere_shell(2, 32), 1), true},
+                        {"same shape, other slabs", ball(sphere_shell(1, 16), 1), true},
+                        {"2.9 mm higher", ball(sphere_shell(2, 16), 1.029), true},
+                        {"2 mm lower", ball(sphere_shell(2, 16), 0.98), true},
+                        {"out of reach below", ball(sphere_shell(2, 16), 0.9), true}};
+  for (const testing::HeldTool& held : testing::held_tools(kRadius))
+    for (const Case& now : cases) {
+      SCOPED_TRACE(now.name + held.name);
+      const SnapshotPtr model = ball(mesh, 1);
+      Servo servo({.workspace = kSpace, .tool = held.tool()}, DeviceInfo{});
+      double t = 1;
+      ServoSample felt;
+      const auto to = [&](const SnapshotPtr& where, double z) {
+        felt = servo.step(*where, reading(t += 1e-3, {0, 0, z + held.radius}));
+      };
+      for (int k = 0; k <= 50; ++k) to(model, 1.02 - 1e-3 * k);
+      ASSERT_GT(felt.force.z, 0.5);
+      to(now.next, 0.97);
+      if (!now.latches) {
+        ASSERT_EQ(felt.flags & (bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)), 0U);
+        continue;
+      }
+      ASSERT_EQ(felt.force, Vec3d{});
+      ASSERT_EQ(felt.flags, bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched));
+      for (int k = 0; k < 50; ++k) {
+        to(now.next, 0.97);
+        ASSERT_EQ(felt.force, Vec3d{});
+      }
+      for (int k = 0; k <= 30; ++k) to(now.next, 0.97 + 5e-3 * k);
+      for (int k = 0; k <= 60; ++k) to(now.next, 1.12 - 5e-3 * k);
+      EXPECT_GT(felt.force.z, 0.3);
+      EXPECT_EQ(felt.flags & bit(ServoFault::Latched), 0U);
+    }
+}
+
+TEST(Safety, AnotherCageAroundAFreeToolLatches) {
+  // The tool is in the air of a smaller ball, and in the middle of the material of the next one.
+  const SnapshotPtr small = displaced(sphere_shell(2, 16, 0.3, 0.5), [](Vec3d) { return 0.5; });
+  for (const testing::HeldTool& held : testing::held_tools(0.05)) {
+    Servo servo({.workspace = kSpace, .tool = held.tool()}, DeviceInfo{});
+    ServoSample felt;
+    for (int k = 0; k < 20; ++k) felt = servo.step(*small, reading(1e-3 * k, {0, 0, 0.7}));
+    EXPECT_EQ(felt.flags, 0U) << held.name;
+    felt = servo.step(*unit_sphere(), reading(0.02, {0, 0, 0.7}));
+    EXPECT_EQ(felt.flags, bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)) << held.name;
+    for (int k = 1; k < 40; ++k) felt = servo.step(*unit_sphere(), reading(0.02 + 1e-3 * k, {0, 0, 0.7 + 5e-3 * k}));
+    EXPECT_EQ(felt.force, Vec3d{}) << held.name;
+  }
+  // One whose next model is elsewhere goes on.
+  Servo servo({.workspace = kSpace}, DeviceInfo{});
+  for (int k = 0; k < 20; ++k) static_cast<void>(servo.step(*unit_sphere(), reading(1e-3 * k, {0, 0, 1.5})));
+  EXPECT_EQ(servo.step(*small, reading(0.02, {0, 0, 1.5})).flags, 0U);
+}
+
 TEST(Safety, ACliffIsFelt) {
   // 8 mm at the hand from one sample to the next, crossed at 0.8 m/s: geometry, no fault.
   const SnapshotPtr model = displaced(plane_shell(4, 32), [](Vec3d p) { return p.x < 0.5 ? 0.1 : 0.9; });
@@ -211,11 +282,11 @@ TEST(Safety, ACliffIsFelt) {
 TEST(Safety, MaterialThatGrowsSlowlyIsFelt) {
   // A deposit raises the surface under a resting tool by 0.1 mm at a time: that is feeling, no fault.
   Servo servo(kSettings, DeviceInfo{});
+  const auto mesh = sphere_shell(1, 8, 0.6);
   double t = 0, last = 0;
   for (int k = 0; k < 20; ++k) {
     const double radius = 0.9 + 1e-3 * k;
-    const SnapshotPtr model =
-        displaced(sphere_shell(1, 8, 0.6), [&](Vec3d p) { return (radius / length(p) - 0.6 / 0.9) / (0.6 / 0.9); });
+    const SnapshotPtr model = displaced(mesh, [&](Vec3d p) { return (radius / length(p) - 0.6 / 0.9) / (0.6 / 0.9); });
     const ServoSample felt = servo.step(*model, reading(t += 1e-3, {0, 0, 0.9005}));
     EXPECT_EQ(felt.flags, 0U);
     EXPECT_GE(felt.force.z, last);
