@@ -4,11 +4,13 @@
 
 #include <relief/convert/convert.h>
 #include <relief/haptics/servo.h>
+#include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
@@ -18,8 +20,10 @@ namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int kPresses = 10;
+constexpr bool kShares = false;  // too few for a share of the ticks
 #else
 constexpr int kPresses = 60;
+constexpr bool kShares = true;
 #endif
 constexpr int kTicks = 2500;  // per press
 
@@ -30,6 +34,37 @@ SnapshotPtr converted(const std::string& name) {
   const auto made = convert(*mesh, {.slabs = 200, .intervals = 32});
   EXPECT_TRUE(made) << made.error().message;
   return made ? made->model.head : nullptr;
+}
+
+/// The diagonal is 0.15 m.
+Workspace space_of(const Snapshot& model) {
+  const Box3d& box = model.slab_mesh().bounds();
+  return {.metres_per_unit = 0.15 / diagonal(box), .device_origin = {}, .model_origin = box.centre()};
+}
+
+/// Of a press in its tick k, of the diagonal: in from 1 % above, and then to and fro between 0.2 and 4 %.
+double depth_at(int k) { return k < 100 ? -0.01 + 1.2e-4 * k : 0.021 - 0.019 * std::cos(4.1 * (k * 1e-3 - 0.1)); }
+
+/// A place of the surface, how thick the model is below it, and whether there is room above it to come from.
+struct Place {
+  SurfacePoint at;
+  double thickness = 0;
+  bool open = false;
+};
+Place any_place(const Snapshot& model, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double size = diagonal(model.slab_mesh().bounds());
+  const auto slab = static_cast<SlabId>(unit(random) * model.slab_mesh().slab_count());
+  double u = unit(random), v = unit(random);
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
+  const SurfacePoint p = surface_point(model, slab, u, v);
+  const auto above = raycast(model, {p.position + p.normal * (1e-4 * size), p.normal});
+  if (above && above->distance < 0.02 * size) return {.at = p};
+  const auto back = raycast(model, {p.position - p.normal * (1e-4 * size), -p.normal});
+  return {.at = p, .thickness = back ? back->distance : size, .open = true};
 }
 
 /// A sample, and whether with exact normals.
@@ -54,7 +89,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   ASSERT_TRUE(model);
   const SlabMesh& mesh = model->slab_mesh();
   const double size = diagonal(mesh.bounds());
-  const Workspace space = {.metres_per_unit = 0.15 / size, .device_origin = {}, .model_origin = mesh.bounds().centre()};
+  const Workspace space = space_of(*model);
   std::mt19937 random(8);
   std::uniform_real_distribution<double> unit(0, 1);
   long pressed = 0, lost = 0, wrong = 0, thin = 0, rim_pressed = 0, rim_bad = 0, flips = 0;
@@ -62,18 +97,10 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     SurfacePoint p;
     double thickness = 0;
     for (int attempt = 0; attempt < 30; ++attempt) {
-      const auto slab = static_cast<SlabId>(unit(random) * mesh.slab_count());
-      double u = unit(random), v = unit(random);
-      if (u + v > 1) {
-        u = 1 - u;
-        v = 1 - v;
-      }
-      p = surface_point(*model, slab, u, v);
-      // Room above to come from.
-      const auto above = raycast(*model, {p.position + p.normal * (1e-4 * size), p.normal});
-      if (above && above->distance < 0.02 * size) continue;
-      const auto back = raycast(*model, {p.position - p.normal * (1e-4 * size), -p.normal});
-      thickness = back ? back->distance : size;
+      const Place place = any_place(*model, random);
+      p = place.at;
+      if (!place.open) continue;
+      thickness = place.thickness;
       if (press % 2 == 1 || thickness < 0.03 * size) break;
     }
     const Vec3d side = normalized(cross(p.normal, std::abs(p.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
@@ -86,7 +113,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     Vec3d last;
     for (int k = 0; k < kTicks; ++k) {
       const double t = k * 1e-3;
-      const double depth = k < 100 ? -0.01 + 1.2e-4 * k : 0.021 - 0.019 * std::cos(4.1 * (t - 0.1));
+      const double depth = depth_at(k);
       const double fade = std::min(1.0, k / 300.0);
       const Vec3d cursor = p.position - p.normal * (depth * size) +
                            (side * std::sin(7 * t + phase) + other * std::cos(5 * t + 2 * phase)) * (wander * fade);
@@ -114,6 +141,11 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(flips, 0);
   // Near a rim the point may slip off it, with the hand; whether its way there is legal, legal_contact_test.cpp judges.
+  // It is to be as seldom as it is: 1.3 and 3 % of the ticks in bowl and head with exact normals, never in the default.
+  EXPECT_GT(rim_pressed, 0);
+  if (kShares) {
+    EXPECT_LE(double(rim_bad), (exact ? 0.04 : 0.001) * double(rim_pressed));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, Hold,
@@ -122,12 +154,75 @@ INSTANTIATE_TEST_SUITE_P(Samples, Hold,
                            return std::string(std::get<0>(test.param)) + (std::get<1>(test.param) ? "_exact" : "");
                          });
 
+/// Of the data set, and how many of the ticks may be without a force outwards. Measured here: 0.19 and 0.26 % (bunny),
+/// 0.43 and 0.72 % (visible_human_skin), 0 and 0.26 % (elephant_refined); at 1,200 other places up to 0.62 and
+/// 0.38, 2.15 and 1.37, 0.12 and 0.36 %, and a change of the conversion is one of places.
+struct Scan {
+  const char* name;
+  double most, most_exact;
+};
+
+/// Thinner than 3 % of the diagonal.
+std::optional<SurfacePoint> thin_place(const Snapshot& model, std::mt19937& random) {
+  for (int attempt = 0; attempt < 100'000; ++attempt) {
+    const Place place = any_place(model, random);
+    if (place.open && place.thickness < 0.03 * diagonal(model.slab_mesh().bounds())) return place.at;
+  }
+  return {};
+}
+
+class HoldOnScans : public ::testing::TestWithParam<Scan> {};
+
+/// Straight presses of up to 4 % of the diagonal where the scan is thinner than 3 %, nearly all of them beside a rim.
+TEST_P(HoldOnScans, IsSeldomWithoutAForceOutwards) {
+  const Scan scan = GetParam();
+  RELIEF_DATA_FILE(file, std::string("a_models/") + scan.name + ".ply");
+  const auto mesh = import_mesh(file);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  const auto made = convert(*mesh, {});
+  ASSERT_TRUE(made) << made.error().message;
+  const Snapshot& model = *made->model.head;
+  for (const bool exact : {false, true}) {
+    std::mt19937 random(8);
+    const double size = diagonal(model.slab_mesh().bounds());
+    const Workspace space = space_of(model);
+    long ticks = 0, bad = 0;
+    for (int press = 0; press < 5 * kPresses; ++press) {
+      const auto place = thin_place(model, random);
+      ASSERT_TRUE(place);
+      Servo servo(
+          {.workspace = space, .force = {.stiffness = 400, .damping = 0, .exact_normals = exact, .guard = false}},
+          DeviceInfo{});
+      for (int k = 0; k < kTicks; ++k) {
+        const double depth = depth_at(k);
+        const ServoSample felt =
+            servo.step(model, {.t = k * 1e-3,
+                               .position = space.to_device(place->position - place->normal * (depth * size)),
+                               .velocity = {}});
+        if (k < 150) continue;
+        ++ticks;
+        bad += !felt.contact || dot(felt.force, place->normal) <= 0 ? 1 : 0;
+      }
+    }
+    const double share = double(bad) / double(ticks);
+    std::printf("%s%s: without a force outwards in %.3f %% of %ld ticks\n", scan.name, exact ? ", exact normals" : "",
+                100 * share, ticks);
+    if (!kShares) continue;
+    EXPECT_LE(share, exact ? scan.most_exact : scan.most) << (exact ? "exact normals" : "");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, HoldOnScans,
+                         ::testing::Values(Scan{"bunny", 0.008, 0.005}, Scan{"visible_human_skin", 0.025, 0.016},
+                                           Scan{"elephant_refined", 0.002, 0.005}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
 TEST(FastCursor, DoesNotTunnelThroughTheBowl) {
   const SnapshotPtr model = converted("bowl");
   ASSERT_TRUE(model);
   const SlabMesh& mesh = model->slab_mesh();
   const double size = diagonal(mesh.bounds());
-  const Workspace space = {.metres_per_unit = 0.15 / size, .device_origin = {}, .model_origin = mesh.bounds().centre()};
+  const Workspace space = space_of(*model);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   int shots = 0, missed = 0, through_wall = 0;
