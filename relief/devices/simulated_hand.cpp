@@ -8,8 +8,10 @@
 namespace relief {
 namespace {
 
-constexpr double kTick = 1e-3;  // s
-constexpr double kTremor = 10;  // Hz
+constexpr double kTick = 1e-3;       // s
+constexpr double kTremor = 10;       // Hz
+constexpr double kPumpSpeed = 0.01;  // m/s of the handle, from which on the pump pushes with all that it has
+constexpr double kPushed = 1e-3;     // N, from which on the motor pushes
 
 /// v, shortened to length `limit` where it is longer.
 Vec3d shortened(Vec3d v, double limit) noexcept {
@@ -156,6 +158,13 @@ void SimulatedHand::amplify(Vec3d command) noexcept {
   amplifier_ += (slewed_ - amplifier_) * lag_share_;
 }
 
+Vec3d SimulatedHand::pumping() const noexcept {
+  const double push = length(amplifier_);
+  if (!(hand_.pump > 0) || !(push > kPushed)) return {};
+  const Vec3d along = amplifier_ / push;
+  return along * (hand_.pump * std::clamp(dot(handle_.velocity, along) / kPumpSpeed, -1.0, 1.0));
+}
+
 // One sub-step by the implicit midpoint rule, which keeps the energy's books exactly: each force's work is the force at
 // the midpoint times the way.
 void SimulatedHand::move(Vec3d target) noexcept {
@@ -165,7 +174,7 @@ void SimulatedHand::move(Vec3d target) noexcept {
   const double inertia = (two ? 0.5 : 1.0) * plant_.mass / half;
   // A hand that pulls as hard as it will is a constant force for this sub-step.
   const bool strained = length(target - handle_.at) * hand_.stiffness > hand_.max_force;
-  const Vec3d hand_pull = shortened((target - handle_.at) * hand_.stiffness, hand_.max_force);
+  const Vec3d hand_pull = shortened((target - handle_.at) * hand_.stiffness, hand_.max_force) + pumping();
   const double give = strained ? 0.0 : hand_.stiffness * half;
   const double grip = hand_.damping + give;       // what the hand adds per midpoint velocity
   const double joint = damper_ + spring_ * half;  // likewise the structure

@@ -38,6 +38,9 @@ struct Hand {
   double damping = 3;      ///< N*s/m against the ground, so that a target may jump
   double max_force = 1.5;  ///< N, how hard the spring pulls at most, wherever the target is
   double tremor = 0;       ///< m, amplitude of a 10 Hz shake
+  /// N: an adversary that draws energy out of the contact. Along the line in which the motor pushes, and while it does,
+  /// the hand pushes on with so much at most: in where the handle goes in, out where it comes out.
+  double pump = 0;
 };
 
 /// A named plant: "touch-like", "premium-like", "falcon-like", "inverse3-like".
@@ -99,6 +102,7 @@ class SimulatedHand final : public HapticDevice {
   void advance(Vec3d force) noexcept;
   void amplify(Vec3d command) noexcept;
   void move(Vec3d target) noexcept;
+  [[nodiscard]] Vec3d pumping() const noexcept;
   [[nodiscard]] Vec3d target_at(double t, std::uint32_t& buttons) const noexcept;
 
   DeviceInfo info_;

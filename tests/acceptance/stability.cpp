@@ -93,8 +93,9 @@ struct Contacts {
   std::array<int, 6> histogram = {};  ///< of what one contact made: none, to 1e-7, 1e-6, 1e-5, 1e-4 J, more
 };
 
-/// Random taps, presses and slides of a hand over a rough sheet.
-Contacts tap(const PlantPreset& preset, const testing::HeldTool& held, bool guard, int count, std::uint32_t seed) {
+/// Random taps, presses and slides of a hand over a rough sheet; with a pump it also draws energy out of them.
+Contacts tap(const PlantPreset& preset, const testing::HeldTool& held, bool guard, int count, std::uint32_t seed,
+             double pump = 0) {
   const SnapshotPtr model = testing::displaced(testing::plane_shell(4, 32), [](Vec3d p) {
     return 0.5 + 0.05 * std::sin(20 * p.x) * std::cos(17 * p.z) + 0.01 * std::sin(90 * p.x + 40 * p.z);
   });
@@ -102,7 +103,7 @@ Contacts tap(const PlantPreset& preset, const testing::HeldTool& held, bool guar
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   Vec3d target = space.to_device({0.5, 0.1 + held.radius, 0.5});
-  SimulatedHand hand(preset, {.stiffness = 300, .damping = 1, .max_force = 2, .tremor = 1e-4},
+  SimulatedHand hand(preset, {.stiffness = 300, .damping = 1, .max_force = 2, .tremor = 1e-4, .pump = pump},
                      [&](double) { return HandTarget{target, 0}; });
   Servo servo({.workspace = space, .force = {.guard = guard}, .tool = held.tool()}, preset.info);
   Contacts all;
@@ -171,6 +172,7 @@ void limit_cycles(Report& report) {
 }
 
 void human_port(Report& report) {
+  constexpr double kPump = 1;  // N
   // Ball and rigid tool: 2.5 mm at the hand.
   for (const testing::HeldTool& held : testing::held_tools(0.05))
     for (const PlantPreset& listed : plant_presets())
@@ -188,6 +190,13 @@ void human_port(Report& report) {
           report.at_most(what + ", bare: most that one contact made", without.worst, 1e-4, "J");
         else  // what the guard is for
           report.shown(what + ", bare: most that one contact made", without.worst, "J");
+        // A hand that speeds up both ways for as long as it is pushed.
+        const Contacts pumped = tap(preset, held, true, count, 2, kPump),
+                       pumped_bare = tap(preset, held, false, count, 2, kPump);
+        report.at_most(what + ", guarded, against a pump: net work on the hand", pumped.net, 0, "J");
+        report.shown(what + ", guarded, against a pump: most that one contact made", pumped.worst, "J");
+        report.shown(what + ", bare, against a pump: net work on the hand", pumped_bare.net, "J");
+        report.shown(what + ", bare, against a pump: most that one contact made", pumped_bare.worst, "J");
       }
 }
 

@@ -122,6 +122,41 @@ TEST(Plant, ResonanceRingsAtItsFrequency) {
   EXPECT_NEAR((crossings - 1) / (2e-3 * (last_at - first_at)), 80 * std::sqrt(1 - 0.02 * 0.02), 0.4);
 }
 
+TEST(Hand, APumpPushesOnAlongTheMotorsLineAndOnlyWhileItPushes) {
+  const Hand pump = {.stiffness = 0, .damping = 0, .max_force = 0, .pump = 0.5};
+  PlantPreset preset = bare(0.1, 0);
+  for (const double speed : {0.2, -0.2}) {
+    SimulatedHand hand(preset, pump, at_origin);
+    hand.set_state({}, {speed, 0.3, 0});
+    ASSERT_TRUE(hand.write({}));
+    EXPECT_NEAR(hand.handle_velocity().x, speed, 1e-12) << "a motor at rest";
+    const double start = hand.energy();
+    ASSERT_TRUE(hand.write({.force = {1, 0, 0}, .torque = {}}));
+    EXPECT_NEAR(hand.handle_velocity().x, speed + (1 + (speed > 0 ? 0.5 : -0.5)) / 0.1 * 1e-3, 1e-9);
+    EXPECT_NEAR(hand.handle_velocity().y, 0.3, 1e-12);
+    EXPECT_GT(hand.work().hand, 0) << "it helps both ways";
+    EXPECT_NEAR(hand.work().hand + hand.work().motor, hand.energy() - start, 1e-12);
+  }
+}
+
+TEST(Hand, APumpDrawsEnergyOutOfASpringThatComesLate) {
+  const auto drawn = [](double pump) {
+    PlantPreset preset = bare(0.05, 0.5);
+    preset.plant.delay_ticks = 1;
+    SimulatedHand hand(preset, {.stiffness = 200, .damping = 2, .max_force = 1, .pump = pump},
+                       [](double) { return HandTarget{{-0.01, 0, 0}, 0}; });
+    hand.set_state({0.01, 0, 0}, {});
+    DeviceState state;
+    for (int k = 0; k < 5000; ++k) {
+      EXPECT_TRUE(hand.read(state));
+      EXPECT_TRUE(hand.write({.force = {std::max(0.0, -500 * state.position.x), 0, 0}, .torque = {}}));
+    }
+    return hand.work().motor;
+  };
+  EXPECT_LT(drawn(0), 2e-3) << "the hand comes to rest";
+  EXPECT_GT(drawn(1), 0.05);
+}
+
 TEST(Hand, ComesToTheTargetAndTrembles) {
   SimulatedHand hand(bare(0.045, 0.1), {.stiffness = 300, .damping = 3, .tremor = 1e-3},
                      [](double t) { return HandTarget{{0.02, t > 0.5 ? 0.01 : 0.0, 0}, t > 0.5 ? 1U : 0U}; });
