@@ -60,7 +60,7 @@ THIRD_PARTY = {
     "openvdb/": ["convert"],
     "meshoptimizer.h": ["convert"],
     "zlib.h": ["mesh", "file"],
-    "nlohmann/": ["mesh"],
+    "nlohmann/": ["mesh", "devices"],
     "sqlite3.h": ["file"],
     "zstd": ["file"],
     "epoxy/": ["render"],

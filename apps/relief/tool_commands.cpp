@@ -25,6 +25,7 @@ Status run_devices(const Context& context) {
   nlohmann::ordered_json json;
   json["devices"] = nlohmann::ordered_json::array();
   std::vector<DeviceListing> devices = list_devices();
+  devices.push_back({"sim:hand:FILE.json", "simulated hand on a device whose figures are in a file"});
   devices.push_back(
       {std::string(kReplayDevice) + "REC.rlog", "a recording, played as the device that it was made with"});
   for (const DeviceListing& d : devices) {

@@ -351,7 +351,8 @@ void add_touch(CLI::App& app, Context& context) {
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path")->check(names_file);
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go")->check(names_file);
   CLI::Option* device = c->add_option("--device", o->device,
-                                      "sim:hand, or another name that `relief devices` lists: live with --seconds "
+                                      "sim:hand, or another name that `relief devices` lists (sim:hand:FILE.json: its "
+                                      "figures from a file): live with --seconds "
                                       "(replay:REC.rlog also without, to its "
                                       "end); with --path its limits hold")
                             ->check([](const std::string& name) -> std::string {

@@ -1,5 +1,7 @@
+#include <relief/base/try.h>
 #include <relief/core/query.h>
 #include <relief/devices/open_device.h>
+#include <relief/devices/plant_file.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +13,7 @@ namespace relief {
 namespace {
 
 constexpr std::string_view kSimulatedHand = "sim:hand";
+constexpr std::string_view kPlantOfFile = "sim:hand:";
 constexpr int kPlaces = 13;  // that an exploring hand goes to, then again
 
 /// A unit vector that visits the sphere evenly, the top first (golden angle).
@@ -51,9 +54,15 @@ Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScr
   for (const PlantPreset& preset : plant_presets())
     if (name == preset.info.name || (name == kSimulatedHand && &preset == &plant_presets().front()))
       return std::make_unique<SimulatedHand>(preset, Hand{}, std::move(script));
+  if (name.starts_with(kPlantOfFile) && name.ends_with(".json")) {
+    RELIEF_TRY(detail::PlantFile read, detail::read_plant_file(name.substr(kPlantOfFile.size())));
+    read.preset.info.name = name;
+    return std::make_unique<SimulatedHand>(read.preset, read.hand, std::move(script));
+  }
   std::string known;
-  for (const DeviceListing& device : list_devices()) known += (known.empty() ? "" : ", ") + device.name;
-  return fail(Errc::NotFound, "no device is named \"" + printable(name) + "\"; known are " + known);
+  for (const DeviceListing& device : list_devices()) known += device.name + ", ";
+  return fail(Errc::NotFound,
+              "no device is named \"" + printable(name) + "\"; known are " + known + "and sim:hand:FILE.json");
 }
 
 HandScript exploring_hand(const Snapshot& model, const Workspace& workspace) {

@@ -115,6 +115,13 @@ class Contract(Case):
         self.assert_failed(Run("convert", self.scan, "-o", self.folder / "no" / "where.relief"), 1, "where.relief")
         self.assert_failed(Run("export", self.model, self.folder / "x.ply", "--level", "7"), 1, "--level")
         self.assert_failed(Run("touch", self.model, "--device", "sim:claw", "--seconds", "1"), 1, "sim:claw", "sim:hand")
+        for text, word in (('{"plant": {"mass": -1}}', "plant.mass must be a number from 0.001 to 10, and is -1"),
+                           ('{"plant": {"weight": 1}}', '"weight"'), ('{"hand": ', "JSON"), (None, "no such file")):
+            arm = self.folder / "arm.json"
+            arm.unlink(missing_ok=True)
+            if text is not None:
+                arm.write_text(text, encoding="utf-8")
+            self.assert_failed(Run("touch", self.model, "--device", f"sim:hand:{arm}", "--seconds", "1"), 1, "arm.json", word)
         for name in ("x.relief", "x.xyz", "x.ply", "x.png"):
             self.assertFalse((self.folder / name).exists(), name)
 
@@ -929,6 +936,16 @@ class Touch(Case):
         self.assertLessEqual(report["force_max"], 3.3 + 1e-9)
         rows = (self.folder / "live.csv").read_text().splitlines()
         self.assertEqual(len(rows) - 1, report["ticks"])
+
+    def test_live_with_a_hand_whose_figures_are_in_a_file(self):
+        arm, record = self.folder / "arm <2>.json", self.folder / "arm.rlog"
+        arm.write_text('{"device": {"max_force": 0.5}, "hand": {"max_force": 3}}', encoding="utf-8")
+        device = f"sim:hand:{arm}"
+        report = self.ok("touch", self.model, "--device", device, "--seconds", 1.5, "--record", record, "--json").json()
+        self.assertLessEqual(report["force_max"], 0.5 + 1e-9)
+        self.assertGreater(report["force_max"], 0.3)
+        self.assertEqual(self.ok("replay", record, "--json").json()["facts"]["device"], device)
+        self.assertIn("sim:hand:FILE.json", self.ok("devices").out)
 
 
 class Replay(Case):

@@ -1,0 +1,100 @@
+// A simulated device whose figures are in a file: what is taken over, and what is refused with which words.
+#include <relief/devices/open_device.h>
+#include <relief/devices/plant_file.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace relief {
+namespace {
+
+class PlantFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    file_ = std::filesystem::temp_directory_path() / (std::string("relief-") + test->name() + ".json");
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  Result<detail::PlantFile> read(std::string_view text) {
+    std::ofstream(file_, std::ios::binary) << text;
+    return detail::read_plant_file(file_);
+  }
+
+  std::filesystem::path file_;
+};
+
+TEST_F(PlantFiles, WhatIsNotNamedIsAsInThePreset) {
+  const auto empty = read("{}");
+  ASSERT_TRUE(empty) << empty.error().message;
+  EXPECT_EQ(empty->preset.plant.mass, 0.045);
+  EXPECT_EQ(empty->hand.stiffness, 300);
+  const auto all = read(R"({"like": "falcon-like", "plant": {"mass": 0.2, "delay_ticks": 2, "jitter": [0, 3, 1]},
+                            "device": {"max_force": 5.5, "delay_ticks": 2}, "hand": {"pump": 1, "tremor": 1e-3}})");
+  ASSERT_TRUE(all) << all.error().message;
+  EXPECT_EQ(all->preset.plant.mass, 0.2);
+  EXPECT_EQ(all->preset.plant.viscous, 0.5);
+  EXPECT_EQ(all->preset.plant.delay_ticks, 2);
+  EXPECT_EQ(all->preset.plant.jitter, (std::vector<std::uint8_t>{0, 3, 1}));
+  EXPECT_EQ(all->preset.info.max_force, 5.5);
+  EXPECT_EQ(all->preset.info.max_stiffness, 3000);
+  EXPECT_EQ(all->hand.pump, 1);
+  EXPECT_EQ(all->hand.damping, 3);
+}
+
+TEST_F(PlantFiles, WhatIsWrongIsNamedInOneSentence) {
+  struct Case {
+    std::string_view text, says;
+  };
+  for (const auto& [text, says] :
+       {Case{"", "must be a JSON object"}, Case{"[1]", "must be a JSON object"}, Case{"{\"plant\": ", "must be a JSON"},
+        Case{R"({"plant": {"mass": NaN}})", "must be a JSON"}, Case{R"({"plant": {"mass": 1e999}})", "must be a JSON"},
+        Case{R"({"arm": {}})", "but not \"arm\""}, Case{R"({"like": "omega"})", "one of touch-like, premium-like"},
+        Case{R"({"like": 3})", "and is 3"}, Case{R"({"plant": 3})", "\"plant\" must be an object"},
+        Case{R"({"plant": {"masss": 1}})", "no figure \"masss\", but mass, viscous"},
+        Case{R"({"plant": {"mass": -1}})", "plant.mass must be a number from 0.001 to 10, and is -1"},
+        Case{R"({"plant": {"mass": "1"}})", "plant.mass must be a number from 0.001 to 10, and is \"1\""},
+        Case{R"({"plant": {"delay_ticks": 1.5}})", "plant.delay_ticks must be a whole number from 0 to 3"},
+        Case{R"({"plant": {"delay_ticks": 4}})", "and is 4"},
+        Case{R"({"plant": {"jitter": [0, 9]}})", "plant.jitter must be a list of whole numbers from 0 to 3, and is 9"},
+        Case{R"({"device": {"max_force": 1e6}})", "device.max_force must be a number from 0 to 1000"},
+        Case{R"({"device": {"name": "x"}})", "\"device\" has no figure \"name\""},
+        Case{R"({"hand": {"stiffness": null}})", "hand.stiffness must be a number from 0 to 10000, and is null"}}) {
+    const auto refused = read(text);
+    ASSERT_FALSE(refused) << text;
+    EXPECT_EQ(refused.error().code, Errc::Corrupt) << text;
+    EXPECT_NE(refused.error().message.find(says), std::string::npos) << text << ": " << refused.error().message;
+    EXPECT_NE(refused.error().message.find(file_.filename().string()), std::string::npos);
+    EXPECT_EQ(refused.error().message.find('\n'), std::string::npos);
+  }
+  // However deep the nesting.
+  const auto deep = read("{\"plant\": {\"jitter\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}}");
+  ASSERT_FALSE(deep);
+  EXPECT_NE(deep.error().message.find("and is a list"), std::string::npos) << deep.error().message;
+  EXPECT_EQ(detail::read_plant_file(file_.string() + ".gone.json").error().code, Errc::NotFound);
+  EXPECT_EQ(detail::read_plant_file(file_.parent_path()).error().code, Errc::Io);
+}
+
+TEST_F(PlantFiles, ADeviceIsOpenedByTheNameOfTheFile) {
+  ASSERT_TRUE(read(R"({"device": {"max_force": 2.5}})"));
+  const std::string name = "sim:hand:" + file_.string();
+  const auto device = open_device(name, [](double) { return HandTarget{}; });
+  ASSERT_TRUE(device) << device.error().message;
+  EXPECT_EQ((*device)->info().name, name);
+  EXPECT_EQ((*device)->info().max_force, 2.5);
+  EXPECT_EQ(open_device("sim:hand:gone.json", {}).error().code, Errc::NotFound);
+  EXPECT_NE(open_device("sim:hand:gone.json", {}).error().message.find("gone.json: no such file"), std::string::npos);
+}
+
+TEST(PlantFile, TheExampleIsGood) {
+  const auto arm = detail::read_plant_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "examples" / "arm.json");
+  ASSERT_TRUE(arm) << arm.error().message;
+  EXPECT_EQ(arm->preset.plant.mass, 0.12);
+}
+
+}  // namespace
+}  // namespace relief
