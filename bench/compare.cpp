@@ -236,7 +236,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   const std::vector<Vec3d> shell = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
   std::vector<Workload> fewer;
   fewer.reserve(works.size());
-  for (const Workload& work : works) fewer.push_back(work.few(5000));
+  for (const Workload& work : works) fewer.push_back(work.few(works.front().cursors.size() / 4));
   struct Held {
     const char* name;
     TouchTool tool;

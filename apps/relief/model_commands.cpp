@@ -16,7 +16,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -171,6 +170,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   const SlabMesh& mesh = made.model.head->slab_mesh();
   const auto [least, most] = std::ranges::minmax(mesh.slabs(), {}, &Slab::intervals);
   json["intervals"] = {{"min", least.intervals}, {"max", most.intervals}};
+  json["error"] = r.error > 0 ? ordered_json(r.error) : ordered_json();
   json["slabs_too_coarse"] = r.slabs_too_coarse;
   json["too_coarse_most"] = r.too_coarse_most;
   // The first two are those to the mended source.
@@ -217,9 +217,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"corners_on_edges", f.corners_on_edges}};
   json["notes"] = notes;
   for (const std::string& note : r.notes) json["notes"].push_back(note);
+  // A source that was tried again has some of them twice.
+  json["phases"] = json["phases_wall"] = ordered_json::object();
   for (const auto& phase : r.phases) {
-    json["phases"][phase.name] = phase.seconds;
-    json["phases_wall"][phase.name] = phase.wall_seconds;
+    json["phases"][phase.name] = json["phases"].value(phase.name, 0.0) + phase.seconds;
+    json["phases_wall"][phase.name] = json["phases_wall"].value(phase.name, 0.0) + phase.wall_seconds;
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -231,22 +233,28 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 std::size_t memory_limit(const TriangleMesh& source) { return (std::size_t{64} << 20) + 300 * source.triangles.size(); }
 
 Status run_convert(ConvertOptions& o, const Context& context) {
-  const double start = process_cpu_seconds();
+  const Stopwatch whole;
   o.settings.mode = mode_from_name(o.mode);
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   RELIEF_CHECK(check_no_model({o.mended}));
   RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
-  const auto wall_start = std::chrono::steady_clock::now();
   context.progress("import", 0);
   MendedFile mended;
   Conversion made;
   verify::Certificate certificate;
   std::vector<std::string> notes;  // of the import
+  std::vector<ConvertReport::Phase> phases;
+  Stopwatch watch;
+  const auto phase_done = [&](const char* name) {
+    phases.push_back({name, watch.cpu(), watch.wall()});
+    watch = {};
+  };
   const auto convert_and_verify = [&]() -> Status {
     made = {};
     RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
+    phase_done("import");
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
     o.settings.unit =
         o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
@@ -256,6 +264,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     // The library does not know the file's name, the user's sentence needs it.
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
     made = std::move(*converted);
+    phases.insert(phases.end(), made.report.phases.begin(), made.report.phases.end());
+    watch = {};
     // The mended source is on the disk, or was not asked for, when the verifier takes it.
     if (!o.mended.empty()) {
       nothing_written.reset();
@@ -263,6 +273,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
+    phase_done("verify");
     return {};
   };
   RELIEF_CHECK(convert_and_verify());
@@ -278,6 +289,12 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     }
     made.report.not_certified = why;
   }
+  // What might have been given up was not.
+  if (made.model.info.mode == Mode::Tolerant && claim_holds(Mode::Certified, certificate) &&
+      made.report.hits_none == 0 && made.report.hits_several == 0) {
+    made.model.info.mode = Mode::Certified;
+    made.report.parts.certified = made.report.parts.count;
+  }
   made.model.info.source = std::filesystem::path(o.in).filename().string();
   if (!claim_holds(made.model.info.mode, certificate)) {
     return fail(Errc::Unfoldable,
@@ -288,10 +305,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   context.progress("save", 0.99);
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
   RELIEF_CHECK(mended.keep());
-  const double seconds = process_cpu_seconds() - start;
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_start;
+  phase_done("save");
+  made.report.phases = std::move(phases);
+  const double seconds = whole.cpu();
   if (context.json) {
-    print_json(to_json(made, certificate, notes, seconds, wall.count()));
+    print_json(to_json(made, certificate, notes, seconds, whole.wall()));
   } else {
     for (const std::string& note : notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,

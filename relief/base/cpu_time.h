@@ -1,6 +1,7 @@
-// CPU time: what work cost, whatever else the machine was doing.
+// CPU time: what work cost, whatever else the machine was doing; and the time that passed meanwhile.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <ctime>
 
@@ -22,5 +23,20 @@ namespace detail {
 [[nodiscard]] inline double process_cpu_seconds() noexcept {
   return static_cast<double>(detail::clock_ns(CLOCK_PROCESS_CPUTIME_ID)) * 1e-9;
 }
+
+/// From when it was made.
+class Stopwatch {
+ public:
+  /// Of all threads of the process, s.
+  [[nodiscard]] double cpu() const noexcept { return process_cpu_seconds() - cpu_; }
+  /// As time passed, s.
+  [[nodiscard]] double wall() const noexcept {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_).count();
+  }
+
+ private:
+  double cpu_ = process_cpu_seconds();
+  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
+};
 
 }  // namespace relief

@@ -344,7 +344,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
   std::vector<std::uint8_t> pushed(source.points.size());
   for (std::uint32_t v = 0; v < pushed.size(); ++v) pushed[v] = mender.has_moved(v);
   mender.keep();
-  ThinShell room(source, mender.rings(), longest, ThinShell::Heights::Roomy);
+  ThinShell room(source, mender.rings(), longest, ThinShell::Heights::Roomy, pushed);
   std::vector<std::uint32_t> latest, touched, close, singular;
   for (int round = 0; round < kRounds; ++round) {
     if (!room.update(latest, {}, progress)) return false;

@@ -1,3 +1,4 @@
+#include <relief/base/cpu_time.h>
 #include <relief/base/paged_memory.h>
 #include <relief/base/try.h>
 #include <relief/convert/certified.h>
@@ -21,10 +22,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <functional>
 #include <new>
 #include <numeric>
@@ -39,22 +38,17 @@ using namespace detail;
 std::unexpected<Error> cancelled() { return fail(Errc::Cancelled, "conversion was cancelled."); }
 
 /// Adds phases to a report: time from one call to the next, and CPU time of the whole process.
-class Stopwatch {
+class PhaseClock {
  public:
-  explicit Stopwatch(std::vector<ConvertReport::Phase>& phases) : phases_(phases) {}
+  explicit PhaseClock(std::vector<ConvertReport::Phase>& phases) : phases_(phases) {}
   void phase_done(std::string_view name) {
-    const std::clock_t now = std::clock();
-    const auto wall = std::chrono::steady_clock::now();
-    phases_.push_back({std::string(name), double(now - last_) / CLOCKS_PER_SEC,
-                       std::chrono::duration<double>(wall - last_wall_).count()});
-    last_ = now;
-    last_wall_ = wall;
+    phases_.push_back({std::string(name), watch_.cpu(), watch_.wall()});
+    watch_ = {};
   }
 
  private:
   std::vector<ConvertReport::Phase>& phases_;
-  std::clock_t last_ = std::clock();
-  std::chrono::steady_clock::time_point last_wall_ = std::chrono::steady_clock::now();
+  Stopwatch watch_;
 };
 
 constexpr double kUsualError = 1e-4;  // share of the diagonal
@@ -236,14 +230,14 @@ verify::Certificate check_shell(const Shell& shell, const Lattice& lattice) {
 /// made finer there and all is tried again, up to 16 times the target.
 Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face>& faces, const SourceSurface& source,
                         const Lattice& lattice, const CageSettings& settings, const Progress& progress,
-                        Stopwatch& stopwatch) {
+                        PhaseClock& clock) {
   constexpr double kEnough = 0.03;    // of the fibres may miss
   constexpr double kHairline = 1e-4;  // of the area may be torn
   constexpr double kFiner = 16;       // halves the edges where it weighs
   constexpr int kRounds = 5;
   const Decimation decimation(points, faces, settings.target, progress);
   if (progress.cancelled()) return cancelled();
-  stopwatch.phase_done("decimate");
+  clock.phase_done("decimate");
 
   const std::size_t most = 16 * settings.target;
   std::vector<double> importance(decimation.point_count(), 1);
@@ -270,7 +264,7 @@ Result<Cage> build_cage(const std::vector<Vec3d>& points, const std::vector<Face
     if (good || in_vain == 2 || goal >= most) break;
     goal = std::min(most, goal + std::max<std::size_t>(more, 4));
   }
-  stopwatch.phase_done("shell");
+  clock.phase_done("shell");
   const Shell& shell = best.shell;
   if (shell.faces.empty()) {
     const BaseMesh& base = best.decimated.base;
@@ -730,6 +724,10 @@ std::shared_ptr<const SlabMesh> tolerate(Ground& ground, TriangleMesh& as_read,
                                  number(made->report.remesh->voxel) + " of the diagonal");
     best = std::move(made);
   }
+  if (best->mesh != nullptr && !is_few(*best))
+    best->report.notes.push_back("fibres of at most " + number(settings.thickness) +
+                                 " of the diagonal allow no fewer than " + std::to_string(best->mesh->slab_count()) +
+                                 " slabs, as far as was found: a greater --thickness may allow fewer");
   ground = std::move(best->ground);
   report = std::move(best->report);
   return best->mesh;
@@ -942,19 +940,26 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
                                  " across on average, too small for that; move it nearer to the origin.");
 }
 
+/// What may still lead to a model where a mode that was asked for cannot be had.
+std::string remedy(Mode mode, bool is_remeshed) {
+  if (mode == Mode::Tolerant) return "convert with --mode preview";
+  const std::string otherwise = "convert with --mode tolerant";
+  return is_remeshed ? otherwise : "remesh the source as a solid (--remesh), or " + otherwise;
+}
+
 Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings& settings, const Progress& progress) {
   Conversion result;
   ConvertReport& report = result.report;
-  Stopwatch stopwatch(report.phases);
+  PhaseClock clock(report.phases);
 
   RELIEF_TRY(auto repaired, repair(source, progress));
   report.repair = repaired.report;
   note_collapsed(source.triangles.size(), report);
-  stopwatch.phase_done("repair");
+  clock.phase_done("repair");
   if (settings.remesh) {
     RELIEF_CHECK(remesh_source(repaired.mesh, *settings.remesh, report, progress));
     if (progress.cancelled()) return cancelled();
-    stopwatch.phase_done("remesh");
+    clock.phase_done("remesh");
   }
   report.source_triangles = repaired.mesh.triangles.size();
   report.parts.count = report.repair.parts;
@@ -979,18 +984,20 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     mesh = settings.mode == Mode::Tolerant
                ? tolerate(ground, source, repaired_again, settings, diagonal, report, progress)
                : certify(ground, source, settings, diagonal, 0, report, progress);
-    stopwatch.phase_done("certify");
+    clock.phase_done("certify");
     if (progress.cancelled()) return cancelled();
     if (mesh != nullptr) mode = ground.tolerant ? Mode::Tolerant : Mode::Certified;
     if (mesh == nullptr && settings.mode)
       return fail(Errc::Unfoldable, "no " + std::string(name(*settings.mode)) + " shell: " + report.not_certified +
-                                        "; remesh the source as a solid (--remesh), or convert with --mode preview.");
+                                        "; " + remedy(*settings.mode, settings.remesh.has_value()) + ".");
     if (mesh == nullptr && !settings.remesh)
-      report.not_certified += "; --remesh makes the source a solid first, which as a rule can be certified";
+      report.not_certified +=
+          "; --remesh makes the source a solid first, which as a rule can be certified, and --mode tolerant does where "
+          "nothing else helps";
   }
   const Lattice& lattice = ground.lattice;
   std::optional<SourceSurface> surface(std::in_place, ground.mesh.positions, ground.mesh.triangles, lattice);
-  stopwatch.phase_done("hierarchy");
+  clock.phase_done("hierarchy");
 
   if (mesh == nullptr) {
     std::vector<Vec3d> points;
@@ -999,7 +1006,7 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     std::vector<Face> faces = ground.mesh.triangles;
     report.dropped_parts = drop_small_parts(points, faces, 16 * target);
     const CageSettings cage_settings = {target, settings.thickness * diagonal / lattice.step};
-    RELIEF_TRY(const Cage cage, build_cage(points, faces, *surface, lattice, cage_settings, progress, stopwatch));
+    RELIEF_TRY(const Cage cage, build_cage(points, faces, *surface, lattice, cage_settings, progress, clock));
     mesh = cage.mesh;
     report.dropped_slabs = cage.dropped;
   }
@@ -1019,7 +1026,7 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
   progress("sample", 0);
   const SampleSource sampled = {*surface, lattice, ground.phantom_from};
   RELIEF_TRY(result.model.head, sample_surface(std::move(mesh), sampled, ground, settings, diagonal, report, progress));
-  stopwatch.phase_done("sample");
+  clock.phase_done("sample");
 
   progress("measure", 0);
   const auto relative = [&](const Measured& m) {
@@ -1037,6 +1044,11 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     report.to_mended = relative(there);
     report.from_mended = relative(back);
     if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
+    if (settings.error && report.slabs_too_coarse > 0)
+      report.notes.push_back("--error " + number(report.error) + " is not kept in " +
+                             counted(report.slabs_too_coarse, "slab") + ", where it would take n beyond " +
+                             std::to_string(kMaxIntervals) + " or lies at the rim of an opening: " +
+                             number(report.too_coarse_most) + " at most; with more --slabs it is nearer");
   }
   as_read_aside.give_back();
   if (short_of_memory) lay_aside(ground.mesh, mended_aside);
@@ -1044,13 +1056,13 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
   {
     const SourceSurface as_read(source.positions, source.triangles, lattice);
     report.to_source = relative(made.to(as_read, samples, progress));
-    stopwatch.phase_done("measure");
+    clock.phase_done("measure");
     if (progress.cancelled()) return cancelled();
 
     if (source.has_colour()) {
       progress("colour", 0);
       RELIEF_TRY(result.model.head, add_colours(result.model.head, as_read, lattice, source, settings, progress));
-      stopwatch.phase_done("colour");
+      clock.phase_done("colour");
     }
   }
   source = {};
@@ -1155,12 +1167,11 @@ std::string to_string(const ConvertReport& report) {
                   report.moved_vertices, report.moved_most);
     text += line.data();
   }
-  const auto count = [&](std::size_t number, const char* what) {
-    if (number > 0) text += std::to_string(number) + what;
-  };
-  count(report.closed_openings, " openings closed with phantom triangles; samples on them are void\n");
-  count(report.parted_vertices,
-        " vertices lay on others, or nearer than the lattice can tell apart, and were moved off them\n");
+  if (report.closed_openings > 0)
+    text += counted(report.closed_openings, "opening") + " closed with phantom triangles; samples on them are void\n";
+  if (report.parted_vertices > 0)
+    text += std::to_string(report.parted_vertices) + (report.parted_vertices == 1 ? " vertex was" : " vertices were") +
+            " moved off others that lay there, or nearer than the lattice can tell apart\n";
   if (report.replaced_triangles > 0) {
     std::snprintf(line.data(), line.size(),
                   "%zu triangles cut out and closed with patches, where the source met itself, folded or was seen from "
@@ -1168,11 +1179,11 @@ std::string to_string(const ConvertReport& report) {
                   report.replaced_triangles, report.replaced_widest, place(report.replaced_near).c_str());
     text += line.data();
   }
-  count(report.vanished_parts, " parts went with what was cut out\n");
+  if (report.vanished_parts > 0) text += counted(report.vanished_parts, "part") + " went with what was cut out\n";
   if (report.dropped_parts > 0)
-    text += std::to_string(report.dropped_parts) + " of the smallest parts were left out: more slabs would hold them\n";
+    text += "without " + counted(report.dropped_parts, "part") + ", the smallest: more slabs would hold them\n";
   if (report.dropped_slabs > 0)
-    text += std::to_string(report.dropped_slabs) + " slabs were left out: they had no room beside others\n";
+    text += "without " + counted(report.dropped_slabs, "slab") + " that had no room beside others\n";
   double seconds = 0;
   for (const ConvertReport::Phase& phase : report.phases) seconds += phase.seconds;
   std::snprintf(line.data(), line.size(), "%.2f s of CPU:", seconds);

@@ -281,6 +281,27 @@ std::optional<std::vector<std::uint32_t>> Mender::smooth(std::span<const std::ui
   return singular;
 }
 
+/// The winding number of the faces as they lie now.
+void Mender::follow_winding() {
+  if (winding_) {
+    std::vector<std::uint8_t> moved(places_.size());
+    for (std::size_t v = 0; v < places_.size(); ++v) {
+      const Vec3d place = to_double(source_.points[v]);
+      moved[v] = !(std::exchange(places_[v], place) == place);
+    }
+    winding_->update(moved);
+    return;
+  }
+  std::vector<Face> faces;
+  places_.clear();
+  places_.reserve(source_.points.size());
+  faces.reserve(alive_);
+  for (const LatticePoint p : source_.points) places_.push_back(to_double(p));
+  for (std::uint32_t f = 0; f < source_.faces.size(); ++f)
+    if (source_.alive(f)) faces.push_back(source_.faces[f]);
+  winding_.emplace(places_, std::move(faces));
+}
+
 /// Which way points of bad faces have to go that were not asked before: what lies before a face must not be solid, and
 /// what lies behind it must be.
 bool Mender::find_ways(std::span<const std::uint32_t> bad, const Progress& progress) {
@@ -289,23 +310,16 @@ bool Mender::find_ways(std::span<const std::uint32_t> bad, const Progress& progr
   for (const std::uint32_t f : bad)
     if (std::ranges::any_of(source_.faces[f], [&](std::uint32_t v) { return asked_[v] == 0; })) ask.push_back(f);
   if (ask.empty()) return true;
-  std::vector<Vec3d> places;
-  std::vector<Face> faces;
-  places.reserve(source_.points.size());
-  faces.reserve(alive_);
-  for (const LatticePoint p : source_.points) places.push_back(to_double(p));
-  for (std::uint32_t f = 0; f < source_.faces.size(); ++f)
-    if (source_.alive(f)) faces.push_back(source_.faces[f]);
-  const WindingNumber winding(places, std::move(faces));
+  follow_winding();
   std::vector<std::array<std::int8_t, 3>> votes(ask.size());  // by corner
   if (!for_all(ask.size(), 64, progress, [&](std::size_t k) {
         const Face& t = source_.faces[ask[k]];
-        const std::array<Vec3d, 3> p = {places[t[0]], places[t[1]], places[t[2]]};
+        const std::array<Vec3d, 3> p = {places_[t[0]], places_[t[1]], places_[t[2]]};
         const double shortest = std::min({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
         const Vec3d ahead = source_.normal(ask[k]) * std::max(4 * kLeastHeight, kNear * shortest);
         for (std::size_t c = 0; c < 3; ++c) {
           const Vec3d at = p[c] * 0.7 + (p[0] + p[1] + p[2]) * 0.1;
-          const bool hollow = winding.at(at - ahead) < 0.5, buried = winding.at(at + ahead) > 0.5;
+          const bool hollow = winding_->at(at - ahead) < 0.5, buried = winding_->at(at + ahead) > 0.5;
           votes[k][c] = static_cast<std::int8_t>(int(hollow) - int(buried));
         }
       }))
@@ -535,6 +549,7 @@ bool Mender::cut_bare() {
 std::optional<Mender::Loss> Mender::cut_and_close(std::span<const std::uint32_t> bad, std::size_t rings) {
   find_parts_once();
   was_cut_ = true;
+  forget_winding();
   cut_.clear();
   mark_rings(bad, rings);
   while (cut_pinched() || cut_crumbs() || cut_bare()) {
@@ -733,7 +748,13 @@ Mender::Changes Mender::take_changes() {
   return std::exchange(changes_, {});
 }
 
+void Mender::forget_winding() {
+  winding_.reset();
+  free_memory(places_);
+}
+
 void Mender::release() {
+  forget_winding();
   free_memory(rings_.twins, rings_.out, start_, kept_, sight_, way_, asked_, stride_, parts_.of_face);
 }
 

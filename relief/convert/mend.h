@@ -4,6 +4,7 @@
 #include <relief/base/progress.h>
 #include <relief/convert/ordered_source.h>
 #include <relief/convert/shell.h>
+#include <relief/convert/winding.h>
 
 #include <array>
 #include <cstddef>
@@ -103,6 +104,8 @@ class Mender {
   };
   Changes take_changes();
 
+  /// Frees what only pushing needs, until it is needed again.
+  void forget_winding();
   /// Frees what only mending needs.
   void release();
   /// Puts the mended source into the given one, whose points stay the first ones, and the number of each point there
@@ -123,6 +126,7 @@ class Mender {
   void look_at(std::uint32_t v, double wanted, double least);
   void look_again_at(std::uint32_t v, double wanted, double least);
   void mark_rings(std::span<const std::uint32_t> bad, std::size_t rings);
+  void follow_winding();
   bool find_ways(std::span<const std::uint32_t> bad, const Progress& progress);
   [[nodiscard]] LatticePoint within_reach(std::uint32_t v, Vec3d place) const;
   std::vector<std::uint32_t> move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves);
@@ -152,6 +156,8 @@ class Mender {
   std::vector<std::int8_t> way_;               // per point: 1 out of the solid, -1 into it, 0 not known
   std::vector<std::uint8_t> asked_;            // per point: whether its way was looked for
   std::vector<float> stride_;                  // per point: how far it was last pushed, share of its edges
+  std::vector<Vec3d> places_;                  // per point: where it was when ways were last looked for
+  std::optional<WindingNumber> winding_;       // of the faces at these places
   std::vector<std::uint8_t> patch_, phantom_;  // per face
   std::vector<std::uint8_t> heat_;             // per point: how often its place was cut
   std::vector<std::uint8_t> level_;            // per face: 0 stays; else one more than the rings to cut around it

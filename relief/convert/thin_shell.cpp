@@ -44,8 +44,9 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
     std::for_each(work.begin(), work.end(), set);
   } else {
     tree_ = std::make_unique<BoxTree>(faces, [&](std::size_t f) { return box(static_cast<std::uint32_t>(f)); });
+    const auto is_wanted = [&](std::uint32_t v) { return wanted_.empty() || wanted_[v] != 0; };
     for (std::uint32_t f = 0; f < faces; ++f)
-      if (source_.alive(f)) work.push_back(f);
+      if (source_.alive(f) && std::ranges::any_of(source_.faces[f], is_wanted)) work.push_back(f);
   }
   for (const std::uint32_t f : work) works_[f] = 1;
 

@@ -34,9 +34,11 @@ class ThinShell {
     Stiff,      ///< 0.05 of it for good: the faults are where the source does not have that much room
     Roomy       ///< the same with 0.3 of it
   };
-  /// Both must outlive it. `longest`: of a fibre, lattice steps.
-  ThinShell(const OrderedSource& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking)
-      : source_(source), rings_(rings), tallest_(0.49 * longest), kind_(heights) {}
+  /// All must outlive it. `longest`: of a fibre, lattice steps. `wanted`: per point, whether faults of the faces there
+  /// are asked for at first; none: all are.
+  ThinShell(const OrderedSource& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking,
+            std::span<const std::uint8_t> wanted = {})
+      : source_(source), rings_(rings), tallest_(0.49 * longest), kind_(heights), wanted_(wanted) {}
 
   /// Makes the shell, or makes it anew where the source has changed: `changed` are the points that faces around them
   /// have moved, come or gone, and `gone` the faces that are no more. False when cancelled; it is of no use then.
@@ -70,6 +72,7 @@ class ThinShell {
   const Rings& rings_;
   double tallest_;  // fibre half
   Heights kind_;
+  std::span<const std::uint8_t> wanted_;
   std::vector<Vec3f> directions_;
   std::vector<std::array<float, 2>> heights_;  // by Side
   std::vector<Ends> ends_;

@@ -36,67 +36,98 @@ WindingNumber::WindingNumber(std::span<const Vec3d> points, std::vector<Triangle
   }
   triangles_.clear();
   nodes_.reserve(places.size() / 2 + 1);
-  build(places);
+  split(places);
+  for (auto id = static_cast<std::uint32_t>(nodes_.size()); id-- > 0;) sum(id);
 }
 
-WindingNumber::Built WindingNumber::build(std::span<Place> places) {
-  constexpr std::size_t kExact = 256;  // triangles: of so many at most, the radius is the least one
-  Built built{.id = static_cast<std::uint32_t>(nodes_.size()), .area = 0, .box = {}};
-  nodes_.emplace_back();
-  Node node;
+void WindingNumber::split(std::span<Place> places) {
+  const std::size_t id = nodes_.size();
+  Node& node = nodes_.emplace_back();
   node.first = static_cast<std::uint32_t>(triangles_.size());
   node.last = node.first + static_cast<std::uint32_t>(places.size());
-  if (places.size() > kLeaf) {
-    std::array<float, 3> low = places[0].at, high = low;
-    for (const Place& p : places)
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], p.at[k]);
-        high[k] = std::max(high[k], p.at[k]);
-      }
-    const std::array<float, 3> e = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
-    const std::size_t axis = e[0] >= e[1] && e[0] >= e[2] ? 0 : e[1] >= e[2] ? 1 : 2;
-    const std::size_t half = places.size() / 2;
-    std::nth_element(places.begin(), places.begin() + std::ptrdiff_t(half), places.end(),
-                     [axis](const Place& x, const Place& y) {
-                       return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.triangle < y.triangle;
-                     });
-    const Built left = build(places.first(half)), right = build(places.subspan(half));
-    node.right = right.id;
-    const Node &x = nodes_[left.id], &y = nodes_[right.id];
+  if (node.is_large()) {
+    node.box = static_cast<std::uint32_t>(boxes_.size());
+    boxes_.emplace_back();
+  }
+  if (places.size() <= kLeaf) {
+    for (const Place& place : places) triangles_.push_back(place.triangle);
+    return;
+  }
+  std::array<float, 3> low = places[0].at, high = low;
+  for (const Place& p : places)
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p.at[k]);
+      high[k] = std::max(high[k], p.at[k]);
+    }
+  const std::array<float, 3> e = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+  const std::size_t axis = e[0] >= e[1] && e[0] >= e[2] ? 0 : e[1] >= e[2] ? 1 : 2;
+  const std::size_t half = places.size() / 2;
+  std::nth_element(places.begin(), places.begin() + std::ptrdiff_t(half), places.end(),
+                   [axis](const Place& x, const Place& y) {
+                     return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.triangle < y.triangle;
+                   });
+  split(places.first(half));
+  nodes_[id].right = static_cast<std::uint32_t>(nodes_.size());
+  split(places.subspan(half));
+}
+
+Box3d WindingNumber::box_of(const Node& node) const noexcept {
+  if (node.is_large()) return boxes_[node.box];
+  Box3d box;
+  for (std::uint32_t k = node.first; k < node.last; ++k)
+    for (const std::uint32_t corner : triangles_[k]) box.add(points_[corner]);
+  return box;
+}
+
+/// What a node is, from its children or its triangles.
+void WindingNumber::sum(std::uint32_t id) {
+  Node& node = nodes_[id];
+  if (node.right != 0) {
+    const Node &x = nodes_[id + 1], &y = nodes_[node.right];
     node.moment = x.moment + y.moment;
-    built.area = left.area + right.area;
-    node.centre =
-        built.area > 0 ? (x.centre * left.area + y.centre * right.area) / built.area : (x.centre + y.centre) / 2.0;
-    built.box = left.box;
-    built.box.add(right.box);
-    const auto reach = [&](const Node& child) { return length(child.centre - node.centre) + child.radius; };
-    node.radius = std::min(std::max(reach(x), reach(y)), farthest_of(built.box, node.centre));
+    node.area = x.area + y.area;
+    node.centre = node.area > 0 ? (x.centre * x.area + y.centre * y.area) / node.area : (x.centre + y.centre) / 2.0;
+    if (node.is_large()) {
+      Box3d& box = boxes_[node.box] = box_of(x);
+      box.add(box_of(y));
+      const auto reach = [&](const Node& child) { return length(child.centre - node.centre) + child.radius; };
+      node.radius = std::min(std::max(reach(x), reach(y)), farthest_of(box, node.centre));
+      return;
+    }
   } else {
-    Vec3d sum, plain;
-    for (const Place& place : places) {
-      const Triangle& t = triangles_.emplace_back(place.triangle);
+    Vec3d moments, centres, plain;
+    double area = 0;
+    for (std::uint32_t k = node.first; k < node.last; ++k) {
+      const Triangle& t = triangles_[k];
       const Vec3d a = points_[t[0]], b = points_[t[1]], c = points_[t[2]];
       const Vec3d moment = cross(b - a, c - a) * 0.5, centre = (a + b + c) / 3.0;
-      const double area = length(moment);
-      node.moment += moment;
-      built.area += area;
-      sum += centre * area;
+      moments += moment;
+      area += length(moment);
+      centres += centre * length(moment);
       plain += centre;
-      for (const Vec3d p : {a, b, c}) built.box.add(p);
     }
-    node.centre = built.area > 0 ? sum / built.area : plain / double(places.size());
+    node.moment = moments;
+    node.area = area;
+    node.centre = area > 0 ? centres / area : plain / double(node.last - node.first);
   }
-  if (places.size() <= kExact) {
-    double most2 = 0;
-    for (std::uint32_t k = node.first; k < node.last; ++k)
-      for (const std::uint32_t corner : triangles_[k]) {
-        const Vec3d d = points_[corner] - node.centre;
-        most2 = std::max(most2, dot(d, d));
-      }
-    node.radius = std::sqrt(most2);
+  double most2 = 0;
+  for (std::uint32_t k = node.first; k < node.last; ++k)
+    for (const std::uint32_t corner : triangles_[k]) {
+      const Vec3d d = points_[corner] - node.centre;
+      most2 = std::max(most2, dot(d, d));
+    }
+  node.radius = std::sqrt(most2);
+}
+
+void WindingNumber::update(std::span<const std::uint8_t> moved) {
+  const auto has_moved = [&](const Triangle& t) { return (moved[t[0]] | moved[t[1]] | moved[t[2]]) != 0; };
+  std::vector<std::uint8_t> anew(nodes_.size(), 0);
+  for (auto id = static_cast<std::uint32_t>(nodes_.size()); id-- > 0;) {
+    const Node& node = nodes_[id];
+    const auto first = triangles_.begin() + node.first, last = triangles_.begin() + node.last;
+    anew[id] = node.right == 0 ? std::any_of(first, last, has_moved) : (anew[id + 1] | anew[node.right]) != 0;
+    if (anew[id] != 0) sum(id);
   }
-  nodes_[built.id] = node;
-  return built;
 }
 
 double WindingNumber::at(Vec3d p) const noexcept {

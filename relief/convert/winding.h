@@ -19,6 +19,10 @@ class WindingNumber {
   /// O(n log n). The points must outlive it.
   WindingNumber(std::span<const Vec3d> points, std::vector<Triangle> triangles);
 
+  /// After points have moved; `moved` tells of each whether it has. Sums up anew what they are part of: the triangles
+  /// stay where they are in the tree, which serves as long as they do not move far. O(n), but much faster than anew.
+  void update(std::span<const std::uint8_t> moved);
+
   /// O(log n). May be called on many threads at once.
   [[nodiscard]] double at(Vec3d p) const noexcept;
 
@@ -27,24 +31,26 @@ class WindingNumber {
     Vec3d centre;  ///< mean of the triangles' centres by area
     Vec3d moment;  ///< sum of their area vectors
     double radius = 0;
+    double area = 0;
     std::uint32_t first = 0, last = 0;  ///< triangles
     std::uint32_t right = 0;            ///< the left child comes next; 0: a leaf
+    std::uint32_t box = 0;              ///< of a large node
+    [[nodiscard]] bool is_large() const noexcept { return last - first > kExact; }
   };
+  static constexpr std::uint32_t kExact = 256;  // triangles: of so many at most, the radius is the least one
   /// A triangle, and three times its centre.
   struct Place {
     std::array<float, 3> at;
     Triangle triangle;
   };
-  struct Built {
-    std::uint32_t id;
-    double area;
-    Box3d box;  ///< of the corners
-  };
-  Built build(std::span<Place> places);
+  void split(std::span<Place> places);
+  void sum(std::uint32_t id);
+  [[nodiscard]] Box3d box_of(const Node& node) const noexcept;
 
   std::span<const Vec3d> points_;
   std::vector<Triangle> triangles_;
-  std::vector<Node> nodes_;
+  std::vector<Node> nodes_;   // each before its children
+  std::vector<Box3d> boxes_;  // of the corners
 };
 
 }  // namespace relief::detail

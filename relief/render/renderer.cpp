@@ -7,13 +7,12 @@
 #include "studio.h"
 
 #include <relief/base/assert.h>
+#include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -156,18 +155,6 @@ class Backdrop {
   int width_, height_, over_height_;
   std::vector<Place> columns_;
   std::vector<int> line_;  ///< of the row being written, times 256; the last pixel twice
-};
-
-class Stopwatch {
- public:
-  [[nodiscard]] double cpu() const { return static_cast<double>(std::clock() - cpu_) / CLOCKS_PER_SEC; }
-  [[nodiscard]] double wall() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_).count();
-  }
-
- private:
-  std::clock_t cpu_ = std::clock();
-  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
 };
 
 Status gl_status() {

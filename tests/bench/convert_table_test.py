@@ -54,7 +54,7 @@ class Table(unittest.TestCase):
         (self.folder / "bunny.off").write_text("OFF\n8 12 0\n" + corners + "".join(f"3 {f}\n" for f in faces.split(", ")))
         sys.path.insert(0, str(SCRIPT.parent))
         import convert_table
-        convert_table.MEMORY, convert_table.MUSTS = (2**20, 0), {"bunny": (60, 1e-3)}
+        convert_table.MEMORY, convert_table.MUSTS = (2**20, 0), {"bunny": (150, 60, 1e-3)}
         arguments = [str(self.folder), "--bin", os.environ["RELIEF_BIN"], "--only", "bunny", "--out", str(self.folder / "out")]
         self.assertEqual(convert_table.main(arguments), 1)
         (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
@@ -64,6 +64,10 @@ class Table(unittest.TestCase):
         self.assertIn("- bunny breaks a must: ", (self.folder / "out/table.md").read_text())
         convert_table.MEMORY = (2**31, 0)
         self.assertEqual(convert_table.main(arguments), 0)
+        convert_table.MUSTS, convert_table.LARGE = {"bunny": (8, None, None)}, (10, 1e-6)
+        self.assertEqual(convert_table.main(arguments), 1)
+        (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
+        self.assertEqual([said.split(", must be ")[1] for said in row["broken_musts"]], ["8 at most", "1.2e-05 at most"])
 
     def test_wrong_usage_is_2(self):
         self.assertEqual(table("--only", "melon").returncode, 2)

@@ -134,7 +134,7 @@ class Contract(Case):
         cross.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n"
                          "v 0.5 0 -1\nv 0.5 0 1\nv 0.5 1 -1\nv 0.5 1 1\nf 5 6 7\nf 6 8 7\n")
         run = Run("convert", cross, "-o", out, "--mode", "certified")
-        self.assert_failed(run, 1, "cross.obj", "certified", "near (", "--remesh", "--mode preview")
+        self.assert_failed(run, 1, "cross.obj", "certified", "near (", "--remesh", "--mode tolerant")
         self.assertFalse(out.exists())
         report = self.ok("convert", cross, "-o", out, "--json").json()
         self.assertEqual(report["mode"], "preview")
@@ -144,6 +144,40 @@ class Contract(Case):
             self.assertEqual(part["triangles"], 2)
             self.assertIn("triangles", part["reason"])
         self.assertIn("near (", report["not_certified"])
+
+    def test_tolerant_mode_claims_all_that_the_verifier_proves(self):
+        """Of a ball, the steps that may fold part of it lead to fewer slabs, and fold nothing."""
+        out, ball = self.folder / "ball.relief", self.folder / "ball.obj"
+        rows, around = 16, 32
+        points = [(0, 1, 0)]
+        for at in (math.pi * row / rows for row in range(1, rows)):
+            for turn in (2 * math.pi * k / around for k in range(around)):
+                points.append((math.sin(at) * math.sin(turn), math.cos(at), math.sin(at) * math.cos(turn)))
+        points.append((0, -1, 0))
+        number = lambda row, k: 2 + (row - 1) * around + k % around
+        faces = []
+        for k in range(around):
+            faces += [(1, number(1, k), number(1, k + 1)), (len(points), number(rows - 1, k + 1), number(rows - 1, k))]
+            for row in range(1, rows - 1):
+                a, b, c, d = number(row, k), number(row + 1, k), number(row + 1, k + 1), number(row, k + 1)
+                faces += [(a, b, c), (a, c, d)]
+        ball.write_text("".join("v %.17g %.17g %.17g\n" % p for p in points) + "".join("f %d %d %d\n" % f for f in faces))
+        report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 30, "--json").json()
+        self.assertEqual((report["mode"], report["slabs"], report["notes"]), ("certified", 30, []))
+        self.assertEqual(report["parts"], {"count": 1, "certified": 1})
+        self.assertEqual(self.ok("info", out, "--json").json()["mode"], "certified")
+        report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 8, "--json").json()
+        self.assertGreater(report["slabs"], 8)
+        self.assertIn("--thickness", " ".join(report["notes"]), "what may lead to fewer")
+
+    def test_an_error_that_is_not_kept_is_said(self):
+        out = self.folder / "error.relief"
+        report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-6, "--json").json()
+        self.assertEqual(report["error"], 1e-6)
+        self.assertGreater(report["slabs_too_coarse"], 0)
+        self.assertIn("--error 1e-06 is not kept", " ".join(report["notes"]))
+        report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-2, "--json").json()
+        self.assertEqual((report["error"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
 
     def test_tolerant_mode_gives_the_slabs_asked_for(self):
         out, mended = self.folder / "tolerant.relief", self.folder / "tolerant.ply"
@@ -311,6 +345,10 @@ class Contract(Case):
         self.assertGreater(report["wall_seconds"], 0)
         self.assertEqual(report["phases"].keys(), report["phases_wall"].keys())
         self.assertLessEqual(sum(report["phases_wall"].values()), report["wall_seconds"])
+        self.assertEqual((list(report["phases"])[0], list(report["phases"])[-2:]), ("import", ["verify", "save"]))
+        self.assertLessEqual(sum(report["phases"].values()), report["seconds"])
+        self.assertGreater(sum(report["phases"].values()), 0.8 * report["seconds"], "the phases are all that it does")
+        self.assertIsNone(report["error"], "n was given")
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         info = Run("info", out, "--json").json()
         self.assertEqual(info["slabs"], report["slabs"])

@@ -216,14 +216,7 @@ TEST(WindingNumber, CountsHowOftenAMeshGoesAround) {
   EXPECT_EQ(detail::WindingNumber({}, {}).at({1, 2, 3}), 0);
 }
 
-TEST(WindingNumber, StaysNearTheSumOverAllTriangles) {
-  TriangleMesh mesh = ball(60);
-  std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.positions[t[0]].z > 0.8; });
-  append(mesh, ball(7), {0.9, 0.2, 0}, 0.3);
-  const std::size_t flat = mesh.triangles.size() / 3;
-  for (std::uint32_t k = 0; k < 40; ++k)
-    mesh.triangles.insert(mesh.triangles.begin() + std::ptrdiff_t(flat), {k, k, k});
-  const detail::WindingNumber winding(mesh.positions, mesh.triangles);
+void expect_near_the_sum(const detail::WindingNumber& winding, const TriangleMesh& mesh) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> share(-1.5, 1.5);
   for (int k = 0; k < 2000; ++k) {
@@ -236,6 +229,26 @@ TEST(WindingNumber, StaysNearTheSumOverAllTriangles) {
     }
     EXPECT_NEAR(winding.at(p), sum / (4 * std::numbers::pi), 0.05) << p.x << ' ' << p.y << ' ' << p.z;
   }
+}
+
+TEST(WindingNumber, StaysNearTheSumOverAllTriangles) {
+  TriangleMesh mesh = ball(60);
+  std::erase_if(mesh.triangles, [&](const Triangle& t) { return mesh.positions[t[0]].z > 0.8; });
+  append(mesh, ball(7), {0.9, 0.2, 0}, 0.3);
+  const std::size_t flat = mesh.triangles.size() / 3;
+  for (std::uint32_t k = 0; k < 40; ++k)
+    mesh.triangles.insert(mesh.triangles.begin() + std::ptrdiff_t(flat), {k, k, k});
+  detail::WindingNumber winding(mesh.positions, mesh.triangles);
+  expect_near_the_sum(winding, mesh);
+
+  // One side is pressed in, deeper than the small ball in it.
+  std::vector<std::uint8_t> moved;
+  for (Vec3d& p : mesh.positions) {
+    moved.push_back(p.x > 0.3);
+    if (moved.back() != 0) p.x -= 0.7 * (p.x - 0.3);
+  }
+  winding.update(moved);
+  expect_near_the_sum(winding, mesh);
 }
 
 }  // namespace
