@@ -270,6 +270,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     if (!o.mended.empty()) {
       nothing_written.reset();
       RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
+      phase_done("mended");
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");

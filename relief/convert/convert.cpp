@@ -282,7 +282,8 @@ struct Ground {
   TriangleMesh mesh;             ///< phantom triangles come last
   std::size_t phantom_from = 0;  ///< the first of them
   Lattice lattice;
-  bool tolerant = false;  ///< the shell may fold in a small share of the area
+  bool tolerant = false;        ///< the shell may fold in a small share of the area
+  std::size_t least_slabs = 0;  ///< that its parts take, where there are more than were asked for
 };
 
 /// A source whose openings are closed with phantom triangles, on the lattice; these come last.
@@ -609,7 +610,9 @@ std::shared_ptr<const SlabMesh> certify(Ground& ground, TriangleMesh& as_read, c
   const Parts mended_parts = find_parts(made.source.points.size(), made.source.faces);
   report.parts.count = mended_parts.count;
   if (const auto asked = static_cast<std::size_t>(settings.slabs); (*mesh)->slab_count() > asked) {
-    if (const Least least = least_slabs(made.source, mended_parts); least.slabs > asked)
+    const Least least = least_slabs(made.source, mended_parts);
+    ground.least_slabs = least.slabs;
+    if (least.slabs > asked)
       report.notes.push_back("--slabs " + std::to_string(asked) + " cannot be reached: the mended source has " +
                              counted(mended_parts.count, "part") + " and " + counted(least.handles, "handle") +
                              ", and a part takes 4 slabs, or 14 and more with handles: " + std::to_string(least.slabs) +
@@ -724,10 +727,10 @@ std::shared_ptr<const SlabMesh> tolerate(Ground& ground, TriangleMesh& as_read,
                                  number(made->report.remesh->voxel) + " of the diagonal");
     best = std::move(made);
   }
-  if (best->mesh != nullptr && !is_few(*best))
-    best->report.notes.push_back("fibres of at most " + number(settings.thickness) +
-                                 " of the diagonal allow no fewer than " + std::to_string(best->mesh->slab_count()) +
-                                 " slabs, as far as was found: a greater --thickness may allow fewer");
+  if (best->mesh != nullptr && !is_few(*best) && best->ground.least_slabs <= asked)
+    best->report.notes.push_back("no fewer than " + std::to_string(best->mesh->slab_count()) +
+                                 " slabs were found with fibres of at most " + number(settings.thickness) +
+                                 " of the diagonal: a greater --thickness may allow fewer");
   ground = std::move(best->ground);
   report = std::move(best->report);
   return best->mesh;
@@ -992,8 +995,9 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
                                         "; " + remedy(*settings.mode, settings.remesh.has_value()) + ".");
     if (mesh == nullptr && !settings.remesh)
       report.not_certified +=
-          "; --remesh makes the source a solid first, which as a rule can be certified, and --mode tolerant does where "
-          "nothing else helps";
+          "; --remesh makes the source a solid first, which as a rule can be certified, and --mode tolerant does so "
+          "where "
+          "it must";
   }
   const Lattice& lattice = ground.lattice;
   std::optional<SourceSurface> surface(std::in_place, ground.mesh.positions, ground.mesh.triangles, lattice);
@@ -1046,9 +1050,9 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, lattice.step / diagonal, report);
     if (settings.error && report.slabs_too_coarse > 0)
       report.notes.push_back("--error " + number(report.error) + " is not kept in " +
-                             counted(report.slabs_too_coarse, "slab") + ", where it would take n beyond " +
-                             std::to_string(kMaxIntervals) + " or lies at the rim of an opening: " +
-                             number(report.too_coarse_most) + " at most; with more --slabs it is nearer");
+                             counted(report.slabs_too_coarse, "slab") + ", which n up to " +
+                             std::to_string(kMaxIntervals) + " brings no nearer than " +
+                             number(report.too_coarse_most) + "; more --slabs may");
   }
   as_read_aside.give_back();
   if (short_of_memory) lay_aside(ground.mesh, mended_aside);

@@ -118,7 +118,8 @@ struct Conversion {
 /// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
 /// such step is left. Tolerant mode goes on from there with steps that keep C0 to C5, as long as the target is not
 /// reached, then with such as keep C0 to C4 and leave little of the source outside, then on solids of it with ever
-/// larger voxels; where the parts alone take more slabs, the smallest are left out. Certified for closed sources whose
+/// larger voxels; where the parts alone take more slabs, the smallest are left out. A model that such steps were allowed for is tolerant
+/// here; who lets the verifier judge it may call it certified. Certified for closed sources whose
 /// sheets do not meet; the mended source lies on the lattice. Preview mode:
 /// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
 /// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is

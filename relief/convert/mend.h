@@ -104,8 +104,6 @@ class Mender {
   };
   Changes take_changes();
 
-  /// Frees what only pushing needs, until it is needed again.
-  void forget_winding();
   /// Frees what only mending needs.
   void release();
   /// Puts the mended source into the given one, whose points stay the first ones, and the number of each point there
@@ -127,6 +125,7 @@ class Mender {
   void look_again_at(std::uint32_t v, double wanted, double least);
   void mark_rings(std::span<const std::uint32_t> bad, std::size_t rings);
   void follow_winding();
+  void forget_winding();
   bool find_ways(std::span<const std::uint32_t> bad, const Progress& progress);
   [[nodiscard]] LatticePoint within_reach(std::uint32_t v, Vec3d place) const;
   std::vector<std::uint32_t> move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves);

@@ -1250,9 +1250,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
   constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last; where nothing else
                                        // is left to try the second in a row that removes none
-  constexpr std::size_t kDear = 12;    // the same where most edges resist, or where a round takes long: each tries them
-                                       // anew
-  constexpr std::size_t kLong = 500'000, kFar = 8;  // triangles, and so many times the goal: where a round does
+  constexpr std::size_t kDear = 12;    // the same where most edges resist: each round tries them anew
   // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
   few_ = stuck ? alive_ : std::max<std::size_t>(16 * target_count, 3200) - 1;
@@ -1287,8 +1285,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     }
     const std::size_t removed = before - alive_;
     if (alive_ <= floor) break;
-    const bool is_dear = stuck || (source_.faces.size() > kLong && before > kFar * target_count);
-    if (is_dear && round >= 1 && removed < before / kDear) break;
+    if (stuck && round >= 1 && removed < before / kDear) break;
     if (!stuck && alive_ >= 20000 && 10 * removed >= before) continue;
     const auto improve_all = [&] {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {

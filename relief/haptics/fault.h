@@ -19,12 +19,14 @@ enum class ServoFault : std::uint32_t {
   ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum
   RateClamped = 1U << 5U,       ///< the change of F was limited
   StiffnessClamped = 1U << 6U,  ///< a setting was above what the device allows
-  StartInside = 1U << 7U,       ///< the first reading was inside the solid: no force until the tool has left it
+  /// The first reading was inside the solid, or a model with another cage took the place of the last one around a tool
+  /// that touched nothing: no force until the tool has left it.
+  StartInside = 1U << 7U,
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
   SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
   /// The model rose by over 3 mm (at the hand) under the tool, or one with another cage took its place while the tool
-  /// touched, or around it.
+  /// touched.
   SurfaceJumped = 1U << 11U,
   /// Damped by over 1 % of the greatest force, because the hand had got more energy out of this contact than it had put
   /// in.

@@ -430,9 +430,11 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     sample.contact_point = felt.contact_point;
   }
 
-  // Edits keep the cage. In another one nothing that is known of the contact holds, whatever its surface.
+  // Edits keep the cage. In another one nothing that is known of the contact holds, whatever its surface; a tool that
+  // touched nothing starts anew there.
   const bool other_cage = std::exchange(cage_, model.slab_mesh().number()) != model.slab_mesh().number();
-  const bool jumped = !held_back && (felt.jumped || (other_cage && (last_depth_ > 0 || inside(model, tool))));
+  const bool jumped = !held_back && (felt.jumped || (other_cage && last_depth_ > 0));
+  first_ = first_ || (other_cage && !jumped);
   // Safe state: no force until a good reading outside the solid.
   if (jumped) {
     sample.flags |= bit(ServoFault::SurfaceJumped);

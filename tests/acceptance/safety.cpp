@@ -427,13 +427,14 @@ void stopped_process(Report& report) {
   static_cast<void>(::kill(child, SIGCONT));
   whole = ::read(ends[0], &found, sizeof found) == sizeof found && whole;
   ::close(ends[0]);
-  whole = ::waitpid(child, &status, 0) == child && whole;
+  whole = ::waitpid(child, &status, 0) == child && whole && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  report.at_least("a process stopped by SIGSTOP for 250 ms: goes on and comes to its own end", whole ? 1 : 0, 1);
   // Whether the machine left the servo alone until then, long enough to press, is no matter of the product.
   const bool pressed = whole && found.gap > 200'000'000 && found.before >= 0.3 && !found.stood_before;
   const auto none = [&](const std::string& what, double force) {
     pressed ? report.at_most(what, force, 0, "N") : report.shown(what, force, "N");
   };
-  report.shown("a process stopped by SIGSTOP for 250 ms: seen in its ticks, the hand pressing", pressed ? 1 : 0);
+  report.shown("    the standstill seen in its ticks, the hand pressing", pressed ? 1 : 0);
   report.shown("    force in the tick before", found.before, "N");
   none("    force in the first tick after", found.first);
   none("    force in any later tick, the hand still pressing", found.later);

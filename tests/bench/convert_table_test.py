@@ -64,7 +64,8 @@ class Table(unittest.TestCase):
         self.assertIn("- bunny breaks a must: ", (self.folder / "out/table.md").read_text())
         convert_table.MEMORY = (2**31, 0)
         self.assertEqual(convert_table.main(arguments), 0)
-        convert_table.MUSTS, convert_table.LARGE = {"bunny": (8, None, None)}, (10, 1e-6)
+        convert_table.MUSTS = {"bunny": (8, None, None)}
+        convert_table.LARGE, convert_table.EACH = {"bunny"}, 1e-6
         self.assertEqual(convert_table.main(arguments), 1)
         (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
         self.assertEqual([said.split(", must be ")[1] for said in row["broken_musts"]], ["8 at most", "1.2e-05 at most"])

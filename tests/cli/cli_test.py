@@ -347,7 +347,6 @@ class Contract(Case):
         self.assertLessEqual(sum(report["phases_wall"].values()), report["wall_seconds"])
         self.assertEqual((list(report["phases"])[0], list(report["phases"])[-2:]), ("import", ["verify", "save"]))
         self.assertLessEqual(sum(report["phases"].values()), report["seconds"])
-        self.assertGreater(sum(report["phases"].values()), 0.8 * report["seconds"], "the phases are all that it does")
         self.assertIsNone(report["error"], "n was given")
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         info = Run("info", out, "--json").json()

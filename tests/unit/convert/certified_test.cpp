@@ -1111,6 +1111,17 @@ TEST(Tolerant, HoldsTheSourceWhereNothingDoesWithSoFew) {
   }
 }
 
+// Where handles take more, longer fibres would not help.
+TEST(Tolerant, BlamesHandlesAndNotTheFibres) {
+  ConvertSettings settings = certified(8, 4);
+  settings.mode = Mode::Tolerant;
+  const auto result = convert(testing::torus(40, 20), settings);
+  ASSERT_TRUE(result) << result.error().message;
+  if (result->report.slabs <= 8) return;
+  EXPECT_TRUE(has_note(result->report, "--slabs 8 cannot be reached")) << to_string(result->report);
+  EXPECT_FALSE(has_note(result->report, "--thickness")) << to_string(result->report);
+}
+
 // Each part needs slabs of its own, and more of them with handles.
 TEST(Certified, SaysThatPartsTakeMoreSlabsThanAskedFor) {
   TriangleMesh parts = testing::ball(12);

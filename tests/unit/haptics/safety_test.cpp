@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -248,7 +249,7 @@ TEST(Safety, AnotherCageUnderAPressedToolLatchesWhateverItsShape) {
     }
 }
 
-TEST(Safety, AnotherCageAroundAFreeToolLatches) {
+TEST(Safety, AnotherCageAroundAFreeToolIsAStartInside) {
   // The tool is in the air of a smaller ball, and in the middle of the material of the next one.
   const SnapshotPtr small = displaced(sphere_shell(2, 16, 0.3, 0.5), [](Vec3d) { return 0.5; });
   for (const testing::HeldTool& held : testing::held_tools(0.05)) {
@@ -257,14 +258,17 @@ TEST(Safety, AnotherCageAroundAFreeToolLatches) {
     for (int k = 0; k < 20; ++k) felt = servo.step(*small, reading(1e-3 * k, {0, 0, 0.7}));
     EXPECT_EQ(felt.flags, 0U) << held.name;
     felt = servo.step(*unit_sphere(), reading(0.02, {0, 0, 0.7}));
-    EXPECT_EQ(felt.flags, bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)) << held.name;
+    EXPECT_EQ(felt.flags, bit(ServoFault::StartInside)) << held.name;
     for (int k = 1; k < 40; ++k) felt = servo.step(*unit_sphere(), reading(0.02 + 1e-3 * k, {0, 0, 0.7 + 5e-3 * k}));
     EXPECT_EQ(felt.force, Vec3d{}) << held.name;
   }
-  // One whose next model is elsewhere goes on.
-  Servo servo({.workspace = kSpace}, DeviceInfo{});
-  for (int k = 0; k < 20; ++k) static_cast<void>(servo.step(*unit_sphere(), reading(1e-3 * k, {0, 0, 1.5})));
-  EXPECT_EQ(servo.step(*small, reading(0.02, {0, 0, 1.5})).flags, 0U);
+  // One whose next model is elsewhere goes on: a point, and a bar of which a ball around it would meet the surface.
+  const std::array bar = {Vec3d{-0.6, 0, 0}, Vec3d{0.6, 0, 0}};
+  for (const TouchTool& tool : {TouchTool{}, TouchTool{.points = bar}}) {
+    Servo servo({.workspace = kSpace, .tool = tool}, DeviceInfo{});
+    for (int k = 0; k < 20; ++k) static_cast<void>(servo.step(*small, reading(1e-3 * k, {0, 0, 1.3})));
+    EXPECT_EQ(servo.step(*unit_sphere(), reading(0.02, {0, 0, 1.3})).flags, 0U);
+  }
 }
 
 TEST(Safety, ACliffIsFelt) {
