@@ -118,16 +118,15 @@ struct Conversion {
 /// keeps C0 to C7 of shell.md, so every fibre meets the mended source once; more slabs than the target remain where no
 /// such step is left. Tolerant mode goes on from there with steps that keep C0 to C5, as long as the target is not
 /// reached, then with such as keep C0 to C4 and leave little of the source outside, then on solids of it with ever
-/// larger voxels; where the parts alone take more slabs, the smallest are left out. A model that such steps were allowed for is tolerant
-/// here; who lets the verifier judge it may call it certified. Certified for closed sources whose
-/// sheets do not meet; the mended source lies on the lattice. Preview mode:
-/// decimates the source to the target, gives every vertex a direction that all its faces see and depths at which every
-/// slab passes the closed-form Jacobian condition and no two of its triangles intersect. Then the displacement is
-/// sampled along the fibres, and the colours of the source as it was read where they cross it. Fibre ends lie on a
-/// lattice whose step is a power of two. The result does not depend on the number of threads. Errors: Corrupt (nothing
-/// usable in the source), NotManifold, Unfoldable (certified: no certificate; preview: no valid depths at any count up
-/// to 16 times the target), InvalidArgument, Cancelled. A source that is moved here is given back when it is not
-/// needed.
+/// larger voxels; where the parts alone take more slabs, the smallest are left out. A model that such steps were
+/// allowed for is tolerant here; who lets the verifier judge it may call it certified. Certified for closed sources
+/// whose sheets do not meet; the mended source lies on the lattice. Preview mode: decimates the source to the target,
+/// gives every vertex a direction that all its faces see and depths at which every slab passes the closed-form Jacobian
+/// condition and no two of its triangles intersect. Then the displacement is sampled along the fibres, and the colours
+/// of the source as it was read where they cross it. Fibre ends lie on a lattice whose step is a power of two. The
+/// result does not depend on the number of threads. Errors: Corrupt (nothing usable in the source), NotManifold,
+/// Unfoldable (certified: no certificate; preview: no valid depths at any count up to 16 times the target),
+/// InvalidArgument, Cancelled. A source that is moved here is given back when it is not needed.
 [[nodiscard]] Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 
