@@ -996,8 +996,7 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
     if (mesh == nullptr && !settings.remesh)
       report.not_certified +=
           "; --remesh makes the source a solid first, which as a rule can be certified, and --mode tolerant does so "
-          "where "
-          "it must";
+          "where it must";
   }
   const Lattice& lattice = ground.lattice;
   std::optional<SourceSurface> surface(std::in_place, ground.mesh.positions, ground.mesh.triangles, lattice);
