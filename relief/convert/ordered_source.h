@@ -83,6 +83,18 @@ struct OrderedSource {
     const Vec3d a = to_double(points[faces[t][0]]);
     return cross(to_double(points[faces[t][1]]) - a, to_double(points[faces[t][2]]) - a);
   }
+  /// Puts `count` triangles, up to four, side by side; `number`(k) is that of the k-th.
+  template <typename Number>
+  void set_four(FourTriangles& four, std::size_t count, LatticePoint origin, Number&& number) const noexcept {
+    std::array<LatticeTriangle, 4> triangles{};
+    std::array<std::array<float, 4>, 4> leans{};
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t t = number(k);
+      triangles[k] = corners(t);
+      leans[k] = normals[t];
+    }
+    four.set(triangles, leans, count, origin);
+  }
 };
 
 }  // namespace relief::detail

@@ -272,23 +272,10 @@ void SlabReducer::lay_out() {
   spread_count_ = 0;
   for (std::size_t four = 0; four < pieces_.size(); ++four) {
     const auto entries = std::span(union_).subspan(4 * four, std::min<std::size_t>(4, union_.size() - 4 * four));
-    set_four(pieces_[four], entries.size(), [&](std::size_t k) { return entries[k].first(); });
+    source_.set_four(pieces_[four], entries.size(), origin_, [&](std::size_t k) { return entries[k].first(); });
     for (std::size_t k = 0; k < entries.size(); ++k)
       if (entries[k].is_block()) pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
   }
-}
-
-/// `number`(k) is that of the k-th triangle.
-template <typename Number>
-void SlabReducer::set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept {
-  std::array<LatticeTriangle, 4> triangles{};
-  std::array<std::array<float, 4>, 4> normals{};
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::uint32_t t = number(k);
-    triangles[k] = source_.corners(t);
-    normals[k] = source_.normals[t];
-  }
-  four.set(triangles, normals, count, origin_);
 }
 
 double SlabReducer::least_lean(Vec3d d) const noexcept {
@@ -473,8 +460,8 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
     if (spread_blocks_.size() < spread_count_) spread_blocks_.emplace_back();
     auto& fours = spread_blocks_[spread_[piece]];
     for (std::uint32_t k = 0; k < count; k += 4)
-      set_four(fours[k / 4], std::min<std::size_t>(4, count - k),
-               [&](std::size_t lane) { return first + k + static_cast<std::uint32_t>(lane); });
+      source_.set_four(fours[k / 4], std::min<std::size_t>(4, count - k), origin_,
+                       [&](std::size_t lane) { return first + k + static_cast<std::uint32_t>(lane); });
   }
   const auto& fours = spread_blocks_[spread_[piece]];
   for (std::uint32_t k = 0; k < count; k += 4) {

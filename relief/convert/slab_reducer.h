@@ -190,8 +190,6 @@ class SlabReducer {
   bool star_of_edge(std::uint32_t h);
   void gather();
   void lay_out();
-  template <typename Number>
-  void set_four(FourTriangles& four, std::size_t count, Number&& number) const noexcept;
   /// The direction that best sees the source in the star; leaves the outermost of its normals in normals_.
   Direction aim();
   Direction find_aim();

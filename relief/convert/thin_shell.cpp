@@ -4,6 +4,7 @@
 #include <relief/convert/thin_shell.h>
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 namespace relief::detail {
@@ -138,11 +139,28 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
     if (jacobian != JacobianFault::Outer) found(f, kInner);
     if (jacobian != JacobianFault::Inner) found(f, kOuter);
   }
-  std::size_t pairs = 0;
+  thread_local std::vector<std::uint32_t> near;
+  near.clear();
   tree_->query(mine.box(), [&](std::uint32_t g) {
-    ++pairs;
-    judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
-    if (works_[g] != 0 && g < f) return true;  // the pair is tested from the other slab
+    near.push_back(g);
+    return true;
+  });
+  pairs_ += near.size();
+  // Floats settle most of it.
+  const LatticePoint origin = source_.points[source_.faces[f][0]];
+  const QuickShape quick(mine, origin);
+  FourTriangles four;
+  for (std::size_t k = 0; k < near.size(); k += 4) {
+    source_.set_four(four, std::min<std::size_t>(4, near.size() - k), origin,
+                     [&](std::size_t lane) { return near[k + lane]; });
+    const QuickShape::Verdict verdict = quick.meet(four);
+    for (unsigned left = verdict.near & ~verdict.section; left != 0; left &= left - 1) {
+      const std::uint32_t g = near[k + static_cast<std::size_t>(std::countr_zero(left))];
+      judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
+    }
+  }
+  for (const std::uint32_t g : near) {
+    if (works_[g] != 0 && g < f) continue;  // the pair is tested from the other slab
     if (works_[g] == 0 && source_is_new) judge(g, f, SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own));
     const bool joined = adjacent(f, g);
     std::array<Box3d, 2> boxes;
@@ -151,20 +169,19 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
     for (const Side mine_side : {kInner, kOuter})
       for (const Side side : {kInner, kOuter}) {
         if ((side == mine_side && joined) || !boxes[side].meets(mine.box(mine_side))) continue;
-        if (!triangles_meet(mine.triangle(mine_side), triangle(g, side))) continue;
+        const LatticeTriangle theirs = triangle(g, side);
+        if (mine.surely_apart(mine_side, theirs) || !triangles_meet(mine.triangle(mine_side), theirs)) continue;
         found(f, mine_side);
         found(g, side);
       }
-    if (parts_.of_face[f] == parts_.of_face[g]) return true;
+    if (parts_.of_face[f] == parts_.of_face[g]) continue;
     const SlabShape theirs(triangle(g, kInner), triangle(g, kOuter));
     if (mine.holds_end_of(theirs) || theirs.holds_end_of(mine)) {
       const Vec3d between = source_.triangle(g).a - own.a;
       found(f, dot(between, own.normal) > 0 ? kOuter : kInner);
       found(g, dot(between, source_.normal(g)) < 0 ? kOuter : kInner);
     }
-    return true;
-  });
-  pairs_ += pairs;
+  }
 }
 
 /// Whether the slab of a face may still be made thinner for the sake of another triangle that folds in it: down to a
