@@ -140,7 +140,6 @@ std::string clause_of(const Mender& mender, const ThinShell& thin) {
 constexpr double kWanted = 0.22;  // visibility; more of it lets the shell become coarser
 constexpr double kLeast = 0.02;
 constexpr double kMostReplaced = 0.03;  // of the area, and of the faces where there are many
-constexpr int kMostCuts = 12;
 
 /// What was scanned of a source, and how much of it patches have replaced.
 class Replaced {
@@ -238,6 +237,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
                                     const CertifiedSettings& settings, Needles& needles, Tips& tips,
                                     const Progress& progress) {
   constexpr int kSmoothings = 3;
+  constexpr int kMostCuts = 40;  // most are small, around vertices that no direction sees
   constexpr std::size_t kFewFolds = 256;
   constexpr double kLong = 4, kVeryLong = 30;  // edges, of how far a point may be moved
   const ClosedSource& s = result.source;
@@ -386,7 +386,7 @@ bool widen(Mender& mender, ThinShell& thin, double longest, const Progress& prog
 /// then four times as far as the settings say; then the least that is still bad is cut out. As smooth_and_cut() else.
 std::optional<Start> push_and_cut(CertifiedShell& result, std::span<const LatticePoint> start,
                                   const CertifiedSettings& settings, bool needles, const Progress& progress) {
-  constexpr int kRounds = 120, kVain = 3;
+  constexpr int kRounds = 120, kVain = 3, kMostCuts = 12;
   constexpr std::size_t kMany = 1000;  // faces; what few take is soon done
   constexpr double kGain = 0.95;       // a round that leaves more of the bad faces was in vain
   constexpr double kFarther = 4;
