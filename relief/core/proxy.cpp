@@ -919,7 +919,7 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
     // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
-    const Aside aside(move, out);
+    const Aside aside(move, out, side_);
     const double reach = kFollow * travel + std::min(kRelax * length(out) + kFollow * own.eased, own.most);
     const int most = tries_left();
     int tries = most;
@@ -946,8 +946,8 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     work_ += kTryWork * (most - tries);
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
-  const bool pressed_past = !yielding_ && look == Look::Around && same_side(place_.position - goal, side_) &&
-                            !(detail::way_past(move, out) > 0);
+  const bool pressed_past =
+      !yielding_ && same_side(place_.position - goal, side_) && !(detail::way_past(move, out) > 0);
   // Lets go, and is as far as a sweep from here has looked.
   const auto come_off = [&](const Sweep& sweep) noexcept {
     const Snapshot& model = surface.model();

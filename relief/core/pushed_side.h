@@ -12,7 +12,6 @@ constexpr double kFollow = 10;       // lengths of the cursor's way that a held 
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
 constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
-constexpr double kSettle = 1e-3;     // rad per tick that the side may turn under a resting cursor
 
 /// Whether two ways have an angle of at most 45 degrees between them.
 [[nodiscard]] inline bool same_side(Vec3d a, Vec3d b) noexcept {
@@ -31,14 +30,15 @@ constexpr double kSettle = 1e-3;     // rad per tick that the side may turn unde
   return std::max(0.0, length(square_to(out, cursor_move)) - std::abs(dot(cursor_move, out)) / length(out));
 }
 
-/// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much that lets
-/// the side turn, rad.
+/// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much it lets
+/// the side turn, rad: only as far as it goes along the part's side. Pressed straight on or pulled straight back, or at
+/// rest, a tool stays on its side for as long as it likes.
 struct Aside {
   Vec3d move;
   double turn = 0;
 
-  Aside(Vec3d cursor_move, Vec3d out) noexcept
-      : move(square_to(out, cursor_move)), turn(kRound * length(move) / length(out) + kSettle) {}
+  Aside(Vec3d cursor_move, Vec3d out, Vec3d side) noexcept
+      : move(square_to(out, cursor_move)), turn(kRound * length(square_to(side, cursor_move)) / length(out)) {}
 };
 
 }  // namespace relief::detail
