@@ -40,7 +40,7 @@ constexpr int kSampleWork = 2;        // a sample that is placed in that
 constexpr int kTryWork = 5;           // a micro-triangle that a walk looks at
 constexpr int kSettle = 100;         // ticks after a change is taken over in which what the point does is of its making
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
-constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer
+constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer, with the hand
 constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -104,8 +104,10 @@ int work_for(const SlabMesh& mesh, Vec3d from, Vec3d to) noexcept {
 
 /// Moves a place over the surface towards the goal, by `reach` at most, triangle by triangle, as long as each step
 /// comes nearer; where it stops by itself no place around is nearer. The way is a polyline on the surface; returns its
-/// length. `tries` counts the triangles that it looks at down to 0, where it stops.
-double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept {
+/// length. `tries` counts the triangles that it looks at down to 0, where it stops. Calls over(triangle) for those that
+/// it goes over.
+template <typename Over>
+double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries, Over&& over) noexcept {
   double best = distance2(place.position, goal), gone = 0;
   SurfacePlace next = nearest(place.triangle, goal);
   double least = distance2(next.position, goal);
@@ -121,6 +123,7 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
       gone += way;
       best = least;
       place = next;
+      over(place.triangle);
     }
     if (tries <= 0) break;
     next.triangle.slab = kNoSlab;
@@ -137,6 +140,10 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
     });
   }
   return gone;
+}
+
+double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept {
+  return walk(surface, place, goal, reach, tries, [](const MicroTriangle&) {});
 }
 
 /// Where the surface bends away from the goal the nearest place of the next triangle may be nearer although the edge
@@ -871,16 +878,19 @@ bool Proxy::follow_surface(detail::MicroTriangles& surface) noexcept {
 }
 
 bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
-                       std::optional<SurfacePlace>& over) noexcept {
+                       std::optional<SurfacePlace>& over, bool& round) noexcept {
   const int most = tries_left();
   int tries = most;
-  way = walk(surface, rest, goal, kAnywhere, tries);
+  round = false;
+  const auto look_at = [&](const MicroTriangle& t) noexcept { round = round || dot(t.area(), side_) < 0; };
+  way = walk(surface, rest, goal, kAnywhere, tries, look_at);
   for (SurfacePlace from = rest; look == Look::Around && tries > 0 && hop(surface, rest, goal, side_); from = rest) {
     tries -= 3;
     const double leap = length(rest.position - from.position);
     // From between the two places it goes on to the second.
     if (!over && way <= leap) over = rest;
-    way += leap + walk(surface, rest, goal, kAnywhere, tries);
+    look_at(rest.triangle);
+    way += leap + walk(surface, rest, goal, kAnywhere, tries, look_at);
   }
   work_ += kTryWork * (most - tries);
   if (tries > 0) {
@@ -914,7 +924,8 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   SurfacePlace rest = place_;
   double way = 0;
   std::optional<SurfacePlace> over;
-  const bool settled = look_ahead(surface, rest, goal, look, way, over);
+  bool round = false;
+  const bool settled = look_ahead(surface, rest, goal, look, way, over, round);
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
@@ -925,8 +936,9 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     int tries = most;
     // A cursor that is out again has the place where the point would come to rest behind it.
     const bool out_again = off && dot(rest_out, side_) < 0;
-    // Unless the cursor itself has gone there, the point neither goes round to another side nor slips off the part.
-    if (settled && same_side(out_again ? -rest_out : rest_out, side_) && (!off || way <= kFollow * travel)) {
+    // Unless the cursor itself has gone there, the point neither goes round to another side, nor to another sheet round
+    // the edge of this one, nor slips off the part.
+    if (settled && !round && same_side(out_again ? -rest_out : rest_out, side_) && (!off || way <= kFollow * travel)) {
       if (way > reach) {
         walk(surface, place_, over ? over->position : goal, reach, tries);
         off = leaves(surface, place_, goal);
@@ -938,8 +950,14 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       if (!told_) tell_surface(surface);
       // Nobody would have put into the spring what it gets if the point goes farther away than it has come nearer.
       const SurfacePlace before = place_;
-      walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
-      if (distance2(place_.position, middle) > distance_before + nearer_) place_ = before;
+      double back = nearer_;
+      if (same_side(out, side_)) {
+        walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
+        back = std::min(back, kBack * dot(out, out));
+      } else {  // it has slipped down a rim, say, and the cursor has come back past it: to over the cursor again
+        walk(surface, place_, goal + side_ * length(out), reach, tries);
+      }
+      if (distance2(place_.position, middle) > distance_before + back) place_ = before;
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
       off = leaves(surface, place_, goal);
     }
@@ -1020,7 +1038,7 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     yielding_ = false;
   }
   if (lag_ == Vec3d{} && unsettled_ > 0) unsettled_ = place_.position == rest.position ? 0 : unsettled_ - 1;
-  nearer_ = fell ? 0 : std::min(nearer_ + distance_before - distance2(place_.position, middle), kBack * dot(out, out));
+  nearer_ = fell ? 0 : std::min(nearer_ + distance_before - distance2(place_.position, middle), dot(out, out));
   corners_ = surface.mesh().corners(place_.triangle.slab);
   describe(surface, goal, cursor, travel, own.most, tell);
 }

@@ -149,8 +149,9 @@ class Proxy {
   bool follow_surface(detail::MicroTriangles& surface) noexcept;
   /// Moves a place from the point to where that would come to rest, and measures the way; false where it is not yet
   /// there. `over`: the place beyond the edge that it goes to next, if it is about to cross one that is farther off.
+  /// `round`: whether it goes over what faces away from its side.
   [[nodiscard]] bool look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3d goal, Look look, double& way,
-                                std::optional<SurfacePlace>& over) noexcept;
+                                std::optional<SurfacePlace>& over, bool& round) noexcept;
   /// Towards the cursor; lets go when the way to it is free.
   void pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look look, Tell tell) noexcept;
   void hold(detail::MicroTriangles& surface, const SurfacePlace& place) noexcept;
