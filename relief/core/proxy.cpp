@@ -41,6 +41,7 @@ constexpr int kTryWork = 5;           // a micro-triangle that a walk looks at
 constexpr int kSettle = 100;         // ticks after a change is taken over in which what the point does is of its making
 constexpr double kTurn = 0.035;      // rad per tick that the normal may turn at rest
 constexpr double kBack = 0.1;        // of the squared depth: what the point may go back of how it came nearer, with the hand
+constexpr double kOver = 2;          // lengths of the cursor's way that the point goes back over it in a tick
 constexpr double kSteep = 0.25;      // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kLift = 1e-7;       // of the fibre: the point's height above the surface when it sets off
 constexpr double kBehind = 1e-9;     // of the slab: how far before its start a way may already go in, for rounding
@@ -951,11 +952,11 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
       // Nobody would have put into the spring what it gets if the point goes farther away than it has come nearer.
       const SurfacePlace before = place_;
       double back = nearer_;
-      if (same_side(out, side_)) {
+      if (same_side(out, side_) || unsettled_ > 0) {
         walk(surface, place_, place_.position + aside.move, length(aside.move), tries);
         back = std::min(back, kBack * dot(out, out));
       } else {  // it has slipped down a rim, say, and the cursor has come back past it: to over the cursor again
-        walk(surface, place_, goal + side_ * length(out), reach, tries);
+        walk(surface, place_, goal + side_ * length(out), kOver * travel, tries);
       }
       if (distance2(place_.position, middle) > distance_before + back) place_ = before;
       if (same_side(out, surface_.normal)) side_ = turned_by(side_, normalized(out), aside.turn);
@@ -964,8 +965,8 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     work_ += kTryWork * (most - tries);
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
-  const bool pressed_past =
-      !yielding_ && same_side(place_.position - goal, side_) && !(detail::way_past(move, out) > 0);
+  const bool pressed_past = !yielding_ && same_side(place_.position - goal, side_) &&
+                            !(std::min(detail::way_past(move, out), detail::way_past(move, side_)) > 0);
   // Lets go, and is as far as a sweep from here has looked.
   const auto come_off = [&](const Sweep& sweep) noexcept {
     const Snapshot& model = surface.model();
