@@ -608,7 +608,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ea
     seen_.known = false;
   } else {
     const Vec3d out = start - cursor;
-    const Aside aside(move, out, side_);
+    const Aside aside(move, out, side_, other_model || settling_ || easing_);
     double reach = 0;
     const auto look_ahead = [&]() noexcept {
       double settle = std::max(detail::kRelax * length(out), kRest * radius);

@@ -106,7 +106,7 @@ int work_for(const SlabMesh& mesh, Vec3d from, Vec3d to) noexcept {
 /// Moves a place over the surface towards the goal, by `reach` at most, triangle by triangle, as long as each step
 /// comes nearer; where it stops by itself no place around is nearer. The way is a polyline on the surface; returns its
 /// length. `tries` counts the triangles that it looks at down to 0, where it stops. Calls over(triangle) for those that
-/// it goes over.
+/// it comes to.
 template <typename Over>
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries, Over&& over) noexcept {
   double best = distance2(place.position, goal), gone = 0;
@@ -124,7 +124,7 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
       gone += way;
       best = least;
       place = next;
-      over(place.triangle);
+      if (!first) over(place.triangle);
     }
     if (tries <= 0) break;
     next.triangle.slab = kNoSlab;
@@ -904,13 +904,15 @@ bool Proxy::look_ahead(detail::MicroTriangles& surface, SurfacePlace& rest, Vec3
     ahead_->position = ahead_->triangle.point(ahead_->weights);
     if (distance2(ahead_->position, goal) < distance2(rest.position, goal)) {
       const int more = tries = tries_left();
-      walk(surface, *ahead_, goal, kAnywhere, tries);
+      round = round || ahead_round_;
+      walk(surface, *ahead_, goal, kAnywhere, tries, look_at);
       work_ += kTryWork * (more - tries);
       rest = *ahead_;
       way = kAnywhere;
     }
   }
   ahead_ = rest;
+  ahead_round_ = round;
   return tries > 0;
 }
 
@@ -930,8 +932,7 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
   bool off = leaves(surface, rest, goal);
   const Vec3d rest_out = rest.position - goal;
   if (way > 0) {
-    // The side that the point is pushed out to turns half as fast as the cursor goes round the point.
-    const Aside aside(move, out, side_);
+    const Aside aside(move, out, side_, unsettled_ > 0);
     const double reach = kFollow * travel + std::min(kRelax * length(out) + kFollow * own.eased, own.most);
     const int most = tries_left();
     int tries = most;
@@ -965,7 +966,7 @@ void Proxy::pursue(detail::MicroTriangles& surface, Vec3d cursor, Own own, Look 
     work_ += kTryWork * (most - tries);
   }
   // A tool that was only pressed on, or comes back straight, has not come out past a rim: there the point waits for it.
-  const bool pressed_past = !yielding_ && same_side(place_.position - goal, side_) &&
+  const bool pressed_past = !yielding_ && unsettled_ == 0 && same_side(place_.position - goal, side_) &&
                             !(std::min(detail::way_past(move, out), detail::way_past(move, side_)) > 0);
   // Lets go, and is as far as a sweep from here has looked.
   const auto come_off = [&](const Sweep& sweep) noexcept {

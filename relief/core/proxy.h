@@ -180,12 +180,13 @@ class Proxy {
   bool open_ = false;  ///< the last way was free, and a clear ball may be found
   SurfacePlace place_;
   std::optional<SurfacePlace> ahead_;  ///< how far the look ahead has come that took more than this tick
+  bool ahead_round_ = false;           ///< whether it went over what faces away from the side
   SlabCorners corners_{};              ///< of the point's slab
   detail::CellNormals normals_;
   Vec3d lag_;  ///< what of the surface's changes is not yet taken over: felt surface - surface
   SurfacePoint surface_;
   Vec3d normal_, way_out_;
-  Vec3d side_;       ///< the side that it is pushed out to: follows the way out, slowly; at first the surface's normal
+  Vec3d side_;       ///< that it is pushed out to: follows the way out as the hand goes along it; at first the normal
   SlabCoord under_;  ///< the cursor's coordinates, where it lies in the point's slab
   double depth_ = 0, turn_ = 0, rise_ = 0, grown_ = 0, alpha_ = 0;
   double nearer_ =

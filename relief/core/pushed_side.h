@@ -11,7 +11,8 @@ namespace relief::detail {
 constexpr double kFollow = 10;       // lengths of the cursor's way that a held point may go in a tick
 constexpr double kRelax = 0.02;      // and this share of the depth, so that it settles under a resting cursor
 constexpr double kSameSide = 0.707;  // cosine between two ways out of the same side of a part
-constexpr double kRound = 0.5;       // of the angle that the cursor goes round the point, by which its side turns
+constexpr double kRound = 0.5;       // of the cursor's way along the side over the depth, by which the side turns, rad
+constexpr double kSettle = 1e-3;     // rad per tick that it may turn besides while the surface changes
 
 /// Whether two ways have an angle of at most 45 degrees between them.
 [[nodiscard]] inline bool same_side(Vec3d a, Vec3d b) noexcept {
@@ -32,13 +33,14 @@ constexpr double kRound = 0.5;       // of the angle that the cursor goes round 
 
 /// How a move of the cursor looks from the held point: the part of it square to the way out, and by how much it lets
 /// the side turn, rad: only as far as it goes along the part's side. Pressed straight on or pulled straight back, or at
-/// rest, a tool stays on its side for as long as it likes.
+/// rest, a tool stays on its side for as long as it likes, where the surface does not change.
 struct Aside {
   Vec3d move;
   double turn = 0;
 
-  Aside(Vec3d cursor_move, Vec3d out, Vec3d side) noexcept
-      : move(square_to(out, cursor_move)), turn(kRound * length(square_to(side, cursor_move)) / length(out)) {}
+  Aside(Vec3d cursor_move, Vec3d out, Vec3d side, bool surface_changes) noexcept
+      : move(square_to(out, cursor_move)),
+        turn(kRound * length(square_to(side, cursor_move)) / length(out) + (surface_changes ? kSettle : 0)) {}
 };
 
 }  // namespace relief::detail
