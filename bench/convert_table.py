@@ -2,13 +2,16 @@
 """Converts a set of models and writes what that took and gave as a table, in JSON and Markdown.
 
   bench/convert_table.py [FOLDER ...] [--bin PROGRAM] [--out FOLDER] [--only NAME ...] [--samples n] [--triangles N] [--remesh]
+  bench/convert_table.py FOLDER ... --every [--bin PROGRAM] [--out FOLDER]
 
 Models are Relief's own samples and, with FOLDER, the scans below that are found in it or below it by name; the large ones
 are made from others by cutting triangles and adding relief, noise or holes, or from volumes. Each is converted with the whole command in a process of its own, to a model and a mended source, and `relief verify --source` then judges
 these two files. CPU seconds are user and system time of that process over all its threads; memory is its peak resident set.
 What must hold (of all a certificate, but for parts that lie in each other, and memory; of some slabs, distances at n = 63 and CPU
 seconds, of large ones 30 for each 1.1 million triangles) is judged, too.
-Exit status: 0 when every model was converted and holds, 1 when one was not or breaks a must (its row says why), 2 wrong usage.
+With --every, all files of the folders are converted, whatever they are, with the command's own N and n: each must become a model that
+holds or be refused with one sentence, within 30 CPU seconds and 2 GiB.
+Exit status: 0 when every model was converted (with --every, or refused) and holds, 1 when one was not or breaks a must (its row says why), 2 wrong usage.
 """
 
 import argparse
@@ -43,6 +46,7 @@ LARGE = {"igea_1m_noisy", "bunny_1m", "bunny_1m_scan", "head_1m", "dragon_3m", "
 EACH = 30 / 1_100_000
 UNCERTIFIED = {"ogre"}  # whose parts lie in each other
 MEMORY = (64 * 2**20, 300)  # bytes at most, and per triangle of the source
+EVERY = (30, 2048)  # CPU seconds and MiB at most, of any file
 MESHES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf")
 
 
@@ -85,17 +89,23 @@ def find_scans(folders):
 
 
 def broken_musts(name, row, options):
-    """Sentences, one for each must that the row of a converted model breaks."""
-    if options.remesh:
-        return []
-    c, (slabs, seconds, rms) = row["convert"], MUSTS.get(name, (None, None, None))
-    if name in LARGE:
-        seconds = row["triangles"] * EACH
+    """Sentences, one for each must that the row of a model breaks."""
     said = []
 
     def must(holds, what):
         if not holds:
             said.append(what)
+    if options.every:
+        refused = row["status"] == 1 and row["error"].startswith("relief: ") and "\n" not in row["error"]
+        must(row["status"] == 0 or refused, f"neither converted nor refused with one sentence, exit status {row['status']}")
+        must(row["cpu_s"] <= EVERY[0], f"{row['cpu_s']:.2f} CPU s, must be {EVERY[0]} at most")
+        must(row["peak_mib"] <= EVERY[1], f"{row['peak_mib']:.0f} MiB, must be {EVERY[1]} at most")
+        return said
+    if options.remesh or "convert" not in row:
+        return []
+    c, (slabs, seconds, rms) = row["convert"], MUSTS.get(name, (None, None, None))
+    if name in LARGE:
+        seconds = row["triangles"] * EACH
     if slabs is not None:
         must(c["slabs"] <= slabs, f"{c['slabs']} slabs, must be {slabs} at most")
     if name not in UNCERTIFIED:
@@ -113,42 +123,47 @@ def broken_musts(name, row, options):
 
 def row_of(relief, name, file, slabs, options, work):
     model, mended = work / "model.relief", work / "mended.ply"
-    command = [relief, "convert", str(file), "-o", str(model), "--mended", str(mended), "--slabs", str(slabs), "--samples",
-               str(options.samples), "--force", "--json"]
+    command = [relief, "convert", str(file), "-o", str(model), "--mended", str(mended), "--slabs", str(slabs), "--force", "--json"]
+    if not options.every:
+        command += ["--samples", str(options.samples)]
     if options.remesh:
         command.append("--remesh")
     made = Run(command, options.limit)
     row = {"model": name, "file_bytes": file.stat().st_size, "target": slabs, "status": made.status,
            "cpu_s": round(made.cpu, 3), "wall_s": round(made.wall, 3), "peak_mib": round(made.mib, 1)}
     if made.status != 0:
-        return row | {"error": made.err}
-    convert = made.json()
-    triangles = convert["source_triangles"]
-    row |= {"triangles": triangles, "bytes_per_triangle": round((made.mib - 64) * 2**20 / triangles, 1), "convert": convert}
-    judged = Run([relief, "verify", str(model), "--source", str(mended), "--json"], options.limit)
-    row |= {"verified": judged.status == 0, "verify_cpu_s": round(judged.cpu, 3), "verify": judged.json()}
-    if judged.status != 0:
-        row["error"] = judged.err
-    if broken := broken_musts(name, row, options):
-        row["broken_musts"] = broken
+        row["error"] = made.err
+    else:
+        convert = made.json()
+        triangles = convert["source_triangles"]
+        row |= {"triangles": triangles, "bytes_per_triangle": round((made.mib - 64) * 2**20 / triangles, 1), "convert": convert}
+        judged = Run([relief, "verify", str(model), "--source", str(mended), "--json"], options.limit)
+        row |= {"verified": judged.status == 0, "verify_cpu_s": round(judged.cpu, 3), "verify": judged.json()}
+        if judged.status != 0:
+            row["error"] = judged.err
+    row["broken_musts"] = broken_musts(name, row, options)
     return row
 
 
 def markdown(rows, options):
     text = [
-        f"n = {options.samples}{', remeshed' if options.remesh else ''}. CPU: seconds of the whole command over all its threads;"
+        f"n = {'chosen per slab' if options.every else options.samples}{', remeshed' if options.remesh else ''}. CPU: seconds of the whole command over all its threads;"
         " memory: its peak resident set, and the bytes per triangle of it beyond 64 MiB. Single: fibres that meet the mended source exactly once. Distances between the displaced"
         " surface and the mended source, there and back, shares of the diagonal. Verified: `relief verify --source` on the model and the mended"
         " source says that all that the mode claims holds.", "",
         "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | B/triangle | single | rms there, back | greatest there, back | verified |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     reasons = []
+
+    def broken(row):
+        return [f"- {row['model']} breaks a must: {what}" for what in row["broken_musts"]]
     for row in rows:
         head = f"| {row['model']} |"
         if "convert" not in row:
             text.append(f"{head} | ({row['target']}) | none | {row['cpu_s']:.2f} | {row['wall_s']:.2f} | {row['peak_mib']:.0f} | | | | |"
                         " |")
             reasons.append(f"- {row['model']}: {row['error']}")
+            reasons += broken(row)
             continue
         c = row["convert"]
         hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
@@ -160,7 +175,7 @@ def markdown(rows, options):
             reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
         if "error" in row:
             reasons.append(f"- {row['model']}: {row['error']}")
-        reasons += [f"- {row['model']} breaks a must: {what}" for what in row.get("broken_musts", [])]
+        reasons += broken(row)
     return "\n".join(text + ([""] + reasons if reasons else [])) + "\n"
 
 
@@ -172,6 +187,28 @@ def write(rows, options):
     (options.out / "table.md").write_text(markdown(rows, options), encoding="utf-8")
 
 
+def models_of(options, parser):
+    """(name, file or None for a sample of Relief's own, slabs) of what the options ask for."""
+    if options.every:
+        if options.only or options.remesh or not options.folders:
+            parser.error("--every takes folders and neither --only nor --remesh")
+        return [(str(file.relative_to(folder)), file, 200)
+                for folder in options.folders for file in sorted(folder.rglob("*")) if file.is_file()]
+    known = set(SCANS) | set(OWN)
+    if unknown := set(options.only or []) - known:
+        parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
+    wanted = options.only or known
+    scans = [(name, file) for name, file in find_scans(options.folders) if name in wanted]
+    if options.folders and not scans:
+        parser.error(f"{', '.join(map(str, options.folders))} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
+    return [(name, None, slabs) for name, slabs in OWN.items() if name in wanted] + [(name, file, SCANS[name]) for name, file in scans]
+
+
+def holds(row, options):
+    refused = options.every and "convert" not in row
+    return not row["broken_musts"] and (refused or row.get("verified", False))
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", metavar="FOLDER", nargs="*", type=pathlib.Path, help="where scans lie")
@@ -181,6 +218,7 @@ def main(arguments):
     parser.add_argument("--samples", type=int, default=63, metavar="n", help="intervals per slab edge (default 63)")
     parser.add_argument("--triangles", type=int, default=100_000, help="of Relief's own samples (default 100000)")
     parser.add_argument("--remesh", action="store_true", help="remesh every model")
+    parser.add_argument("--every", action="store_true", help="every file of the folders, as a user would convert it")
     parser.add_argument("--limit", type=float, default=600, help="seconds that one command may take (default 600)")
     options = parser.parse_args(arguments)
     relief = str(options.bin.resolve())
@@ -189,18 +227,12 @@ def main(arguments):
     for folder in options.folders:
         if not folder.is_dir():
             parser.error(f"{folder} is no folder")
-    known = set(SCANS) | set(OWN)
-    if unknown := set(options.only or []) - known:
-        parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
-    wanted = options.only or known
-    scans = [(name, file) for name, file in find_scans(options.folders) if name in wanted]
-    if options.folders and not scans:
-        parser.error(f"{', '.join(map(str, options.folders))} holds no scan with a known name: {', '.join(n for n in SCANS if n in wanted)}")
+    if options.every and (options.only or options.remesh or not options.folders):
+        parser.error("--every takes folders and neither --only nor --remesh")
+    models = models_of(options, parser)
     rows = []
     with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:
         work = pathlib.Path(folder)
-        models = [(name, None, slabs) for name, slabs in OWN.items() if name in wanted]
-        models += [(name, file, SCANS[name]) for name, file in scans]
         for name, file, slabs in models:
             if file is None:
                 file = work / f"{name}.ply"
@@ -213,7 +245,7 @@ def main(arguments):
             if sys.stderr.isatty():
                 print(f"{name}: {rows[-1]['cpu_s']:.2f} CPU s", file=sys.stderr)
     print(markdown(rows, options), end="")
-    return 0 if all(row.get("verified") and "broken_musts" not in row for row in rows) else 1
+    return 0 if all(holds(row, options) for row in rows) else 1
 
 
 if __name__ == "__main__":
