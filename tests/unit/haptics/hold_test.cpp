@@ -9,11 +9,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <random>
 #include <string>
 #include <tuple>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -162,6 +167,8 @@ struct Scan {
   double most, most_exact;
 };
 
+constexpr double kMostElsewhere = 0.003;  // share of the ticks of 300 presses, at places for which no bound was set
+
 /// Thinner than 3 % of the diagonal.
 std::optional<SurfacePoint> thin_place(const Snapshot& model, std::mt19937& random) {
   for (int attempt = 0; attempt < 100'000; ++attempt) {
@@ -182,34 +189,39 @@ TEST_P(HoldOnScans, IsSeldomWithoutAForceOutwards) {
   const auto made = convert(*mesh, {});
   ASSERT_TRUE(made) << made.error().message;
   const Snapshot& model = *made->model.head;
-  for (const bool exact : {false, true}) {
-    std::mt19937 random(8);
-    const double size = diagonal(model.slab_mesh().bounds());
-    const Workspace space = space_of(model);
-    long ticks = 0, bad = 0;
-    for (int press = 0; press < 5 * kPresses; ++press) {
-      const auto place = thin_place(model, random);
-      ASSERT_TRUE(place);
-      Servo servo(
-          {.workspace = space, .force = {.stiffness = 400, .damping = 0, .exact_normals = exact, .guard = false}},
-          DeviceInfo{});
-      for (int k = 0; k < kTicks; ++k) {
-        const double depth = depth_at(k);
-        const ServoSample felt =
-            servo.step(model, {.t = k * 1e-3,
-                               .position = space.to_device(place->position - place->normal * (depth * size)),
-                               .velocity = {}});
-        if (k < 150) continue;
-        ++ticks;
-        bad += !felt.contact || dot(felt.force, place->normal) <= 0 ? 1 : 0;
+  // The long form presses at four more sets of places.
+  std::vector<std::uint32_t> seeds = {8};
+  if (std::getenv("RELIEF_SOAK") != nullptr) seeds.insert(seeds.end(), {9, 10, 11, 12});
+  for (const std::uint32_t seed : seeds)
+    for (const bool exact : {false, true}) {
+      std::mt19937 random(seed);
+      const double size = diagonal(model.slab_mesh().bounds());
+      const Workspace space = space_of(model);
+      long ticks = 0, bad = 0;
+      for (int press = 0; press < 5 * kPresses; ++press) {
+        const auto place = thin_place(model, random);
+        ASSERT_TRUE(place);
+        Servo servo(
+            {.workspace = space, .force = {.stiffness = 400, .damping = 0, .exact_normals = exact, .guard = false}},
+            DeviceInfo{});
+        for (int k = 0; k < kTicks; ++k) {
+          const double depth = depth_at(k);
+          const ServoSample felt =
+              servo.step(model, {.t = k * 1e-3,
+                                 .position = space.to_device(place->position - place->normal * (depth * size)),
+                                 .velocity = {}});
+          if (k < 150) continue;
+          ++ticks;
+          bad += !felt.contact || dot(felt.force, place->normal) <= 0 ? 1 : 0;
+        }
       }
+      const double share = double(bad) / double(ticks);
+      std::printf("%s%s, places %u: without a force outwards in %.3f %% of %ld ticks\n", scan.name,
+                  exact ? ", exact normals" : "", seed, 100 * share, ticks);
+      if (!kShares) continue;
+      const double most = exact ? scan.most_exact : scan.most;
+      EXPECT_LE(share, seed == 8 ? most : std::max(most, kMostElsewhere)) << (exact ? "exact normals" : "");
     }
-    const double share = double(bad) / double(ticks);
-    std::printf("%s%s: without a force outwards in %.3f %% of %ld ticks\n", scan.name, exact ? ", exact normals" : "",
-                100 * share, ticks);
-    if (!kShares) continue;
-    EXPECT_LE(share, exact ? scan.most_exact : scan.most) << (exact ? "exact normals" : "");
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Scans, HoldOnScans,
