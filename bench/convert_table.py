@@ -192,8 +192,11 @@ def models_of(options, parser):
     if options.every:
         if options.only or options.remesh or not options.folders:
             parser.error("--every takes folders and neither --only nor --remesh")
-        return [(str(file.relative_to(folder)), file, 200)
-                for folder in options.folders for file in sorted(folder.rglob("*")) if file.is_file()]
+        files = [(str(file.relative_to(folder)), file.resolve(), 200)
+                 for folder in options.folders for file in sorted(folder.rglob("*")) if file.is_file()]
+        if not files:
+            parser.error(f"{', '.join(map(str, options.folders))} holds no file")
+        return files
     known = set(SCANS) | set(OWN)
     if unknown := set(options.only or []) - known:
         parser.error(f"{', '.join(sorted(unknown))}: there are {', '.join(sorted(known))}")
@@ -227,8 +230,6 @@ def main(arguments):
     for folder in options.folders:
         if not folder.is_dir():
             parser.error(f"{folder} is no folder")
-    if options.every and (options.only or options.remesh or not options.folders):
-        parser.error("--every takes folders and neither --only nor --remesh")
     models = models_of(options, parser)
     rows = []
     with tempfile.TemporaryDirectory(prefix="relief-table-") as folder:

@@ -70,7 +70,38 @@ class Table(unittest.TestCase):
         (row,) = json.loads((self.folder / "out/table.json").read_text())["rows"]
         self.assertEqual([said.split(", must be ")[1] for said in row["broken_musts"]], ["8 at most", "1.2e-05 at most"])
 
+    def test_every_file_is_converted_or_refused_with_a_sentence(self):
+        scans = self.folder / "scans"
+        scans.mkdir()
+        (scans / "tetrahedron.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+        (scans / "no_mesh.txt").write_text("no mesh\n")
+        sys.path.insert(0, str(SCRIPT.parent))
+        import convert_table
+
+        def rows(every, relief=os.environ["RELIEF_BIN"]):
+            convert_table.EVERY = every
+            status = convert_table.main([str(scans), "--every", "--bin", str(relief), "--out", str(self.folder / "out")])
+            return status, json.loads((self.folder / "out/table.json").read_text())["rows"]
+        status, (refused, converted) = rows((60, 2**31))
+        self.assertEqual((status, refused["status"], converted["status"], converted["verified"]), (0, 1, 0, True))
+        self.assertIn("no_mesh.txt", refused["error"])
+        for every, what in (((0, 2**31), "CPU s, must be 0 at most"), ((60, 1), "MiB, must be 1 at most")):
+            status, both = rows(every)
+            self.assertEqual(status, 1)
+            self.assertTrue(all(what in row["broken_musts"][0] for row in both))
+        # Programs that refuse with two lines, and that crash.
+        for body in ("echo 'relief: one' >&2; echo two >&2; exit 1", "kill -SEGV $$"):
+            broken = self.folder / "relief"
+            broken.write_text(f"#!/bin/sh\n{body}\n")
+            broken.chmod(0o755)
+            status, both = rows((60, 2**31), broken)
+            self.assertEqual(status, 1)
+            self.assertTrue(all("neither converted nor refused" in row["broken_musts"][0] for row in both))
+
     def test_wrong_usage_is_2(self):
+        self.assertEqual(table("--every").returncode, 2)
+        self.assertEqual(table(self.folder, "--every", "--only", "bunny").returncode, 2)
+        self.assertEqual(table(self.folder, "--every").returncode, 2)  # no file
         self.assertEqual(table("--only", "melon").returncode, 2)
         self.assertEqual(table(self.folder / "gone").returncode, 2)
 
