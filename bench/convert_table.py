@@ -154,28 +154,22 @@ def markdown(rows, options):
         "| model | triangles | slabs (asked) | mode | CPU s | wall s | MiB | B/triangle | single | rms there, back | greatest there, back | verified |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     reasons = []
-
-    def broken(row):
-        return [f"- {row['model']} breaks a must: {what}" for what in row["broken_musts"]]
     for row in rows:
-        head = f"| {row['model']} |"
-        if "convert" not in row:
+        head, c = f"| {row['model']} |", row.get("convert")
+        if c is None:
             text.append(f"{head} | ({row['target']}) | none | {row['cpu_s']:.2f} | {row['wall_s']:.2f} | {row['peak_mib']:.0f} | | | | |"
                         " |")
-            reasons.append(f"- {row['model']}: {row['error']}")
-            reasons += broken(row)
-            continue
-        c = row["convert"]
-        hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
-        single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
-        text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
-                    f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {max(0, row['bytes_per_triangle']):.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
-                    f" {there['max']:.1e}, {back['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
-        if "not_certified" in c:
-            reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
+        else:
+            hits, there, back = c["hits"], c["distance"]["to_mended"], c["distance"]["from_mended"]
+            single = 100 * hits["single"] / max(1, sum(v for v in hits.values() if isinstance(v, int)))
+            text.append(f"{head} {row['triangles']:,} | {c['slabs']:,} ({row['target']}) | {c['mode']} | {row['cpu_s']:.2f} |"
+                        f" {row['wall_s']:.2f} | {row['peak_mib']:.0f} | {max(0, row['bytes_per_triangle']):.0f} | {single:.2f} % | {there['rms']:.1e}, {back['rms']:.1e} |"
+                        f" {there['max']:.1e}, {back['max']:.1e} | {'yes' if row['verified'] else 'no'} |")
+            if "not_certified" in c:
+                reasons.append(f"- {row['model']} is not certified: {c['not_certified']}")
         if "error" in row:
             reasons.append(f"- {row['model']}: {row['error']}")
-        reasons += broken(row)
+        reasons += [f"- {row['model']} breaks a must: {what}" for what in row["broken_musts"]]
     return "\n".join(text + ([""] + reasons if reasons else [])) + "\n"
 
 

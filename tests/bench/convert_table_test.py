@@ -9,6 +9,8 @@ import tempfile
 import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent.parent / "bench" / "convert_table.py"
+sys.path.insert(0, str(SCRIPT.parent))
+import convert_table  # noqa: E402
 
 
 def table(*arguments):
@@ -52,8 +54,6 @@ class Table(unittest.TestCase):
         corners = "".join(f"{x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1))
         faces = "0 2 3, 0 3 1, 4 5 7, 4 7 6, 0 1 5, 0 5 4, 2 6 7, 2 7 3, 0 4 6, 0 6 2, 1 3 7, 1 7 5"
         (self.folder / "bunny.off").write_text("OFF\n8 12 0\n" + corners + "".join(f"3 {f}\n" for f in faces.split(", ")))
-        sys.path.insert(0, str(SCRIPT.parent))
-        import convert_table
         convert_table.MEMORY, convert_table.MUSTS = (2**20, 0), {"bunny": (150, 60, 1e-3)}
         arguments = [str(self.folder), "--bin", os.environ["RELIEF_BIN"], "--only", "bunny", "--out", str(self.folder / "out")]
         self.assertEqual(convert_table.main(arguments), 1)
@@ -75,8 +75,6 @@ class Table(unittest.TestCase):
         scans.mkdir()
         (scans / "tetrahedron.off").write_text("OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
         (scans / "no_mesh.txt").write_text("no mesh\n")
-        sys.path.insert(0, str(SCRIPT.parent))
-        import convert_table
 
         def rows(every, relief=os.environ["RELIEF_BIN"]):
             convert_table.EVERY = every
