@@ -1,9 +1,10 @@
-// Four floats side by side.
+// Four floats, or whole numbers, side by side.
 #pragma once
 
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 
 #if defined(__SSE2__)
 #include <xmmintrin.h>
@@ -13,6 +14,7 @@ namespace relief::detail {
 
 using Four = float __attribute__((vector_size(16)));
 using FourMask = decltype(Four{} < Four{});
+using FourInts = std::int32_t __attribute__((vector_size(16)));
 
 /// Four floats, written one by one and computed with together.
 struct Lanes {
@@ -41,6 +43,8 @@ struct Lanes {
 
 [[nodiscard]] inline Four least(Four a, Four b) noexcept { return a < b ? a : b; }
 [[nodiscard]] inline Four greatest(Four a, Four b) noexcept { return a < b ? b : a; }
+[[nodiscard]] inline FourInts least(FourInts a, FourInts b) noexcept { return a < b ? a : b; }
+[[nodiscard]] inline FourInts greatest(FourInts a, FourInts b) noexcept { return a < b ? b : a; }
 
 /// Rows become columns.
 inline void transpose(std::array<Four, 4>& m) noexcept {

@@ -3,6 +3,7 @@
 
 #include <relief/base/lanes.h>
 #include <relief/base/vec.h>
+#include <relief/convert/lattice.h>
 #include <relief/convert/parallel.h>
 
 #include <algorithm>
@@ -27,10 +28,15 @@ struct FloatBox {
     }
     return b;
   }
+  [[nodiscard]] static FloatBox around(const LatticeBox& box) noexcept {
+    const Four from = __builtin_convertvector(box.low - 4, Four), to = __builtin_convertvector(box.high + 4, Four);
+    return {{from[0], from[1], from[2]}, {to[0], to[1], to[2]}};
+  }
   [[nodiscard]] bool meets(const FloatBox& b) const noexcept {
     return ((low[0] <= b.high[0]) & (high[0] >= b.low[0]) & (low[1] <= b.high[1]) & (high[1] >= b.low[1]) &
             (low[2] <= b.high[2]) & (high[2] >= b.low[2])) != 0;
   }
+  friend bool operator==(const FloatBox& a, const FloatBox& b) noexcept = default;
 };
 
 /// A box that many others are held against, one by one.
@@ -56,15 +62,16 @@ class BoxProbe {
 /// widened by at most eight lattice steps, so queries err on the safe side. Queries may run on many threads at once.
 class BoxTree {
  public:
-  /// box_of(k) for k < count, coordinates in [0, 2^25]. Runs on all threads.
+  /// box_of(k) for k < count, coordinates in [0, 2^25]. Runs on all threads, or on the caller's alone.
   template <typename BoxOf>
-  BoxTree(std::size_t count, BoxOf&& box_of) : count_(count) {
+  BoxTree(std::size_t count, BoxOf&& box_of, bool on_all_threads = true) : count_(count) {
+    const std::size_t grain = on_all_threads ? 256 : count + 1;  // nodes
     levels_.emplace_back((count + kWidth - 1) / kWidth);
-    fill(levels_[0], [&](std::size_t k) { return k < count ? FloatBox::around(box_of(k)) : FloatBox{}; });
+    fill(levels_[0], grain, [&](std::size_t k) { return k < count ? FloatBox::around(box_of(k)) : FloatBox{}; });
     while (levels_.back().size() > 1) {
       std::vector<Node> above((levels_.back().size() + kWidth - 1) / kWidth);
       const std::vector<Node>& below = levels_.back();
-      fill(above, [&](std::size_t k) { return k < below.size() ? below[k].all() : FloatBox{}; });
+      fill(above, grain, [&](std::size_t k) { return k < below.size() ? below[k].all() : FloatBox{}; });
       levels_.push_back(std::move(above));
     }
   }
@@ -78,9 +85,12 @@ class BoxTree {
     for (std::size_t level = 0; level < levels_.size(); ++level) {
       std::vector<Node>& nodes = levels_[level];
       const std::size_t n = k / kWidth;
-      if (n == nodes.size()) nodes.push_back(Node::empty());
+      const bool is_new = n == nodes.size();
+      if (is_new) nodes.push_back(Node::empty());
+      const FloatBox before = nodes[n].all();
       nodes[n].set(k % kWidth, bounds);
       bounds = nodes[n].all();
+      if (!is_new && bounds == before) return;
       k = n;
       if (level + 1 < levels_.size() || nodes.size() == 1) continue;
       levels_.push_back({Node::empty()});
@@ -116,10 +126,10 @@ class BoxTree {
     [[nodiscard]] FloatBox all() const noexcept {
       FloatBox b;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t k = 0; k < kWidth; ++k) {
-          b.low[axis] = std::min(b.low[axis], low[axis][k / 4].of[k % 4]);
-          b.high[axis] = std::max(b.high[axis], high[axis][k / 4].of[k % 4]);
-        }
+        const Four l = least(low[axis][0].all(), low[axis][1].all());
+        const Four h = greatest(high[axis][0].all(), high[axis][1].all());
+        b.low[axis] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+        b.high[axis] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
       }
       return b;
     }
@@ -136,8 +146,8 @@ class BoxTree {
   };
 
   template <typename FloatBoxOf>
-  static void fill(std::vector<Node>& nodes, FloatBoxOf&& bounds_of) {
-    for_all(nodes.size(), 256, {}, [&](std::size_t n) {
+  static void fill(std::vector<Node>& nodes, std::size_t grain, FloatBoxOf&& bounds_of) {
+    for_all(nodes.size(), grain, {}, [&](std::size_t n) {
       for (std::size_t k = 0; k < kWidth; ++k) nodes[n].set(k, bounds_of(n * kWidth + k));
     });
   }

@@ -543,7 +543,6 @@ CertifiedShell build_certified(ClosedSource given, const CertifiedSettings& sett
     if (progress.cancelled()) result.obstacle.clear();
     return result;
   }
-  constexpr std::size_t kLarge = 500'000;  // triangles: from there it takes long
   const bool is_large = result.source.faces.size() > kLarge;
   free_memory(start->source.point_of, start->source.face_of, start->source.most_slack);
   LaidAside aside;  // what has the same points and faces in another order

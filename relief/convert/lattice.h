@@ -1,6 +1,7 @@
 // The integer lattice on which all fibre ends lie, and the exact predicates on it.
 #pragma once
 
+#include <relief/base/lanes.h>
 #include <relief/base/vec.h>
 
 #include <array>
@@ -39,6 +40,21 @@ struct Lattice {
 [[nodiscard]] int determinant_sign(LatticePoint a, LatticePoint b, LatticePoint c) noexcept;
 
 using LatticeTriangle = std::array<LatticePoint, 3>;
+
+/// The box around a triangle. Exact.
+struct LatticeBox {
+  FourInts low, high;  ///< by axis; the fourth is 0
+
+  explicit LatticeBox(const LatticeTriangle& t) noexcept {
+    const auto lanes = [](LatticePoint p) { return FourInts{p.x, p.y, p.z, 0}; };
+    const FourInts a = lanes(t[0]), b = lanes(t[1]), c = lanes(t[2]);
+    low = least(least(a, b), c);
+    high = greatest(greatest(a, b), c);
+  }
+  [[nodiscard]] bool meets(const LatticeBox& b) const noexcept {
+    return bits_of((low <= b.high) & (high >= b.low)) == 15;
+  }
+};
 
 /// Whether two closed triangles have a point in common, touching and coplanar ones included. Exact.
 [[nodiscard]] bool triangles_meet(const LatticeTriangle& a, const LatticeTriangle& b) noexcept;

@@ -14,7 +14,8 @@
 namespace relief::detail {
 
 inline constexpr std::uint32_t kNone = 0xffffffffU;
-inline constexpr std::uint32_t kBlock = 16;  ///< triangles
+inline constexpr std::uint32_t kBlock = 16;     ///< triangles
+inline constexpr std::size_t kLarge = 500'000;  ///< triangles: from there what is tried for fewer slabs takes long
 
 // Half-edge 3 f + k runs from corner k of face f to the next.
 constexpr std::uint32_t next_of(std::uint32_t h) noexcept { return h % 3 == 2 ? h - 2 : h + 1; }

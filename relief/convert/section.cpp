@@ -247,7 +247,6 @@ bool SlabShape::misses_bad_part(const SourceTriangle& t, const std::array<double
 void FourTriangles::set(const std::array<LatticeTriangle, 4>& triangles,
                         const std::array<std::array<float, 4>, 4>& normals_and_slacks, std::size_t count,
                         LatticePoint origin) noexcept {
-  using FourInts = std::int32_t __attribute__((vector_size(16)));
   const FourInts start = {origin.x, origin.y, origin.z, 0};
   std::array<std::array<Four, 4>, 3> places;  // by corner, by axis
   for (std::size_t corner = 0; corner < 3; ++corner) {

@@ -71,7 +71,8 @@ SlabReducer::SlabReducer(const OrderedSource& source, const BoxTree& tree, doubl
   improved_.assign(points, 0);
   tried_.assign(3 * faces, 0);
   mark_.assign(points, 0);
-  around_.resize(faces);
+  place_of_.assign(faces, kNone);
+  in_star_.assign(faces, 0);
   alive_ = faces;
   find_lists(tree, progress);
 }
@@ -108,38 +109,20 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
   free_memory(cage_.from);
 }
 
-void SlabReducer::build_grid() {
-  double size = 0;
+void SlabReducer::build_boxes() {
+  boxed_.clear();
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if (!alive(f)) continue;
-    const Vec3d e = cage_.box(f).extent();
-    size += std::max({e.x, e.y, e.z});
-    set_box(f, boxes_of(f));
+    place_of_[f] = static_cast<std::uint32_t>(boxed_.size());
+    boxed_.push_back(f);
   }
-  grid_.build(
-      cage_.faces.size(), 2 * size / double(std::max<std::size_t>(alive_, 1)),
-      [&](std::uint32_t f) { return alive(f) ? cage_.box(f) : Box3d{}; }, 2048);
-  grid_alive_ = alive_;
-  grid_entries_ = grid_.entry_count();
+  boxes_.emplace(boxed_.size(), [&](std::size_t k) { return cage_.box(boxed_[k]); }, false);
 }
 
 SlabReducer::SideBoxes SlabReducer::boxes_of(std::uint32_t f) const noexcept {
   SideBoxes boxes;
-  for (const Side side : {kInner, kOuter}) {
-    Box3d box;
-    for (const LatticePoint p : cage_.triangle(f, side)) box.add(to_double(p));
-    boxes[side] = FloatBox::around(box);
-  }
+  for (const Side side : {kInner, kOuter}) boxes[side] = FloatBox::around(LatticeBox(cage_.triangle(f, side)));
   return boxes;
-}
-
-void SlabReducer::set_box(std::uint32_t f, const SideBoxes& boxes) noexcept {
-  FloatBox& both = around_[f].box;
-  both = boxes[kInner];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    both.low[axis] = std::min(both.low[axis], boxes[kOuter].low[axis]);
-    both.high[axis] = std::max(both.high[axis], boxes[kOuter].high[axis]);
-  }
 }
 
 /// What merging the ends of an edge costs, and where they would go.
@@ -239,7 +222,7 @@ void SlabReducer::gather() {
     for (const std::uint32_t f : trial_.vanished) visit(f);
   };
   for_faces([&](std::uint32_t f) {
-    around_[f].star = star_round_;
+    in_star_[f] = star_round_;
     most += cage_.lists[f].count;
   });
   seen_.reset(most);
@@ -295,7 +278,6 @@ std::vector<std::uint32_t> SlabReducer::outermost(Vec3d mean) const {
   const Vec3d aside = std::abs(mean.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   const Vec3d e = normalized(cross(mean, aside)), g = cross(mean, e);
   constexpr std::size_t kAxes = 6;  // each stands for two directions
-  using Numbers = std::int32_t __attribute__((vector_size(16)));
   // Four axes at a time; the last two of the eight both point away from the mean.
   std::array<std::array<Lanes, 3>, 2> axes;
   for (std::size_t k = 0; k < 8; ++k) {
@@ -304,12 +286,12 @@ std::vector<std::uint32_t> SlabReducer::outermost(Vec3d mean) const {
     for (std::size_t c = 0; c < 3; ++c) axes[k / 4][c].of[k % 4] = static_cast<float>(axis[c]);
   }
   std::array<Four, 2> highest{}, lowest{};
-  std::array<Numbers, 2> at_highest{}, at_lowest{};
+  std::array<FourInts, 2> at_highest{}, at_lowest{};
   highest.fill(Four{} - 2.0F);
   lowest.fill(Four{} + 2.0F);
   for (std::size_t i = 0; i < aimed_at_.size(); ++i) {
     const std::array<float, 4>& n = source_.normals[aimed_at_[i]];
-    const Numbers number = Numbers{} + static_cast<std::int32_t>(i);
+    const FourInts number = FourInts{} + static_cast<std::int32_t>(i);
     for (std::size_t half = 0; half < 2; ++half) {
       const Four h = axes[half][0].all() * n[0] + axes[half][1].all() * n[1] + axes[half][2].all() * n[2];
       at_highest[half] = h > highest[half] ? number : at_highest[half];
@@ -577,11 +559,9 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
     for (const Side side : {kInner, kOuter}) trial_.fours[k / 4][side].set(k % 4, trial_.boxes[k][side]);
-  ++query_;
-  grid_.query(all, [&](std::uint32_t g) {
-    Around& around = around_[g];
-    if (!probe.meets(around.box) || around.seen == query_ || around.star == star_round_) return true;
-    around.seen = query_;
+  boxes_->query(all, [&](std::uint32_t place) {
+    const std::uint32_t g = boxed_[place];
+    if (in_star_[g] == star_round_) return true;
     const SideBoxes theirs = boxes_of(g);
     const std::array<bool, 2> is_near = {probe.meets(theirs[kInner]), probe.meets(theirs[kOuter])};
     if (!is_near[kInner] && !is_near[kOuter]) return true;
@@ -613,12 +593,12 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   return fault;
 }
 
-/// Gives the trial's lists to its faces, enters these in the grid.
+/// Gives the trial's lists and boxes to its faces.
 void SlabReducer::commit_lists() {
   for (const std::uint32_t f : trial_.vanished) {
     listed_ -= cage_.lists[f].count;
     cage_.lists[f] = {};
-    set_box(f, {});
+    boxes_->set(place_of_[f], {});
   }
   for (std::size_t k = 0; k < trial_.shapes.size(); ++k) {
     const std::uint32_t f = trial_.slots[trial_.fresh + k];
@@ -628,12 +608,11 @@ void SlabReducer::commit_lists() {
     listed_ += list.count;
     cage_.pool.insert(cage_.pool.end(), trial_.lists.begin() + trial_.ranges[k].begin,
                       trial_.lists.begin() + trial_.ranges[k].begin + trial_.ranges[k].count);
-    grid_.insert(f, trial_.shapes[k].box());
-    set_box(f, trial_.boxes[k]);
+    boxes_->set(place_of_[f], trial_.shapes[k].box());
   }
   gathered_ = false;
   if (cage_.pool.size() > most_listed()) pack_lists();
-  if (grid_entries_ + 4096 < grid_.entry_count() / 3 || 9 * alive_ < 5 * grid_alive_) build_grid();
+  if (9 * alive_ < 5 * boxed_.size()) build_boxes();
 }
 
 /// Leaves out what is in no list any more.
@@ -1151,7 +1130,7 @@ void SlabReducer::flip(std::uint32_t h) {
 bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
   constexpr std::size_t kStride = 7;
-  if (grid_alive_ == 0) build_grid();
+  if (!boxes_) build_boxes();
   swept_to_ = stop;
   std::vector<double> costs;
   swept_.assign(out_.size(), 0);
@@ -1237,9 +1216,11 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
   constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last; where nothing else
                                        // is left to try the second in a row that removes none
-  constexpr std::size_t kDear = 12;    // the same where most edges resist: each round tries them anew
+  constexpr std::size_t kDear = 12;    // the same where most edges resist, as each round tries them anew, and where the
+                                       // lists are long
   // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;
+  const bool is_dear = stuck || source_.faces.size() > kLarge;
   few_ = stuck ? alive_ : std::max<std::size_t>(16 * target_count, 3200) - 1;
   // No part can have fewer than four slabs.
   std::uint32_t parts = 0;
@@ -1272,7 +1253,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
     }
     const std::size_t removed = before - alive_;
     if (alive_ <= floor) break;
-    if (stuck && round >= 1 && removed < before / kDear) break;
+    if (is_dear && round >= 1 && removed < before / kDear) break;
     if (!stuck && alive_ >= 20000 && 10 * removed >= before) continue;
     const auto improve_all = [&] {
       for (std::uint32_t v = 0; v < out_.size(); ++v) {

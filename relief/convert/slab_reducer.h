@@ -4,7 +4,6 @@
 #include <relief/base/progress.h>
 #include <relief/convert/cage_draft.h>
 #include <relief/convert/directions.h>
-#include <relief/convert/triangle_grid.h>
 
 #include <algorithm>
 #include <array>
@@ -39,7 +38,7 @@ class SlabReducer {
   /// edges of low cost go first, in some sweeps. False when cancelled.
   bool sweep(std::size_t stop, const Progress& progress);
   /// Collapses edges by cost, with rounds of moves in between, for a whole cage. False when cancelled. This, and what
-  /// follows, after sweep(), which makes the grid that they look into.
+  /// follows, after sweep(), which makes the boxes that they look into.
   bool reduce(std::size_t target_count, const Progress& progress);
   /// From now on that much may be given up, and more is tried to make slabs fewer.
   void tolerate(Tolerance tolerance);
@@ -128,11 +127,6 @@ class SlabReducer {
     std::size_t mask_ = 0;
     std::uint32_t round_ = 0;
   };
-  /// A box around both sides of a slab, and when it was last met or replaced.
-  struct alignas(32) Around {
-    FloatBox box;
-    std::uint32_t seen = 0, star = 0;
-  };
   /// Heights of a fibre's end.
   struct Range {
     double least = 0, most = 1e30;
@@ -174,12 +168,11 @@ class SlabReducer {
   }
   [[nodiscard]] bool is_within(const Box3d& box) const noexcept;  // the room
   void find_lists(const BoxTree& tree, const Progress& progress);
-  void build_grid();
+  void build_boxes();
   /// So many entries the pool holds, a third of them stale, until it is packed.
   [[nodiscard]] std::size_t most_listed() const noexcept { return listed_ + listed_ / 2 + 65536; }
   void pack_lists();
   [[nodiscard]] SideBoxes boxes_of(std::uint32_t f) const noexcept;
-  void set_box(std::uint32_t f, const SideBoxes& boxes) noexcept;
   [[nodiscard]] Merge weigh(std::uint32_t u, std::uint32_t v) const noexcept;
   void push(std::uint32_t h);
   void fill_queue();
@@ -250,11 +243,10 @@ class SlabReducer {
   std::size_t few_ = 0;       // at so many slabs or less more is tried
   std::size_t swept_to_ = 0;  // where the last sweep was to end
   std::vector<Candidate> queue_;
-  bool queued_ = false;  // merged vertices put their edges into the queue
-  TriangleGrid grid_;
-  std::vector<Around> around_;  // per face
-  std::uint32_t query_ = 0;
-  std::size_t grid_alive_ = 0, grid_entries_ = 0;
+  bool queued_ = false;                          // merged vertices put their edges into the queue
+  std::optional<BoxTree> boxes_;                 // around both sides of the slabs that stood when it was built
+  std::vector<std::uint32_t> boxed_, place_of_;  // per box the face; per face its box
+  std::vector<std::uint32_t> in_star_;           // per face: when it was last to be replaced
 
   // Scratch.
   Trial trial_;

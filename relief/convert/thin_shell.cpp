@@ -159,23 +159,23 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
       judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
     }
   }
+  const std::array<LatticeBox, 2> my_boxes = {LatticeBox(mine.triangle(kInner)), LatticeBox(mine.triangle(kOuter))};
   for (const std::uint32_t g : near) {
     if (works_[g] != 0 && g < f) continue;  // the pair is tested from the other slab
-    if (works_[g] == 0 && source_is_new) judge(g, f, SlabShape(triangle(g, kInner), triangle(g, kOuter)).meet(own));
+    const std::array<LatticeTriangle, 2> sides = {triangle(g, kInner), triangle(g, kOuter)};
+    if (works_[g] == 0 && source_is_new) judge(g, f, SlabShape(sides[kInner], sides[kOuter]).meet(own));
     const bool joined = adjacent(f, g);
-    std::array<Box3d, 2> boxes;
-    for (const Side side : {kInner, kOuter})
-      for (const std::uint32_t v : source_.faces[g]) boxes[side].add(to_double(ends_[v][side]));
+    const std::array<LatticeBox, 2> boxes = {LatticeBox(sides[kInner]), LatticeBox(sides[kOuter])};
     for (const Side mine_side : {kInner, kOuter})
       for (const Side side : {kInner, kOuter}) {
-        if ((side == mine_side && joined) || !boxes[side].meets(mine.box(mine_side))) continue;
-        const LatticeTriangle theirs = triangle(g, side);
-        if (mine.surely_apart(mine_side, theirs) || !triangles_meet(mine.triangle(mine_side), theirs)) continue;
+        if ((side == mine_side && joined) || !boxes[side].meets(my_boxes[mine_side])) continue;
+        if (mine.surely_apart(mine_side, sides[side]) || !triangles_meet(mine.triangle(mine_side), sides[side]))
+          continue;
         found(f, mine_side);
         found(g, side);
       }
     if (parts_.of_face[f] == parts_.of_face[g]) continue;
-    const SlabShape theirs(triangle(g, kInner), triangle(g, kOuter));
+    const SlabShape theirs(sides[kInner], sides[kOuter]);
     if (mine.holds_end_of(theirs) || theirs.holds_end_of(mine)) {
       const Vec3d between = source_.triangle(g).a - own.a;
       found(f, dot(between, own.normal) > 0 ? kOuter : kInner);
