@@ -164,6 +164,11 @@ class Replaced {
     return lost_.area > kMostReplaced * area_ || share_of(lost_.faces) > kMostReplaced;
   }
   [[nodiscard]] double share_of(std::size_t faces) const noexcept { return double(faces) / double(faces_ + 2000); }
+  /// So many scanned faces are not too many.
+  [[nodiscard]] std::size_t most() const noexcept {
+    return static_cast<std::size_t>(kMostReplaced * double(faces_ + 2000));
+  }
+  [[nodiscard]] std::size_t scanned() const noexcept { return faces_; }
   [[nodiscard]] const Mender::Loss& lost() const noexcept { return lost_; }
 
  private:
@@ -245,7 +250,8 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
   const auto kept = tips.fate == Tips::Fate::Noted ? Mender::Needles::All : Mender::Needles::Unmoved;
   Mender mender(s, start, settings.farthest, needles == Needles::None ? Mender::Needles::None : kept);
   const OrderedSource& source = mender.source();
-  ThinShell thin(source, mender.rings(), settings.longest);
+  const std::size_t hopeless = replaced.most() + s.faces.size() - replaced.scanned();
+  ThinShell thin(source, mender.rings(), settings.longest, ThinShell::Heights::Shrinking, {}, hopeless);
   // Vertices that are seen, if only just, stay where they are when a thin shell stands for all that.
   const auto seen = mender.look_at_all(kWanted, needles == Needles::All ? kNeedle : kLeast, progress);
   if (!seen) return std::nullopt;

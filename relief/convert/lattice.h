@@ -41,19 +41,29 @@ struct Lattice {
 
 using LatticeTriangle = std::array<LatticePoint, 3>;
 
-/// The box around a triangle. Exact.
+/// The box around lattice points. Exact.
 struct LatticeBox {
-  FourInts low, high;  ///< by axis; the fourth is 0
+  FourInts low{}, high{};  ///< by axis; the fourth is 0
 
+  LatticeBox() = default;
   explicit LatticeBox(const LatticeTriangle& t) noexcept {
-    const auto lanes = [](LatticePoint p) { return FourInts{p.x, p.y, p.z, 0}; };
     const FourInts a = lanes(t[0]), b = lanes(t[1]), c = lanes(t[2]);
     low = least(least(a, b), c);
     high = greatest(greatest(a, b), c);
   }
+  void add(const LatticeBox& b) noexcept {
+    low = least(low, b.low);
+    high = greatest(high, b.high);
+  }
   [[nodiscard]] bool meets(const LatticeBox& b) const noexcept {
     return bits_of((low <= b.high) & (high >= b.low)) == 15;
   }
+  [[nodiscard]] bool holds(LatticePoint p) const noexcept {
+    return bits_of((low <= lanes(p)) & (high >= lanes(p))) == 15;
+  }
+
+ private:
+  [[nodiscard]] static FourInts lanes(LatticePoint p) noexcept { return FourInts{p.x, p.y, p.z, 0}; }
 };
 
 /// Whether two closed triangles have a point in common, touching and coplanar ones included. Exact.

@@ -16,36 +16,6 @@ constexpr double kLeastDepth = 64;
 /// Pairs of boxes that meet, per face, above which faces lie in a heap.
 constexpr std::size_t kHeap = 200;
 
-struct IntBox {
-  LatticePoint low, high;
-  [[nodiscard]] bool meets(const IntBox& b) const noexcept {
-    return low.x <= b.high.x && high.x >= b.low.x && low.y <= b.high.y && high.y >= b.low.y && low.z <= b.high.z &&
-           high.z >= b.low.z;
-  }
-  [[nodiscard]] bool holds(LatticePoint p) const noexcept {
-    return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
-  }
-};
-
-IntBox box_of(const LatticeTriangle& t) noexcept {
-  IntBox box{t[0], t[0]};
-  for (std::size_t k = 1; k < 3; ++k)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.low[axis] = std::min(box.low[axis], t[k][axis]);
-      box.high[axis] = std::max(box.high[axis], t[k][axis]);
-    }
-  return box;
-}
-
-IntBox united(const IntBox& a, const IntBox& b) noexcept {
-  IntBox box = a;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.low[axis] = std::min(box.low[axis], b.low[axis]);
-    box.high[axis] = std::max(box.high[axis], b.high[axis]);
-  }
-  return box;
-}
-
 class Builder {
  public:
   /// `start`, where not empty, holds depths from which to start instead of the wanted ones.
@@ -58,6 +28,7 @@ class Builder {
       boxes_[side].resize(faces);
       for (std::uint32_t v = 0; v < points; ++v) depth_[side][v] = std::max(kLeastDepth, fibres.wanted[side][v]);
     }
+    both_.resize(faces);
     build_fans();
     parts_ = find_parts(points, base.faces);
     for (std::uint32_t v = 0; v < points; ++v)
@@ -95,7 +66,9 @@ class Builder {
     ends_[side][v] = snap(to_double(base_.points[v]) + fibres_.directions[v] * (sign * depth_[side][v]));
   }
   void measure(std::uint32_t s) {
-    for (const Side side : {kInner, kOuter}) boxes_[side][s] = box_of(triangle(s, side));
+    for (const Side side : {kInner, kOuter}) boxes_[side][s] = LatticeBox(triangle(s, side));
+    both_[s] = boxes_[kInner][s];
+    both_[s].add(boxes_[kOuter][s]);
   }
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t s, Side side) const noexcept {
     const Face& f = base_.faces[s];
@@ -133,7 +106,8 @@ class Builder {
   const Fibres& fibres_;
   std::array<std::vector<double>, 2> depth_;
   std::array<std::vector<LatticePoint>, 2> ends_;
-  std::array<std::vector<IntBox>, 2> boxes_;
+  std::array<std::vector<LatticeBox>, 2> boxes_;  // by Side, per slab
+  std::vector<LatticeBox> both_;
   std::vector<std::uint32_t> fan_begin_;
   std::vector<Corner> corners_;
   std::vector<std::uint32_t> partner_begin_, partners_;
@@ -158,9 +132,8 @@ void Builder::build_fans() {
 void Builder::find_pairs() {
   std::vector<Box3d> boxes(base_.faces.size());
   for (std::uint32_t s = 0; s < boxes.size(); ++s) {
-    const IntBox box = united(boxes_[kInner][s], boxes_[kOuter][s]);
-    boxes[s].add(to_double(box.low));
-    boxes[s].add(to_double(box.high));
+    for (const Side side : {kInner, kOuter})
+      for (const LatticePoint p : triangle(s, side)) boxes[s].add(to_double(p));
     // The base itself, for ends that were kept within the lattice.
     for (const std::uint32_t v : base_.faces[s]) boxes[s].add(to_double(base_.points[v]));
   }
@@ -206,10 +179,10 @@ bool Builder::winds_once(std::uint32_t v) const noexcept {
 }
 
 bool Builder::holds_corner_of(std::uint32_t a, std::uint32_t b) const noexcept {
-  const IntBox box = united(boxes_[kInner][a], boxes_[kOuter][a]);
   for (const std::uint32_t v : base_.faces[b])
     for (const Side side : {kInner, kOuter})
-      if (box.holds(ends_[side][v]) && in_hull(triangle(a, kInner), triangle(a, kOuter), ends_[side][v])) return true;
+      if (both_[a].holds(ends_[side][v]) && in_hull(triangle(a, kInner), triangle(a, kOuter), ends_[side][v]))
+        return true;
   return false;
 }
 
@@ -254,7 +227,7 @@ bool Builder::shrink(const Progress& progress) {
       if (stale[a] == 0) continue;
       if ((a & 63U) == 0 && progress.cancelled()) return false;
       for (const std::uint32_t b : partners(a)) {
-        if (stale[b] != 0 && b < a) continue;
+        if ((stale[b] != 0 && b < a) || !both_[a].meets(both_[b])) continue;
         const bool adjacent = share_fibre(a, b);
         for (const Side sa : {kInner, kOuter})
           for (const Side sb : {kInner, kOuter})
@@ -358,6 +331,7 @@ bool Builder::sound_at(std::uint32_t v) const noexcept {
   }
   for (const Corner c : fan(v))
     for (const std::uint32_t b : partners(c.slab)) {
+      if (!both_[c.slab].meets(both_[b])) continue;
       const bool adjacent = share_fibre(c.slab, b);
       for (const Side sa : {kInner, kOuter})
         for (const Side sb : {kInner, kOuter})

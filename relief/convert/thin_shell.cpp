@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <tuple>
 
 namespace relief::detail {
 
 bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const std::uint32_t> gone,
                        const Progress& progress) {
   constexpr int kRounds = 60;
+  constexpr int kDoubt = 2;  // the round after which many faults are looked at with the least heights
   constexpr std::size_t kChunk = 8192;
   const std::size_t points = source_.points.size(), faces = source_.faces.size();
   std::vector<std::uint32_t> again, work;
@@ -53,17 +55,29 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
 
   const std::size_t most_pairs = 30'000'000 + 2000 * work.size();
   pairs_ = 0;
-  for (int round = 0; round < kRounds && !work.empty(); ++round) {
+  const auto test_all = [&](bool source_is_new) {
     for (const std::uint32_t f : work) faulty_[f] = 0;
     // A heap of triangles that all meet each other is given up early, always at the same place.
     std::size_t begin = 0;
     for (; begin < work.size() && pairs_ < most_pairs; begin += kChunk)
       if (!for_all(std::min(kChunk, work.size() - begin), 256, progress,
-                   [&](std::size_t k) { test(work[begin + k], round == 0); }))
+                   [&](std::size_t k) { test(work[begin + k], source_is_new); }))
         return false;
     for (; begin < work.size(); ++begin) faulty_[work[begin]] = kFault;
     for (const std::uint32_t f : work) works_[f] = 0;
-    if (!shrink(work) || pairs_ >= most_pairs) break;
+    return true;
+  };
+  for (int round = 0; round < kRounds && !work.empty(); ++round) {
+    if (!test_all(round == 0)) return false;
+    if (pairs_ >= most_pairs) break;
+    if (round == kDoubt && may_shrink() && has_many_faults()) {
+      const auto before = std::tuple(heights_, ends_, blamed_, faulty_, shortest_, work);
+      shrink(work, 0);
+      if (!test_all(false)) return false;
+      if (has_many_faults()) break;
+      std::tie(heights_, ends_, blamed_, faulty_, shortest_, work) = before;
+    }
+    if (!shrink(work, 0.5F)) break;
   }
   for (const std::uint32_t f : work) works_[f] = 0;
   faults_.clear();
@@ -201,8 +215,14 @@ bool ThinShell::can_shrink(std::uint32_t f, std::uint32_t swallowed) const noexc
   return tallest > std::max(kLeastHeight, 0.1 * shortest);
 }
 
-/// Halves what is to blame, and leaves in `work` the faces that this changes; false when none of it may be halved.
-bool ThinShell::shrink(std::vector<std::uint32_t>& work) {
+bool ThinShell::has_many_faults() const noexcept {
+  const auto count = std::ranges::count_if(faulty_, [](std::uint8_t fault) { return (fault & kFault) != 0; });
+  return static_cast<std::size_t>(count) > most_faults_;
+}
+
+/// Makes what is to blame lower by the factor, and leaves in `work` the faces that this changes; false when none of it
+/// may be lower.
+bool ThinShell::shrink(std::vector<std::uint32_t>& work, float factor) {
   work.clear();
   if (!may_shrink()) {
     std::fill(blamed_.begin(), blamed_.end(), 0);
@@ -214,7 +234,7 @@ bool ThinShell::shrink(std::vector<std::uint32_t>& work) {
     for (const Side side : {kInner, kOuter}) {
       float& height = heights_[v][side];
       if ((blamed_[v] >> side & 1U) == 0 || height <= float(kLeastHeight)) continue;
-      height = std::max(float(kLeastHeight), height * 0.5F);
+      height = std::max(float(kLeastHeight), height * factor);
       if (height <= float(kLeastHeight)) shortest_.push_back(v);
       shrunk = true;
     }

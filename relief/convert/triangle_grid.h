@@ -17,10 +17,11 @@ namespace relief::detail {
 class TriangleGrid {
  public:
   /// Enters box_of(k), where it is not empty, for k < count. Cells are about `cell` wide, wider where the boxes would
-  /// lie in too many of them; `finest` bounds the cells per axis, at most 32767.
+  /// lie in too many of them.
   template <typename BoxOf>
-  void build(std::size_t count, double cell, BoxOf&& box_of, double finest = 128) {
-    constexpr double kEnough = 24;  // cells per box
+  void build(std::size_t count, double cell, BoxOf&& box_of) {
+    constexpr double kEnough = 24;   // cells per box
+    constexpr double kFinest = 128;  // cells per axis
     Box3d all;
     std::size_t boxes = 0;
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -30,7 +31,7 @@ class TriangleGrid {
     }
     if (boxes == 0) all.add(Vec3d{});
     const Vec3d extent = all.extent();
-    cell = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / finest);
+    cell = std::max(cell, std::max({extent.x, extent.y, extent.z, 1.0}) / kFinest);
     double entries = 0;
     for (bool fits = false; !fits; cell *= fits ? 1 : 1.5) {
       entries = 0;
