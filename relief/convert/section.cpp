@@ -147,20 +147,25 @@ Meeting SlabShape::meet(const SourceBlock& block) const noexcept {
         block.centre[k] + block.half[k] < box_.low[k] - kClearance)
       return Meeting::Apart;
   }
-  bool clear = true;
+  bool clear = true, inside = true;
   for (std::size_t k = 0; k < 8; ++k) {
     const Vec3d n = plane(k);
     const double middle = dot(n, block.centre);
     const double reach = std::abs(n.x) * block.half.x + std::abs(n.y) * block.half.y + std::abs(n.z) * block.half.z;
     if (middle - reach > limits_[k] + kClearance) return Meeting::Apart;
+    inside = inside && middle + reach < limits_[k];
     if (k < 2) clear = clear && middle + reach < levels_[k] - kClearance;
   }
-  if (!clear || block.cosine <= 0) return Meeting::Mixed;
+  if (!clear) return Meeting::Mixed;
+  for (std::size_t k = 0; k < 3; ++k)
+    inside = inside && block.centre[k] - block.half[k] > box_.low[k] && block.centre[k] + block.half[k] < box_.high[k];
+  const Meeting unless_crossed = inside ? Meeting::Within : Meeting::Mixed;
+  if (block.cosine <= 0) return unless_crossed;
   const double sine = std::sqrt(std::max(0.0, 1 - block.cosine * block.cosine));
   for (std::size_t k = 0; k < 3; ++k) {
     const double along = dot(block.axis, fibres_[k]);
     const double across = std::sqrt(std::max(0.0, lengths_[k] * lengths_[k] - along * along));
-    if (along * block.cosine - across * sine <= (block.slack + 1e-6) * lengths_[k]) return Meeting::Mixed;
+    if (along * block.cosine - across * sine <= (block.slack + 1e-6) * lengths_[k]) return unless_crossed;
   }
   return Meeting::Section;
 }
@@ -310,9 +315,34 @@ unsigned QuickShape::near(const FourTriangles& t) const noexcept {
                  (t.high[1].all() >= low_[1]) & (t.low[2].all() <= high_[2]) & (t.high[2].all() >= low_[2]));
 }
 
+unsigned QuickShape::near_boxes(const FourTriangles& t) const noexcept {
+  Four reach{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    reach = greatest(reach, greatest(-t.low[axis].all(), t.high[axis].all()));
+  const Four margin = margin_for(reach);
+  unsigned left = near(t);
+  for (std::size_t k = 0; k < SlabShape::kPlanes && left != 0; ++k) {
+    // Of the corner that lies farthest down.
+    Four height{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      height += normals_[axis][k] * (normals_[axis][k] > 0 ? t.low[axis] : t.high[axis]).all();
+    left &= ~bits_of(height > limits_[k] + margin);
+  }
+  return left;
+}
+
+unsigned QuickShape::crossed(const FourTriangles& t) const noexcept {
+  auto doubtful = t.slack.all() < 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Four lean =
+        t.normals[0].all() * fibres_[k][0] + t.normals[1].all() * fibres_[k][1] + t.normals[2].all() * fibres_[k][2];
+    doubtful |= lean <= (t.slack.all() + 1e-5F) * lengths_[k];
+  }
+  return ~bits_of(doubtful);
+}
+
 QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
-  // A height over a plane takes about ten roundings of 2^-24 of sums below three times the reach.
-  const Four margin = static_cast<float>(kClearance) + 0x1p-18F * (t.reach.all() + reach_);
+  const Four margin = margin_for(t.reach.all());
   const auto height = [&](std::size_t k, std::size_t corner) {
     return t.corners[corner][0].all() * normals_[0][k] + t.corners[corner][1].all() * normals_[1][k] +
            t.corners[corner][2].all() * normals_[2][k];
@@ -326,13 +356,8 @@ QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
     apart |= least(least(a, b), c) > limits_[k] + margin;
     if (k < 2) doubtful |= greatest(greatest(a, b), c) >= levels_[k] - margin;
   }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Four lean =
-        t.normals[0].all() * fibres_[k][0] + t.normals[1].all() * fibres_[k][1] + t.normals[2].all() * fibres_[k][2];
-    doubtful |= lean <= (t.slack.all() + 1e-5F) * lengths_[k];
-  }
   const unsigned kept = in_box & ~bits_of(apart);
-  return {kept, kept & ~bits_of(doubtful)};
+  return {kept, kept & ~bits_of(doubtful) & crossed(t)};
 }
 
 }  // namespace relief::detail

@@ -36,6 +36,7 @@ enum class Meeting : std::uint8_t {
   Inner,    ///< not certainly clear of the inner triangle
   Outer,    ///< not certainly clear of the outer triangle
   Folded,   ///< a fibre of the slab may run along the piece or back through it
+  Within,   ///< a block in the slab and clear of both ends, whose triangles fibres may not all cross
   Mixed     ///< a block that must be looked at triangle by triangle
 };
 
@@ -122,15 +123,25 @@ class QuickShape {
     unsigned section = 0;  ///< of these, crossed by all fibres; otherwise ask the shape itself
   };
   [[nodiscard]] unsigned near(const FourTriangles& t) const noexcept;  ///< by the boxes alone
+  /// Which of the boxes around them are not certainly apart from the slab.
+  [[nodiscard]] unsigned near_boxes(const FourTriangles& t) const noexcept;
   [[nodiscard]] Verdict meet(const FourTriangles& t) const noexcept;
+  /// Which of them all fibres cross, of those that lie in the slab and clear of its ends.
+  [[nodiscard]] unsigned crossed(const FourTriangles& t) const noexcept;
 
  private:
-  std::array<std::array<float, 8>, 3> normals_;  // by axis
-  std::array<float, 8> limits_;
+  std::array<std::array<float, SlabShape::kPlanes>, 3> normals_;  // by axis
+  std::array<float, SlabShape::kPlanes> limits_;
   std::array<float, 2> levels_;
   std::array<std::array<float, 3>, 3> fibres_;
   std::array<float, 3> lengths_, low_, high_;
   float reach_ = 0;
+
+  /// How far beyond a plane floats must lie to be surely beyond it, clearance included: a height over a plane takes
+  /// about ten roundings of 2^-24 of sums below three times the reach.
+  [[nodiscard]] Four margin_for(Four reach) const noexcept {
+    return static_cast<float>(kClearance) + 0x1p-18F * (reach + reach_);
+  }
 };
 
 }  // namespace relief::detail

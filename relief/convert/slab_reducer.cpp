@@ -251,13 +251,17 @@ void SlabReducer::lay_out() {
   laid_out_ = true;
   origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
   pieces_.resize((union_.size() + 3) / 4);
+  block_lanes_.assign(pieces_.size(), 0);
   spread_.assign(union_.size(), kNone);
   spread_count_ = 0;
   for (std::size_t four = 0; four < pieces_.size(); ++four) {
     const auto entries = std::span(union_).subspan(4 * four, std::min<std::size_t>(4, union_.size() - 4 * four));
     source_.set_four(pieces_[four], entries.size(), origin_, [&](std::size_t k) { return entries[k].first(); });
-    for (std::size_t k = 0; k < entries.size(); ++k)
-      if (entries[k].is_block()) pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      if (!entries[k].is_block()) continue;
+      pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
+      block_lanes_[four] |= 1U << k;
+    }
   }
 }
 
@@ -406,8 +410,9 @@ SlabReducer::Fault SlabReducer::evaluate() {
     trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
   gather();
-  if (const Fault fault = evaluate_source(); fault != Fault::None) return fault;
-  return evaluate_overlap();
+  // Slabs near a star are few, its source may be much.
+  if (const Fault fault = evaluate_overlap(); fault != Fault::None) return fault;
+  return evaluate_source();
 }
 
 SlabReducer::Fault SlabReducer::fault_of(Meeting m) noexcept {
@@ -434,7 +439,7 @@ SlabReducer::Fault SlabReducer::judge(Meeting m, std::uint32_t triangle, double&
 
 /// Lists the triangles of a block that do not fit as a whole.
 SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece,
-                                               double& spare) {
+                                               bool is_within, double& spare) {
   const std::uint32_t first = union_[piece].first();
   const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(kBlock, source_.faces.size() - first));
   if (spread_[piece] == kNone) {
@@ -447,7 +452,9 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
   }
   const auto& fours = spread_blocks_[spread_[piece]];
   for (std::uint32_t k = 0; k < count; k += 4) {
-    const QuickShape::Verdict verdict = quick.meet(fours[k / 4]);
+    const QuickShape::Verdict verdict =
+        is_within ? QuickShape::Verdict{(1U << std::min(4U, count - k)) - 1, quick.crossed(fours[k / 4])}
+                  : quick.meet(fours[k / 4]);
     for (unsigned left = verdict.near; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
       const std::uint32_t t = first + k + lane;
@@ -492,16 +499,25 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     const QuickShape quick(s, origin_);
     double spare = tolerance_.folds * s.middle_area();
     for (std::size_t four = 0; four < pieces_.size(); ++four) {
-      if (quick.near(pieces_[four]) == 0) continue;
-      const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
+      QuickShape::Verdict verdict;
+      verdict.near = quick.near(pieces_[four]);
+      if (verdict.near == 0) continue;
+      const unsigned blocks = block_lanes_[four];
+      if ((verdict.near & blocks) != 0) verdict.near &= quick.near_boxes(pieces_[four]) | ~blocks;
+      if ((verdict.near & ~blocks) != 0) {
+        const QuickShape::Verdict of_triangles = quick.meet(pieces_[four]);
+        verdict.near &= of_triangles.near | blocks;
+        verdict.section = of_triangles.section;
+      }
       for (unsigned left = verdict.near; left != 0; left &= left - 1) {
         const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
         const Entry e = union_[k];
         if (e.is_block()) {
           const Meeting whole = s.meet(source_.blocks[e.first() / kBlock]);
           if (whole == Meeting::Section) trial_.lists.push_back(e);
-          if (whole != Meeting::Mixed) continue;
-          if (const Fault fault = evaluate_block(s, quick, k, spare); fault != Fault::None) return fail(fault);
+          if (whole == Meeting::Section || whole == Meeting::Apart) continue;
+          const Fault fault = evaluate_block(s, quick, k, whole == Meeting::Within, spare);
+          if (fault != Fault::None) return fail(fault);
           continue;
         }
         if ((verdict.section >> (k % 4) & 1U) == 0) {
@@ -1216,7 +1232,7 @@ bool SlabReducer::reduce(std::size_t target_count, const Progress& progress) {
   queued_ = true;
   constexpr std::size_t kInVain = 50;  // a round that removes less than one in so many is the last; where nothing else
                                        // is left to try the second in a row that removes none
-  constexpr std::size_t kDear = 12;    // the same where most edges resist, as each round tries them anew, and where the
+  constexpr std::size_t kDear = 10;    // the same where most edges resist, as each round tries them anew, and where the
                                        // lists are long
   // Where the sweep has stopped far above its goal most edges resist: patience takes more of them in less time.
   const bool stuck = alive_ > swept_to_ + swept_to_ / 2;

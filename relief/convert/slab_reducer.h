@@ -190,7 +190,7 @@ class SlabReducer {
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
   Fault evaluate_source();
-  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, double& spare);
+  Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, bool is_within, double& spare);
   Fault judge(Meeting m, std::uint32_t triangle, double& spare);
   [[nodiscard]] static Fault fault_of(Meeting m) noexcept;
   Fault evaluate_overlap();
@@ -252,6 +252,7 @@ class SlabReducer {
   Trial trial_;
   std::vector<Entry> union_;  // of the lists that a trial replaces
   std::vector<FourTriangles> pieces_;
+  std::vector<unsigned> block_lanes_;  // per four pieces: a bit for each that is a block
   std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
   std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;  // the first of them in use
   std::uint32_t spread_count_ = 0;
