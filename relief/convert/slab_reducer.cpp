@@ -410,7 +410,8 @@ SlabReducer::Fault SlabReducer::evaluate() {
     trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
   }
   gather();
-  // Slabs near a star are few, its source may be much.
+  // What failed last is likely to fail again; slabs near a star are few, its source may be much.
+  if (const Fault fault = evaluate_hint(); fault != Fault::None) return fault;
   if (const Fault fault = evaluate_overlap(); fault != Fault::None) return fault;
   return evaluate_source();
 }
@@ -472,16 +473,20 @@ SlabReducer::Fault SlabReducer::evaluate_block(const SlabShape& s, const QuickSh
   return Fault::None;
 }
 
+/// C5 and C6 of the triangle that failed last.
+SlabReducer::Fault SlabReducer::evaluate_hint() {
+  if (hint_ == kNone || tolerance_.folds > 0) return Fault::None;
+  const SourceTriangle t = source_.triangle(hint_);
+  for (std::size_t k = 0; k < trial_.shapes.size(); ++k)
+    if (const Fault fault = fault_of(trial_.shapes[k].meet(t)); fault != Fault::None) {
+      failed_ = k;
+      return fault;
+    }
+  return Fault::None;
+}
+
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
-  if (hint_ != kNone && tolerance_.folds == 0) {
-    const SourceTriangle t = source_.triangle(hint_);
-    for (std::size_t k = 0; k < trial_.shapes.size(); ++k)
-      if (const Fault fault = fault_of(trial_.shapes[k].meet(t)); fault != Fault::None) {
-        failed_ = k;
-        return fault;
-      }
-  }
   lay_out();
   lost_ = 0;
   if (spare_) met_.assign(union_.size(), 0);

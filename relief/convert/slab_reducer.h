@@ -189,6 +189,7 @@ class SlabReducer {
   [[nodiscard]] std::vector<std::uint32_t> outermost(Vec3d mean) const;
   [[nodiscard]] double least_lean(Vec3d d) const noexcept;
   Fault evaluate();
+  Fault evaluate_hint();
   Fault evaluate_source();
   Fault evaluate_block(const SlabShape& s, const QuickShape& quick, std::size_t piece, bool is_within, double& spare);
   Fault judge(Meeting m, std::uint32_t triangle, double& spare);
