@@ -69,6 +69,22 @@ TEST_P(Tree, FindsWhatMeetsABox) {
   }
 }
 
+TEST_P(Tree, IsTheSameOnOneThread) {
+  const BoxTree alone(boxes_.size(), [this](std::size_t k) { return boxes_[k]; }, false);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Box3d box = widened({near_some(), near_some()}, 20000);
+    const auto found_in = [&](const BoxTree& tree) {
+      std::vector<std::uint32_t> found;
+      tree.query(box, [&](std::uint32_t k) {
+        found.push_back(k);
+        return true;
+      });
+      return found;
+    };
+    EXPECT_EQ(found_in(alone), found_in(tree_));
+  }
+}
+
 TEST_P(Tree, StopsWhenTold) {
   std::size_t calls = 0;
   tree_.query(widened(boxes_[0], 1e8), [&](std::uint32_t) { return ++calls < 3; });

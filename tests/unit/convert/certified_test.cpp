@@ -11,6 +11,7 @@
 #include <relief/convert/fill.h>
 #include <relief/convert/mend.h>
 #include <relief/convert/section.h>
+#include <relief/convert/thin_shell.h>
 #include <relief/core/query.h>
 #include <relief/verify/verify.h>
 
@@ -21,6 +22,7 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -1207,6 +1209,20 @@ class Section : public ::testing::Test {
   static detail::SourceTriangle triangle(Vec3d a, Vec3d b, Vec3d c) {
     return {a + shift(), b + shift(), c + shift(), normalized(cross(b - a, c - a)), 1e-3};
   }
+  static detail::SourceBlock block_around(const std::vector<detail::SourceTriangle>& triangles) {
+    Box3d box;
+    Vec3d sum;
+    for (const detail::SourceTriangle& t : triangles) {
+      for (const Vec3d p : {t.a, t.b, t.c}) box.add(p);
+      sum += t.normal;
+    }
+    detail::SourceBlock block = {box.centre(), box.extent() * 0.5, normalized(sum), 1, 0};
+    for (const detail::SourceTriangle& t : triangles) {
+      block.cosine = std::min(block.cosine, dot(block.axis, t.normal) - 1e-6);
+      block.slack = std::max(block.slack, t.slack);
+    }
+    return block;
+  }
   static Vec3d shift() { return {5000, 6000, 7000}; }
 };
 
@@ -1282,7 +1298,7 @@ TEST_F(Section, VerdictsHoldOnSampledFibres) {
 TEST_F(Section, QuickVerdictsAgree) {
   std::mt19937 random(23);
   std::uniform_real_distribution<double> wide(-700, 700);
-  int apart = 0, sections = 0, left = 0;
+  int apart = 0, sections = 0, left = 0, boxes_apart = 0;
   for (int trial = 0; trial < 20000; ++trial) {
     const auto v = [&](double size) { return Vec3d{wide(random), wide(random), wide(random)} * size; };
     const auto s = slab({v(0.3), v(0.3), v(0.3)});
@@ -1308,8 +1324,15 @@ TEST_F(Section, QuickVerdictsAgree) {
     const auto verdict = quick.meet(four);
     EXPECT_EQ(verdict.near >> count, 0U);
     EXPECT_EQ(verdict.near & ~quick.near(four), 0U);
+    const unsigned near_boxes = quick.near_boxes(four), crossed = quick.crossed(four);
+    EXPECT_EQ(near_boxes >> count, 0U);
     for (std::size_t k = 0; k < count; ++k) {
       const auto meeting = s.meet(exact[k]);
+      if ((near_boxes >> k & 1U) == 0) {
+        EXPECT_EQ(s.meet(block_around({exact[k]})), detail::Meeting::Apart);
+        ++boxes_apart;
+      }
+      EXPECT_FALSE((crossed >> k & 1U) != 0 && meeting == detail::Meeting::Folded);
       EXPECT_EQ(s.is_apart(exact[k]), meeting == detail::Meeting::Apart);
       if ((verdict.near >> k & 1U) == 0) {
         EXPECT_EQ(meeting, detail::Meeting::Apart);
@@ -1325,6 +1348,82 @@ TEST_F(Section, QuickVerdictsAgree) {
   EXPECT_GT(apart, 1000);
   EXPECT_GT(sections, 300);
   EXPECT_GT(left, 300);
+  EXPECT_GT(boxes_apart, 1000);
+}
+
+// What holds for a block holds for each of its triangles.
+TEST_F(Section, BlocksSpeakForTheirTriangles) {
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> wide(-700, 700);
+  std::map<detail::Meeting, int> found;
+  for (int trial = 0; trial < 40000; ++trial) {
+    const auto v = [&](double size) { return Vec3d{wide(random), wide(random), wide(random)} * size; };
+    const auto s = slab({v(0.1), v(0.1), v(0.1)});
+    if (detail::jacobian_fault(s.triangle(0), s.triangle(1)) != detail::JacobianFault::None) continue;
+    const Vec3d at = {300 + 0.4 * wide(random), 300 + 0.4 * wide(random), 100 + 0.1 * wide(random)};
+    // Flat pieces and crumpled ones.
+    const Vec3d e = Vec3d{40, 0, 0} + v(0.01), f = Vec3d{0, 40, 0} + v(0.01);
+    const double crumpled = trial % 2 == 0 ? 0.002 : 0.04;
+    std::vector<detail::SourceTriangle> triangles;
+    for (int k = 0; k < 4; ++k) {
+      const Vec3d corner = at + e * (k % 2) + f * (k / 2 % 2);
+      triangles.push_back(triangle(corner + v(crumpled), corner + e + v(crumpled), corner + f + v(crumpled)));
+    }
+    const detail::Meeting whole = s.meet(block_around(triangles));
+    ++found[whole];
+    for (const detail::SourceTriangle& t : triangles) {
+      const detail::Meeting meeting = s.meet(t);
+      const bool is_apart = meeting == detail::Meeting::Apart, is_section = meeting == detail::Meeting::Section;
+      EXPECT_TRUE(whole != detail::Meeting::Apart || is_apart);
+      EXPECT_TRUE(whole != detail::Meeting::Section || is_apart || is_section);
+      EXPECT_TRUE(whole != detail::Meeting::Within || is_section || meeting == detail::Meeting::Folded);
+    }
+  }
+  for (const auto meeting :
+       {detail::Meeting::Apart, detail::Meeting::Section, detail::Meeting::Within, detail::Meeting::Mixed})
+    EXPECT_GT(found[meeting], 300);
+}
+
+/// The thin shell of a mesh on the lattice.
+class ThinShells : public ::testing::Test {
+ protected:
+  struct Made {
+    std::vector<std::uint32_t> faults;
+    std::vector<detail::Ends> ends;
+  };
+  static Made made(const TriangleMesh& mesh, std::size_t most_faults) {
+    const double scale = 1e6;  // lattice steps
+    std::vector<detail::LatticePoint> points;
+    for (const Vec3d p : mesh.positions) points.push_back(detail::snap((p + Vec3d{4, 4, 4}) * scale));
+    const detail::OrderedSource source(points, mesh.triangles);
+    const detail::Rings rings(source.faces, source.points.size());
+    detail::ThinShell thin(source, rings, scale, detail::ThinShell::Heights::Shrinking, {}, most_faults);
+    EXPECT_TRUE(thin.update({}, {}, {}));
+    std::vector<std::uint32_t> faults = thin.faults();
+    return {std::move(faults), thin.take_ends()};
+  }
+};
+
+// Sheets so near to each other that many slabs are faulty until they are thin: the look with the least heights leaves
+// no trace.
+TEST_F(ThinShells, ManyFaultsThatYieldAreNotGivenUp) {
+  TriangleMesh mesh = testing::ball(24);
+  append(mesh, testing::ball(24), {}, 1.002);
+  const Made patient = made(mesh, detail::kNone), doubtful = made(mesh, 0);
+  EXPECT_TRUE(patient.faults.empty());
+  EXPECT_TRUE(doubtful.faults.empty());
+  EXPECT_EQ(patient.ends, doubtful.ends);
+}
+
+TEST_F(ThinShells, FaultsThatDoNotYieldAreGivenUpEarly) {
+  TriangleMesh mesh = testing::ball(24);
+  append(mesh, testing::ball(24), {0.5, 0.1, 0.2});
+  const Made patient = made(mesh, detail::kNone), hopeless = made(mesh, 0);
+  EXPECT_GT(patient.faults.size(), 50U);
+  EXPECT_TRUE(std::ranges::includes(hopeless.faults, patient.faults));
+  EXPECT_LT(hopeless.faults.size(), 2 * patient.faults.size());
+  EXPECT_NE(hopeless.ends, patient.ends);
+  EXPECT_EQ(made(mesh, 2 * hopeless.faults.size()).ends, patient.ends) << "so many are not too many";
 }
 
 // What the builder takes for a section the verifier must prove. Where two fibres of a slab lean away from a triangle,

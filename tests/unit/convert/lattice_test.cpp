@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -33,6 +34,35 @@ TEST(Lattice, PointsSurviveTheWayToTheModelAndBack) {
         EXPECT_LE(p.x, Lattice::kSpan);
       }
     }
+}
+
+TEST(LatticeBox, HoldsAndMeetsWhatItsCornersSay) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<std::int32_t> some(0, 12);
+  int met = 0, held = 0;
+  for (int trial = 0; trial < 5000; ++trial) {
+    const auto point = [&] { return LatticePoint{some(random), some(random), (1 << Lattice::kBits) - some(random)}; };
+    const LatticeTriangle s = {point(), point(), point()}, t = {point(), point(), point()};
+    const LatticePoint p = point();
+    LatticeBox a(s), both(t);
+    const auto overlap = [&](const auto& x, const auto& y) {
+      for (std::size_t k = 0; k < 3; ++k)
+        if (std::max({x[0][k], x[1][k], x[2][k]}) < std::min({y[0][k], y[1][k], y[2][k]}) ||
+            std::max({y[0][k], y[1][k], y[2][k]}) < std::min({x[0][k], x[1][k], x[2][k]}))
+          return false;
+      return true;
+    };
+    EXPECT_EQ(a.meets(LatticeBox(t)), overlap(s, t));
+    EXPECT_EQ(a.holds(p), overlap(s, LatticeTriangle{p, p, p}));
+    both.add(a);
+    for (const LatticeTriangle& of : {s, t})
+      for (const LatticePoint q : of) EXPECT_TRUE(both.holds(q));
+    met += a.meets(LatticeBox(t));
+    held += a.holds(p);
+  }
+  EXPECT_GT(met, 500);
+  EXPECT_LT(met, 4500);
+  EXPECT_GT(held, 200);
 }
 
 TEST(Orientation, SeesOneStepInTwentyFiveBits) {
