@@ -338,7 +338,7 @@ unsigned QuickShape::crossed(const FourTriangles& t) const noexcept {
         t.normals[0].all() * fibres_[k][0] + t.normals[1].all() * fibres_[k][1] + t.normals[2].all() * fibres_[k][2];
     doubtful |= lean <= (t.slack.all() + 1e-5F) * lengths_[k];
   }
-  return ~bits_of(doubtful);
+  return ~bits_of(doubtful) & 15U;
 }
 
 QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {

@@ -373,6 +373,7 @@ SlabReducer::Quality SlabReducer::quality_now() const noexcept {
 
 /// All tests of a trial, cheap ones first. Leaves the shapes and lists of the new slabs behind.
 SlabReducer::Fault SlabReducer::evaluate() {
+  lost_ = 0;
   const auto end = [&](std::uint32_t v, Side side) {
     return v == trial_.moved ? trial_.ends[side] : cage_.ends[v][side];
   };
@@ -488,7 +489,6 @@ SlabReducer::Fault SlabReducer::evaluate_hint() {
 // C5 and C6.
 SlabReducer::Fault SlabReducer::evaluate_source() {
   lay_out();
-  lost_ = 0;
   if (spare_) met_.assign(union_.size(), 0);
   trial_.lists.clear();
   trial_.ranges.resize(trial_.shapes.size());

@@ -20,7 +20,7 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
   directions_.resize(points);
   heights_.resize(points);
   ends_.resize(points);
-  blamed_.resize(points, 0);
+  blamed_.assign(points, 0);
   works_.resize(faces, 0);
   faulty_.resize(faces, 0);
   if (tree_) {
@@ -71,11 +71,13 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
     if (!test_all(round == 0)) return false;
     if (pairs_ >= most_pairs) break;
     if (round == kDoubt && may_shrink() && has_many_faults()) {
-      const auto before = std::tuple(heights_, ends_, blamed_, faulty_, shortest_, work);
+      auto before = std::tuple(heights_, ends_, blamed_, faulty_, shortest_);
+      const std::size_t pairs_before = pairs_;
       shrink(work, 0);
       if (!test_all(false)) return false;
       if (has_many_faults()) break;
-      std::tie(heights_, ends_, blamed_, faulty_, shortest_, work) = before;
+      std::tie(heights_, ends_, blamed_, faulty_, shortest_) = std::move(before);
+      pairs_ = pairs_before;
     }
     if (!shrink(work, 0.5F)) break;
   }

@@ -35,8 +35,8 @@ class ThinShell {
     Roomy       ///< the same with 0.3 of it
   };
   /// All must outlive it. `longest`: of a fibre, lattice steps. `wanted`: per point, whether faults of the faces there
-  /// are asked for at first; none: all are. `most_faults`: where more faces than that stay faulty however thin, halving
-  /// ends early.
+  /// are asked for at first; none: all are. `most_faults`: where more faces than that are still faulty in one look with
+  /// the least heights, halving ends early, and faults() may hold some that would have yielded.
   ThinShell(const OrderedSource& source, const Rings& rings, double longest, Heights heights = Heights::Shrinking,
             std::span<const std::uint8_t> wanted = {}, std::size_t most_faults = kNone)
       : source_(source),
