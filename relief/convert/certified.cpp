@@ -160,18 +160,16 @@ class Replaced {
       lost_.place = loss.place;
     }
   }
-  [[nodiscard]] bool is_too_much() const noexcept {
-    return lost_.area > kMostReplaced * area_ || share_of(lost_.faces) > kMostReplaced;
-  }
-  [[nodiscard]] double share_of(std::size_t faces) const noexcept { return double(faces) / double(faces_ + 2000); }
+  [[nodiscard]] bool is_too_much() const noexcept { return lost_.area > kMostReplaced * area_ || lost_.faces > most(); }
+  [[nodiscard]] double share_of(std::size_t faces) const noexcept { return double(faces) / weight(); }
   /// So many scanned faces are not too many.
-  [[nodiscard]] std::size_t most() const noexcept {
-    return static_cast<std::size_t>(kMostReplaced * double(faces_ + 2000));
-  }
+  [[nodiscard]] std::size_t most() const noexcept { return static_cast<std::size_t>(kMostReplaced * weight()); }
   [[nodiscard]] std::size_t scanned() const noexcept { return faces_; }
   [[nodiscard]] const Mender::Loss& lost() const noexcept { return lost_; }
 
  private:
+  [[nodiscard]] double weight() const noexcept { return double(faces_ + 2000); }  // of all faces; few count for more
+
   double area_ = 0;  // square lattice steps
   std::size_t faces_ = 0;
   Mender::Loss lost_;
@@ -250,6 +248,7 @@ std::optional<Start> smooth_and_cut(CertifiedShell& result, std::span<const Latt
   const auto kept = tips.fate == Tips::Fate::Noted ? Mender::Needles::All : Mender::Needles::Unmoved;
   Mender mender(s, start, settings.farthest, needles == Needles::None ? Mender::Needles::None : kept);
   const OrderedSource& source = mender.source();
+  // So many faults cannot be cut out: at the first cut, before which no patch is of our own making.
   const std::size_t hopeless = replaced.most() + s.faces.size() - replaced.scanned();
   ThinShell thin(source, mender.rings(), settings.longest, ThinShell::Heights::Shrinking, {}, hopeless);
   // Vertices that are seen, if only just, stay where they are when a thin shell stands for all that.

@@ -41,7 +41,7 @@ struct Lattice {
 
 using LatticeTriangle = std::array<LatticePoint, 3>;
 
-/// The box around lattice points. Exact.
+/// The box around lattice points; at first around the origin. Exact.
 struct LatticeBox {
   FourInts low{}, high{};  ///< by axis; the fourth is 0
 

@@ -272,6 +272,7 @@ void FourTriangles::set(const std::array<LatticeTriangle, 4>& triangles,
     high[axis] = std::bit_cast<Lanes>(to);
   }
   reach = std::bit_cast<Lanes>(farthest);
+  blocks = 0;
   std::array<Four, 4> leans{};
   for (std::size_t k = 0; k < 4; ++k) leans[k] = std::bit_cast<Four>(normals_and_slacks[k]);
   transpose(leans);
@@ -285,11 +286,13 @@ void FourTriangles::set(const std::array<LatticeTriangle, 4>& triangles,
 }
 
 void FourTriangles::set(std::size_t k, const SourceBlock& block, LatticePoint origin) noexcept {
+  blocks |= 1U << k;
+  reach.of[k] = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     low[axis].of[k] = static_cast<float>(block.centre[axis] - block.half[axis] - origin[axis]);
     high[axis].of[k] = static_cast<float>(block.centre[axis] + block.half[axis] - origin[axis]);
+    reach.of[k] = std::max({reach.of[k], -low[axis].of[k], high[axis].of[k]});
   }
-  reach.of[k] = 1e30F;  // no plane has it apart
 }
 
 QuickShape::QuickShape(const SlabShape& shape, LatticePoint origin) noexcept {
@@ -316,10 +319,7 @@ unsigned QuickShape::near(const FourTriangles& t) const noexcept {
 }
 
 unsigned QuickShape::near_boxes(const FourTriangles& t) const noexcept {
-  Four reach{};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    reach = greatest(reach, greatest(-t.low[axis].all(), t.high[axis].all()));
-  const Four margin = margin_for(reach);
+  const Four margin = margin_for(t.reach.all());
   unsigned left = near(t);
   for (std::size_t k = 0; k < SlabShape::kPlanes && left != 0; ++k) {
     // Of the corner that lies farthest down.
@@ -342,22 +342,23 @@ unsigned QuickShape::crossed(const FourTriangles& t) const noexcept {
 }
 
 QuickShape::Verdict QuickShape::meet(const FourTriangles& t) const noexcept {
+  const unsigned in_box = near(t), triangles = in_box & ~t.blocks;
+  const unsigned kept_blocks = in_box == triangles ? 0 : near_boxes(t) & t.blocks;
   const Four margin = margin_for(t.reach.all());
-  const auto height = [&](std::size_t k, std::size_t corner) {
-    return t.corners[corner][0].all() * normals_[0][k] + t.corners[corner][1].all() * normals_[1][k] +
-           t.corners[corner][2].all() * normals_[2][k];
-  };
   auto apart = margin < 0;
   auto doubtful = apart;
-  const unsigned in_box = near(t);
   for (std::size_t k = 0; k < SlabShape::kPlanes; ++k) {
-    if (k % 2 == 0 && (in_box & ~bits_of(apart)) == 0) return {};
-    const Four a = height(k, 0), b = height(k, 1), c = height(k, 2);
+    if (k % 2 == 0 && (triangles & ~bits_of(apart)) == 0) return {kept_blocks, 0};
+    const auto height = [&](std::size_t corner) {
+      return t.corners[corner][0].all() * normals_[0][k] + t.corners[corner][1].all() * normals_[1][k] +
+             t.corners[corner][2].all() * normals_[2][k];
+    };
+    const Four a = height(0), b = height(1), c = height(2);
     apart |= least(least(a, b), c) > limits_[k] + margin;
     if (k < 2) doubtful |= greatest(greatest(a, b), c) >= levels_[k] - margin;
   }
-  const unsigned kept = in_box & ~bits_of(apart);
-  return {kept, kept & ~bits_of(doubtful) & crossed(t)};
+  const unsigned kept = triangles & ~bits_of(apart);
+  return {kept | kept_blocks, kept & ~bits_of(doubtful) & crossed(t)};
 }
 
 }  // namespace relief::detail

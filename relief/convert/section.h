@@ -102,6 +102,7 @@ struct FourTriangles {
   std::array<Lanes, 3> normals;
   std::array<Lanes, 3> low, high;  ///< of their boxes
   Lanes slack, reach;              ///< reach: greatest coordinate
+  unsigned blocks = 0;             ///< a bit for each that is a block, of which there is only the box
 
   /// The first `count` of them; the others lie nowhere. `normals_and_slacks` as in OrderedSource.
   void set(const std::array<LatticeTriangle, 4>& triangles,
@@ -122,9 +123,10 @@ class QuickShape {
     unsigned near = 0;     ///< not certainly apart
     unsigned section = 0;  ///< of these, crossed by all fibres; otherwise ask the shape itself
   };
-  [[nodiscard]] unsigned near(const FourTriangles& t) const noexcept;  ///< by the boxes alone
+  [[nodiscard]] unsigned near(const FourTriangles& t) const noexcept;  ///< by the boxes around both alone
   /// Which of the boxes around them are not certainly apart from the slab.
   [[nodiscard]] unsigned near_boxes(const FourTriangles& t) const noexcept;
+  /// Blocks are judged as their boxes.
   [[nodiscard]] Verdict meet(const FourTriangles& t) const noexcept;
   /// Which of them all fibres cross, of those that lie in the slab and clear of its ends.
   [[nodiscard]] unsigned crossed(const FourTriangles& t) const noexcept;

@@ -251,17 +251,13 @@ void SlabReducer::lay_out() {
   laid_out_ = true;
   origin_ = cage_.ends[trial_.faces[trial_.fresh][1]][kInner];
   pieces_.resize((union_.size() + 3) / 4);
-  block_lanes_.assign(pieces_.size(), 0);
   spread_.assign(union_.size(), kNone);
   spread_count_ = 0;
   for (std::size_t four = 0; four < pieces_.size(); ++four) {
     const auto entries = std::span(union_).subspan(4 * four, std::min<std::size_t>(4, union_.size() - 4 * four));
     source_.set_four(pieces_[four], entries.size(), origin_, [&](std::size_t k) { return entries[k].first(); });
-    for (std::size_t k = 0; k < entries.size(); ++k) {
-      if (!entries[k].is_block()) continue;
-      pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
-      block_lanes_[four] |= 1U << k;
-    }
+    for (std::size_t k = 0; k < entries.size(); ++k)
+      if (entries[k].is_block()) pieces_[four].set(k, source_.blocks[entries[k].first() / kBlock], origin_);
   }
 }
 
@@ -405,11 +401,7 @@ SlabReducer::Fault SlabReducer::evaluate() {
     if (!is_within(box)) return Fault::Outside;
   }
   trial_.shapes.clear();
-  trial_.boxes.clear();
-  for (const auto& [in, out] : trial_.triangles) {
-    const SlabShape& shape = trial_.shapes.emplace_back(in, out);
-    trial_.boxes.push_back({FloatBox::around(shape.box(kInner)), FloatBox::around(shape.box(kOuter))});
-  }
+  for (const auto& [in, out] : trial_.triangles) trial_.shapes.emplace_back(in, out);
   gather();
   // What failed last is likely to fail again; slabs near a star are few, its source may be much.
   if (const Fault fault = evaluate_hint(); fault != Fault::None) return fault;
@@ -504,16 +496,7 @@ SlabReducer::Fault SlabReducer::evaluate_source() {
     const QuickShape quick(s, origin_);
     double spare = tolerance_.folds * s.middle_area();
     for (std::size_t four = 0; four < pieces_.size(); ++four) {
-      QuickShape::Verdict verdict;
-      verdict.near = quick.near(pieces_[four]);
-      if (verdict.near == 0) continue;
-      const unsigned blocks = block_lanes_[four];
-      if ((verdict.near & blocks) != 0) verdict.near &= quick.near_boxes(pieces_[four]) | ~blocks;
-      if ((verdict.near & ~blocks) != 0) {
-        const QuickShape::Verdict of_triangles = quick.meet(pieces_[four]);
-        verdict.near &= of_triangles.near | blocks;
-        verdict.section = of_triangles.section;
-      }
+      const QuickShape::Verdict verdict = quick.meet(pieces_[four]);
       for (unsigned left = verdict.near; left != 0; left &= left - 1) {
         const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
         const Entry e = union_[k];
@@ -579,7 +562,8 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   Fault fault = Fault::None;
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
-    for (const Side side : {kInner, kOuter}) trial_.fours[k / 4][side].set(k % 4, trial_.boxes[k][side]);
+    for (const Side side : {kInner, kOuter})
+      trial_.fours[k / 4][side].set(k % 4, FloatBox::around(trial_.shapes[k].box(side)));
   boxes_->query(all, [&](std::uint32_t place) {
     const std::uint32_t g = boxed_[place];
     if (in_star_[g] == star_round_) return true;

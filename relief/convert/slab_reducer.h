@@ -105,8 +105,7 @@ class SlabReducer {
     Ends ends;
     std::vector<SideTriangles> triangles;  // of the fresh faces, as all that follows
     std::vector<SlabShape> shapes;
-    std::vector<SideBoxes> boxes;
-    std::vector<std::array<FourBoxes, 2>> fours;  // the same, by Side
+    std::vector<std::array<FourBoxes, 2>> fours;  // boxes around their sides, by Side
     std::vector<Entry> lists;
     std::vector<List> ranges;
   };
@@ -253,7 +252,6 @@ class SlabReducer {
   Trial trial_;
   std::vector<Entry> union_;  // of the lists that a trial replaces
   std::vector<FourTriangles> pieces_;
-  std::vector<unsigned> block_lanes_;  // per four pieces: a bit for each that is a block
   std::vector<std::uint32_t> spread_;  // per piece that is a block, where its triangles are; kNone: not yet asked for
   std::vector<std::array<FourTriangles, kBlock / 4>> spread_blocks_;  // the first of them in use
   std::uint32_t spread_count_ = 0;

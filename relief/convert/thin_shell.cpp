@@ -70,7 +70,7 @@ bool ThinShell::update(std::span<const std::uint32_t> changed, std::span<const s
   for (int round = 0; round < kRounds && !work.empty(); ++round) {
     if (!test_all(round == 0)) return false;
     if (pairs_ >= most_pairs) break;
-    if (round == kDoubt && may_shrink() && has_many_faults()) {
+    if (round == kDoubt && has_many_faults()) {
       auto before = std::tuple(heights_, ends_, blamed_, faulty_, shortest_);
       const std::size_t pairs_before = pairs_;
       shrink(work, 0);
@@ -226,10 +226,7 @@ bool ThinShell::has_many_faults() const noexcept {
 /// may be lower.
 bool ThinShell::shrink(std::vector<std::uint32_t>& work, float factor) {
   work.clear();
-  if (!may_shrink()) {
-    std::fill(blamed_.begin(), blamed_.end(), 0);
-    return false;
-  }
+  if (!may_shrink()) return false;
   bool shrunk = false;
   for (std::uint32_t v = 0; v < blamed_.size(); ++v) {
     if (blamed_[v] == 0) continue;
