@@ -6,7 +6,10 @@
 #include <relief/convert/lattice.h>
 #include <relief/convert/section.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -84,17 +87,29 @@ struct OrderedSource {
     const Vec3d a = to_double(points[faces[t][0]]);
     return cross(to_double(points[faces[t][1]]) - a, to_double(points[faces[t][2]]) - a);
   }
-  /// Puts `count` triangles, up to four, side by side; `number`(k) is that of the k-th.
+  /// Puts `count` triangles, one to four, side by side; `number`(k) is that of the k-th.
   template <typename Number>
   void set_four(FourTriangles& four, std::size_t count, LatticePoint origin, Number&& number) const noexcept {
-    std::array<LatticeTriangle, 4> triangles{};
-    std::array<std::array<float, 4>, 4> leans{};
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint32_t t = number(k);
-      triangles[k] = corners(t);
-      leans[k] = normals[t];
+    const std::array<std::uint32_t, 4> t = {number(std::size_t{0}), number(std::min<std::size_t>(1, count - 1)),
+                                            number(std::min<std::size_t>(2, count - 1)), number(count - 1)};
+    four.set({corners(t[0]), corners(t[1]), corners(t[2]), corners(t[3])},
+             {normals[t[0]], normals[t[1]], normals[t[2]], normals[t[3]]}, count, origin);
+  }
+  /// Calls visit(t, is_section) for those of some triangles that are not apart from a slab as far as floats tell, with
+  /// whether these tell that all its fibres cross it: else the shape is to be asked.
+  template <typename Visit>
+  void for_near(const SlabShape& shape, std::span<const std::uint32_t> some, Visit&& visit) const {
+    const LatticePoint origin = shape.triangle(0)[0];
+    const QuickShape quick(shape, origin);
+    FourTriangles four;
+    for (; !some.empty(); some = some.subspan(std::min<std::size_t>(4, some.size()))) {
+      set_four(four, std::min<std::size_t>(4, some.size()), origin, [&](std::size_t lane) { return some[lane]; });
+      const QuickShape::Verdict verdict = quick.meet(four);
+      for (unsigned left = verdict.near; left != 0; left &= left - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+        visit(some[lane], (verdict.section >> lane & 1U) != 0);
+      }
     }
-    four.set(triangles, leans, count, origin);
   }
 };
 

@@ -64,12 +64,13 @@ void wall_planes(Vec3d i, Vec3d j, Vec3d k, Vec3d l, Add&& add) noexcept {
 
 }  // namespace
 
-SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer) noexcept : triangles_{inner, outer} {
+SlabShape::SlabShape(const LatticeTriangle& inner, const LatticeTriangle& outer) noexcept
+    : triangles_{inner, outer},
+      ends_{to_double(inner[0]), to_double(inner[1]), to_double(inner[2]),
+            to_double(outer[0]), to_double(outer[1]), to_double(outer[2])},
+      fibres_{ends_[3] - ends_[0], ends_[4] - ends_[1], ends_[5] - ends_[2]},
+      lengths_{length(fibres_[0]), length(fibres_[1]), length(fibres_[2])} {
   for (std::size_t k = 0; k < 3; ++k) {
-    ends_[k] = to_double(inner[k]);
-    ends_[k + 3] = to_double(outer[k]);
-    fibres_[k] = ends_[k + 3] - ends_[k];
-    lengths_[k] = length(fibres_[k]);
     side_boxes_[0].add(ends_[k]);
     side_boxes_[1].add(ends_[k + 3]);
   }

@@ -21,6 +21,20 @@ unsigned SlabReducer::FourBoxes::meeting(const FloatBox& box) const noexcept {
                  (high[1].all() >= box.low[1]) & (low[2].all() <= box.high[2]) & (high[2].all() >= box.low[2]));
 }
 
+void SlabReducer::FourFaces::set(std::size_t k, const Face& face, const SlabShape& shape) noexcept {
+  for (const Side side : {kInner, kOuter}) boxes[side].set(k, FloatBox::around(shape.box(side)));
+  for (std::size_t corner = 0; corner < 3; ++corner) corners[corner][k] = face[corner];
+}
+
+unsigned SlabReducer::FourFaces::joined_to(const Face& face) const noexcept {
+  FourMask joined{};
+  for (const std::array<std::uint32_t, 4>& mine : corners) {
+    const auto all = std::bit_cast<FourInts>(mine);
+    for (const std::uint32_t v : face) joined |= all == static_cast<std::int32_t>(v);
+  }
+  return bits_of(joined);
+}
+
 void SlabReducer::Seen::reset(std::size_t most) {
   const std::size_t size = std::bit_ceil(2 * most + 16);
   if (slots_.size() < size) {
@@ -86,6 +100,7 @@ bool SlabReducer::is_within(const Box3d& box) const noexcept {
 void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
   constexpr std::size_t kUsual = 24;  // entries per slab, with those that are stale; what is not used stays untouched
   cage_.pool.reserve(kUsual * cage_.faces.size());
+  std::vector<std::uint32_t> near;
   for (std::uint32_t f = 0; f < cage_.faces.size(); ++f) {
     if ((f & 255U) == 0 && progress.cancelled()) return;
     if (cage_.from[f] == kNone) {
@@ -98,9 +113,13 @@ void SlabReducer::find_lists(const BoxTree& tree, const Progress& progress) {
     const SlabShape shape(cage_.triangle(f, kInner), cage_.triangle(f, kOuter));
     List& list = cage_.lists[f];
     list = {static_cast<std::uint32_t>(cage_.pool.size()), 0};
+    near.clear();
     tree.query(shape.box(), [&](std::uint32_t t) {
-      if (!shape.is_apart(source_.triangle(t))) cage_.pool.push_back(Entry::triangle(t));
+      near.push_back(t);
       return true;
+    });
+    source_.for_near(shape, near, [&](std::uint32_t t, bool is_section) {
+      if (is_section || !shape.is_apart(source_.triangle(t))) cage_.pool.push_back(Entry::triangle(t));
     });
     list.count = static_cast<std::uint32_t>(cage_.pool.size()) - list.begin;
     listed_ += list.count;
@@ -562,8 +581,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
   Fault fault = Fault::None;
   trial_.fours.assign((count + 3) / 4, {});
   for (std::size_t k = 0; k < count; ++k)
-    for (const Side side : {kInner, kOuter})
-      trial_.fours[k / 4][side].set(k % 4, FloatBox::around(trial_.shapes[k].box(side)));
+    trial_.fours[k / 4].set(k % 4, trial_.faces[trial_.fresh + k], trial_.shapes[k]);
   boxes_->query(all, [&](std::uint32_t place) {
     const std::uint32_t g = boxed_[place];
     if (in_star_[g] == star_round_) return true;
@@ -579,20 +597,22 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
           return false;
         }
     }
-    for (std::size_t four = 0; four < trial_.fours.size(); ++four)
+    for (std::size_t four = 0; four < trial_.fours.size(); ++four) {
+      const unsigned joined = trial_.fours[four].joined_to(cage_.faces[g]);
       for (const Side mine : {kOuter, kInner})
         for (const Side side : {kOuter, kInner}) {
           if (!is_near[side]) continue;
-          for (unsigned left = trial_.fours[four][mine].meeting(theirs[side]); left != 0; left &= left - 1) {
-            const std::size_t k = 4 * four + static_cast<std::size_t>(std::countr_zero(left));
-            if (mine == side && share_a_corner(trial_.faces[trial_.fresh + k], cage_.faces[g])) continue;
+          unsigned left = trial_.fours[four].boxes[mine].meeting(theirs[side]);
+          if (mine == side) left &= ~joined;
+          for (; left != 0; left &= left - 1) {
+            const SlabShape& shape = trial_.shapes[4 * four + static_cast<std::size_t>(std::countr_zero(left))];
             const LatticeTriangle other = cage_.triangle(g, side);
-            const SlabShape& shape = trial_.shapes[k];
             if (shape.surely_apart(mine, other) || !triangles_meet(shape.triangle(mine), other)) continue;
             fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
             return false;
           }
         }
+    }
     return true;
   });
   return fault;
@@ -919,8 +939,10 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         break;
       case Fault::Outer:
       case Fault::Inner: {
+        const Side side = fault == Fault::Outer ? kOuter : kInner;
         const std::array<double, 2> before = heights;
-        goes_on = grow_clear(fault == Fault::Outer ? kOuter : kInner);
+        room[side].least = std::max(room[side].least, heights[side]);
+        goes_on = grow_clear(side);
         if (goes_on || !give_up_some()) break;
         goes_on = true;
         heights = before;
@@ -930,11 +952,12 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         goes_on = grow(kOuter);
         break;
       case Fault::OuterOverlap:
-        goes_on = shrink(kOuter, 0.8);
+      case Fault::InnerOverlap: {
+        const Side side = fault == Fault::OuterOverlap ? kOuter : kInner;
+        room[side].most = std::min(room[side].most, heights[side]);
+        goes_on = shrink(side, 0.7);
         break;
-      case Fault::InnerOverlap:
-        goes_on = shrink(kInner, 0.8);
-        break;
+      }
       case Fault::Outside:
         return false;
       case Fault::Winding:  // at no height

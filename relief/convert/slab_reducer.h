@@ -93,6 +93,14 @@ class SlabReducer {
     void set(std::size_t k, const FloatBox& box) noexcept;
     [[nodiscard]] unsigned meeting(const FloatBox& box) const noexcept;
   };
+  /// Four faces side by side, with the boxes around the sides of their slabs.
+  struct FourFaces {
+    std::array<FourBoxes, 2> boxes;  // by Side
+    std::array<std::array<std::uint32_t, 4>, 3> corners{};
+    void set(std::size_t k, const Face& face, const SlabShape& shape) noexcept;
+    /// Which of them have a corner in common with a face.
+    [[nodiscard]] unsigned joined_to(const Face& face) const noexcept;
+  };
   /// The faces that a change puts in place of others. Corner 0 of each is the moved vertex, if there is one; then they
   /// run once around it.
   struct Trial {
@@ -105,7 +113,7 @@ class SlabReducer {
     Ends ends;
     std::vector<SideTriangles> triangles;  // of the fresh faces, as all that follows
     std::vector<SlabShape> shapes;
-    std::vector<std::array<FourBoxes, 2>> fours;  // boxes around their sides, by Side
+    std::vector<FourFaces> fours;
     std::vector<Entry> lists;
     std::vector<List> ranges;
   };

@@ -4,7 +4,6 @@
 #include <relief/convert/thin_shell.h>
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 #include <tuple>
 
@@ -163,18 +162,9 @@ void ThinShell::test(std::uint32_t f, bool source_is_new) {
   });
   pairs_ += near.size();
   // Floats settle most of it.
-  const LatticePoint origin = source_.points[source_.faces[f][0]];
-  const QuickShape quick(mine, origin);
-  FourTriangles four;
-  for (std::size_t k = 0; k < near.size(); k += 4) {
-    source_.set_four(four, std::min<std::size_t>(4, near.size() - k), origin,
-                     [&](std::size_t lane) { return near[k + lane]; });
-    const QuickShape::Verdict verdict = quick.meet(four);
-    for (unsigned left = verdict.near & ~verdict.section; left != 0; left &= left - 1) {
-      const std::uint32_t g = near[k + static_cast<std::size_t>(std::countr_zero(left))];
-      judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
-    }
-  }
+  source_.for_near(mine, near, [&](std::uint32_t g, bool is_section) {
+    if (!is_section) judge(f, g, mine.meet(g == f ? own : source_.triangle(g)));
+  });
   const std::array<LatticeBox, 2> my_boxes = {LatticeBox(mine.triangle(kInner)), LatticeBox(mine.triangle(kOuter))};
   for (const std::uint32_t g : near) {
     if (works_[g] != 0 && g < f) continue;  // the pair is tested from the other slab
