@@ -96,19 +96,21 @@ struct OrderedSource {
              {normals[t[0]], normals[t[1]], normals[t[2]], normals[t[3]]}, count, origin);
   }
   /// Calls visit(t, is_section) for those of some triangles that are not apart from a slab as far as floats tell, with
-  /// whether these tell that all its fibres cross it: else the shape is to be asked.
+  /// whether these tell that what of it may be there is crossed by all fibres: else the shape is to be asked.
   template <typename Visit>
   void for_near(const SlabShape& shape, std::span<const std::uint32_t> some, Visit&& visit) const {
     const LatticePoint origin = shape.triangle(0)[0];
     const QuickShape quick(shape, origin);
     FourTriangles four;
-    for (; !some.empty(); some = some.subspan(std::min<std::size_t>(4, some.size()))) {
-      set_four(four, std::min<std::size_t>(4, some.size()), origin, [&](std::size_t lane) { return some[lane]; });
+    while (!some.empty()) {
+      const std::size_t count = std::min<std::size_t>(4, some.size());
+      set_four(four, count, origin, [&](std::size_t lane) { return some[lane]; });
       const QuickShape::Verdict verdict = quick.meet(four);
       for (unsigned left = verdict.near; left != 0; left &= left - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(left));
         visit(some[lane], (verdict.section >> lane & 1U) != 0);
       }
+      some = some.subspan(count);
     }
   }
 };

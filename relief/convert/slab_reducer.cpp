@@ -1,4 +1,5 @@
 #include <relief/base/free_memory.h>
+#include <relief/base/lanes.h>
 #include <relief/convert/slab_reducer.h>
 
 #include <algorithm>
@@ -571,7 +572,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
     for (std::size_t b = 0; b < count; ++b) {
       const SlabShape &s = trial_.shapes[a], &t = trial_.shapes[b];
       if (!s.box(kInner).meets(t.box(kOuter)) || s.surely_apart(kInner, t, kOuter)) continue;
-      if (triangles_meet(s.triangle(kInner), t.triangle(kOuter))) return Fault::InnerOverlap;
+      if (triangles_meet(s.triangle(kInner), t.triangle(kOuter))) return Fault::Crossed;
     }
   Box3d all;
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
@@ -593,7 +594,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
       for (std::size_t k = 0; k < count; ++k)
         if (in_hull(trial_.shapes[k].triangle(kInner), trial_.shapes[k].triangle(kOuter),
                     cage_.ends[cage_.faces[g][0]][kOuter])) {
-          fault = Fault::OuterOverlap;
+          fault = Fault::Swallowed;
           return false;
         }
     }
@@ -864,7 +865,7 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   const auto directions = std::span(choices).first(thorough_ ? 5 : 4);
   std::size_t choice = 0;
   std::array<double, 2> heights{};
-  std::array<Range, 2> room{};
+  std::array<Range, 2> room{};  // each try may narrow it
   // Begins with the next direction that leaves the fibre some height. False when there is none.
   const auto start = [&] {
     spare_.reset();
@@ -900,8 +901,11 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   };
   const auto grow_clear = [&](Side side) {
     if (!is_cleared(side, std::min(room[side].most, longest_))) return false;
-    while (grow(side))
-      if (is_cleared(side, heights[side])) return true;
+    for (double refused = heights[side]; grow(side); refused = heights[side]) {
+      if (!is_cleared(side, heights[side])) continue;
+      room[side].least = std::max(room[side].least, refused);
+      return true;
+    }
     return false;
   };
   const auto shrink = [&](Side side, double share) {
@@ -916,6 +920,7 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
     return true;
   };
   if (!start()) return false;
+  constexpr double kLower = 0.7;  // where something is in the way
   int shrunk = 0;
   const bool patient = alive_ <= few_;  // each slab is worth more tries
   for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
@@ -940,12 +945,11 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
       case Fault::Outer:
       case Fault::Inner: {
         const Side side = fault == Fault::Outer ? kOuter : kInner;
-        const std::array<double, 2> before = heights;
-        room[side].least = std::max(room[side].least, heights[side]);
+        const double before = heights[side];
         goes_on = grow_clear(side);
         if (goes_on || !give_up_some()) break;
         goes_on = true;
-        heights = before;
+        heights[side] = before;
         break;
       }
       case Fault::Empty:
@@ -955,9 +959,16 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
       case Fault::InnerOverlap: {
         const Side side = fault == Fault::OuterOverlap ? kOuter : kInner;
         room[side].most = std::min(room[side].most, heights[side]);
-        goes_on = shrink(side, 0.7);
+        goes_on = shrink(side, kLower);
         break;
       }
+      // These two depend on the other side as well.
+      case Fault::Crossed:
+        goes_on = shrink(kInner, kLower);
+        break;
+      case Fault::Swallowed:
+        goes_on = shrink(kOuter, kLower);
+        break;
       case Fault::Outside:
         return false;
       case Fault::Winding:  // at no height

@@ -1,6 +1,7 @@
 // Makes slabs fewer and thicker by steps of which each keeps all conditions.
 #pragma once
 
+#include <relief/base/lanes.h>
 #include <relief/base/progress.h>
 #include <relief/convert/cage_draft.h>
 #include <relief/convert/directions.h>
@@ -65,8 +66,10 @@ class SlabReducer {
     Outer,
     Inner,
     Folded,
-    OuterOverlap,
+    OuterOverlap,  ///< with a slab around the star
     InnerOverlap,
+    Crossed,    ///< an inner triangle of the star meets an outer one
+    Swallowed,  ///< another part may lie in a slab
     Empty,
     Lost,
     Outside
@@ -93,12 +96,12 @@ class SlabReducer {
     void set(std::size_t k, const FloatBox& box) noexcept;
     [[nodiscard]] unsigned meeting(const FloatBox& box) const noexcept;
   };
-  /// Four faces side by side, with the boxes around the sides of their slabs.
+  /// Four faces side by side, with the boxes around the sides of their slabs. Those not set meet nothing.
   struct FourFaces {
     std::array<FourBoxes, 2> boxes;  // by Side
     std::array<std::array<std::uint32_t, 4>, 3> corners{};
     void set(std::size_t k, const Face& face, const SlabShape& shape) noexcept;
-    /// Which of them have a corner in common with a face.
+    /// Which of those set have a corner in common with a face.
     [[nodiscard]] unsigned joined_to(const Face& face) const noexcept;
   };
   /// The faces that a change puts in place of others. Corner 0 of each is the moved vertex, if there is one; then they

@@ -10,6 +10,7 @@
 #include <relief/convert/fans.h>
 #include <relief/convert/fill.h>
 #include <relief/convert/mend.h>
+#include <relief/convert/ordered_source.h>
 #include <relief/convert/section.h>
 #include <relief/convert/thin_shell.h>
 #include <relief/core/query.h>
@@ -1292,6 +1293,44 @@ TEST_F(Section, VerdictsHoldOnSampledFibres) {
   }
   EXPECT_GT(sections, 500);
   EXPECT_GT(folded, 500);
+}
+
+// Of a list of any length only what is apart is left out, the rest comes in its order, and no section is a fault.
+TEST_F(Section, NothingNearIsLeftOut) {
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> wide(-700, 700);
+  const auto v = [&](double size) { return Vec3d{wide(random), wide(random), wide(random)} * size; };
+  std::vector<detail::LatticePoint> points;
+  std::vector<detail::Face> faces;
+  for (std::uint32_t k = 0; k < 60; ++k) {
+    const Vec3d at = shift() + Vec3d{300 + 0.5 * wide(random), 300 + 0.5 * wide(random), 100 + 0.1 * wide(random)};
+    for (int corner = 0; corner < 3; ++corner) points.push_back(detail::snap(at + v(0.1)));
+    faces.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+  }
+  const detail::OrderedSource source(points, faces);
+  std::size_t near = 0, left_out = 0, sections = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto s = slab({v(0.3), v(0.3), v(0.3)});
+    if (detail::jacobian_fault(s.triangle(0), s.triangle(1)) != detail::JacobianFault::None) continue;
+    std::vector<std::uint32_t> some;
+    for (int k = 0; k < trial % 10; ++k) some.push_back(static_cast<std::uint32_t>(random() % faces.size()));
+    std::size_t next = 0;
+    source.for_near(s, some, [&](std::uint32_t t, bool is_section) {
+      for (; next < some.size() && some[next] != t; ++next, ++left_out) {
+        EXPECT_TRUE(s.is_apart(source.triangle(some[next])));
+      }
+      ASSERT_LT(next, some.size());
+      ++next;
+      ++near;
+      sections += is_section;
+      const auto meeting = s.meet(source.triangle(t));
+      EXPECT_TRUE(!is_section || meeting == detail::Meeting::Section || meeting == detail::Meeting::Apart);
+    });
+    for (; next < some.size(); ++next, ++left_out) EXPECT_TRUE(s.is_apart(source.triangle(some[next])));
+  }
+  EXPECT_GT(near, 500U);
+  EXPECT_GT(left_out, 500U);
+  EXPECT_GT(sections, 20U);
 }
 
 // What the quick test settles, the thorough one settles the same way.
