@@ -572,7 +572,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
     for (std::size_t b = 0; b < count; ++b) {
       const SlabShape &s = trial_.shapes[a], &t = trial_.shapes[b];
       if (!s.box(kInner).meets(t.box(kOuter)) || s.surely_apart(kInner, t, kOuter)) continue;
-      if (triangles_meet(s.triangle(kInner), t.triangle(kOuter))) return Fault::Crossed;
+      if (triangles_meet(s.triangle(kInner), t.triangle(kOuter))) return Fault::InnerOverlap;
     }
   Box3d all;
   for (const SlabShape& s : trial_.shapes) all.add(s.box());
@@ -594,7 +594,7 @@ SlabReducer::Fault SlabReducer::evaluate_overlap() {
       for (std::size_t k = 0; k < count; ++k)
         if (in_hull(trial_.shapes[k].triangle(kInner), trial_.shapes[k].triangle(kOuter),
                     cage_.ends[cage_.faces[g][0]][kOuter])) {
-          fault = Fault::Swallowed;
+          fault = Fault::OuterOverlap;
           return false;
         }
     }
@@ -865,7 +865,7 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   const auto directions = std::span(choices).first(thorough_ ? 5 : 4);
   std::size_t choice = 0;
   std::array<double, 2> heights{};
-  std::array<Range, 2> room{};  // each try may narrow it
+  std::array<Range, 2> room{};
   // Begins with the next direction that leaves the fibre some height. False when there is none.
   const auto start = [&] {
     spare_.reset();
@@ -901,11 +901,8 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
   };
   const auto grow_clear = [&](Side side) {
     if (!is_cleared(side, std::min(room[side].most, longest_))) return false;
-    for (double refused = heights[side]; grow(side); refused = heights[side]) {
-      if (!is_cleared(side, heights[side])) continue;
-      room[side].least = std::max(room[side].least, refused);
-      return true;
-    }
+    while (grow(side))
+      if (is_cleared(side, heights[side])) return true;
     return false;
   };
   const auto shrink = [&](Side side, double share) {
@@ -920,7 +917,6 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
     return true;
   };
   if (!start()) return false;
-  constexpr double kLower = 0.7;  // where something is in the way
   int shrunk = 0;
   const bool patient = alive_ <= few_;  // each slab is worth more tries
   for (int attempt = 0; attempt < (patient ? 24 : 10); ++attempt) {
@@ -944,30 +940,21 @@ bool SlabReducer::collapse_to(std::uint32_t h, Vec3d at, double shape_before) {
         break;
       case Fault::Outer:
       case Fault::Inner: {
-        const Side side = fault == Fault::Outer ? kOuter : kInner;
-        const double before = heights[side];
-        goes_on = grow_clear(side);
+        const std::array<double, 2> before = heights;
+        goes_on = grow_clear(fault == Fault::Outer ? kOuter : kInner);
         if (goes_on || !give_up_some()) break;
         goes_on = true;
-        heights[side] = before;
+        heights = before;
         break;
       }
       case Fault::Empty:
         goes_on = grow(kOuter);
         break;
       case Fault::OuterOverlap:
-      case Fault::InnerOverlap: {
-        const Side side = fault == Fault::OuterOverlap ? kOuter : kInner;
-        room[side].most = std::min(room[side].most, heights[side]);
-        goes_on = shrink(side, kLower);
+        goes_on = shrink(kOuter, 0.8);
         break;
-      }
-      // These two depend on the other side as well.
-      case Fault::Crossed:
-        goes_on = shrink(kInner, kLower);
-        break;
-      case Fault::Swallowed:
-        goes_on = shrink(kOuter, kLower);
+      case Fault::InnerOverlap:
+        goes_on = shrink(kInner, 0.8);
         break;
       case Fault::Outside:
         return false;

@@ -66,10 +66,8 @@ class SlabReducer {
     Outer,
     Inner,
     Folded,
-    OuterOverlap,  ///< with a slab around the star
+    OuterOverlap,
     InnerOverlap,
-    Crossed,    ///< an inner triangle of the star meets an outer one
-    Swallowed,  ///< another part may lie in a slab
     Empty,
     Lost,
     Outside
