@@ -1423,6 +1423,54 @@ TEST_F(Section, BlocksSpeakForTheirTriangles) {
     EXPECT_GT(found[meeting], 300);
 }
 
+// Floats tell no block apart that a slab meets, be it at the end of the lattice, and call none a section.
+TEST_F(Section, QuickVerdictsOnBlocksErrOnTheSafeSide) {
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const std::array<Vec3d, 3> places = {shift(), Vec3d{33552000, 33551000, 33550000}, Vec3d{1500, 33552000, 16777000}};
+  int apart = 0, near = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const auto v = [&](double size) { return Vec3d{unit(random), unit(random), unit(random)} * size; };
+    const Vec3d place = places[static_cast<std::size_t>(trial) % places.size()];
+    detail::LatticeTriangle inner, outer;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3d base = place + Vec3d{k == 1 ? 1000.0 : 0, k == 2 ? 1000.0 : 0, 0};
+      inner[k] = detail::snap(base);
+      outer[k] = detail::snap(base + Vec3d{0, 0, 200} + v(150));
+    }
+    if (detail::jacobian_fault(inner, outer) != detail::JacobianFault::None) continue;
+    const detail::SlabShape s(inner, outer);
+    const detail::LatticePoint origin = detail::snap(place + v(1000));
+    detail::FourTriangles four;
+    four.set({inner, inner, inner, inner}, {}, 4, origin);
+    std::array<detail::SourceBlock, 4> blocks;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3d half = v(200);
+      blocks[k] = {place + Vec3d{300, 300, 100} + v(1000),
+                   {std::abs(half.x), std::abs(half.y), std::abs(half.z)},
+                   {0, 0, 1},
+                   0.9,
+                   0};
+      four.set(k, blocks[k], origin);
+    }
+    const detail::QuickShape quick(s, origin);
+    const unsigned near_boxes = quick.near_boxes(four);
+    const auto verdict = quick.meet(four);
+    EXPECT_EQ(verdict.section, 0U);
+    EXPECT_EQ(verdict.near, near_boxes);
+    for (std::size_t k = 0; k < 4; ++k) {
+      if ((near_boxes >> k & 1U) != 0) {
+        ++near;
+        continue;
+      }
+      EXPECT_EQ(s.meet(blocks[k]), detail::Meeting::Apart);
+      ++apart;
+    }
+  }
+  EXPECT_GT(apart, 5000);
+  EXPECT_GT(near, 3000);
+}
+
 /// The thin shell of a mesh on the lattice.
 class ThinShells : public ::testing::Test {
  protected:
@@ -1463,6 +1511,38 @@ TEST_F(ThinShells, FaultsThatDoNotYieldAreGivenUpEarly) {
   EXPECT_LT(hopeless.faults.size(), 2 * patient.faults.size());
   EXPECT_NE(hopeless.ends, patient.ends);
   EXPECT_EQ(made(mesh, 2 * hopeless.faults.size()).ends, patient.ends) << "so many are not too many";
+}
+
+// What was given up stands once the source is mended, and as high as it would have from the start where it was faulty.
+TEST_F(ThinShells, StandAgainOnAMendedSourceAfterGivingUp) {
+  const double scale = 1e6;  // lattice steps
+  const TriangleMesh ball = testing::ball(24);
+  TriangleMesh mesh = ball;
+  append(mesh, ball, {0.5, 0.1, 0.2});
+  std::vector<detail::LatticePoint> points;
+  for (const Vec3d p : mesh.positions) points.push_back(detail::snap((p + Vec3d{4, 4, 4}) * scale));
+  detail::OrderedSource source(points, mesh.triangles);
+  const detail::Rings rings(source.faces, source.points.size());
+  detail::ThinShell thin(source, rings, scale, detail::ThinShell::Heights::Shrinking, {}, 0);
+  ASSERT_TRUE(thin.update({}, {}, {}));
+  const std::vector<std::uint32_t> faults = thin.faults();
+  ASSERT_FALSE(faults.empty());
+  std::vector<std::uint32_t> moved;
+  for (std::uint32_t v = 0; v < source.points.size(); ++v) {
+    if (source.point_of[v] < ball.positions.size()) continue;
+    source.points[v] = source.points[v] + detail::snap(Vec3d{3, 0, 0} * scale);
+    moved.push_back(v);
+  }
+  source.update();
+  ASSERT_TRUE(thin.update(moved, {}, {}));
+  EXPECT_TRUE(thin.faults().empty());
+  EXPECT_TRUE(thin.folds().empty());
+  detail::ThinShell anew(source, rings, scale);
+  ASSERT_TRUE(anew.update({}, {}, {}));
+  ASSERT_TRUE(anew.faults().empty());
+  const std::vector<detail::Ends> ends = thin.take_ends(), expected = anew.take_ends();
+  for (const std::uint32_t f : faults)
+    for (const std::uint32_t v : source.faces[f]) EXPECT_EQ(ends[v], expected[v]);
 }
 
 // What the builder takes for a section the verifier must prove. Where two fibres of a slab lean away from a triangle,
