@@ -1198,12 +1198,12 @@ TEST(Certified, StopsWhenCancelled) {
 class Section : public ::testing::Test {
  protected:
   /// A slab over the triangle (0,0), (1000,0), (0,1000), from z = 0 to 200, its fibres leaning as given.
-  static detail::SlabShape slab(const std::array<Vec3d, 3>& lean = {}) {
+  static detail::SlabShape slab(const std::array<Vec3d, 3>& lean = {}, Vec3d place = shift()) {
     const std::array<Vec3d, 3> base = {Vec3d{0, 0, 0}, Vec3d{1000, 0, 0}, Vec3d{0, 1000, 0}};
     detail::LatticeTriangle inner, outer;
     for (std::size_t k = 0; k < 3; ++k) {
-      inner[k] = detail::snap(base[k] + shift());
-      outer[k] = detail::snap(base[k] + shift() + Vec3d{0, 0, 200} + lean[k]);
+      inner[k] = detail::snap(base[k] + place);
+      outer[k] = detail::snap(base[k] + place + Vec3d{0, 0, 200} + lean[k]);
     }
     return {inner, outer};
   }
@@ -1432,17 +1432,11 @@ TEST_F(Section, QuickVerdictsOnBlocksErrOnTheSafeSide) {
   for (int trial = 0; trial < 20000; ++trial) {
     const auto v = [&](double size) { return Vec3d{unit(random), unit(random), unit(random)} * size; };
     const Vec3d place = places[static_cast<std::size_t>(trial) % places.size()];
-    detail::LatticeTriangle inner, outer;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d base = place + Vec3d{k == 1 ? 1000.0 : 0, k == 2 ? 1000.0 : 0, 0};
-      inner[k] = detail::snap(base);
-      outer[k] = detail::snap(base + Vec3d{0, 0, 200} + v(150));
-    }
-    if (detail::jacobian_fault(inner, outer) != detail::JacobianFault::None) continue;
-    const detail::SlabShape s(inner, outer);
+    const auto s = slab({v(150), v(150), v(150)}, place);
+    if (detail::jacobian_fault(s.triangle(0), s.triangle(1)) != detail::JacobianFault::None) continue;
     const detail::LatticePoint origin = detail::snap(place + v(1000));
     detail::FourTriangles four;
-    four.set({inner, inner, inner, inner}, {}, 4, origin);
+    four.set({}, {}, 4, origin);
     std::array<detail::SourceBlock, 4> blocks;
     for (std::size_t k = 0; k < 4; ++k) {
       const Vec3d half = v(200);
@@ -1478,13 +1472,16 @@ class ThinShells : public ::testing::Test {
     std::vector<std::uint32_t> faults;
     std::vector<detail::Ends> ends;
   };
-  static Made made(const TriangleMesh& mesh, std::size_t most_faults) {
-    const double scale = 1e6;  // lattice steps
+  static constexpr double kScale = 1e6;  // lattice steps
+  static detail::OrderedSource source_of(const TriangleMesh& mesh) {
     std::vector<detail::LatticePoint> points;
-    for (const Vec3d p : mesh.positions) points.push_back(detail::snap((p + Vec3d{4, 4, 4}) * scale));
-    const detail::OrderedSource source(points, mesh.triangles);
+    for (const Vec3d p : mesh.positions) points.push_back(detail::snap((p + Vec3d{4, 4, 4}) * kScale));
+    return {points, mesh.triangles};
+  }
+  static Made made(const TriangleMesh& mesh, std::size_t most_faults) {
+    const detail::OrderedSource source = source_of(mesh);
     const detail::Rings rings(source.faces, source.points.size());
-    detail::ThinShell thin(source, rings, scale, detail::ThinShell::Heights::Shrinking, {}, most_faults);
+    detail::ThinShell thin(source, rings, kScale, detail::ThinShell::Heights::Shrinking, {}, most_faults);
     EXPECT_TRUE(thin.update({}, {}, {}));
     std::vector<std::uint32_t> faults = thin.faults();
     return {std::move(faults), thin.take_ends()};
@@ -1515,29 +1512,26 @@ TEST_F(ThinShells, FaultsThatDoNotYieldAreGivenUpEarly) {
 
 // What was given up stands once the source is mended, and as high as it would have from the start where it was faulty.
 TEST_F(ThinShells, StandAgainOnAMendedSourceAfterGivingUp) {
-  const double scale = 1e6;  // lattice steps
   const TriangleMesh ball = testing::ball(24);
   TriangleMesh mesh = ball;
   append(mesh, ball, {0.5, 0.1, 0.2});
-  std::vector<detail::LatticePoint> points;
-  for (const Vec3d p : mesh.positions) points.push_back(detail::snap((p + Vec3d{4, 4, 4}) * scale));
-  detail::OrderedSource source(points, mesh.triangles);
+  detail::OrderedSource source = source_of(mesh);
   const detail::Rings rings(source.faces, source.points.size());
-  detail::ThinShell thin(source, rings, scale, detail::ThinShell::Heights::Shrinking, {}, 0);
+  detail::ThinShell thin(source, rings, kScale, detail::ThinShell::Heights::Shrinking, {}, 0);
   ASSERT_TRUE(thin.update({}, {}, {}));
   const std::vector<std::uint32_t> faults = thin.faults();
   ASSERT_FALSE(faults.empty());
   std::vector<std::uint32_t> moved;
   for (std::uint32_t v = 0; v < source.points.size(); ++v) {
     if (source.point_of[v] < ball.positions.size()) continue;
-    source.points[v] = source.points[v] + detail::snap(Vec3d{3, 0, 0} * scale);
+    source.points[v] = source.points[v] + detail::snap(Vec3d{3, 0, 0} * kScale);
     moved.push_back(v);
   }
   source.update();
   ASSERT_TRUE(thin.update(moved, {}, {}));
   EXPECT_TRUE(thin.faults().empty());
   EXPECT_TRUE(thin.folds().empty());
-  detail::ThinShell anew(source, rings, scale);
+  detail::ThinShell anew(source, rings, kScale);
   ASSERT_TRUE(anew.update({}, {}, {}));
   ASSERT_TRUE(anew.faults().empty());
   const std::vector<detail::Ends> ends = thin.take_ends(), expected = anew.take_ends();
