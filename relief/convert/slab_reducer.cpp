@@ -694,23 +694,26 @@ double SlabReducer::lost_now() {
 // changes half as many slabs.
 bool SlabReducer::drop_end(std::uint32_t h, double most) {
   constexpr double kDearer = 4;  // half the work is worth a place that is not quite the best
-  std::uint32_t u = origin(h), v = target(h);
-  Quadric q = cage_.quadrics[u];
-  q += cage_.quadrics[v];
-  const auto cost = [&](std::uint32_t w) { return q.error(cage_.at[w]); };
-  if (cost(v) < cost(u)) {
-    h = twins_[h];
-    std::swap(u, v);
+  constexpr double kShape = 0.15;
+  Quadric q = cage_.quadrics[origin(h)];
+  q += cage_.quadrics[target(h)];
+  const Vec3d edge = cage_.at[target(h)] - cage_.at[origin(h)];
+  const auto cost = [&](std::uint32_t way) { return merge_cost(q, cage_.at[origin(way)], dot(edge, edge)); };
+  const std::uint32_t back = twins_[h];
+  // First the end that has fewer slabs around it goes: they are what has to be judged anew.
+  const int more = valences_[target(h)] - valences_[origin(h)];
+  const bool turns = more > 0 || (more == 0 && cost(back) < cost(h));
+  if (std::min(cost(h), cost(back)) > kDearer * most || !link_allows(h)) return false;
+  for (const std::uint32_t way : {turns ? back : h, turns ? h : back}) {
+    if (cost(way) > kDearer * most || !star_of_edge(way)) continue;
+    trial_.fresh = trial_.second;
+    if (trial_.fresh == trial_.faces.size() || quality(cage_.at[origin(way)]).least < kShape) continue;
+    trial_.ends = cage_.ends[origin(way)];
+    if (evaluate() != Fault::None) return false;
+    merge(way, cage_.at[origin(way)]);
+    return true;
   }
-  const Vec3d edge = cage_.at[v] - cage_.at[u];
-  if (merge_cost(q, cage_.at[u], dot(edge, edge)) > kDearer * most) return false;
-  if (!link_allows(h) || !star_of_edge(h)) return false;
-  trial_.fresh = trial_.second;
-  if (trial_.fresh == trial_.faces.size() || quality(cage_.at[u]).least < 0.15) return false;
-  trial_.ends = cage_.ends[u];
-  if (evaluate() != Fault::None) return false;
-  merge(h, cage_.at[u]);
-  return true;
+  return false;
 }
 
 bool SlabReducer::collapse(std::uint32_t h) {
