@@ -691,10 +691,11 @@ double SlabReducer::lost_now() {
 }
 
 // While slabs are about as small as the source's triangles, one end can mostly be merged into the other as it is, which
-// changes half as many slabs.
+// changes half as many slabs. Where one way round is too dear or makes slabs too thin the other is tried; what
+// evaluate() refuses is left to a whole collapse.
 bool SlabReducer::drop_end(std::uint32_t h, double most) {
-  constexpr double kDearer = 4;  // half the work is worth a place that is not quite the best
-  constexpr double kShape = 0.15;
+  constexpr double kDearer = 4;    // half the work is worth a place that is not quite the best
+  constexpr double kShape = 0.15;  // of a slab that changes, at least
   Quadric q = cage_.quadrics[origin(h)];
   q += cage_.quadrics[target(h)];
   const Vec3d edge = cage_.at[target(h)] - cage_.at[origin(h)];
@@ -1154,8 +1155,9 @@ void SlabReducer::flip(std::uint32_t h) {
   for (const std::uint32_t w : {u, v, a, b}) touch(w);
 }
 
-// While there are many slabs, edges below a rising cost are collapsed in the order in which they lie in memory, at most
-// one per vertex and sweep: the order by cost matters little there, and what is touched stays in the cache.
+// While there are many slabs, edges below a rising cost are collapsed in the order in which they lie in memory: the
+// order by cost matters little there, and what is touched stays in the cache. A vertex that has taken up another rests
+// until the next sweep, unless the edge was come to from the other's side.
 bool SlabReducer::sweep(std::size_t stop, const Progress& progress) {
   constexpr double kShare = 0.35;  // of the edges may be tried in a sweep
   constexpr std::size_t kStride = 7;

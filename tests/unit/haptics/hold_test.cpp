@@ -1,6 +1,5 @@
 // Contact that holds: presses deeper than the part is thick, over rims and through thin walls, on converted models.
 #include "support/data.h"
-#include "support/shells.h"
 
 #include <relief/convert/convert.h>
 #include <relief/haptics/servo.h>
@@ -32,8 +31,14 @@ constexpr bool kShares = false;  // too few for a share of the ticks
 constexpr int kPresses = 300;
 constexpr bool kShares = true;
 #endif
-constexpr int kTicks = 2500;        // per press
-constexpr std::uint32_t kSeed = 8;  // of the places
+constexpr int kTicks = 2500;  // per press
+
+/// Of the places: the long form presses at four more sets of them.
+std::vector<std::uint32_t> seeds() {
+  std::vector<std::uint32_t> all = {8};
+  if (std::getenv("RELIEF_SOAK") != nullptr) all.insert(all.end(), {9, 10, 11, 12});
+  return all;
+}
 
 /// A model and what it was made of.
 struct Made {
@@ -65,20 +70,22 @@ struct Place {
   double thickness = 0;
 };
 
-/// Places of a model that have room above them to come from: chosen on its source, by area, so that they stay where
-/// they are when the same surface becomes other slabs.
+/// Places of a model that have room above them to come from: chosen on its source, by area, so that they hardly move
+/// when the same surface becomes other slabs. Where the source is farther than 0.5 % of the diagonal from the model, as
+/// in its openings, there are none.
 class Places {
  public:
   Places(const Made& made, std::uint32_t seed)
       : source_(made.source), model_(*made.model), size_(diagonal(model_.slab_mesh().bounds())), random_(seed) {
     std::vector<double> areas;
-    for (const Triangle& t : source_.triangles) areas.push_back(length(area(t)));
+    for (const Triangle& t : source_.triangles) areas.push_back(length(twice_area(t)));
     triangle_ = std::discrete_distribution<std::size_t>(areas.begin(), areas.end());
   }
 
   Place next() {
-    for (;;)
+    for (int attempt = 0; attempt < 100'000; ++attempt)
       if (const auto place = below(source_.triangles[triangle_(random_)])) return *place;
+    throw std::runtime_error("no place of the source has room above it");
   }
   /// Thinner than 3 % of the diagonal.
   std::optional<Place> next_thin(int attempts) {
@@ -88,7 +95,7 @@ class Places {
   }
 
  private:
-  [[nodiscard]] Vec3d area(const Triangle& t) const {
+  [[nodiscard]] Vec3d twice_area(const Triangle& t) const {
     const Vec3d a = source_.positions[t[0]];
     return cross(source_.positions[t[1]] - a, source_.positions[t[2]] - a);
   }
@@ -99,7 +106,7 @@ class Places {
       u = 1 - u;
       v = 1 - v;
     }
-    const Vec3d a = source_.positions[t[0]], out = normalized(area(t));
+    const Vec3d a = source_.positions[t[0]], out = normalized(twice_area(t));
     const Vec3d p = a + (source_.positions[t[1]] - a) * u + (source_.positions[t[2]] - a) * v;
     const auto hit = raycast(model_, {p + out * (0.005 * size_), -out});
     if (!hit || hit->distance > 0.01 * size_) return {};
@@ -145,7 +152,7 @@ struct Pressed {
   [[nodiscard]] double share() const { return double(lost + wrong) / double(ticks); }
 };
 
-/// How the hand strays sideways while it presses, by up to `most`.
+/// How the hand strays sideways while it presses, by up to `most` along each of two ways.
 struct Straying {
   double phase = 0, most = 0;
 };
@@ -174,40 +181,43 @@ void press(const Snapshot& model, const SurfacePoint& p, bool exact, const Stray
 }
 
 /// Presses at many places, half of them where the part is thinner than 3 % of the diagonal, while the hand strays by
-/// up to 0.5 % sideways. The right answer is always the face that was pressed. Near a rim the point may slip off it,
-/// with the hand (whether its way there is legal, legal_contact_test.cpp judges): there the hand also presses straight.
+/// up to 0.5 % each way sideways. The right answer is always the face that was pressed. Near a rim the point may slip
+/// off it, with the hand (whether its way there is legal, legal_contact_test.cpp judges): there the hand also presses
+/// straight.
 TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   const auto [sample, exact] = GetParam();
   const Made made = converted(sample);
   const Snapshot& model = *made.model;
   const double size = diagonal(model.slab_mesh().bounds());
-  Places places(made, kSeed);
-  std::mt19937 random(8);
-  std::uniform_real_distribution<double> unit(0, 1);
-  Pressed away, straight, with_the_hand;
-  long thin = 0;
-  for (int k = 0; k < kPresses; ++k) {
-    const Place place = k % 2 == 1 ? places.next() : places.next_thin(100).value_or(places.next());
-    const bool rim = !wide(model, place.at, 0.03 * size);
-    thin += place.thickness < 0.03 * size && !rim ? 1 : 0;
-    const double phase = 6.28 * unit(random);
-    press(model, place.at, exact, {phase, 0.005 * size * unit(random)}, rim ? with_the_hand : away);
-    if (rim) press(model, place.at, exact, {}, straight);
-  }
-  std::printf(
-      "%s%s: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld flips; slipped "
-      "off the rim with the hand in %.2f %% of %ld, pressed straight in %ld of %ld\n",
-      sample, exact ? ", exact normals" : "", away.ticks, thin, away.lost, away.wrong, away.flips,
-      100 * with_the_hand.share(), with_the_hand.ticks, straight.lost + straight.wrong, straight.ticks);
-  EXPECT_GT(away.ticks, 0);
-  EXPECT_EQ(away.lost, 0);
-  EXPECT_EQ(away.wrong, 0);
-  EXPECT_EQ(away.flips, 0);
-  EXPECT_GT(straight.ticks, 0);
-  // At 1,200 places of each of the samples, with two sets of slabs: up to 0.004 %, and with the hand, 2.8 %.
-  if (kShares) {
+  for (const std::uint32_t seed : seeds()) {
+    Places places(made, seed);
+    std::mt19937 random(seed + 100);
+    std::uniform_real_distribution<double> unit(0, 1);
+    Pressed away, straight, with_the_hand;
+    long thin = 0;
+    for (int k = 0; k < kPresses; ++k) {
+      const std::optional<Place> found = k % 2 == 0 ? places.next_thin(100) : std::nullopt;
+      const Place place = found ? *found : places.next();
+      const bool rim = !wide(model, place.at, 0.03 * size);
+      thin += place.thickness < 0.03 * size && !rim ? 1 : 0;
+      const double phase = 6.28 * unit(random);
+      press(model, place.at, exact, {phase, 0.005 * size * unit(random)}, rim ? with_the_hand : away);
+      if (rim) press(model, place.at, exact, {}, straight);
+    }
+    const long flips = away.flips + straight.flips + with_the_hand.flips;
+    std::printf(
+        "%s%s, places %u: %ld pressed ticks, %ld thin places: %ld without contact, %ld towards the wrong side, %ld "
+        "flips; slipped off the rim with the hand in %.2f %% of %ld, pressed straight in %ld of %ld\n",
+        sample, exact ? ", exact normals" : "", seed, away.ticks, thin, away.lost, away.wrong, flips,
+        100 * with_the_hand.share(), with_the_hand.ticks, straight.lost + straight.wrong, straight.ticks);
+    EXPECT_GT(away.ticks, 0);
+    EXPECT_EQ(away.lost, 0);
+    EXPECT_EQ(away.wrong, 0);
+    EXPECT_EQ(flips, 0);
+    EXPECT_GT(straight.ticks, 0);
+    if (!kShares) continue;
     EXPECT_LE(straight.share(), 0.0005);
-    EXPECT_LE(with_the_hand.share(), 0.05);
+    EXPECT_LE(with_the_hand.share(), 0.035);
   }
 }
 
@@ -226,15 +236,12 @@ struct Scan {
 
 class HoldOnScans : public ::testing::TestWithParam<Scan> {};
 
-/// Straight presses where the model is thinner than 3 % of the diagonal: nearly all of the places are beside a rim. The
-/// long form presses at four more sets of them.
+/// Straight presses where the model is thinner than 3 % of the diagonal: mostly beside a rim.
 TEST_P(HoldOnScans, IsSeldomWithoutAForceOutwards) {
   const Scan scan = GetParam();
   RELIEF_DATA_FILE(file, std::string("a_models/") + scan.name + ".ply");
   const Made made = made_of(import_mesh(file), {});
-  std::vector<std::uint32_t> seeds = {kSeed};
-  if (std::getenv("RELIEF_SOAK") != nullptr) seeds.insert(seeds.end(), {9, 10, 11, 12});
-  for (const std::uint32_t seed : seeds) {
+  for (const std::uint32_t seed : seeds()) {
     Places places(made, seed);
     Pressed done, done_exact;
     for (int k = 0; k < kPresses; ++k) {
