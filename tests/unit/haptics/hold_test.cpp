@@ -25,7 +25,7 @@ namespace relief {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kPresses = 10;
+constexpr int kPresses = 30;
 constexpr bool kShares = false;  // too few for a share of the ticks
 #else
 constexpr int kPresses = 300;
