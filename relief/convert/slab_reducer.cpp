@@ -699,14 +699,18 @@ bool SlabReducer::drop_end(std::uint32_t h, double most) {
   Quadric q = cage_.quadrics[origin(h)];
   q += cage_.quadrics[target(h)];
   const Vec3d edge = cage_.at[target(h)] - cage_.at[origin(h)];
-  const auto cost = [&](std::uint32_t way) { return merge_cost(q, cage_.at[origin(way)], dot(edge, edge)); };
-  const std::uint32_t back = twins_[h];
+  struct Way {
+    std::uint32_t h;
+    double cost;
+  };
+  const auto way_of = [&](std::uint32_t e) { return Way{e, merge_cost(q, cage_.at[origin(e)], dot(edge, edge))}; };
+  std::array<Way, 2> ways = {way_of(h), way_of(twins_[h])};
+  if (std::min(ways[0].cost, ways[1].cost) > kDearer * most || !link_allows(h)) return false;
   // First the end that has fewer slabs around it goes: they are what has to be judged anew.
   const int more = valences_[target(h)] - valences_[origin(h)];
-  const bool turns = more > 0 || (more == 0 && cost(back) < cost(h));
-  if (std::min(cost(h), cost(back)) > kDearer * most || !link_allows(h)) return false;
-  for (const std::uint32_t way : {turns ? back : h, turns ? h : back}) {
-    if (cost(way) > kDearer * most || !star_of_edge(way)) continue;
+  if (more > 0 || (more == 0 && ways[1].cost < ways[0].cost)) std::swap(ways[0], ways[1]);
+  for (const auto& [way, cost] : ways) {
+    if (cost > kDearer * most || !star_of_edge(way)) continue;
     trial_.fresh = trial_.second;
     if (trial_.fresh == trial_.faces.size() || quality(cage_.at[origin(way)]).least < kShape) continue;
     trial_.ends = cage_.ends[origin(way)];
