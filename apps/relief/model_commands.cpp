@@ -82,6 +82,31 @@ verify::Certificate certificate_of(const Model& model, TriangleMesh mended, cons
   return verify::check(view(shell), source.view(), progress);
 }
 
+/// What the verifier finds in the tiles that lie on each slab's own grid.
+struct TileFaults {
+  std::string first;                 ///< a sentence; empty where all hold
+  std::vector<std::uint32_t> slabs;  ///< of the same layer, all that fail
+};
+TileFaults faults_of_tiles(const PlainCage& shell, const Snapshot& head) {
+  for (const auto& [layer, between] :
+       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
+        std::pair{Layer::Folded, verify::Between::Nearer}}) {
+    if (!head.has(layer)) continue;
+    std::vector<verify::SampleTile> tiles;
+    tiles.reserve(head.slab_mesh().slab_count());
+    for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
+      const Tile& tile = head.tile(layer, s);
+      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
+      tile.rest();
+    }
+    const verify::TileCheck found =
+        verify::check_tiles(view(shell), tiles, between, [&](SlabId s) { head.tile(layer, s).rest(); });
+    if (found.failure_count > 0)
+      return {fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what), found.slabs};
+  }
+  return {};
+}
+
 bool claims(Mode mode, verify::Condition condition) { return relief::claims(mode).contains(verify::name(condition)); }
 bool claim_holds(Mode mode, const verify::Certificate& c) {
   for (std::size_t k = 0; k < c.asked(); ++k)
@@ -205,6 +230,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                     {"sewn_most", f.sewn_most},
                     {"unused_vertices", f.unused_vertices},
                     {"degenerate_triangles", f.degenerate_triangles},
+                    {"flipped_triangles", f.flipped_triangles},
                     {"duplicate_triangles", f.duplicate_triangles},
                     {"nonfinite_triangles", f.nonfinite_triangles},
                     {"turned_triangles", f.turned_triangles},
@@ -244,6 +270,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   MendedFile mended;
   Conversion made;
   verify::Certificate certificate;
+  TileFaults tiles;
   std::vector<std::string> notes;  // of the import
   std::vector<ConvertReport::Phase> phases;
   Stopwatch watch;
@@ -273,6 +300,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       phase_done("mended");
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
+    tiles = certificate.holds[0] ? faults_of_tiles(PlainCage(made.model.head->slab_mesh()), *made.model.head)
+                                 : TileFaults();
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
     phase_done("verify");
     return {};
@@ -284,6 +313,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     if (claim_holds(Mode::Tolerant, certificate) &&
         certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
       made.model.info.mode = Mode::Tolerant;
+      made.report.parts.certified = 0;
     } else if (o.mode.empty()) {
       o.settings.mode = Mode::Preview;
       RELIEF_CHECK(convert_and_verify());
@@ -297,10 +327,11 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     made.report.parts.certified = made.report.parts.count;
   }
   made.model.info.source = std::filesystem::path(o.in).filename().string();
-  if (!claim_holds(made.model.info.mode, certificate)) {
-    return fail(Errc::Unfoldable,
-                fmt::format("{}: the shell failed its check ({}); try more --slabs or a smaller --thickness",
-                            printable(o.in), first_reason(made.model.info.mode, certificate)));
+  const Mode mode = made.model.info.mode;
+  if (!claim_holds(mode, certificate) || !tiles.first.empty()) {
+    const std::string why = claim_holds(mode, certificate) ? tiles.first : first_reason(mode, certificate);
+    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the model: {}; {}.", printable(o.in), why,
+                                              remedy(mode, o.settings.remesh.has_value())));
   }
   nothing_written.reset();
   context.progress("save", 0.99);
@@ -315,28 +346,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     for (const std::string& note : notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
                       name(made.model.info.mode), seconds));
-  }
-  return {};
-}
-
-/// What the verifier finds in the tiles that lie on each slab's own grid.
-struct TileFaults {
-  std::string first;                 ///< a sentence; empty where all hold
-  std::vector<std::uint32_t> slabs;  ///< of the same layer, all that fail
-};
-TileFaults faults_of_tiles(const PlainCage& shell, const Snapshot& head) {
-  for (const auto& [layer, between] :
-       {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
-        std::pair{Layer::Folded, verify::Between::Nearer}}) {
-    if (!head.has(layer)) continue;
-    std::vector<verify::SampleTile> tiles;
-    for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
-      const Tile& tile = head.tile(layer, s);
-      tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
-    }
-    const verify::TileCheck found = verify::check_tiles(view(shell), tiles, between);
-    if (found.failure_count > 0)
-      return {fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what), found.slabs};
   }
   return {};
 }

@@ -943,13 +943,6 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
                                  " across on average, too small for that; move it nearer to the origin.");
 }
 
-/// What may still lead to a model where a mode that was asked for cannot be had.
-std::string remedy(Mode mode, bool is_remeshed) {
-  if (mode == Mode::Tolerant) return "convert with --mode preview";
-  const std::string otherwise = "convert with --mode tolerant";
-  return is_remeshed ? otherwise : "remesh the source as a solid (--remesh), or " + otherwise;
-}
-
 Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings& settings, const Progress& progress) {
   Conversion result;
   ConvertReport& report = result.report;
@@ -1079,6 +1072,13 @@ Result<Conversion> convert_checked(TriangleMesh&& source, const ConvertSettings&
 }
 
 }  // namespace
+
+std::string remedy(Mode mode, bool is_remeshed) {
+  if (mode == Mode::Preview) return "try more --slabs or a smaller --thickness";
+  if (mode == Mode::Tolerant) return "convert with --mode preview";
+  const std::string otherwise = "convert with --mode tolerant";
+  return is_remeshed ? otherwise : "remesh the source as a solid (--remesh), or " + otherwise;
+}
 
 Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings, const Progress& progress) {
   RELIEF_CHECK(check(settings));

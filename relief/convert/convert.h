@@ -130,6 +130,9 @@ struct Conversion {
 [[nodiscard]] Result<Conversion> convert(TriangleMesh source, const ConvertSettings& settings,
                                          const Progress& progress = {});
 
+/// What may still lead to a model where this mode cannot be had, as the end of a sentence.
+[[nodiscard]] std::string remedy(Mode mode, bool is_remeshed);
+
 /// The displaced surface as a plain mesh with one vertex per distinct sample; level as in tessellate().
 [[nodiscard]] TriangleMesh to_mesh(const Snapshot& model, int level = 0);
 

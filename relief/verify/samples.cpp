@@ -121,7 +121,7 @@ class SampleChecker {
   /// Slab and number of the samples that a coarser neighbour lacks.
   [[nodiscard]] std::set<std::pair<std::size_t, std::size_t>> bound_samples(std::span<const SampleTile> tiles) const {
     std::set<std::pair<std::size_t, std::size_t>> bound;
-    for (const SharedEdge& edge : shared_edges(shell_))
+    for_each_shared_edge(shell_, [&](const SharedEdge& edge) {
       for (std::size_t side = 0; side < 2; ++side) {
         const std::uint32_t slab = edge.slab[side], other = edge.slab[1 - side];
         if (std::max(slab, other) >= tiles.size()) continue;
@@ -129,6 +129,7 @@ class SampleChecker {
         for (int t = 1; m > 0 && m < n && t < n; ++t)
           if (t * m % n != 0) bound.emplace(slab, sample_on_edge(n, edge.edge[side], t));
       }
+    });
     return bound;
   }
   /// Whether what a sample of the slab says could still be counted, or name the slab.

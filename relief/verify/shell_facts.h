@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -70,8 +71,8 @@ struct CommonLattice {
 struct SharedEdge {
   std::array<std::uint32_t, 2> slab, edge;
 };
-/// Of a shell that passed C0.
-[[nodiscard]] std::vector<SharedEdge> shared_edges(const Shell& shell);
+/// Tells of each, of a shell that passed C0. Takes 36 bytes per slab while it does.
+void for_each_shared_edge(const Shell& shell, const std::function<void(const SharedEdge&)>& told);
 /// Number in its tile of the sample t of n intervals along an edge.
 [[nodiscard]] std::size_t sample_on_edge(int n, std::uint32_t edge, int t);
 

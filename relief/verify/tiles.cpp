@@ -10,9 +10,9 @@ namespace relief::verify {
 
 namespace detail {
 
-std::vector<SharedEdge> shared_edges(const Shell& shell) {
+void for_each_shared_edge(const Shell& shell, const std::function<void(const SharedEdge&)>& told) {
   struct Side {
-    std::uint32_t low, high, slab, edge;
+    std::uint32_t low, high, number;  // three times the slab, and the edge
   };
   std::vector<Side> sides;
   sides.reserve(3 * shell.triangles.size());
@@ -20,17 +20,16 @@ std::vector<SharedEdge> shared_edges(const Shell& shell) {
     const auto fibres = shell.triangles[t];
     for (std::uint32_t k = 0; k < 3; ++k) {
       const auto [low, high] = std::minmax(fibres[(k + 1) % 3], fibres[(k + 2) % 3]);
-      sides.push_back({low, high, t, k});
+      sides.push_back({low, high, 3 * t + k});
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.slab) < std::tie(b.low, b.high, b.slab);
+    return std::tie(a.low, a.high, a.number) < std::tie(b.low, b.high, b.number);
   });
-  std::vector<SharedEdge> shared;
-  for (std::size_t k = 1; k < sides.size(); ++k)
-    if (sides[k - 1].low == sides[k].low && sides[k - 1].high == sides[k].high)
-      shared.push_back({{sides[k - 1].slab, sides[k].slab}, {sides[k - 1].edge, sides[k].edge}});
-  return shared;
+  for (std::size_t k = 1; k < sides.size(); ++k) {
+    const Side &a = sides[k - 1], &b = sides[k];
+    if (a.low == b.low && a.high == b.high) told({{a.number / 3, b.number / 3}, {a.number % 3, b.number % 3}});
+  }
 }
 
 std::size_t sample_on_edge(int n, std::uint32_t edge, int t) {
@@ -48,8 +47,8 @@ namespace {
 
 class TileChecker {
  public:
-  TileChecker(const Shell& shell, std::span<const SampleTile> tiles, Between between)
-      : shell_(shell), tiles_(tiles), between_(between), failed_(tiles.size()) {}
+  TileChecker(const Shell& shell, std::span<const SampleTile> tiles, Between between, const WasRead& was_read)
+      : shell_(shell), tiles_(tiles), between_(between), was_read_(was_read), failed_(tiles.size()) {}
 
   TileCheck run() {
     check_all();
@@ -65,10 +64,19 @@ class TileChecker {
                   "there are tiles for " + std::to_string(tiles_.size()) + " slabs, not " +
                       std::to_string(shell_.triangles.size()));
     }
-    for (std::uint32_t s = 0; s < tiles_.size(); ++s) sizes_and_ranges(s);
+    for (std::uint32_t s = 0; s < tiles_.size(); ++s) {
+      sizes_and_ranges(s);
+      done_with(s);
+    }
     if (check_.failure_count > 0) return;
     corners();
-    for (const detail::SharedEdge& edge : detail::shared_edges(shell_)) along(edge);
+    detail::for_each_shared_edge(shell_, [&](const detail::SharedEdge& edge) {
+      along(edge);
+      for (const std::uint32_t slab : edge.slab) done_with(slab);
+    });
+  }
+  void done_with(std::uint32_t slab) const {
+    if (was_read_) was_read_(slab);
   }
   void note(std::uint32_t slab, std::uint32_t sample, std::string what) {
     if (slab != kNothing) failed_[slab] = true;
@@ -93,7 +101,7 @@ class TileChecker {
   /// All slabs of a fibre hold the same bits there.
   void corners() {
     std::vector<std::uint32_t> first(shell_.inner.size(), kNothing);
-    for (std::uint32_t s = 0; s < tiles_.size(); ++s)
+    for (std::uint32_t s = 0; s < tiles_.size(); ++s) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::size_t sample = detail::sample_on_edge(tiles_[s].intervals, (k + 2) % 3, 0);
         const std::uint32_t fibre = shell_.triangles[s][k];
@@ -101,6 +109,8 @@ class TileChecker {
         if (first[fibre] != bits(s, sample))
           note(s, static_cast<std::uint32_t>(sample), sample_name(s, sample) + " differs from another slab's copy");
       }
+      done_with(s);
+    }
   }
 
   void along(const detail::SharedEdge& edge) {
@@ -139,14 +149,15 @@ class TileChecker {
   const Shell& shell_;
   std::span<const SampleTile> tiles_;
   Between between_;
+  const WasRead& was_read_;
   std::vector<bool> failed_;  // by slab
   TileCheck check_;
 };
 
 }  // namespace
 
-TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between) {
-  return TileChecker(shell, tiles, between).run();
+TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between, const WasRead& was_read) {
+  return TileChecker(shell, tiles, between, was_read).run();
 }
 
 }  // namespace relief::verify

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -122,10 +123,14 @@ struct TileCheck {
   std::vector<std::uint32_t> slabs;   ///< all that fail, in rising order
 };
 
+/// Told of each slab whose values were read, so that its caller may take them out of memory until they are read again.
+using WasRead = std::function<void(std::uint32_t slab)>;
+
 /// Tests that all values lie in 0..1, that slabs which share an edge differ in n by a power of two only, that the
 /// copies of shared samples are equal to the last bit, and that samples between them are what they must be. The shell
 /// must pass C0. Copies are not tested where a tile has the wrong size or a value out of range.
-[[nodiscard]] TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between);
+[[nodiscard]] TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between,
+                                    const WasRead& was_read = {});
 
 /// How the samples fit the source. Copies of shared samples count each.
 struct SampleCheck {

@@ -349,6 +349,14 @@ class Contract(Case):
         self.assertLessEqual(sum(report["phases"].values()), report["seconds"])
         self.assertIsNone(report["error"], "n was given")
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
+        distance = report["distance"]
+        for way in (distance, *(distance[w] for w in ("to_mended", "from_mended", "to_source", "from_source"))):
+            self.assertTrue(0 < way["rms"] < way["max"] < 0.1)
+        self.assertTrue(0 < report["thickness"]["min"] <= report["thickness"]["median"] <= 0.2)
+        self.assertEqual([(k, c["holds"]) for k, c in report["certificate"].items()], [(f"C{k}", True) for k in range(8)])
+        self.assertEqual(set(report["repair"].values()), {0, 1}, "one part and nothing to repair")
+        self.assertEqual(report["repair"]["parts"], 1)
+        self.assertGreater(report["peak_mib"], 1)
         info = Run("info", out, "--json").json()
         self.assertEqual(info["slabs"], report["slabs"])
         self.assertEqual(info["samples"], report["samples"])
