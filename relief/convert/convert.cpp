@@ -1137,18 +1137,16 @@ std::string to_string(const ConvertReport& report) {
     if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
     if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
   }
-  const double cast = std::max(1.0, double(report.fibres_cast));
   std::snprintf(line.data(), line.size(),
                 "%zu triangles became %zu slabs\n"
-                "%zu fibres: %.2f %% meet the source once, %.2f %% never, %.2f %% several times\n"
+                "%zu fibres: %zu meet the source once, %zu never, %zu several times\n"
                 "distance, of the diagonal (rms, greatest): to the mended source %.2e, %.2e; back %.2e, %.2e\n"
                 "  to the source as read %.2e, %.2e; back %.2e, %.2e\n"
                 "thickness, of the diagonal: least %.2e, median %.2e\n",
-                report.source_triangles, report.slabs, report.fibres_cast, 100 * double(report.hits_single) / cast,
-                100 * double(report.hits_none) / cast, 100 * double(report.hits_several) / cast, report.to_mended.rms,
-                report.to_mended.max, report.from_mended.rms, report.from_mended.max, report.to_source.rms,
-                report.to_source.max, report.from_source.rms, report.from_source.max, report.thickness_min,
-                report.thickness_median);
+                report.source_triangles, report.slabs, report.fibres_cast, report.hits_single, report.hits_none,
+                report.hits_several, report.to_mended.rms, report.to_mended.max, report.from_mended.rms,
+                report.from_mended.max, report.to_source.rms, report.to_source.max, report.from_source.rms,
+                report.from_source.max, report.thickness_min, report.thickness_median);
   text += line.data();
   if (report.slabs_too_coarse > 0) {
     std::snprintf(line.data(), line.size(), "%zu slabs lie farther than %.2g from the mended source, %.2e at most\n",
