@@ -293,6 +293,31 @@ TEST(Verify, FindsInnerAndOuterSwapped) {
   EXPECT_EQ(c.failure_count[1], parts.faces.size());
 }
 
+// No shell has this fault alone: where C0, C1 and C2 hold and no two triangles meet, both volumes have the same sign.
+TEST(Verify, FindsVolumesOfDifferentSigns) {
+  Parts parts = sphere();
+  for (std::size_t f = 0; f < parts.inner.size(); ++f)
+    for (std::size_t k = 0; k < 3; ++k) {
+      parts.outer[f][k] = std::round(parts.outer[f][k] * 1024) / 1024;
+      parts.inner[f][k] = -0.5 * parts.outer[f][k];
+    }
+  parts.add(sphere(), {4, 0, 0});
+  const auto wrong = static_cast<std::uint32_t>(sphere().faces.size());
+  const Certificate c = reported("all fibres run through the centre and on to half as far beyond it", parts.check());
+  EXPECT_EQ(broken(c), (std::set{Condition::C1, Condition::C3}));
+  EXPECT_FALSE(c.holds[3]);
+  EXPECT_EQ(c.failure_count[3], 1U);
+  EXPECT_EQ(c.failures.back().what, "the part with slab 0 has inner and outer volumes of different signs");
+  EXPECT_EQ(c.failing(Condition::C3), numbers(0, wrong));
+}
+
+TEST(Verify, PassesShellsTurnedInsideOut) {
+  Parts parts = sphere();  // both volumes are negative, and the slabs as sound as before
+  std::swap(parts.inner, parts.outer);
+  for (Face& f : parts.faces) std::swap(f[1], f[2]);
+  EXPECT_SOUND(parts.check());
+}
+
 TEST(Verify, FindsFaultsOfTheComplex) {
   const auto only_c0 = [](std::string_view way, const Parts& parts, std::uint32_t slab, const char* word) {
     const Certificate c = reported(way, parts.check());
