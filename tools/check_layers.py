@@ -103,7 +103,7 @@ def part_of(path):
 
 
 def tested_part(path):
-    """tests/unit/<part>... and tests/property/<part>... may look inside that part."""
+    """tests/unit/<part>... may look inside that part."""
     if path.parts[0] == "tests" and len(path.parts) > 3:
         return path.parts[2].split("_")[0]
     return None

@@ -300,8 +300,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       phase_done("mended");
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
-    tiles = certificate.holds[0] ? faults_of_tiles(PlainCage(made.model.head->slab_mesh()), *made.model.head)
-                                 : TileFaults();
+    const bool has_tiles = certificate.holds[0] && !context.progress.cancelled();
+    tiles = has_tiles ? faults_of_tiles(PlainCage(made.model.head->slab_mesh()), *made.model.head) : TileFaults();
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
     phase_done("verify");
     return {};
@@ -328,11 +328,14 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   }
   made.model.info.source = std::filesystem::path(o.in).filename().string();
   const Mode mode = made.model.info.mode;
-  if (!claim_holds(mode, certificate) || !tiles.first.empty()) {
-    const std::string why = claim_holds(mode, certificate) ? tiles.first : first_reason(mode, certificate);
-    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the model: {}; {}.", printable(o.in), why,
-                                              remedy(mode, o.settings.remesh.has_value())));
-  }
+  if (!claim_holds(mode, certificate))
+    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the slabs: {}; {}.", printable(o.in),
+                                              first_reason(mode, certificate),
+                                              remedy(o.settings.mode.value_or(mode), o.settings.remesh.has_value())));
+  if (!tiles.first.empty())
+    return fail(Errc::Unfoldable, fmt::format("{}: the verifier refused the samples: {}; this is a fault of Relief's, "
+                                              "which other --samples may avoid.",
+                                              printable(o.in), tiles.first));
   nothing_written.reset();
   context.progress("save", 0.99);
   RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
@@ -442,7 +445,8 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     }
   }
   const bool shell_holds = claim_holds(mode, certificate);
-  const TileFaults tiles = certificate.holds[0] ? faults_of_tiles(shell, *model.model().head) : TileFaults();
+  const bool has_tiles = certificate.holds[0] && !context.progress.cancelled();
+  const TileFaults tiles = has_tiles ? faults_of_tiles(shell, *model.model().head) : TileFaults();
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
   nothing_written.reset();
   // Preview says nothing of where the samples lie.

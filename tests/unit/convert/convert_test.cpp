@@ -63,6 +63,15 @@ void expect_sound(const Result<Conversion>& result, const ConvertSettings& setti
 
 double single_share(const ConvertReport& report) { return double(report.hits_single) / double(report.fibres_cast); }
 
+TEST(Remedy, NamesWhatIsLeftToTry) {
+  EXPECT_EQ(remedy(Mode::Certified, false), "remesh the source as a solid (--remesh), or convert with --mode tolerant");
+  EXPECT_EQ(remedy(Mode::Certified, true), "convert with --mode tolerant");
+  for (const bool is_remeshed : {false, true}) {
+    EXPECT_EQ(remedy(Mode::Tolerant, is_remeshed), "convert with --mode preview");
+    EXPECT_EQ(remedy(Mode::Preview, is_remeshed), "try more --slabs or a smaller --thickness");
+  }
+}
+
 TEST(Convert, SaysWhereItTakesMoreSlabsThanAskedFor) {
   const auto mesh = make_sample("head", 5'000);
   ASSERT_TRUE(mesh);

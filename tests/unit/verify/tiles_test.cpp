@@ -37,10 +37,10 @@ struct Plain {
       intervals.push_back(tile.intervals());
     }
   }
-  [[nodiscard]] TileCheck check(Between between) const {
+  [[nodiscard]] TileCheck check(Between between, const WasRead& was_read = {}) const {
     std::vector<SampleTile> tiles;
     for (std::size_t s = 0; s < values.size(); ++s) tiles.push_back({intervals[s], values[s]});
-    return check_tiles({inner, outer, faces}, tiles, between);
+    return check_tiles({inner, outer, faces}, tiles, between, was_read);
   }
 };
 
@@ -54,6 +54,15 @@ TEST(Tiles, OfOneNAndOfManyHold) {
     EXPECT_EQ(Plain(*model, Layer::Displacement).check(Between::Linear).failure_count, 0U);
     EXPECT_EQ(Plain(*model, Layer::Void).check(Between::Nearer).failure_count, 0U);
   }
+}
+
+TEST(Tiles, EachSlabThatIsReadIsTold) {
+  const SnapshotPtr model = displaced(mixed_shell(*torus_shell(12, 8, 1), 1, 5), waves);
+  const Plain plain(*model, Layer::Displacement);
+  // Once for its size and range, once for its corners, and once with each neighbour.
+  std::vector<int> told(plain.faces.size());
+  EXPECT_EQ(plain.check(Between::Linear, [&](std::uint32_t s) { ++told[s]; }).failure_count, 0U);
+  EXPECT_EQ(told, std::vector<int>(plain.faces.size(), 5));
 }
 
 /// A sample counts towards others when it is shared or follows from those that are; of the rest any value will do.
