@@ -82,12 +82,14 @@ verify::Certificate certificate_of(const Model& model, TriangleMesh mended, cons
   return verify::check(view(shell), source.view(), progress);
 }
 
-/// What the verifier finds in the tiles that lie on each slab's own grid.
+/// What the verifier finds in the tiles that lie on each slab's own grid; nothing where C0 fails, or when cancelled.
 struct TileFaults {
   std::string first;                 ///< a sentence; empty where all hold
   std::vector<std::uint32_t> slabs;  ///< of the same layer, all that fail
 };
-TileFaults faults_of_tiles(const PlainCage& shell, const Snapshot& head) {
+TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& certificate, const Progress& progress) {
+  if (!certificate.holds[0] || progress.cancelled()) return {};
+  const PlainCage shell(head.slab_mesh());
   for (const auto& [layer, between] :
        {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
         std::pair{Layer::Folded, verify::Between::Nearer}}) {
@@ -300,8 +302,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       phase_done("mended");
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
-    const bool has_tiles = certificate.holds[0] && !context.progress.cancelled();
-    tiles = has_tiles ? faults_of_tiles(PlainCage(made.model.head->slab_mesh()), *made.model.head) : TileFaults();
+    tiles = faults_of_tiles(*made.model.head, certificate, context.progress);
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
     phase_done("verify");
     return {};
@@ -445,8 +446,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     }
   }
   const bool shell_holds = claim_holds(mode, certificate);
-  const bool has_tiles = certificate.holds[0] && !context.progress.cancelled();
-  const TileFaults tiles = has_tiles ? faults_of_tiles(shell, *model.model().head) : TileFaults();
+  const TileFaults tiles = faults_of_tiles(*model.model().head, certificate, context.progress);
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
   nothing_written.reset();
   // Preview says nothing of where the samples lie.

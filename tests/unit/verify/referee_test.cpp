@@ -1,6 +1,8 @@
 // Shells and sources broken at random: the verifier and a slow, plain referee say the same.
 #include "referee.h"
 
+#include "cages.h"
+
 #include <relief/verify/verify.h>
 
 #include <gtest/gtest.h>
@@ -22,9 +24,6 @@
 namespace relief::verify {
 namespace {
 
-using Point = std::array<double, 3>;
-using Face = std::array<std::uint32_t, 3>;
-
 Point plus(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 Point times(const Point& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 Point between(const Point& a, const Point& b, double t) { return plus(times(a, 1 - t), times(b, t)); }
@@ -32,10 +31,6 @@ double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + 
 double length(const Point& a) { return std::sqrt(dot(a, a)); }
 Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Point rounded(const Point& p, int bits) {
-  const auto round = [&](double c) { return std::ldexp(std::round(std::ldexp(c, bits)), -bits); };
-  return {round(p[0]), round(p[1]), round(p[2])};
 }
 
 /// Random numbers, without the standard's distributions, which are not the same in all libraries.
@@ -70,44 +65,12 @@ class Dice {
   std::mt19937_64 numbers_;
 };
 
-struct Cage {
-  std::vector<Point> inner, outer;
-  std::vector<Face> faces;
-
-  void fibre(const Point& in, const Point& out) {
-    inner.push_back(in);
-    outer.push_back(out);
-  }
-  void add(const Cage& other) {
-    const auto first = static_cast<std::uint32_t>(inner.size());
-    inner.insert(inner.end(), other.inner.begin(), other.inner.end());
-    outer.insert(outer.end(), other.outer.begin(), other.outer.end());
-    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  /// Every end p replaced by change(p).
-  template <typename Change>
-  void move(Change&& change) {
-    for (auto* ends : {&inner, &outer})
-      for (Point& p : *ends) p = change(p);
-  }
-  void snap(int bits) {
-    move([&](const Point& p) { return rounded(p, bits); });
-  }
-  [[nodiscard]] Point along(std::size_t f) const { return plus(outer[f], times(inner[f], -1)); }
-  [[nodiscard]] bool holds_together(std::uint32_t f, std::uint32_t g) const {
-    return std::any_of(faces.begin(), faces.end(), [&](const Face& face) {
-      return std::count(face.begin(), face.end(), f) > 0 && std::count(face.begin(), face.end(), g) > 0;
-    });
-  }
-  [[nodiscard]] Shell view() const { return {inner, outer, faces}; }
-};
-
-Cage cage_of(const SlabMesh& mesh) {
-  const auto point = [](Vec3d p) { return Point{p.x, p.y, p.z}; };
-  Cage cage;
-  for (const Fibre& f : mesh.fibres()) cage.fibre(point(f.inner), point(f.outer));
-  for (const relief::Slab& s : mesh.slabs()) cage.faces.push_back(s.fibres);
-  return cage;
+Point along(const Cage& cage, std::size_t f) { return plus(cage.outer[f], times(cage.inner[f], -1)); }
+/// Whether a slab has both fibres.
+bool share_a_slab(const Cage& cage, std::uint32_t f, std::uint32_t g) {
+  return std::any_of(cage.faces.begin(), cage.faces.end(), [&](const Face& face) {
+    return std::count(face.begin(), face.end(), f) > 0 && std::count(face.begin(), face.end(), g) > 0;
+  });
 }
 
 /// Each slab cut into four at the middles of its edges.
@@ -129,17 +92,8 @@ Cage cut(const Cage& cage) {
 
 /// Between a box and one of half its size; eight triangles at a time lie in one plane.
 Cage box() {
-  Cage cage;
-  for (int k = 0; k < 8; ++k) {
-    const Point p = {k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 0.5 : -0.5};
-    cage.fibre(times(p, 0.5), p);
-  }
-  const std::array<std::array<std::uint32_t, 4>, 6> sides = {
-      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-  for (const auto& s : sides) {
-    cage.faces.push_back({s[0], s[1], s[2]});
-    cage.faces.push_back({s[0], s[2], s[3]});
-  }
+  Cage cage = cube_cage(0.5, 1);
+  cage.move([](const Point& p) { return Point{p[0], p[1], 0.5 * p[2]}; });
   return cut(cage);
 }
 
@@ -223,7 +177,7 @@ void move_neighbours(Cage& cage, Dice& dice) {
   const std::uint32_t middle = dice.below(cage.inner.size()), which = dice.below(3);
   const Point by = dice.move();
   for (std::uint32_t f = 0; f < cage.inner.size(); ++f) {
-    if (!cage.holds_together(middle, f)) continue;
+    if (!share_a_slab(cage, middle, f)) continue;
     if (which != 0) cage.inner[f] = plus(cage.inner[f], by);
     if (which != 1) cage.outer[f] = plus(cage.outer[f], by);
   }
@@ -313,7 +267,7 @@ void weld_fibres(Cage& cage, Dice& dice) {
   std::uint32_t gone = kept + 1 + dice.below(last - kept);
   if (dice.one_in(2))
     for (std::uint32_t f = 0; f <= last; ++f)
-      if (f > kept && cage.holds_together(kept, f)) gone = f;
+      if (f > kept && share_a_slab(cage, kept, f)) gone = f;
   for (Face& face : cage.faces)
     for (std::uint32_t& f : face) {
       if (f == gone) f = kept;
@@ -346,7 +300,7 @@ void turn_a_slab(Cage& cage, Dice& dice) {
   Point middle = {}, axis = {};
   for (const std::uint32_t f : face) {
     middle = plus(middle, times(cage.inner[f], 1.0 / 3));
-    axis = plus(axis, cage.along(f));
+    axis = plus(axis, along(cage, f));
   }
   axis = times(axis, 1 / std::max(length(axis), 1e-6));
   const double angle = std::numbers::pi * dice.from_to(0.02, 1.5), wide = dice.from_to(0.2, 1);
@@ -475,18 +429,6 @@ TEST(VerifyReferee, SaysOfShellsWhatTheVerifierSays) {
 
 // ---- Ways to break a source
 
-struct Surface {
-  std::vector<Point> points;
-  std::vector<Face> faces;
-
-  void add(const Surface& other) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), other.points.begin(), other.points.end());
-    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  [[nodiscard]] Source view() const { return {points, faces}; }
-};
-
 /// Four triangles to a slab, near the middle of its fibres.
 Surface surface_in(const Cage& cage, Dice& dice) {
   const Cage finer = cut(cage);
@@ -566,7 +508,7 @@ void raise_a_hill(Surface& surface, Cage& cage, Dice& dice) {
   const std::uint32_t top = dice.below(finer.inner.size());
   const Point centre = between(finer.inner[top], finer.outer[top], 0.5);
   const double height = dice.from_to(0.1, 0.4), width = dice.from_to(0.2, 0.4);
-  const Point up = finer.along(top), aside = cross(up, dice.direction());
+  const Point up = along(finer, top), aside = cross(up, dice.direction());
   const Point lean = times(aside, width * dice.from_to(0, 2) / length(aside));
   surface = {{}, finer.faces};
   for (std::size_t f = 0; f < finer.inner.size(); ++f) {

@@ -1,4 +1,5 @@
 // Shells with a right source inside pass; each way of getting the source wrong fails exactly what it breaks.
+#include "cages.h"
 #include "report.h"
 
 #include <relief/base/triangle.h>
@@ -24,72 +25,15 @@
 
 namespace relief::verify {
 
-inline void PrintTo(Condition condition, std::ostream* out) { *out << name(condition); }
-
 namespace {
 
-using Point = std::array<double, 3>;
-using Face = std::array<std::uint32_t, 3>;
-
+constexpr int kBits = 20;
 constexpr double kSteps = 0x1p20;
 
-Point rounded(Vec3d p) {
-  return {std::round(p.x * kSteps) / kSteps, std::round(p.y * kSteps) / kSteps, std::round(p.z * kSteps) / kSteps};
-}
-Vec3d vec(const Point& p) { return {p[0], p[1], p[2]}; }
+Point rounded(Vec3d p) { return verify::rounded({p.x, p.y, p.z}, kBits); }
 
-struct Surface {
-  std::vector<Point> points;
-  std::vector<Face> faces;
-
-  void add(const Surface& other) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), other.points.begin(), other.points.end());
-    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  /// Every point replaced by `change` of it.
-  template <typename Change>
-  Surface moved(Change&& change) const {
-    Surface other = *this;
-    for (Point& p : other.points) {
-      const Vec3d q = change(vec(p));
-      p = {q.x, q.y, q.z};
-    }
-    return other;
-  }
-  [[nodiscard]] Surface inside_out() const {
-    Surface other = *this;
-    for (Face& f : other.faces) std::swap(f[1], f[2]);
-    return other;
-  }
-  [[nodiscard]] Source view() const { return {points, faces}; }
-};
-
-struct Cage {
-  std::vector<Point> inner, outer;
-  std::vector<Face> faces;
-
-  void add(const Cage& other) {
-    const auto first = static_cast<std::uint32_t>(inner.size());
-    inner.insert(inner.end(), other.inner.begin(), other.inner.end());
-    outer.insert(outer.end(), other.outer.begin(), other.outer.end());
-    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  [[nodiscard]] Shell view() const { return {inner, outer, faces}; }
-  [[nodiscard]] Certificate check(const Surface& source) const { return verify::check(view(), source.view()); }
-};
-
-Cage cage_of(const SlabMesh& mesh) {
-  Cage cage;
-  for (const Fibre& f : mesh.fibres()) {
-    cage.inner.push_back(rounded(f.inner));
-    cage.outer.push_back(rounded(f.outer));
-  }
-  for (const relief::Slab& s : mesh.slabs()) cage.faces.push_back(s.fibres);
-  return cage;
-}
 Cage sphere_cage(int levels = 2, double inner = 0.8, double outer = 1.2, Vec3d centre = {}) {
-  return cage_of(*testing::sphere_shell(levels, 1, inner, outer, centre));
+  return snapped(*testing::sphere_shell(levels, 1, inner, outer, centre), kBits);
 }
 /// 8 * 4^levels triangles; radius(direction) from the centre.
 Surface ball(int levels, const std::function<double(Vec3d)>& radius, Vec3d centre = {}) {
@@ -102,21 +46,6 @@ Surface ball(int levels, const std::function<double(Vec3d)>& radius, Vec3d centr
 Surface ball(int levels = 4, double radius = 1, Vec3d centre = {}) {
   return ball(levels, [=](Vec3d) { return radius; }, centre);
 }
-
-/// Corners of a cube and its twelve triangles.
-Surface cube(double half) {
-  Surface surface;
-  for (int k = 0; k < 8; ++k)
-    surface.points.push_back({k & 1 ? half : -half, k & 2 ? half : -half, k & 4 ? half : -half});
-  const std::array<std::array<std::uint32_t, 4>, 6> sides = {
-      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-  for (const auto& s : sides) {
-    surface.faces.push_back({s[0], s[1], s[2]});
-    surface.faces.push_back({s[0], s[2], s[3]});
-  }
-  return surface;
-}
-Cage cube_cage(double inner, double outer) { return {cube(inner).points, cube(outer).points, cube(1).faces}; }
 
 using Conditions = std::set<Condition>;
 /// What does not hold; each must have said why.

@@ -1,4 +1,5 @@
 // Shells that are right pass; shells broken in one way each fail exactly the condition that this way breaks.
+#include "cages.h"
 #include "report.h"
 
 #include <relief/verify/verify.h>
@@ -16,79 +17,26 @@
 
 namespace relief::verify {
 
-inline void PrintTo(Condition condition, std::ostream* out) { *out << name(condition); }
-
 namespace {
 
-using Point = std::array<double, 3>;
-using Face = std::array<std::uint32_t, 3>;
+constexpr int kBits = 16;
 
-struct Parts {
-  std::vector<Point> inner, outer;
-  std::vector<Face> faces;
-
-  void fibre(Point in, Point out) {
-    inner.push_back(in);
-    outer.push_back(out);
-  }
-  /// Puts another shell beside this one, moved and scaled.
-  void add(const Parts& other, Point move = {}, double scale = 1) {
-    const auto first = static_cast<std::uint32_t>(inner.size());
-    const auto at = [&](Point p) {
-      for (std::size_t k = 0; k < 3; ++k) p[k] = p[k] * scale + move[k];
-      return p;
-    };
-    for (std::size_t f = 0; f < other.inner.size(); ++f) fibre(at(other.inner[f]), at(other.outer[f]));
-    for (const Face& f : other.faces) faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  }
-  [[nodiscard]] Certificate check() const {
-    return verify::check({.inner = inner, .outer = outer, .triangles = faces});
-  }
-};
-
-/// Coordinates rounded to multiples of 2^-16.
-Parts snapped(const SlabMesh& mesh) {
-  Parts parts;
-  const auto round = [](Vec3d p) {
-    return Point{std::round(p.x * 65536) / 65536, std::round(p.y * 65536) / 65536, std::round(p.z * 65536) / 65536};
-  };
-  for (const Fibre& f : mesh.fibres()) parts.fibre(round(f.inner), round(f.outer));
-  for (const Slab& s : mesh.slabs()) parts.faces.push_back(s.fibres);
-  return parts;
-}
-
-Parts sphere(int levels = 1, double inner = 0.8, double outer = 1.2) {
-  return snapped(*testing::sphere_shell(levels, 1, inner, outer));
+Cage sphere(int levels = 1, double inner = 0.8, double outer = 1.2) {
+  return snapped(*testing::sphere_shell(levels, 1, inner, outer), kBits);
 }
 
 /// A tetrahedron between its copies of half and full size.
-Parts tetrahedron(double inner = 0.5) {
-  Parts parts;
+Cage tetrahedron(double inner = 0.5) {
+  Cage parts;
   for (const Point p : {Point{1, 1, 1}, Point{-1, -1, 1}, Point{-1, 1, -1}, Point{1, -1, -1}})
     parts.fibre({p[0] * inner, p[1] * inner, p[2] * inner}, p);
   parts.faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   return parts;
 }
 
-/// A cube of twelve slabs; its faces are flat, so many of its triangles lie in one plane.
-Parts cube(double inner = 0.5, double outer = 1) {
-  Parts parts;
-  for (int k = 0; k < 8; ++k) {
-    const Point p = {k & 1 ? 1.0 : -1.0, k & 2 ? 1.0 : -1.0, k & 4 ? 1.0 : -1.0};
-    parts.fibre({p[0] * inner, p[1] * inner, p[2] * inner}, {p[0] * outer, p[1] * outer, p[2] * outer});
-  }
-  const std::array<std::array<std::uint32_t, 4>, 6> sides = {
-      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-  for (const auto& s : sides) {
-    parts.faces.push_back({s[0], s[1], s[2]});
-    parts.faces.push_back({s[0], s[2], s[3]});
-  }
-  return parts;
-}
-
 /// One open slab over a triangle in the plane z = height, one thick.
-Parts plate(Point a, Point b, Point c, double thickness = 1) {
-  Parts parts;
+Cage plate(Point a, Point b, Point c, double thickness = 1) {
+  Cage parts;
   for (const Point p : {a, b, c}) parts.fibre(p, {p[0], p[1], p[2] + thickness});
   parts.faces = {{0, 1, 2}};
   return parts;
@@ -118,26 +66,26 @@ TEST(Verify, PassesRightShells) {
   EXPECT_SOUND(sphere(0).check());
   EXPECT_SOUND(sphere(3).check());
   EXPECT_SOUND(tetrahedron().check());
-  EXPECT_SOUND(cube().check());
-  EXPECT_SOUND(snapped(*testing::torus_shell(16, 10, 1)).check());
-  EXPECT_SOUND(snapped(*testing::plane_shell(6, 1)).check());
+  EXPECT_SOUND(cube_cage(0.5, 1).check());
+  EXPECT_SOUND(snapped(*testing::torus_shell(16, 10, 1), kBits).check());
+  EXPECT_SOUND(snapped(*testing::plane_shell(6, 1), kBits).check());
 }
 
 TEST(Verify, ScaleAndPlaceDoNotMatter) {
-  Parts far;
+  Cage far;
   far.add(sphere(2), {0x1p34, -0x1p34, 0x1p33}, 0x1p20);
   EXPECT_SOUND(far.check());
-  Parts tiny;
+  Cage tiny;
   tiny.add(sphere(2), {}, 0x1p-900);
   EXPECT_SOUND(tiny.check());
-  Parts huge;
+  Cage huge;
   huge.add(sphere(2), {}, 0x1p900);
   EXPECT_SOUND(huge.check());
 }
 
 TEST(Verify, UsesTheWholeLattice) {
   const double top = 0x1p29;  // the span is 2^30 steps
-  Parts parts = cube(1, top);
+  Cage parts = cube_cage(1, top);
   EXPECT_SOUND(parts.check());
   parts.outer[7][0] = top + 1;
   const Certificate wider = parts.check();
@@ -146,14 +94,14 @@ TEST(Verify, UsesTheWholeLattice) {
 }
 
 TEST(Verify, ShellsSideBySideOrInACavityPass) {
-  Parts parts = cube(2, 3);
-  parts.add(cube(), {8, 0, 0});
+  Cage parts = cube_cage(2, 3);
+  parts.add(cube_cage(0.5, 1), {8, 0, 0});
   parts.add(sphere());
   EXPECT_SOUND(parts.check());
 }
 
 TEST(Verify, FindsAFoldAtOneEnd) {
-  Parts parts = sphere();
+  Cage parts = sphere();
   parts.inner[4] = {parts.outer[4][0] * 2, parts.outer[4][1] * 2, parts.outer[4][2] * 2};
   const Certificate c = reported("an inner end is pulled out beyond its outer end", parts.check());
   EXPECT_EQ(c.failures.at(0).condition, Condition::C1);
@@ -166,7 +114,7 @@ TEST(Verify, FindsAFoldAtOneEnd) {
 }
 
 TEST(Verify, FindsAFoldThatNothingElseShows) {
-  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   parts.inner[2] = {4, -8, 0};  // the inner triangle faces down; it meets nothing
   const Certificate c = reported("the inner triangle of a lone slab faces the other way", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C1});
@@ -177,7 +125,7 @@ TEST(Verify, FindsADipBetweenAllSamples) {
   // Over alpha the two edges shrink to nothing at 300001 and 300400 of 2^20 and grow again on the other side, so the
   // Jacobian is negative just between: samples at multiples of 1/256 are all positive.
   const double steps = 0x1p20, first = 300001, second = 300400;
-  Parts parts;
+  Cage parts;
   parts.fibre({0, 0, 0}, {0, 0, 4096});
   parts.fibre({-first, 0, 0}, {steps - first, 0, 4096});
   parts.fibre({0, -second, 0}, {0, steps - second, 4096});
@@ -196,8 +144,8 @@ TEST(Verify, FindsADipBetweenAllSamples) {
 }
 
 /// Ten slabs around fibre 0, each turning by `turn`; closed when the last ends where the first begins.
-Parts star(double turn, bool closed) {
-  Parts parts;
+Cage star(double turn, bool closed) {
+  Cage parts;
   parts.fibre({0, 0, 0}, {0, 0, 64});
   const int count = closed ? 10 : 11;
   for (int k = 0; k < count; ++k) {
@@ -226,9 +174,9 @@ TEST(Verify, FindsAnOpenStarThatCloses) {
 }
 
 TEST(Verify, FindsSheetsPushedIntoEachOther) {
-  Parts parts = snapped(*testing::plane_shell(2, 1));
+  Cage parts = snapped(*testing::plane_shell(2, 1), kBits);
   const auto first = static_cast<std::uint32_t>(parts.faces.size());
-  parts.add(snapped(*testing::plane_shell(2, 1)), {0.25, 0.5, 0.25});
+  parts.add(snapped(*testing::plane_shell(2, 1), kBits), {0.25, 0.5, 0.25});
   EXPECT_SOUND(parts.check());
   for (std::size_t f = 9; f < parts.inner.size(); ++f)
     if (parts.inner[f][0] < 0.5) parts.inner[f][1] = 0;
@@ -238,7 +186,7 @@ TEST(Verify, FindsSheetsPushedIntoEachOther) {
 }
 
 TEST(Verify, TouchingCountsAsMeeting) {
-  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   parts.add(plate({2, 2, 2}, {8, 2, 2}, {2, 8, 2}));
   EXPECT_SOUND(parts.check());
   parts.inner[3] = {2, 2, 1};  // one corner on the face below
@@ -246,23 +194,23 @@ TEST(Verify, TouchingCountsAsMeeting) {
 }
 
 TEST(Verify, CoplanarTrianglesAreComparedInTheirPlane) {
-  Parts beside = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage beside = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   beside.add(plate({8, 8, 0}, {1, 8, 0}, {8, 1, 0}));  // boxes overlap, triangles do not
   EXPECT_SOUND(beside.check());
 
-  Parts across = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage across = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   across.add(plate({8, 8, 0}, {-1, 8, 0}, {8, -1, 0}));
   const Certificate c = reported("triangles of two slabs cross in one plane", across.check());
   EXPECT_EQ(broken(c), std::set{Condition::C3});
   EXPECT_EQ(c.failure_count[3], 2U) << "inner and outer";
 
-  Parts within = plate({0, 0, 0}, {80, 0, 0}, {0, 80, 0});
+  Cage within = plate({0, 0, 0}, {80, 0, 0}, {0, 80, 0});
   within.add(plate({10, 10, 0}, {20, 10, 0}, {10, 20, 0}));
   EXPECT_EQ(broken(reported("a triangle lies within another in one plane", within.check())), std::set{Condition::C3});
 }
 
 TEST(Verify, ComparesInnerWithOuterTriangles) {
-  Parts parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage parts = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   parts.add(plate({0, 0, 1}, {8, 0, 1}, {0, 8, 1}));  // its inner triangle is the outer one of the first
   const Certificate c = reported("the inner triangle of a slab is the outer one of another", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C3});
@@ -270,8 +218,8 @@ TEST(Verify, ComparesInnerWithOuterTriangles) {
 }
 
 TEST(Verify, FindsAPartInsideAnothersShell) {
-  Parts parts = cube(1, 9);
-  parts.add(cube(0.5, 1), {5, 0, 0});
+  Cage parts = cube_cage(1, 9);
+  parts.add(cube_cage(0.5, 1), {5, 0, 0});
   const Certificate c = reported("a part stands between the inner and outer triangles of another", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C4});
   EXPECT_EQ(c.failures.at(0).a, 12U);
@@ -279,14 +227,14 @@ TEST(Verify, FindsAPartInsideAnothersShell) {
 }
 
 TEST(Verify, FindsShellsThatInterleave) {
-  Parts parts = cube(1, 3);  // no surface of one meets a surface of the other, yet the shells overlap
-  parts.add(cube(2, 4));
+  Cage parts = cube_cage(1, 3);  // no surface of one meets a surface of the other, yet the shells overlap
+  parts.add(cube_cage(2, 4));
   EXPECT_EQ(broken(reported("two shells interleave though no triangles of theirs meet", parts.check())),
             std::set{Condition::C4});
 }
 
 TEST(Verify, FindsInnerAndOuterSwapped) {
-  Parts parts = sphere();
+  Cage parts = sphere();
   std::swap(parts.inner, parts.outer);
   const Certificate c = reported("inner and outer ends are swapped", parts.check());
   EXPECT_EQ(broken(c), std::set{Condition::C1});
@@ -295,7 +243,7 @@ TEST(Verify, FindsInnerAndOuterSwapped) {
 
 // No shell has this fault alone: where C0, C1 and C2 hold and no two triangles meet, both volumes have the same sign.
 TEST(Verify, FindsVolumesOfDifferentSigns) {
-  Parts parts = sphere();
+  Cage parts = sphere();
   for (std::size_t f = 0; f < parts.inner.size(); ++f)
     for (std::size_t k = 0; k < 3; ++k) {
       parts.outer[f][k] = std::round(parts.outer[f][k] * 1024) / 1024;
@@ -312,14 +260,14 @@ TEST(Verify, FindsVolumesOfDifferentSigns) {
 }
 
 TEST(Verify, PassesShellsTurnedInsideOut) {
-  Parts parts = sphere();  // both volumes are negative, and the slabs as sound as before
+  Cage parts = sphere();  // both volumes are negative, and the slabs as sound as before
   std::swap(parts.inner, parts.outer);
   for (Face& f : parts.faces) std::swap(f[1], f[2]);
   EXPECT_SOUND(parts.check());
 }
 
 TEST(Verify, FindsFaultsOfTheComplex) {
-  const auto only_c0 = [](std::string_view way, const Parts& parts, std::uint32_t slab, const char* word) {
+  const auto only_c0 = [](std::string_view way, const Cage& parts, std::uint32_t slab, const char* word) {
     const Certificate c = reported(way, parts.check());
     EXPECT_EQ(broken(c), std::set{Condition::C0});
     for (std::size_t k = 0; k < 5; ++k) EXPECT_FALSE(c.holds[k]);
@@ -327,61 +275,61 @@ TEST(Verify, FindsFaultsOfTheComplex) {
     EXPECT_EQ(c.failures[0].a, slab) << c.failures[0].what;
     EXPECT_NE(c.failures[0].what.find(word), std::string::npos) << c.failures[0].what;
   };
-  Parts repeated = tetrahedron();
+  Cage repeated = tetrahedron();
   repeated.faces[3] = repeated.faces[0];
   only_c0("a slab stands twice", repeated, 0, "same three");
 
-  Parts reversed = tetrahedron();
+  Cage reversed = tetrahedron();
   std::swap(reversed.faces[0][1], reversed.faces[0][2]);
   only_c0("one slab runs the other way round", reversed, 0, "same way");
 
-  Parts twice = tetrahedron();
+  Cage twice = tetrahedron();
   twice.faces[2][1] = twice.faces[2][0];
   only_c0("a slab names one fibre twice", twice, 2, "twice");
 
-  Parts range = tetrahedron();
+  Cage range = tetrahedron();
   range.faces[1][2] = 4;
   only_c0("a slab names a fibre that is not there", range, 1, "fibre 4");
 
-  Parts book = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
+  Cage book = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});
   book.fibre({8, 8, 0}, {8, 8, 1});
   book.fibre({9, 9, 0}, {9, 9, 1});
   book.faces.push_back({2, 1, 3});
   book.faces.push_back({2, 1, 4});
   only_c0("three slabs share one wall", book, 0, "3 slabs");
 
-  Parts bow = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});  // two slabs that share one fibre and no wall
+  Cage bow = plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0});  // two slabs that share one fibre and no wall
   bow.fibre({-8, 0, 0}, {-8, 0, 1});
   bow.fibre({0, -8, 0}, {0, -8, 1});
   bow.faces.push_back({0, 3, 4});
   only_c0("two slabs share a fibre and no wall", bow, 0, "one fan");
 
-  Parts unused = tetrahedron();
+  Cage unused = tetrahedron();
   unused.fibre({0, 0, 0}, {0, 0, 0.125});
   only_c0("a fibre belongs to no slab", unused, kNothing, "no slab");
 
-  Parts pinched = tetrahedron();
+  Cage pinched = tetrahedron();
   pinched.inner[3] = pinched.outer[3];
   only_c0("a fibre has no length", pinched, 1, "length");
 
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    Parts wrong = tetrahedron();
+    Cage wrong = tetrahedron();
     wrong.outer[2][1] = bad;
     only_c0(std::isnan(bad) ? "a coordinate is not a number" : "a coordinate is infinite", wrong, 0, "finite");
   }
 
-  Parts uneven = tetrahedron();
+  Cage uneven = tetrahedron();
   uneven.inner[0][0] = 0.1;
   only_c0("a coordinate lies on no lattice of 2^30 steps", uneven, kNothing, "lattice");
 
-  Parts short_one = tetrahedron();
+  Cage short_one = tetrahedron();
   short_one.outer.pop_back();
   only_c0("there are fewer outer ends than inner ones", short_one, kNothing, "ends");
-  only_c0("there are no slabs", Parts{}, kNothing, "no slabs");
+  only_c0("there are no slabs", Cage{}, kNothing, "no slabs");
 }
 
 TEST(Verify, CountsAllFailuresButListsAHundred) {
-  Parts parts;
+  Cage parts;
   for (int k = 0; k < 150; ++k) parts.add(plate({0, 0, 0}, {8, 0, 0}, {0, 8, 0}), {10.0 * k, 0, 0});
   std::swap(parts.inner, parts.outer);
   const Certificate c = parts.check();
@@ -400,26 +348,26 @@ TEST(Verify, CountsAllFailuresButListsAHundred) {
 }
 
 TEST(Verify, NamesAllSlabsOfAFault) {
-  Parts pinched = cube();
+  Cage pinched = cube_cage(0.5, 1);
   pinched.inner[7] = pinched.outer[7];
   std::vector<std::uint32_t> around;
   for (std::uint32_t s = 0; s < pinched.faces.size(); ++s)
     if (std::ranges::count(pinched.faces[s], 7U) > 0) around.push_back(s);
   EXPECT_EQ(pinched.check().failing(Condition::C0), around);
 
-  Parts nested = cube(1, 9);
-  nested.add(cube(0.5, 1), {5, 0, 0});
+  Cage nested = cube_cage(1, 9);
+  nested.add(cube_cage(0.5, 1), {5, 0, 0});
   EXPECT_EQ(nested.check().failing(Condition::C4), numbers(0, 24));
 }
 
 // Beyond what is counted, slabs are only looked at until they fail; each that does must be named all the same.
 TEST(Verify, NamesEverySlabHoweverManyMeet) {
-  Parts parts;
+  Cage parts;
   const auto upright = [](double x, double y, double turn) {
     return plate({x, y, 0}, {x + 8, y + turn, 0}, {x + 8, y + turn, 8}, 0.5);
   };
   const auto add_upright = [&](double x, double y, double turn) {
-    Parts one = upright(x, y, turn);
+    Cage one = upright(x, y, turn);
     for (std::size_t f = 0; f < 3; ++f) {  // thick to the left of its run
       const Point p = one.inner[f];
       one.outer[f] = {p[0] + turn / 64, p[1] - 0.125, p[2]};
