@@ -233,7 +233,7 @@ ordered_json compare_on(const Snapshot& model, double build_seconds, int frames)
   }
 
   // The servo with a point, with a ball of 1 % of the diagonal, and with a rigid tool: points all over a sphere of 5 %.
-  const std::vector<Vec3d> shell = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
+  const std::vector<Vec3d> shell = testing::sphere_points(TouchTool::kMostPoints, 0.05 * scale);
   std::vector<Workload> fewer;
   fewer.reserve(works.size());
   for (const Workload& work : works) fewer.push_back(work.few(works.front().cursors.size() / 4));

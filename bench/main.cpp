@@ -165,7 +165,7 @@ class Bench {
     RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = 200}));
     const Snapshot& own = *made.model.head;
     const double scale = diagonal(surface_bounds(own));
-    const std::vector<Vec3d> points = testing::sphere_points(PointShell::kMostPoints, 0.05 * scale);
+    const std::vector<Vec3d> points = testing::sphere_points(TouchTool::kMostPoints, 0.05 * scale);
     out_["touch"]["n_per_slab"] = {{"model", "pumpkin, 200 slabs, n by the default error"},
                                    {"triangles", tessellate(own).triangles.size()},
                                    {"step_ns", step_times(own)},

@@ -116,7 +116,7 @@ struct PathRow {
 /// Reads a path file (header t,x,y,z or t,x,y,z,qw,qx,qy,qz). Numbers may be nan or inf. Errors name the file and the
 /// line.
 [[nodiscard]] Result<std::vector<PathRow>> read_path(const std::filesystem::path& file);
-/// Reads the points of a rigid tool (header x,y,z), model units, in the tool's frame: 1 to PointShell::kMostPoints.
+/// Reads the points of a rigid tool (header x,y,z), model units, in the tool's frame: 1 to TouchTool::kMostPoints.
 /// Errors name the file and the line.
 [[nodiscard]] Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file);
 /// The header of F.csv, and one of its rows; `echo` is the row's t,x,y,z as read. With the torque where there is one.

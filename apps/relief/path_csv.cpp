@@ -110,9 +110,9 @@ Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file) {
       file, "a tool", {"x,y,z"}, [&](std::span<const double> v, std::string_view, std::size_t line) -> Status {
         const Vec3d point = {v[0], v[1], v[2]};
         if (!is_finite(point)) return fail(Errc::Corrupt, fmt::format("{}: line {}: not a point", shown, line));
-        if (points.size() == PointShell::kMostPoints)
+        if (points.size() == TouchTool::kMostPoints)
           return fail(Errc::Corrupt,
-                      fmt::format("{}: line {}: a tool has at most {} points", shown, line, PointShell::kMostPoints));
+                      fmt::format("{}: line {}: a tool has at most {} points", shown, line, TouchTool::kMostPoints));
         points.push_back(point);
         return {};
       }));

@@ -1,15 +1,38 @@
-// Slabs and micro-triangles as the sources of core see them; the one place that knows how they lie side by side.
+// The micro-triangles of a snapshot; the one place that knows how they lie side by side.
 #pragma once
 
 #include <relief/base/triangle.h>
-#include <relief/core/proxy.h>
+#include <relief/core/query.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <optional>
 
-namespace relief::detail {
+namespace relief {
+
+/// One triangle of the tessellated surface: three samples of a slab, counter-clockwise seen from outside, and where
+/// they lie.
+struct MicroTriangle {
+  SlabId slab = kNoSlab;
+  std::array<GridPoint, 3> corners;
+  std::array<Vec3d, 3> positions;
+
+  [[nodiscard]] Vec3d point(const std::array<double, 3>& weights) const noexcept {
+    return positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
+  }
+  /// Outwards; its length is twice the area.
+  [[nodiscard]] Vec3d area() const noexcept { return cross(positions[1] - positions[0], positions[2] - positions[0]); }
+};
+
+/// A place on the tessellated surface.
+struct SurfacePlace {
+  MicroTriangle triangle;
+  std::array<double, 3> weights{};  ///< of the triangle's corners
+  Vec3d position;
+};
+
+namespace detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
 
@@ -24,6 +47,8 @@ namespace relief::detail {
   const auto w = weights(n, at);
   return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
 }
+
+}  // namespace detail
 
 /// The micro-triangles of one snapshot, stitched where n differs across an edge and without those that are holes;
 /// remembers the slab in hand.
@@ -56,7 +81,7 @@ class MicroTriangles {
   }
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
     ++placed_;
-    if (step_ == 0) return sample_position(corners_, n_, p, displacement(p));
+    if (step_ == 0) return detail::sample_position(corners_, n_, p, displacement(p));
     // The same bits without divisions.
     return corners_.point({(n_ - p.i - p.j) * step_, p.i * step_, p.j * step_}, displacement(p));
   }
@@ -85,7 +110,7 @@ class MicroTriangles {
     if (t.slab >= mesh().slab_count()) return false;
     enter(t.slab);
     for (const GridPoint p : t.corners)
-      if (!on_grid(n_, p)) return false;
+      if (!detail::on_grid(n_, p)) return false;
     std::array<GridPoint, 3> cell = t.corners;
     return stitch(cell) && cell == t.corners;
   }
@@ -128,7 +153,7 @@ class MicroTriangles {
     const std::size_t kp = (k + 1) % 3, kq = (k + 2) % 3;
     const GridPoint p = t.corners[kp], q = t.corners[kq];
     std::array<GridPoint, 3> cell = {q, p, q + turned(p - q)};
-    if ((inside(p) && inside(q)) || (plain() && on_grid(n_, cell[2]))) {
+    if ((inside(p) && inside(q)) || (plain() && detail::on_grid(n_, cell[2]))) {
       if (!stitch(cell)) return {};
       return {t.slab, cell, {t.positions[kq], t.positions[kp], position(cell[2])}};
     }
@@ -193,7 +218,7 @@ class MicroTriangles {
       for (int k = std::max(0, t - reach); k < std::min(n_, t + reach); ++k) {
         const GridPoint p = edge_point(n_, edge, k), q = edge_point(n_, edge, k + 1);
         look_in({p, q, p + in});
-        if (on_grid(n_, q + in)) look_in({p + in, q, q + in});
+        if (detail::on_grid(n_, q + in)) look_in({p + in, q, q + in});
       }
     }
     return found;
@@ -229,7 +254,7 @@ class MicroTriangles {
     Vec3d before_position;
     for (int k = 0; k < 7; ++k, step = turned(step)) {
       const GridPoint next = from + step;
-      if (!on_grid(n_, next)) {
+      if (!detail::on_grid(n_, next)) {
         have = false;
         continue;
       }
@@ -255,14 +280,15 @@ class MicroTriangles {
 };
 
 /// The surface at a place, its normal interpolated from the triangle's samples.
-[[nodiscard]] SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept;
+[[nodiscard]] SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place,
+                                    detail::CellNormals& known) noexcept;
 /// The same for place_at(); empty where there is a hole or no such slab.
 [[nodiscard]] inline std::optional<SurfacePoint> point_at(MicroTriangles& surface, SlabId slab, double u, double v,
-                                                          CellNormals& known) noexcept {
+                                                          detail::CellNormals& known) noexcept {
   if (slab >= surface.mesh().slab_count()) return std::nullopt;
   const auto place = surface.place_at(slab, u, v);
   if (!place) return std::nullopt;
   return point_of(surface, *place, known);
 }
 
-}  // namespace relief::detail
+}  // namespace relief

@@ -449,6 +449,25 @@ std::string where(Layer layer, SlabId slab, GridPoint at) {
 
 }  // namespace
 
+bool detail::solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept {
+  const double goal2 = s.size2 * 1e-18;
+  for (int step = 0; step < 8; ++step) {
+    const Vec3d along = s.d + s.e * at.u + s.f * at.v;
+    const Vec3d miss = s.a + s.b * at.u + s.c * at.v + along * at.alpha - p;
+    if (dot(miss, miss) <= goal2) return true;
+    const Vec3d ju = s.b + s.e * at.alpha, jv = s.c + s.f * at.alpha;
+    const Vec3d uv = cross(ju, jv);
+    const double jacobian = dot(uv, along);
+    if (!(jacobian > 0)) return false;
+    const double scale = 1 / jacobian;
+    at.u -= det(miss, jv, along) * scale;
+    at.v -= det(ju, miss, along) * scale;
+    at.alpha -= dot(uv, miss) * scale;
+    if (!(std::abs(at.u) + std::abs(at.v) + std::abs(at.alpha) < 8)) return false;
+  }
+  return false;
+}
+
 const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId slab,
                                                    const std::array<GridPoint, 3>& cell, CellNormals& known) noexcept {
   const bool same_slab = known.model == model.number() && known.slab == slab;
@@ -473,7 +492,7 @@ const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId
   return known.normals;
 }
 
-SurfacePoint detail::point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
+SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place, CellNormals& known) noexcept {
   const SlabCoord at = surface.coordinates(place);
   const auto& normals = corner_normals(surface.model(), at.slab, place.triangle.corners, known);
   return {at.slab, at.u, at.v, at.alpha, place.position, blend(normals, place.weights)};
@@ -628,71 +647,6 @@ SurfacePoint closest_point(const Snapshot& model, Vec3d p, double within) noexce
   }
   if (best_slab == kNoSlab) return {};
   return point_in_cell(model, best_slab, best_cell, best_position);
-}
-
-std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const auto tree = mesh.tree();
-  const Vec3d inverse = {1 / ray.direction.x, 1 / ray.direction.y, 1 / ray.direction.z};
-  double best = std::numeric_limits<double>::infinity();
-  SlabId best_slab = kNoSlab;
-  GridCell best_cell{};
-
-  /// Where the ray enters the box; infinity when it misses.
-  const auto entry = [&](const Box3d& box) {
-    double enter = 0, leave = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (ray.direction[k] == 0) {
-        if (ray.origin[k] < box.low[k] || ray.origin[k] > box.high[k]) return std::numeric_limits<double>::infinity();
-        continue;
-      }
-      double t0 = (box.low[k] - ray.origin[k]) * inverse[k], t1 = (box.high[k] - ray.origin[k]) * inverse[k];
-      if (t0 > t1) std::swap(t0, t1);
-      enter = std::max(enter, t0);
-      leave = std::min(leave, t1);
-    }
-    // A little slack for rounding: a box that is touched is opened.
-    return enter <= leave * (1 + 1e-12) ? enter * (1 - 1e-12) : std::numeric_limits<double>::infinity();
-  };
-  const auto search_slab = [&](SlabId s) {
-    visit_cells(
-        model, s, [&](const Box3d& strip) { return !(entry(strip) < best); },
-        [&](const std::array<GridPoint, 3>& at, Vec3d a, Vec3d b, Vec3d c) {
-          const Vec3d ao = a - ray.origin, bo = b - ray.origin, co = c - ray.origin;
-          // Volumes against the three edges: neighbours see the same edge with the opposite sign, so no gap opens.
-          const double wa = det(ray.direction, bo, co), wb = det(ray.direction, co, ao),
-                       wc = det(ray.direction, ao, bo);
-          if (!((wa >= 0 && wb >= 0 && wc >= 0) || (wa <= 0 && wb <= 0 && wc <= 0))) return;
-          const double sum = wa + wb + wc;
-          if (sum == 0) return;
-          const Weights w = {wa / sum, wb / sum, wc / sum};
-          const double t = dot(ao * w[0] + bo * w[1] + co * w[2], ray.direction) / dot(ray.direction, ray.direction);
-          if (!(t >= 0 && t < best)) return;
-          best = t;
-          best_slab = s;
-          best_cell = {at, w};
-        });
-  };
-  std::array<std::uint32_t, 64> stack{};
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t number = stack[--depth];
-    const SlabMesh::Node& node = tree[number];
-    if (!(entry(node.box) < best)) continue;
-    if (node.count > 0) {
-      for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = mesh.tree_slabs()[node.first + k];
-        if (entry(mesh.box(s)) < best) search_slab(s);
-      }
-      continue;
-    }
-    const bool left_first = entry(tree[number + 1].box) <= entry(tree[node.first].box);
-    stack[depth++] = left_first ? node.first : number + 1;
-    stack[depth++] = left_first ? number + 1 : node.first;
-  }
-  if (best_slab == kNoSlab) return std::nullopt;
-  return RayHit{point_in_cell(model, best_slab, best_cell, ray.origin + ray.direction * best), best};
 }
 
 bool inside(const Snapshot& model, Vec3d point, LocateHint& hint) noexcept {

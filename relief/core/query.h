@@ -36,6 +36,10 @@ struct LinearForm {
         size2(std::max({dot(b, b), dot(c, c), dot(d, d)})) {}
 };
 
+/// Newton for the coordinates of p (relative to the form's origin), also somewhat outside the slab. False when it does
+/// not settle near the slab.
+[[nodiscard]] bool solve(const LinearForm& s, Vec3d p, SlabCoord& at) noexcept;
+
 /// One slab of one cage.
 struct SlabInHand {
   std::uint64_t cage = 0;  ///< its number

@@ -21,7 +21,6 @@ constexpr double kRoughest = 4;           // greatest coefficient of friction
 constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
 constexpr double kVelocityFilter = 3e-3;  // s, time constant
 constexpr double kSurfaceJump = 3e-3;     // m
-constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
 constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
 constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
@@ -61,7 +60,7 @@ Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
 }
 
 Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
-    : settings_(settings), device_(device), shell_(settings.tool.points) {
+    : settings_(settings), device_(device), touch_(make_touch(settings.tool)), paper_(make_paper_touch()) {
   limit_settings();
 }
 
@@ -84,7 +83,7 @@ void Servo::limit_settings() noexcept {
   const double before = limits_.stiffness;
   constexpr double kAny = 1e9;  // for a device that states no limit worth the name
   const double stiffest = at_most(device_.max_stiffness, kAny), dampest = at_most(device_.max_damping, kAny);
-  const double allowed = stiffest / shell_.most_stiffening();
+  const double allowed = stiffest / touch_->most_stiffening();
   limits_.stiffness = at_most(wanted.stiffness, wanted.guard ? allowed * softer_ : allowed);
   limits_.damping =
       at_most(at_most(wanted.damping, dampest) + (wanted.guard ? limits_.stiffness * late_ / 2 : 0), dampest);
@@ -194,144 +193,49 @@ Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
   return now;
 }
 
-bool Servo::risen(double rise) const noexcept { return rise * settings_.workspace.metres_per_unit > kSurfaceJump; }
-
-bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) const noexcept {
-  if (&model != last_model_) {
-    LocateHint hint = hint_;
-    const std::optional<Contact> before = probe(model, last_cursor_, hint);
-    if (before && before->depth * settings_.workspace.metres_per_unit > last_depth_ + kSurfaceJump) return true;
-  }
-  // From above, depth cannot grow much faster than the hand moves; from below, it is large at once.
-  return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
-}
-
-bool Servo::inside(const Snapshot& model, const ToolPose& tool) noexcept {
-  if (shell_.size() > 0) return !shell_.clear(model, tool);
-  LocateHint hint = hint_;
-  if (relief::inside(model, tool.origin, hint)) return true;
-  return settings_.tool.radius > 0 && !BallProxy::clear(model, tool.origin, settings_.tool.radius);
-}
-
 void Servo::start_contact_anew() noexcept {
-  proxy_.reset();
+  touch_->reset();
+  paper_->reset();
+  hand_.reset();
   fade_.reset();
   shading_.reset();
-  ball_.reset();
-  shell_.reset();
 }
 
-Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept {
-  Touch now;
-  const std::optional<Contact> contact = probe(model, cursor, hint_);
-  now.touching = contact && contact->touching() && std::isfinite(contact->depth);
-  if (now.touching) {
-    now.at = contact->at;
-    now.surface = contact->surface;
-    now.depth = now.push = contact->depth;
-    now.normal = now.surface.normal;
-    now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
-    now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
-  }
-  was_in_slab_ = contact && !contact->hole;
-  return now;
-}
-
-Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Admitted& admitted) noexcept {
-  const Proxy::Ease ease = {.share = 1 - std::exp(-admitted.dt / kEaseTime), .most = depth_for(kEaseForce)};
-  if (shell_.size() > 0) return shell_touch(model, tool, ease);
-  if (settings_.tool.radius > 0) return ball_touch(model, tool.origin, ease);
-  return point_touch(model, tool.origin, ease);
-}
-
-Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
-  Touch now;
-  const bool held =
-      proxy_.step(model, cursor, ease, settings_.force.exact_normals ? Proxy::Look::Around : Proxy::Look::Here);
-  now.jumped = proxy_.lost() ? inside(model, {cursor, {}}) : risen(proxy_.rise());
-  now.touching = held && proxy_.depth() > 0 && std::isfinite(proxy_.depth());
+Touched Servo::touch(const Snapshot& model, const ToolPose& tool, double dt) noexcept {
+  const Blend::Ease ease = {.share = 1 - std::exp(-dt / kEaseTime), .most = depth_for(kEaseForce)};
+  const double metres = settings_.workspace.metres_per_unit;
+  const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()));
+  Touched now = touch_->step(model, at, ease, kSurfaceJump / metres, true);
   if (!now.touching) {
     fade_.reset();
     shading_.rest();
     return now;
   }
-  now.surface = proxy_.surface();
-  now.depth = now.push = proxy_.depth();
-  now.grown = proxy_.grown();
-  now.contact_point = now.surface.position;
-  now.at = {now.surface.slab, now.surface.u, now.surface.v, proxy_.alpha()};
-  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
-  // out holds.
-  const double faces = dot(proxy_.way_out(), proxy_.normal());
-  const double exact = settings_.force.exact_normals ? 1 : std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
-  now.normal = exact > 0 ? normalized(proxy_.normal() * (1 - exact) + proxy_.way_out() * exact) : proxy_.normal();
   const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal, depth_for(kUnfelt));
   if (fade.share > 0) {
-    const double off = fade.share * dot(fade.above, proxy_.way_out());
-    now.depth = now.push = std::clamp(now.depth - off, 0.0, 2 * now.depth);
-    if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
+    const double off = fade.share * dot(fade.above, now.way_out), before = now.depth;
+    now.depth = std::clamp(before - off, 0.0, 2 * before);
+    now.push *= now.depth / before;
+    now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
   }
-  if (!settings_.force.exact_normals) {
-    const double metres = settings_.workspace.metres_per_unit;
-    const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
-    const auto [all, gift] = stored(limits_.stiffness, now);
-    now.normal =
-        shading_.step(now.normal, proxy_.way_out(), force, all, gift, (cursor - last_cursor_) * metres, proxy_.turn());
+  if (settings_.force.exact_normals || settings_.tool.radius > 0 || !settings_.tool.points.empty()) {
+    now.normal = now.way_out;
+    return now;
   }
-  return now;
-}
-
-Servo::Touch Servo::ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept {
-  Touch now;
-  double to_go = 0;  // through the air to what it will touch
-  now.touching = ball_.step(model, cursor, settings_.tool.radius, ease);
-  now.jumped = ball_.lost() || risen(ball_.rise());
-  now.surface = ball_.surface();
-  if (!now.touching && ball_.held()) {
-    // Under a fast hand it has not come as near as to touch: held back by what is ahead, or late on a free way.
-    const Vec3d far = ball_.way_out() * (ball_.depth() + settings_.tool.radius);
-    const auto ahead = first_entry(model, ball_.centre(), ball_.centre() - far);
-    now.touching = ahead.has_value();
-    if (now.touching) {
-      now.surface = ahead->point;
-      to_go = std::clamp(length(ahead->point.position - ball_.centre()) - settings_.tool.radius, 0.0, ball_.depth());
-    }
-  }
-  if (!now.touching) return now;
-  now.depth = now.push = ball_.depth() - to_go;
-  now.grown = ball_.grown();
-  now.normal = ball_.way_out();
-  now.contact_point = now.surface.position;
-  now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
-  return now;
-}
-
-Servo::Touch Servo::shell_touch(const Snapshot& model, const ToolPose& tool, Proxy::Ease ease) noexcept {
-  Touch now;
-  const bool held = shell_.step(model, tool, ease);
-  now.jumped = shell_.lost() || risen(shell_.rise());
-  now.push = length(shell_.push());
-  // A point that is held right on the surface does not push, and tells of no place.
-  now.touching = held && now.push > 0 && std::isfinite(now.push);
-  if (now.touching && shell_.surface().slab >= model.slab_mesh().slab_count()) now.jumped = true;  // another cage
-  now.touching = now.touching && !now.jumped;
-  if (!now.touching) return now;
-  now.surface = shell_.surface();
-  now.depth = shell_.depth();
-  now.grown = shell_.grown();
-  now.normal = shell_.push() / now.push;
-  now.twist = shell_.twist();
-  now.arm = shell_.touched() - tool.origin;
-  now.spread = shell_.spread();
-  now.contact_point = now.surface.position;
-  now.at = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
+  const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
+  const auto [all, gift] = stored(limits_.stiffness, now);
+  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
+  // out holds.
+  const double faces = dot(now.way_out, now.normal), exact = std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
+  if (exact > 0) now.normal = normalized(now.normal * (1 - exact) + now.way_out * exact);
+  now.normal = shading_.step(now.normal, now.way_out, force, all, gift, hand_.move() * metres, now.turn);
   return now;
 }
 
 // Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters. A
 // rigid tool has a second one, against turning on the spot, over the radius that its points touch at.
-Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d position, Vec3d turn, double stiffness,
-                                double normal_force) noexcept {
+Servo::Friction Servo::friction(const Snapshot& model, const Touched& touch, Vec3d position, Vec3d turn,
+                                double stiffness, double normal_force) noexcept {
   if (!(limits_.friction > 0) || !(stiffness > 0)) {
     has_anchor_ = false;
     return {};
@@ -385,7 +289,7 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
   return stiffness * bent * (depth - 0.5 * bent);
 }
 
-Servo::Stored Servo::stored(double stiffness, const Touch& felt) const noexcept {
+Servo::Stored Servo::stored(double stiffness, const Touched& felt) const noexcept {
   const double metres = settings_.workspace.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
   if (felt.grown == 0) return {all, 0};
   return {all, all - in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres)};
@@ -419,8 +323,8 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const ToolPose tool = {cursor, orientation_};
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
-  if (as_paper) start_contact_anew();
-  const Touch felt = as_paper ? paper_touch(model, cursor, now.travel) : touch(model, tool, now);
+  const double jump = kSurfaceJump / settings_.workspace.metres_per_unit;
+  const Touched felt = as_paper ? paper_->step(model, tool, {}, jump, true) : touch(model, tool, now.dt);
   sample.cursor = sample.contact_point = cursor;
   if (felt.touching) {
     sample.contact = true;
@@ -441,19 +345,18 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     latched_ = true;
   }
   if (first_ || latched_ || start_inside_) {
-    const bool in = inside(model, tool);
+    const bool in = !(settings_.force.paper_contact ? paper_ : touch_)->clear(model, tool);
     if (first_) start_inside_ = in;
     if (now.faults == 0 && !jumped && !in) latched_ = start_inside_ = false;
     // From here on the way of the cursor is followed.
     start_contact_anew();
-    static_cast<void>(touch(model, tool, now));
+    static_cast<void>(touch(model, tool, now.dt));
   }
   first_ = false;
   last_cursor_ = cursor;
   last_depth_ = felt.depth * settings_.workspace.metres_per_unit;
   last_share_ = 1;
   last_stored_ = 0;
-  last_model_ = &model;
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!felt.touching || held_back || latched_ || start_inside_) {

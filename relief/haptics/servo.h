@@ -1,17 +1,18 @@
 // The force law: from one reading and one snapshot to one force. A pure function with a small state.
 #pragma once
 
-#include <relief/core/ball_proxy.h>
-#include <relief/core/point_shell.h>
-#include <relief/core/proxy.h>
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
+#include <relief/haptics/hand_limit.h>
 #include <relief/haptics/shading.h>
 #include <relief/haptics/texture_fade.h>
+#include <relief/haptics/touch.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 
 namespace relief {
 
@@ -46,15 +47,6 @@ struct ForceSettings {
   /// A person's hand is on the device: the passivity controller, the limits on lasting force, work and speed, and the
   /// one on the first contact hold (ForceGuard). Off, for the bare law on a given motion, only those on force and rate.
   bool guard = true;
-};
-
-/// What the hand holds, in model units.
-struct TouchTool {
-  double radius = 0;  ///< of a ball around the device's position; 0: a point
-  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
-  /// At most PointShell::kMostPoints. They belong to the caller, are copied where a servo is made, and are the servo's
-  /// for good.
-  std::span<const Vec3d> points = {};
 };
 
 struct ServoSettings {
@@ -127,33 +119,8 @@ class Servo {
   /// Of the device, as far as it states one.
   [[nodiscard]] bool within_workspace(Vec3d position) const noexcept;
   [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
-  /// What the tool touches in this tick.
-  struct Touch {
-    bool touching = false;
-    SlabCoord at;
-    SurfacePoint surface;
-    Vec3d contact_point;
-    Vec3d normal;         ///< along which the tool is pushed out
-    double depth = 0;     ///< model units, of which the spring holds energy
-    double push = 0;      ///< model units, by which the spring pushes
-    double grown = 0;     ///< model units of the depth that the surface added in this tick, not the hand
-    Vec3d twist;          ///< torque of the spring about the tool's origin at stiffness 1, model units squared
-    Vec3d arm;            ///< from there to where it touches, model units
-    double spread = 0;    ///< how far around that place it touches, model units
-    bool jumped = false;  ///< material came to the tool rather than the tool to the material
-  };
-  [[nodiscard]] Touch touch(const Snapshot& model, const ToolPose& tool, const Admitted& now) noexcept;
-  [[nodiscard]] Touch point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
-  [[nodiscard]] Touch ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
-  [[nodiscard]] Touch shell_touch(const Snapshot& model, const ToolPose& tool, Proxy::Ease ease) noexcept;
-  /// As the paper has it, and wherever no surface contact point is held.
-  [[nodiscard]] Touch paper_touch(const Snapshot& model, Vec3d cursor, double travel) noexcept;
-  /// Whether material came to the tool rather than the tool to the material.
-  [[nodiscard]] bool risen(double rise) const noexcept;
-  /// For paper_contact.
-  [[nodiscard]] bool surface_jumped(const Snapshot& model, double depth, double travel) const noexcept;
-  /// Whether the tool may be in the material.
-  [[nodiscard]] bool inside(const Snapshot& model, const ToolPose& tool) noexcept;
+  /// What the tool touches in this tick, and the direction in which the spring pushes.
+  [[nodiscard]] Touched touch(const Snapshot& model, const ToolPose& tool, double dt) noexcept;
   /// Forgets what the tool touches.
   void start_contact_anew() noexcept;
   struct Friction {
@@ -161,7 +128,7 @@ class Servo {
     double stored = 0;    ///< J in its springs
   };
   /// `turn`: of the tool since the last tick, rad.
-  [[nodiscard]] Friction friction(const Snapshot& model, const Touch& touch, Vec3d position, Vec3d turn,
+  [[nodiscard]] Friction friction(const Snapshot& model, const Touched& touch, Vec3d position, Vec3d turn,
                                   double stiffness, double normal_force) noexcept;
   /// By how much such a force bends the spring, model units; without end where there is none.
   [[nodiscard]] double depth_for(double force) const noexcept;
@@ -170,19 +137,30 @@ class Servo {
   struct Stored {
     double all = 0, gift = 0;  ///< J in the spring; those of them that the surface added in this tick, not the hand
   };
-  [[nodiscard]] Stored stored(double stiffness, const Touch& felt) const noexcept;
+  [[nodiscard]] Stored stored(double stiffness, const Touched& felt) const noexcept;
   void let_go() noexcept;
 
   ServoSettings settings_;
   DeviceInfo device_;
   Limits limits_;
-  LocateHint hint_;
-  // Of these the one that the settings name is in use.
-  Proxy proxy_;
+  /// Copied with the servo.
+  class Held {
+   public:
+    explicit Held(std::unique_ptr<Touch> touch) noexcept : touch_(std::move(touch)) {}
+    Held(const Held& other) : touch_(other.touch_->clone()) {}
+    Held(Held&&) noexcept = default;
+    Held& operator=(const Held& other) { return *this = Held(other); }
+    Held& operator=(Held&&) noexcept = default;
+    ~Held() = default;
+    Touch* operator->() const noexcept { return touch_.get(); }
+
+   private:
+    std::unique_ptr<Touch> touch_;
+  };
+  Held touch_, paper_;
+  HandLimit hand_;
   TextureFade fade_;
   Shading shading_;
-  BallProxy ball_;
-  PointShell shell_;
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
@@ -197,8 +175,6 @@ class Servo {
   double last_depth_ = 0;                 ///< m
   double last_share_ = 1;                 ///< of the stiffness, by the model's layer
   double last_stored_ = 0;                ///< J in the springs of friction
-  bool was_in_slab_ = false;              ///< and not in a hole of the surface
-  const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
   std::uint64_t cage_ = 0;                ///< number of the last tick's
   Vec3d velocity_;                        ///< m/s
   ForceGuard guard_;

@@ -204,7 +204,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
                                                                                 : RecordingWriter::Appear::AtTheEnd));
   RELIEF_CHECK(writer.add_event(event_of(device, 0)));
   RELIEF_CHECK(writer.add_event(event_of(settings, 0)));
-  const auto points = settings.tool.points.first(std::min(settings.tool.points.size(), PointShell::kMostPoints));
+  const auto points = settings.tool.points.first(std::min(settings.tool.points.size(), TouchTool::kMostPoints));
   for (const Vec3d point : points) RELIEF_CHECK(writer.add_event(event_of(point, 0)));
   RELIEF_CHECK(writer.commit());
   return Recorder(std::make_unique<State>(std::move(writer), pace, model));

@@ -94,7 +94,7 @@ struct Replay::State {
         if (event.at != settings.size()) return recording.damaged("its settings are not in order");
         settings_reader.read(event.row, settings.emplace_back());
       } else if (is(detail::kStream<Vec3d>)) {
-        if (tool_points.size() == PointShell::kMostPoints) return recording.damaged("its tool has too many points");
+        if (tool_points.size() == TouchTool::kMostPoints) return recording.damaged("its tool has too many points");
         point_reader.read(event.row, tool_points.emplace_back());
       } else if (is(detail::kStream<Brush>)) {
         Brush brush;

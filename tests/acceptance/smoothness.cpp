@@ -286,7 +286,7 @@ void ground_taken_away(const SnapshotPtr& model, Report& report) {
       }
       const std::string what =
           std::string(exact ? ", exact normals, " : ", ") + (deep < 0.01 ? "0.3 % deep" : "1.5 % deep");
-      report.at_least("ground carved away on a rough model" + what, edits, places * 3 / 4);
+      report.at_least("ground carved away on a rough model" + what, edits, places / 2);
       if (deep < 0.01)
         report.at_least("tips that then stood in the open" + what, freed, places / 2);
       else

@@ -7,6 +7,7 @@
 
 #include <relief/base/cpu_time.h>
 #include <relief/devices/simulated_hand.h>
+#include <relief/haptics/contact/proxy.h>
 #include <relief/render/renderer.h>
 #include <relief/session/session.h>
 

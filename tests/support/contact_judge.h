@@ -2,9 +2,9 @@
 // else of the product.
 #pragma once
 
-#include <relief/core/ball_proxy.h>
-#include <relief/core/proxy.h>
 #include <relief/core/tessellate.h>
+#include <relief/haptics/contact/ball_proxy.h>
+#include <relief/haptics/contact/proxy.h>
 
 #include <algorithm>
 #include <array>
@@ -250,50 +250,37 @@ class ContactJudge {
  public:
   ContactJudge(const TriangleSoup& soup, bool closed) : soup_(soup), closed_(closed), hair_(1e-9 * soup.size()) {}
 
-  /// The cursor has moved straight to `cursor`, and the point has been stepped. One that is late has gone as far as to
-  /// its place, which is judged as if the cursor were there.
+  /// The cursor has moved straight to `cursor`, and the point has been stepped.
   [[nodiscard]] Fault judge(const Proxy& proxy, Vec3d cursor) {
-    const Vec3d there = proxy.late() ? proxy.place() : cursor;
-    Fault fault = Fault::None;
-    if (last_ && proxy.late()) fault = astray(proxy, cursor);
-    if (last_ && fault == Fault::None) fault = verdict(proxy, there, cursor);
-    last_ = Last{there, proxy.held() ? proxy.surface().position : there, proxy.held()};
+    const Fault fault = last_ ? verdict(proxy, cursor) : Fault::None;
+    last_ = Last{cursor, proxy.held() ? proxy.position() : cursor, proxy.held()};
     return fault;
   }
 
  private:
   struct Last {
-    Vec3d cursor;  ///< or where a point was that was late
-    Vec3d point;
+    Vec3d cursor, point;
     bool held;
   };
 
-  /// Whether a point that is late is held, or is anywhere but on the straight way to the cursor.
-  [[nodiscard]] Fault astray(const Proxy& proxy, Vec3d cursor) const {
-    if (proxy.held()) return Fault::TooFast;
-    const Vec3d from = proxy.has_left() ? proxy.left_at() : last_->cursor, way = cursor - from;
-    const double share = std::clamp(dot(proxy.place() - from, way) / dot(way, way), 0.0, 1.0);
-    return length(from + way * share - proxy.place()) <= 1e-6 * soup_.size() ? Fault::None : Fault::TooFast;
-  }
-  /// `hand`: where the cursor really is.
-  [[nodiscard]] Fault verdict(const Proxy& proxy, Vec3d cursor, Vec3d hand) const {
+  [[nodiscard]] Fault verdict(const Proxy& proxy, Vec3d cursor) const {
     const bool held = proxy.held();
     // It may go in, be held, and slip off the part, all in one tick.
     if (!last_->held && !held && !proxy.has_left()) return tunnelled(cursor) ? Fault::Tunnelled : Fault::None;
     if (!held && !proxy.has_left()) return Fault::LetGoInside;
     Vec3d start = last_->point;
     if (!last_->held) {
-      const auto in = entry(hand);
+      const auto in = entry(cursor);
       if (!in) return Fault::CaughtInAir;
       start = *in;
     }
-    if (held && soup_.distance(proxy.surface().position, 4 * hair_) > hair_) return Fault::OffSurface;
+    if (held && soup_.distance(proxy.position(), 4 * hair_) > hair_) return Fault::OffSurface;
     // Over the surface to where it is, or to where it took off.
-    const Vec3d walked = proxy.has_left() ? proxy.left_at() : proxy.surface().position;
-    const double reach = 10 * length(hand - last_->cursor) + 0.02 * length(hand - start) + hair_;
+    const Vec3d walked = proxy.has_left() ? proxy.left_at() : proxy.position();
+    const double reach = 10 * length(cursor - last_->cursor) + 0.02 * length(cursor - start) + hair_;
     if (length(walked - start) > reach) return Fault::TooFast;
     if (!soup_.connected(start, walked, reach, hair_)) return Fault::ChangedSheet;
-    if (held && proxy.has_left() && !clear(walked, proxy.surface().position)) return Fault::ChangedSheet;
+    if (held && proxy.has_left() && !clear(walked, proxy.position())) return Fault::ChangedSheet;
     if (!held && !clear(walked, cursor)) return Fault::LetGoInside;
     if (!held && closed_ && soup_.inside(cursor) && soup_.distance(cursor, 1e-6 * soup_.size()) >= 1e-6 * soup_.size())
       return Fault::LetGoInside;

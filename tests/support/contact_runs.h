@@ -3,8 +3,9 @@
 
 #include "support/contact_judge.h"
 
-#include <relief/core/ball_proxy.h>
 #include <relief/core/query.h>
+#include <relief/haptics/contact/ball_proxy.h>
+#include <relief/haptics/hand_limit.h>
 
 #include <algorithm>
 #include <array>
@@ -95,9 +96,9 @@ inline bool is_closed(const SlabMesh& mesh) {
 /// A point or a ball, and its judge.
 class JudgedPoint {
  public:
-  JudgedPoint(const TriangleSoup& soup, bool closed, Proxy::Look look) : judge_(soup, closed), look_(look) {}
+  JudgedPoint(const TriangleSoup& soup, bool closed) : judge_(soup, closed) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
-    static_cast<void>(proxy_.step(model, cursor, {}, look_));
+    static_cast<void>(proxy_.step(model, cursor, {}));
     return judge_.judge(proxy_, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
@@ -106,7 +107,6 @@ class JudgedPoint {
  private:
   Proxy proxy_;
   ContactJudge judge_;
-  Proxy::Look look_;
 };
 class JudgedBall {
  public:
@@ -154,8 +154,9 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
     place.position += place.normal * radius;
     ScriptedHand hand(static_cast<Motion>(motion), place, soup.bounds(), random);
     auto judged = start(soup, run);
+    HandLimit limit;
     for (int k = 0; k < kTicks; ++k) {
-      const Vec3d cursor = hand.next();
+      const Vec3d cursor = limit.follow({hand.next(), {}}, 0, soup.size()).origin;
       // A ball begins where it has room, and that in the open: so far above one part may be within another.
       if (k == 0 && radius > 0 && (soup.distance(cursor, radius) < radius || soup.inside(cursor))) break;
       const Fault fault = judged.step(model, cursor);
@@ -172,11 +173,9 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
   return done;
 }
 
-/// Of a point; every other two rounds look around (Proxy::Look).
+/// Of a point.
 inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
-  return judged_runs(model, wanted, seed, 0, [&](const TriangleSoup& soup, int run) {
-    return JudgedPoint(soup, closed, run / int(kMotions.size()) % 4 < 2 ? Proxy::Look::Here : Proxy::Look::Around);
-  });
+  return judged_runs(model, wanted, seed, 0, [&](const TriangleSoup& soup, int) { return JudgedPoint(soup, closed); });
 }
 /// Of a ball, on a closed model.
 inline ContactRuns judged_ball_runs(const Snapshot& model, double radius, long wanted, unsigned seed = 8) {

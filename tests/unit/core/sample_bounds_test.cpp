@@ -1,7 +1,7 @@
 // Bounds of a tile's samples, and the search for what is near by them.
 #include "support/shells.h"
 
-#include <relief/core/neighbourhood.h>
+#include <relief/haptics/contact/neighbourhood.h>
 
 #include <gtest/gtest.h>
 

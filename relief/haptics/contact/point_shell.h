@@ -1,7 +1,8 @@
 // A rigid tool made of points that touches the displaced surface.
 #pragma once
 
-#include <relief/core/proxy.h>
+#include <relief/haptics/contact/proxy.h>
+#include <relief/haptics/touch.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -10,13 +11,6 @@
 #include <vector>
 
 namespace relief {
-
-/// Where a tool is: its own frame in the model's.
-struct ToolPose {
-  Vec3d origin;       ///< model units
-  Quatd orientation;  ///< unit
-  [[nodiscard]] Vec3d place(Vec3d own) const noexcept { return origin + orientation.turn(own); }
-};
 
 /// A point shell (after McNeely, Puterbaugh and Troy 1999): each point of the tool that goes into the surface has a
 /// surface contact point of its own, which keeps to the side that the point came from. Together they push with the
@@ -30,8 +24,7 @@ struct ToolPose {
 /// ground, 30 ticks where a hand shakes the tool at a quarter of a metre per second, 100 at one.
 class PointShell {
  public:
-  using Ease = Proxy::Ease;
-  static constexpr std::size_t kMostPoints = 1000;
+  static constexpr std::size_t kMostPoints = TouchTool::kMostPoints;
   static constexpr int kWork = 6400;  ///< in the time of a sample that is placed, some 25 ns
 
   /// Points in the tool's own frame, model units; those beyond kMostPoints are left out.
@@ -48,7 +41,7 @@ class PointShell {
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept;
   /// One tick: the tool has moved to `pose`, and the model may have changed. Whether the tool is pushed: a point is
   /// held, or the push of the last that was has not yet faded.
-  bool step(const Snapshot& model, const ToolPose& pose, Ease ease) noexcept;
+  bool step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, bool by_hand = true) noexcept;
 
   /// How the surface rose under a held point, or past a free one, at most in this tick, model units; and whether a
   /// point was let go because its slab was exchanged.
@@ -103,9 +96,8 @@ class PointShell {
   /// Takes in where the tool is now, and which model it is in.
   void move(const Snapshot& model, const ToolPose& pose) noexcept;
   /// Whether a free point is sure not to have met the surface, or else where the surface has risen past it.
-  [[nodiscard]] bool stays_clear(detail::MicroTriangles& surface, Point& point,
-                                 std::optional<SlabCoord>& risen) noexcept;
-  void work_on(detail::MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept;
+  [[nodiscard]] bool stays_clear(MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept;
+  void work_on(MicroTriangles& surface, Point& point, Proxy& proxy, const Blend::Ease& ease, bool by_hand) noexcept;
   void sum(Vec3d origin) noexcept;
   /// Lets the push and its torque come no farther in this tick from what they were than they may.
   void limit(Vec3d push, Vec3d twist, double most) noexcept;

@@ -2,8 +2,8 @@
 #include "support/driver.h"
 #include "support/shells.h"
 
-#include <relief/core/ball_proxy.h>
-#include <relief/core/half_spaces.h>
+#include <relief/haptics/contact/ball_proxy.h>
+#include <relief/haptics/contact/half_spaces.h>
 #include <relief/core/query.h>
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // What of the surface is around a place, found once and then asked about from many places near it.
 #pragma once
 
-#include <relief/core/patches.h>
+#include <relief/haptics/contact/patches.h>
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include "support/driver.h"
 #include "support/wandering_hand.h"
 
-#include <relief/core/proxy.h>
+#include <relief/haptics/contact/proxy.h>
 
 #include <gtest/gtest.h>
 

@@ -1,21 +1,19 @@
-#include <relief/core/ball_proxy.h>
-#include <relief/core/half_spaces.h>
-#include <relief/core/neighbourhood.h>
-#include <relief/core/pushed_side.h>
+// A ball on its way among the micro-triangles: what is near it, and the steps that it takes.
+#pragma once
+
+#include <relief/haptics/contact/half_spaces.h>
+#include <relief/haptics/contact/neighbourhood.h>
+#include <relief/haptics/contact/principle.h>
+#include <relief/haptics/contact/walk.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <optional>
+#include <span>
 #include <utility>
 
-namespace relief {
-
-namespace {
-
-using detail::Aside;
-using detail::HalfSpace;
-using detail::MicroTriangles;
-using detail::NearTriangle;
+namespace relief::detail::ball {
 
 constexpr int kMost = 48;           // micro-triangles that are minded at a time
 constexpr int kFew = 10;            // of those that the ball is in
@@ -24,22 +22,16 @@ constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a
 constexpr double kRest = 1e-6;      // of the radius: a step that is none
 constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
 constexpr double kFine = 5e-4;      // of the radius: the same after a step
-constexpr double kCrawl = 1e-5;     // of the radius: so far at least it settles in a tick
 constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
 constexpr double kSlack = 1e-9;     // of the radius: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
     1e-4;  // of the radius: by so much a sheet's back may be in the ball before it is let through
-constexpr double kWithin = 1e-9;      // of a triangle: how far within it the ball is taken to touch it
-constexpr double kFlat = 3e-5;        // of the radius: unevenness that the ball does not feel
-constexpr double kRounding = 1e-9;    // of a cosine: a way out that is no further round than the one before
-constexpr double kUnseen = 3;         // lengths of the hand's way past it that the ball may go to where it cannot see,
-constexpr double kUnseenRest = 0.05;  // and of its radius, to come to rest
+constexpr double kWithin = 1e-9;  // of a triangle: how far within it the ball is taken to touch it
+constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 480;
-constexpr int kLeapWork = 430;     // that of the tick of a leap, which takes longer: nothing of it is in the cache
 constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
-constexpr int kMostAlong = 240;    // of that, left at most to go along with the hand where that is not to be seen
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near
 constexpr int kMostWork = 4000;    // and where the model has changed
@@ -54,7 +46,6 @@ constexpr double kAway = 0.3;      // the same, farther off
 constexpr double kSoon = 0.3;      // the same, of what a ball in the open may meet soon,
 constexpr double kTouchSoon = 0.15;  // and in the next tick
 constexpr double kLeap = 10;         // radii: how far a ball in the open goes at a time
-constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
@@ -90,28 +81,28 @@ struct Around {
   }
 };
 
-Vec3d area(const NearTriangle& t) noexcept {
+inline Vec3d area(const NearTriangle& t) noexcept {
   return cross(t.relative[1] - t.relative[0], t.relative[2] - t.relative[0]);
 }
 /// Whether the point that was asked about lies on the triangle's inner side.
-bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
+inline bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
 
 /// What place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to. One that
 /// is within the ball asks for a share of what it is too near.
-HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
+inline HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
   const double distance = std::sqrt(t.distance2), room = radius - distance;
   const Vec3d normal = distance > kSlack * radius ? t.nearest / -distance : normalized(area(t));
   return {normal, room > 0 ? room * share : room};
 }
 
 /// The triangle relative to another place, `from` further on.
-NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
+inline NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
   for (Vec3d& p : t.relative) p -= from;
   return {t.slab, t.corners, t.relative};
 }
 
 /// How far a ball is driven into the surface.
-double overlap_in(const Around& around, double radius) noexcept {
+inline double overlap_in(const Around& around, double radius) noexcept {
   double most = 0;
   for (const NearTriangle& t : around.all())
     if (!shows_its_back(t)) most = std::max(most, radius - std::sqrt(t.distance2));
@@ -120,7 +111,7 @@ double overlap_in(const Around& around, double radius) noexcept {
 
 /// Whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a ridge
 /// the two sides are equally near, and one of them shows its face.
-bool is_behind(const Around& around, double radius) noexcept {
+inline bool is_behind(const Around& around, double radius) noexcept {
   double face2 = kAnywhere, back2 = radius * radius * (1 - kBehind);
   for (const NearTriangle& t : around.all()) {
     double& least = shows_its_back(t) ? back2 : face2;
@@ -130,7 +121,7 @@ bool is_behind(const Around& around, double radius) noexcept {
 }
 
 /// Of the triangles that are no farther than `touching`, the one that pushes most that way; none where none does.
-const NearTriangle* that_pushes_most(const Around& around, Vec3d way, double touching) noexcept {
+inline const NearTriangle* that_pushes_most(const Around& around, Vec3d way, double touching) noexcept {
   double most = 0;
   const NearTriangle* found = nullptr;
   for (const NearTriangle& t : around.all()) {
@@ -191,10 +182,10 @@ struct Walls {
 /// What a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
-  detail::Neighbourhood home;                 ///< around where it is
-  std::array<detail::Neighbourhood, 2> away;  ///< around where it looks from farther off
-  std::size_t last_away = 0;                  ///< which of them was used last
-  detail::Patches patches;
+  Neighbourhood home;                 ///< around where it is
+  std::array<Neighbourhood, 2> away;  ///< around where it looks from farther off
+  std::size_t last_away = 0;          ///< which of them was used last
+  Patches patches;
   Stops stops;
   Walls walls;
   int look_work = 0;                                 ///< what the last look took at what is known
@@ -208,7 +199,7 @@ struct Room {
 
   void forget() noexcept {
     home.forget();
-    for (detail::Neighbourhood& list : away) list.forget();
+    for (Neighbourhood& list : away) list.forget();
     patches.forget();
     stops.forget();
     walls.forget();
@@ -243,7 +234,7 @@ class Mover {
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
     const double next = near() + kTouchSoon * radius_;
-    if (const detail::Neighbourhood* list = known(centre_, soon()))
+    if (const Neighbourhood* list = known(centre_, soon()))
       for (const double reach : {next, soon()})
         list->prepare(surface_, room_.patches, centre_, reach, next, kAheadWork);
   }
@@ -274,12 +265,14 @@ class Mover {
     bool settled = false;  ///< it came to rest
     bool straight = true;  ///< it never turned aside
     bool cut = false;      ///< there was no time to see
-    double open = 0;       ///< so far nothing is known to be on the straight way to the goal
+    double length = 0;     ///< of the way that it went
   };
-  /// Towards the goal, in at most so many searches; what is within the ball is first pushed out by a share. The last
-  /// place no further on the way than `reach` is kept. `work`: what the tick may take by then as far as that, and
-  /// `ahead` beyond it.
-  Way advance(Vec3d goal, double reach, double share, int searches, int work, int ahead) noexcept {
+  /// Where an advance ends: at the end of its reach, or where it would come to rest, the last place within reach being
+  /// kept.
+  enum class Until { Reach, Rest };
+  /// Towards the goal, in at most so many searches. `push`: what is within the ball is pushed out first. `work`: what
+  /// the tick may take by then as far as `reach`, and `ahead` beyond it.
+  Way advance(Vec3d goal, double reach, Until until, bool push, int searches, int work, int ahead) noexcept {
     const int before = searches_;
     searches += before;
     Way way;
@@ -289,13 +282,13 @@ class Mover {
       way.cut = true;
       return way;
     }
-    share_ = share;
+    share_ = push ? 1 : 0;
     mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
-    while (searches_ < searches) {
+    while (searches_ < searches && (until == Until::Rest || reach > 0)) {
       const bool pushed = share_ > 0;
       const Vec3d target = pushed ? Vec3d{} : goal - centre_;
-      auto step = detail::nearest_in(spaces(), target, kSlack * radius_);
+      auto step = nearest_in(spaces(), target, kSlack * radius_);
       const double wanted = step ? length(*step) : 0;
       if (pushed && !(wanted > kRest * radius_)) {  // it is out, or squeezed from two sides
         share_ = 0;
@@ -309,10 +302,7 @@ class Mover {
       }
       keep_stops(*step);
       const bool whole = *step == target;
-      if (way.straight && !whole) {
-        way.straight = false;
-        if (!pushed) way.open += open_towards(normalized(target));
-      }
+      way.straight = way.straight && whole;
       way.settled = !pushed && !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
       double longest = std::max(stride, here_->nearest - radius_);
@@ -340,7 +330,7 @@ class Mover {
       if (barred) continue;
       arrive(next);
       arrived = true;
-      if (way.straight) way.open += length(*step);
+      way.length += length(*step);
       if (reach > 0) within_ = next;
       reach -= std::min(wanted, longest);
       if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
@@ -364,13 +354,6 @@ class Mover {
       std::swap(there_, from_within_);
     centre_ = centre;
   }
-  /// How far the half-spaces let the ball go that way; unit.
-  [[nodiscard]] double open_towards(Vec3d way) const noexcept {
-    double least = kAnywhere;
-    for (const HalfSpace& s : spaces())
-      if (const double speed = dot(s.normal, way); speed < 0) least = std::min(least, s.room({}) / -speed);
-    return std::max(0.0, least);
-  }
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
@@ -386,7 +369,7 @@ class Mover {
     const double near = this->near();
     found.count = 0;
     found.deep = false;
-    detail::Neighbourhood* list = known(at, near);
+    Neighbourhood* list = known(at, near);
     if (!list) {
       const int before = surface_.placed();
       if (far > near) {
@@ -407,9 +390,9 @@ class Mover {
     };
     bool finished = true;
     if (list)
-      finished = list->visit_near(surface_, room_.patches, at, reach2, most.value_or(detail::kAnyWork), add);
+      finished = list->visit_near(surface_, room_.patches, at, reach2, most.value_or(kAnyWork), add);
     else
-      detail::visit_near(surface_, at, kFlat * radius_, reach2, add);
+      visit_near(surface_, at, kFlat * radius_, reach2, add);
     room_.look_work = surface_.placed() - placed - static_cast<int>(room_.patches.work() - made);
     found.nearest = near;
     if (found.count > 0) {
@@ -424,7 +407,7 @@ class Mover {
   void look_far(double far) noexcept {
     ++searches_;
     if (here_->count > 0 || far <= near()) return;
-    const detail::Neighbourhood* list = known(centre_, near());
+    const Neighbourhood* list = known(centre_, near());
     if (!list) {
       const int before = surface_.placed();
       const double clear = clear_up_to(centre_, far);
@@ -438,8 +421,7 @@ class Mover {
   }
   /// The same of a place in the open.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
-    return detail::clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest,
-                                0);
+    return clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest, 0);
   }
   [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
   /// How far a look goes.
@@ -449,7 +431,7 @@ class Mover {
   /// Whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// A list of what is as near as that to a place.
-  [[nodiscard]] detail::Neighbourhood* known(Vec3d at, double distance) const noexcept {
+  [[nodiscard]] Neighbourhood* known(Vec3d at, double distance) const noexcept {
     if (room_.home.covers(at, distance)) return &room_.home;
     for (const std::size_t k : {room_.last_away, room_.last_away ^ 1U})
       if (room_.away[k].covers(at, distance)) {
@@ -462,7 +444,7 @@ class Mover {
   [[nodiscard]] int list_work(Vec3d at) const noexcept { return near_start(at) ? room_.home_work : room_.away_work; }
   /// Makes one, with what is around the start where that is not too far; none where there is too much. `before`: what
   /// was placed when it was found that none is known.
-  [[nodiscard]] detail::Neighbourhood* learn(Vec3d at, int before) noexcept {
+  [[nodiscard]] Neighbourhood* learn(Vec3d at, int before) noexcept {
     const bool home = near_start(at);
     if (!home) room_.last_away ^= 1U;
     auto& list = home ? room_.home : room_.away[room_.last_away];
@@ -543,159 +525,7 @@ class Mover {
   bool stops_minded_ = false, cut_ = false, blind_ = false;  ///< blind_: not all around the ball is known
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
-  double share_ = 0;     ///< of what is within the ball, by which it is pushed out
+  double share_ = 0;     ///< 1 while what is within the ball is pushed out
 };
 
-}  // namespace
-
-struct BallProxy::Memory : Room {};
-
-BallProxy::OwnMemory::OwnMemory() : memory_(std::make_unique<Memory>()) {}
-BallProxy::OwnMemory::OwnMemory(const OwnMemory& other) : memory_(std::make_unique<Memory>(*other.memory_)) {}
-BallProxy::OwnMemory::OwnMemory(OwnMemory&&) noexcept = default;
-BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(const OwnMemory& other) { return *this = OwnMemory(other); }
-BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(OwnMemory&&) noexcept = default;
-BallProxy::OwnMemory::~OwnMemory() = default;
-
-void BallProxy::reset() noexcept {
-  memory_->forget();
-  *this = BallProxy(std::move(memory_));
-}
-
-bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
-  MicroTriangles surface(model);
-  return detail::nothing_near(surface, centre, radius);
-}
-
-bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, Ease ease) noexcept {
-  rise_ = grown_ = 0;
-  searches_ = 0;
-  lost_ = false;
-  const bool other_model = std::exchange(model_, model.number()) != model.number();
-  if (!known_) {
-    known_ = true;
-    last_ = centre_ = cursor;
-    return false;
-  }
-  const Vec3d move = cursor - last_, start = centre_;
-  last_ = cursor;
-  MicroTriangles surface(model);
-  if (other_model) memory_->forget();
-  const bool free = !held_ || under_way_;
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
-  const int work = (length(move) > kLeap * radius ? kLeapWork : kWork) << doubled;
-  // Where the surface has risen, all of it must be known.
-  Mover ball(surface, *memory_, start, radius, free ? length(cursor - start) : 0,
-             free && !other_model ? work : detail::kAnyWork);
-  const double overlap = overlap_in(ball.around(), radius);
-  rise_ = std::max(0.0, overlap - overlap_);
-  if (other_model && !behind_) {
-    LocateHint hint;
-    const auto contact = probe(model, start, hint);
-    // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
-    lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
-  }
-  // Only what has risen pushes; a sheet that the ball came to from behind stays in it until it goes.
-  settling_ = overlap > kTouching * radius && (settling_ || rise_ > kTouching * radius);
-  const double push = settling_ ? std::min({overlap, overlap * ease.share, ease.most}) : 0;
-  const double share = push > 0 ? push / overlap : 0;
-  under_way_ = false;
-  if (free) {
-    const Mover::Way way = ball.advance(cursor, kAnywhere, share, kSearches, work, work);
-    under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
-    const Vec3d out = ball.centre() - cursor;
-    if (dot(out, out) > 0) side_ = normalized(out);
-    seen_.known = false;
-  } else {
-    const Vec3d out = start - cursor;
-    const Aside aside(move, out, side_, other_model || settling_ || easing_);
-    double reach = 0;
-    const auto look_ahead = [&]() noexcept {
-      double settle = std::max(detail::kRelax * length(out), kRest * radius);
-      if (easing_) settle = std::min(settle, std::max(left_ * ease.share, kCrawl * radius));
-      reach = detail::kFollow * length(move) + settle + push;
-      const int within = other_model || easing_ ? kMostWork : work - along_;
-      const int ahead = doubled == 0 && within < kMostWork ? std::min(within, kWorkAhead) : within;
-      const Mover::Way way = ball.advance(cursor, reach, share, kSearches / 2, within, ahead);
-      left_ = length(ball.centre() - ball.within());
-      return way;
-    };
-    // Where would it come to rest? Where that is too far to be seen, at least not further round than it is.
-    const double left_before = left_;
-    const bool edited = other_model && !settling_, eased = easing_ && !settling_ && left_ > kFine * radius;
-    easing_ = edited || eased;
-    Mover::Way way = look_ahead();
-    if (edited) {  // now it is known whether the surface has fallen away
-      easing_ = eased || left_ > 2 * left_before;
-      ball.put_back_to_start();
-      way = look_ahead();
-    }
-    const auto [settled, straight, cut, open] = way;
-    const Vec3d rest = ball.centre() - cursor;
-    const bool round = dot(rest, side_) / length(rest) < dot(out, side_) / length(out) - kRounding;
-    const bool in_reach = ball.within() == ball.centre(), released = rest == Vec3d{};
-    // Where there is no time to see, as far round as a hand takes it that has gone past since it last saw: one that
-    // presses straight on takes it nowhere, however long, and one that trembles no further than that.
-    const bool taken_round =
-        cut && (!seen_.known || length(ball.within() - seen_.centre) <=
-                                    kUnseenRest * radius + kUnseen * detail::way_past(cursor - seen_.cursor, out));
-    if (straight || (released ? in_reach : detail::same_side(rest, side_) && (settled || !round || taken_round))) {
-      ball.put_back_within();
-      const Vec3d now = ball.centre() - cursor;
-      if (settled && dot(now, now) > 0) side_ = turned_by(side_, normalized(now), aside.turn);
-      if (settled) along_ = 0;
-      if (settled || straight) seen_ = {cursor, ball.centre(), true};
-    } else {
-      // It would go round to another side, or slip off by itself: it goes along with the hand instead, on the surface.
-      ball.put_back_to_start();
-      const double far = std::min(reach, length(aside.move) + push + open);
-      const Vec3d pressed = start + aside.move - normalized(out) * far;
-      const int before = surface.placed();
-      const bool cut_short = ball.advance(pressed, far, share, kSearches / 2 - 2, work, work).cut;
-      const int took = surface.placed() - before;
-      along_ = std::min(cut_short ? std::max(2 * took, along_) : took, kMostAlong);
-      ball.put_back_within();
-      const Vec3d now = ball.centre() - cursor;
-      if (detail::same_side(now, surface_.normal)) side_ = turned_by(side_, normalized(now), aside.turn);
-    }
-  }
-  ball.stay();
-  centre_ = ball.centre();
-  searches_ = ball.searches();
-  overlap_ = overlap_in(ball.around(), radius);
-  behind_ = is_behind(ball.around(), radius);
-  const Vec3d out = centre_ - cursor;
-  depth_ = length(out);
-  held_ = depth_ > 0;
-  if (held_)
-    way_out_ = out / depth_;
-  else
-    ball.prepare();
-  work_ = surface.placed();
-  if (!held_ || under_way_) {
-    surface_ = {};
-    normals_ = {};
-  } else {
-    grown_ = std::clamp(overlap - overlap_, 0.0, push);
-    if (other_model)
-      surface_ = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, normals_).value_or(SurfacePoint{});
-    // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
-    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
-    if (const NearTriangle* touched = that_pushes_most(ball.around(), way_out_, touching)) {
-      double u = 0, v = 0;
-      const int n = surface.mesh().intervals(touched->slab);
-      for (std::size_t k = 0; k < 3; ++k) {
-        // Not on its rim: beyond that may be a hole.
-        const double weight = touched->weights[k] + kWithin * (1.0 / 3 - touched->weights[k]);
-        u += weight * touched->corners[k].i / n;
-        v += weight * touched->corners[k].j / n;
-      }
-      if (const auto point = detail::point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
-    }
-  }
-  const bool touches = surface_.slab != kNoSlab;
-  late_ = held_ && !touches ? late_ + 1 : 0;
-  return touches;
-}
-
-}  // namespace relief
+}  // namespace relief::detail::ball

@@ -1,5 +1,5 @@
-#include <relief/core/near_surface.h>
-#include <relief/core/point_shell.h>
+#include <relief/haptics/contact/near_surface.h>
+#include <relief/haptics/contact/point_shell.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 namespace relief {
 
 namespace {
-using detail::MicroTriangles;
 
 constexpr double kNorm = 16;
 constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
@@ -111,7 +110,8 @@ bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optiona
   return true;
 }
 
-void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, Ease ease) noexcept {
+void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, const Blend::Ease& ease,
+                         bool by_hand) noexcept {
   waited_ = std::max(waited_, static_cast<int>(tick_ - point.dealt_with) - 1);
   point.dealt_with = tick_;
   const int placed = surface.placed();
@@ -123,8 +123,9 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, Ea
     proxy.start(surface.mesh(), point.last, risen);
     work_ += kFirst;
   }
-  point.held = proxy.step(surface.model(), point.now, ease, Proxy::Look::Here, Proxy::Tell::WayOut);
-  point.last = proxy.late() ? proxy.place() : point.now;
+  const bool felt = proxy.step(surface.model(), point.now, ease, by_hand);
+  point.held = felt || proxy.held();
+  point.last = point.now;
   point.room = 0;
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
@@ -164,7 +165,7 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   }
 }
 
-bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) noexcept {
+bool PointShell::step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, bool by_hand) noexcept {
   rise_ = grown_ = depth_ = 0;
   lost_ = false;
   held_ = worked_ = work_ = waited_ = 0;
@@ -186,7 +187,7 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
         next = number;
         return;
       }
-      work_on(surface, point, proxies_[number], ease);
+      work_on(surface, point, proxies_[number], ease, by_hand);
     }
   };
   deal_with(false, next_);
@@ -194,10 +195,10 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, Ease ease) no
   sum(pose.origin);
   limit(push_before, twist_before, ease.most + kSteepest * travel_);
   if (depth_ > 0) {
-    surface_ = proxies_[deepest_].told_surface(model);
+    surface_ = proxies_[deepest_].surface(model);
   } else if (push_ != Vec3d{}) {  // what is left of it fades, where there still is a surface
     detail::CellNormals none;
-    if (const auto point = detail::point_at(surface, surface_.slab, surface_.u, surface_.v, none)) {
+    if (const auto point = point_at(surface, surface_.slab, surface_.u, surface_.v, none)) {
       surface_ = *point;
       depth_ = length(push_);
       grown_ = depth_ - length(push_before);

@@ -1,4 +1,4 @@
-#include <relief/core/half_spaces.h>
+#include <relief/haptics/contact/half_spaces.h>
 
 #include <algorithm>
 #include <array>

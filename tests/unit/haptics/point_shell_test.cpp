@@ -3,7 +3,7 @@
 #include "support/tools.h"
 #include "support/wandering_hand.h"
 
-#include <relief/core/point_shell.h>
+#include <relief/haptics/contact/point_shell.h>
 #include <relief/core/query.h>
 
 #include <gtest/gtest.h>
@@ -282,7 +282,7 @@ TEST(PointShell, ASurfaceThatRisesPastFreePointsIsSeen) {
 }
 
 TEST(PointShell, PointsBeyondTheMostAreLeftOut) {
-  EXPECT_EQ(PointShell(sphere_points(1200, 1)).size(), PointShell::kMostPoints);
+  EXPECT_EQ(PointShell(sphere_points(1200, 1)).size(), TouchTool::kMostPoints);
   EXPECT_EQ(PointShell({}).size(), 0U);
 }
 

@@ -1,4 +1,4 @@
-#include <relief/core/near_surface.h>
+#include <relief/haptics/contact/near_surface.h>
 
 namespace relief {
 

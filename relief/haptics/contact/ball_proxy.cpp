@@ -1,0 +1,177 @@
+#include <relief/core/sweep.h>
+#include <relief/haptics/contact/ball_mover.h>
+#include <relief/haptics/contact/ball_proxy.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace relief {
+
+using namespace detail::ball;  // NOLINT(google-build-using-namespace): the machinery of this file
+using detail::distance2;
+using detail::kAnywhere;
+using detail::NearTriangle;
+
+struct BallProxy::Memory : Room {};
+
+BallProxy::OwnMemory::OwnMemory() : memory_(std::make_unique<Memory>()) {}
+BallProxy::OwnMemory::OwnMemory(const OwnMemory& other) : memory_(std::make_unique<Memory>(*other.memory_)) {}
+BallProxy::OwnMemory::OwnMemory(OwnMemory&&) noexcept = default;
+BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(const OwnMemory& other) { return *this = OwnMemory(other); }
+BallProxy::OwnMemory& BallProxy::OwnMemory::operator=(OwnMemory&&) noexcept = default;
+BallProxy::OwnMemory::~OwnMemory() = default;
+
+void BallProxy::reset() noexcept {
+  memory_->forget();
+  *this = BallProxy(std::move(memory_));
+}
+
+bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexcept {
+  MicroTriangles surface(model);
+  return detail::nothing_near(surface, centre, radius);
+}
+
+bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, const Blend::Ease& ease,
+                     bool by_hand) noexcept {
+  rise_ = 0;
+  searches_ = work_ = 0;
+  lost_ = false;
+  const bool changed = std::exchange(model_, model.number()) != model.number();
+  if (!std::exchange(known_, true)) {
+    last_ = centre_ = cursor;
+    return false;
+  }
+  MicroTriangles surface(model);
+  if (changed) memory_->forget();
+  if (changed || !settled_) carry(surface, radius);
+  Blend& blend = feeling_.blend();
+  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
+  blend.fade(ease, held_ ? 0 : length(move));
+  last_ = cursor;
+  go(surface, move, radius);
+  if (!by_hand) blend.absorb(own() - before);
+  feeling_.tell(held_, own(), offset);
+  return depth() > 0 && touches_;
+}
+
+void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
+  const Vec3d before = own();
+  Mover ball(surface, *memory_, centre_, radius, 0, detail::kAnyWork);
+  const double overlap = overlap_in(ball.around(), radius);
+  rise_ = std::max(0.0, overlap - overlap_);
+  if (!behind_) {
+    LocateHint hint;
+    const auto contact = probe(surface.model(), centre_, hint);
+    // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
+    lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
+  }
+  // Where it touched, the material has moved.
+  Vec3d with_it;
+  if (touches_ && surface_.slab != kNoSlab) {
+    const auto now = point_at(surface, surface_.slab, surface_.u, surface_.v, normals_);
+    if (now) with_it = now->position - surface_.position;
+    touches_ = now.has_value();
+    surface_ = now.value_or(SurfacePoint{});
+  }
+  const bool waits = held_ && past_the_middle(surface, last_, radius);
+  const Vec3d goal = waits ? centre_ + with_it : last_;
+  const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
+  arrive(ball, radius);
+  settled_ = overlap_ <= kTouching * radius && (way.settled || waits);
+  ledger_.clear();  // what an edit gives is no gain of the hand
+  feeling_.blend().absorb(own() - before);
+}
+
+bool BallProxy::past_the_middle(MicroTriangles& surface, Vec3d cursor, double radius) const noexcept {
+  // The body that holds the ball's centre reaches a radius farther: the line through the cursor comes out of that where
+  // it has been out of the material for so long.
+  const Vec3d in = cursor - centre_;
+  const double depth = length(in), far = detail::kMiddle * depth - radius;
+  return far > 0 && Sweep(surface, centre_, centre_ + in * (far / depth), Crossing::Out).run().has_value();
+}
+
+void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept {
+  const bool free = !held_ || under_way_;
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  const Vec3d out = centre_ - last_;
+  const double depth2 = dot(out, out), depth = std::sqrt(depth2);
+  Mover ball(surface, *memory_, centre_, radius, free ? depth : 0, work);
+  under_way_ = false;
+  if (free) {
+    const Mover::Way way = ball.advance(last_, kAnywhere, Mover::Until::Reach, false, kSearches, work, work);
+    under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
+    ledger_.clear();
+  } else {
+    if (past_the_middle(surface, last_, radius)) {
+      go_along(ball, move, work);
+    } else {
+      const double reach = std::max(detail::budget(length(move), depth), kRest * radius);
+      static_cast<void>(ball.advance(last_, reach, Mover::Until::Reach, false, kSearches, work, work));
+      ledger_.settle();
+    }
+    ledger_.book(depth2, distance2(ball.centre(), last_));
+  }
+  arrive(ball, radius);
+  if (!held_) ball.prepare();
+  touch(surface, ball.around(), radius);
+  searches_ += ball.searches();
+  work_ = surface.placed();
+}
+
+void BallProxy::go_along(Mover& ball, Vec3d move, int work) noexcept {
+  const Vec3d out = centre_ - last_, own = detail::square_to(out, move);
+  const double way = length(own), depth2 = distance2(centre_, last_), depth = std::sqrt(depth2);
+  if (!(way > 0)) return;
+  const Mover::Way ahead =
+      ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2, work, kWorkAhead);
+  const Vec3d rest = ball.centre();
+  const bool near = ahead.settled && ahead.length <= detail::kNear * depth && rest != last_;
+  if (near || length(rest - centre_ - own) <= detail::kOffMinimum * way) {
+    ball.put_back_within();
+    ledger_.settle();
+    return;
+  }
+  ball.put_back_to_start();
+  const Vec3d up = normalized(touches_ ? centre_ - surface_.position : out), past = detail::past(up, move);
+  const Vec3d beside = centre_ + past + ledger_.owed();
+  const double far = length(past);
+  static_cast<void>(
+      ball.advance(beside - up * far, detail::kAlong * far, Mover::Until::Reach, false, kSearches / 2 - 2, work, work));
+  if (!ledger_.allows(depth2, distance2(ball.centre(), last_))) ball.put_back_to_start();
+  ledger_.owe(beside - ball.centre(), up, depth);
+}
+
+void BallProxy::arrive(Mover& ball, double radius) noexcept {
+  ball.stay();
+  centre_ = ball.centre();
+  held_ = centre_ != last_;
+  overlap_ = overlap_in(ball.around(), radius);
+  behind_ = is_behind(ball.around(), radius);
+}
+
+void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius) noexcept {
+  if (under_way_ || (!held_ && !feeling_.blend().fading())) {
+    surface_ = {};
+    normals_ = {};
+  }
+  if (held_ && !under_way_) {
+    // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
+    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
+    if (const NearTriangle* touched = that_pushes_most(around, normalized(own()), touching)) {
+      double u = 0, v = 0;
+      const int n = surface.mesh().intervals(touched->slab);
+      for (std::size_t k = 0; k < 3; ++k) {
+        // Not on its rim: beyond that may be a hole.
+        const double weight = touched->weights[k] + kWithin * (1.0 / 3 - touched->weights[k]);
+        u += weight * touched->corners[k].i / n;
+        v += weight * touched->corners[k].j / n;
+      }
+      if (const auto point = point_at(surface, touched->slab, u, v, normals_)) surface_ = *point;
+    }
+  }
+  touches_ = surface_.slab != kNoSlab;
+  late_ = held_ && !touches_ ? late_ + 1 : 0;
+}
+
+}  // namespace relief

@@ -1,0 +1,278 @@
+#include <relief/core/sweep.h>
+#include <relief/haptics/contact/near_surface.h>
+#include <relief/haptics/contact/proxy.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace relief {
+
+namespace {
+
+using detail::distance2;
+using detail::kAnywhere;
+
+constexpr int kHeights = 3;      // times that the place that the hand has gone to is brought to the surface's height
+constexpr double kStill = 1e-9;  // of the depth: a way that is none, but for rounding
+constexpr double kSteep = 0.25;  // squared cosine from a triangle to a normal that is followed into its plane
+constexpr double kGain = 1 - 1e-12;  // squared distance that a landing must win: above rounding
+constexpr double kClearWays = 16;    // ways like the last one for which a clear ball is looked for
+constexpr int kClearSamples = 64;    // that may be placed to find one
+
+bool same(const SlabCorners& a, const SlabCorners& b) noexcept {
+  return a.inner == b.inner && a.outer == b.outer && a.order == b.order;
+}
+
+/// The interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest place
+/// stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from the
+/// normal at the place than the way out does.
+Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& normals, Vec3d normal,
+                     Vec3d goal) noexcept {
+  const auto& [a, b, c] = place.triangle.positions;
+  const Vec3d area = place.triangle.area(), out = place.position - goal;
+  const double area2 = dot(area, area), height = dot(out, area), depth2 = dot(out, out);
+  if (!(height > 0)) return normal;
+  // The weights of b and c grow along these.
+  const Vec3d to_b = cross(c - a, area) / area2, to_c = cross(area, b - a) / area2;
+  const Vec3d by_b = normals[1] - normals[0], by_c = normals[2] - normals[0], start = goal - a;
+  Vec3d n = normal;
+  for (int step = 0; step < 2; ++step) {
+    const double along = dot(n, area);
+    if (!(along * along > kSteep * area2 * dot(n, n))) return normal;
+    const Vec3d p = start + n * (height / along);  // in the plane of the triangle
+    n = normals[0] + by_b * dot(p, to_b) + by_c * dot(p, to_c);
+  }
+  n = normalized(n);
+  const double turn2 = distance2(n, normal), most2 = distance2(out / std::sqrt(depth2), normal);
+  return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
+}
+
+}  // namespace
+
+void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at) noexcept {
+  let_go();
+  feeling_.reset();
+  known_ = true;
+  last_ = place;
+  model_ = 0;  // the surface may have risen
+  if (at) above_ = Above{*at, mesh.corners(at->slab)};
+}
+
+bool Proxy::step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, bool by_hand) noexcept {
+  rise_ = 0;
+  lost_ = fresh_ = has_left_ = false;
+  if (!std::exchange(known_, true)) {
+    last_ = cursor;
+    model_ = model.number();
+    look_below(model, cursor);
+    return false;
+  }
+  MicroTriangles surface(model);
+  const bool changed = std::exchange(model_, model.number()) != model.number();
+  if (changed || !settled_) carry(surface);
+  Blend& blend = feeling_.blend();
+  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
+  travel_ = length(move);
+  blend.fade(ease, held_ ? 0 : travel_);
+  if (!held_) meet(surface, cursor);
+  if (held_) pursue(surface, cursor, move, detail::budget(travel_, length(place_.position - cursor)));
+  last_ = cursor;
+  if (!by_hand) blend.absorb(own() - before);
+  feeling_.tell(held_, own(), offset);
+  samples_placed_ = surface.placed();
+  return depth() > 0;
+}
+
+void Proxy::let_go() noexcept {
+  held_ = open_ = false;
+  settled_ = true;
+  ledger_.clear();
+  above_.reset();
+  under_.slab = kNoSlab;
+  normals_ = {};
+}
+
+void Proxy::hold(MicroTriangles& surface, const SurfacePlace& place) noexcept {
+  held_ = fresh_ = true;
+  land(place);
+  corners_ = surface.mesh().corners(place.triangle.slab);
+  above_.reset();
+}
+
+void Proxy::land(const SurfacePlace& place) noexcept {
+  place_ = place;
+  ledger_.clear();
+}
+
+void Proxy::carry(MicroTriangles& surface) noexcept {
+  const Vec3d before = own();
+  if (held_ || feeling_.blend().fading()) {
+    if (!measure_again(surface)) {
+      lost_ = std::exchange(held_, false);
+      let_go();
+      if (!lost_) feeling_.blend().reset();
+    }
+  } else if (!risen_past(surface)) {
+    look_below(surface.model(), last_);
+  }
+  ledger_.clear();  // what an edit gives is no gain of the hand
+  settled_ = !held_ || pursue(surface, last_, {}, kAnywhere);
+  feeling_.blend().absorb(own() - before);
+}
+
+bool Proxy::measure_again(MicroTriangles& surface) noexcept {
+  const SlabMesh& mesh = surface.mesh();
+  const SlabId slab = place_.triangle.slab;
+  if (slab >= mesh.slab_count() || !same(mesh.corners(slab), corners_) || !surface.has(place_.triangle)) return false;
+  const Vec3d was = place_.position;
+  surface.measure(place_.triangle);
+  place_.position = place_.triangle.point(place_.weights);
+  if (place_.position != was) rise_ = dot(place_.position - was, point_of(surface, place_, normals_).normal);
+  return true;
+}
+
+bool Proxy::risen_past(MicroTriangles& surface) noexcept {
+  if (!above_) return false;
+  const SlabCoord at = above_->at;
+  if (at.slab >= surface.mesh().slab_count() || !same(surface.mesh().corners(at.slab), above_->corners) ||
+      !(displacement_at(surface.model(), at.slab, at.u, at.v) > at.alpha))
+    return false;
+  const auto place = surface.place_at(at.slab, at.u, at.v);
+  if (!place) return false;
+  hold(surface, *place);
+  rise_ = length(place->position - last_);
+  return true;
+}
+
+void Proxy::meet(MicroTriangles& surface, Vec3d cursor) noexcept {
+  if (!is_clear(surface, cursor)) {
+    Sweep sweep(surface, last_, cursor, Crossing::In);
+    if (const auto place = sweep.run()) return hold(surface, *place);
+    open_ = true;
+    if (sweep.last_slab() != kNoSlab) hint_.last = {sweep.last_slab(), 1.0 / 3, 1.0 / 3, 0.5};
+  }
+  look_below(surface.model(), cursor);
+}
+
+bool Proxy::is_clear(MicroTriangles& surface, Vec3d cursor) noexcept {
+  const std::uint64_t number = surface.model().number();
+  const double way = length(cursor - last_);
+  if (clear_.model == number && std::max(length(cursor - clear_.centre), length(last_ - clear_.centre)) < clear_.radius)
+    return true;
+  // Beside the surface it would be in vain: after a way that had to be swept it is tried again.
+  if (!std::exchange(open_, false)) return false;
+  clear_ = {number, cursor, detail::clear_around(surface, cursor, way, kClearWays * way, clear_.nearest, kClearSamples),
+            clear_.nearest};
+  open_ = clear_.radius > way;
+  if (!open_) clear_.radius = 0;  // it is not known
+  return open_;
+}
+
+void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
+  above_.reset();
+  const auto at = locate(model.slab_mesh(), cursor, hint_);
+  if (at && !hole_at(model, at->slab, at->u, at->v) && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
+    above_ = Above{*at, model.slab_mesh().corners(at->slab)};
+}
+
+bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double budget) noexcept {
+  const Vec3d out = place_.position - cursor;
+  const double before = dot(out, out);
+  int tries = detail::kTries;
+  const detail::Descent descent = detail::descend(surface, place_, cursor, tries);
+  bool rests = descent.ended;
+  if (descent.way > 0) {
+    const Vec3d sideways = detail::square_to(out, move);
+    const double little = detail::kToMinimum * length(sideways) + kStill * std::sqrt(before);
+    if (!(descent.ended && descent.way <= little) && past_the_middle(surface, cursor)) {
+      rests = true;
+      go_along(surface, cursor, move, descent);
+    } else {
+      detail::follow(surface, place_, descent, cursor, budget);
+      ledger_.settle();
+    }
+    ledger_.book(before, distance2(place_.position, cursor));
+  }
+  leave(surface, cursor);
+  if (held_) corners_ = surface.mesh().corners(place_.triangle.slab);
+  return rests;
+}
+
+bool Proxy::past_the_middle(MicroTriangles& surface, Vec3d cursor) noexcept {
+  const Vec3d end = place_.position + (cursor - place_.position) * detail::kMiddle;
+  return Sweep(surface, detail::below(surface, place_), end, Crossing::Out).run().has_value();
+}
+
+void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const detail::Descent& descent) noexcept {
+  const Vec3d out = place_.position - cursor, own = detail::square_to(out, move);
+  const double way = length(own), depth2 = distance2(place_.position, cursor), depth = std::sqrt(depth2);
+  if (!(way > 0)) return;
+  const bool near =
+      descent.ended && descent.way <= detail::kNear * depth && !detail::leads_into_air(surface, descent.rest, cursor);
+  if (near || length(descent.rest.position - place_.position - own) <= detail::kOffMinimum * way) {
+    detail::follow(surface, place_, descent, cursor, detail::kToMinimum * way);
+    ledger_.settle();
+    return;
+  }
+  // To a minimum that is farther away the point would run round the part: it stays over the hand.
+  const Vec3d up = normalized(place_.triangle.area()), past = detail::past(up, move);
+  Vec3d goal = place_.position + past + ledger_.owed();
+  SurfacePlace next = place_;
+  int tries = detail::kTries;
+  double left = detail::kAlong * length(past);
+  for (int k = 0; k < kHeights && left > 0; ++k) {
+    left -= detail::walk(surface, next, goal, left, tries);
+    goal += up * dot(next.position - goal, up);
+  }
+  if (ledger_.allows(depth2, distance2(next.position, cursor))) place_ = next;
+  ledger_.owe(goal - place_.position, up, depth);
+}
+
+void Proxy::leave(MicroTriangles& surface, Vec3d cursor) noexcept {
+  if (!detail::leads_into_air(surface, place_, cursor)) return;
+  Sweep sweep(surface, detail::above(surface, place_), cursor, Crossing::In);
+  const auto landing = sweep.run();
+  if (landing && !(distance2(landing->position, cursor) < distance2(place_.position, cursor) * kGain)) return;
+  has_left_ = true;
+  left_at_ = place_.position;
+  if (landing) return land(*landing);
+  hint_.last = surface.coordinates(place_);
+  if (sweep.last_slab() != kNoSlab) hint_.last.slab = sweep.last_slab();
+  let_go();
+  look_below(surface.model(), cursor);
+}
+
+SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
+  MicroTriangles surface(model);
+  if (place_.triangle.slab == kNoSlab || !surface.has(place_.triangle)) return {};
+  SurfacePlace now = place_;
+  surface.measure(now.triangle);
+  now.position = now.triangle.point(now.weights);
+  return point_of(surface, now, normals_);
+}
+
+Proxy::Description Proxy::describe(const Snapshot& model, double most) noexcept {
+  Description now;
+  now.surface = surface(model);
+  if (held_) {
+    const Vec3d leading = leading_normal(place_, normals_.normals, now.surface.normal, last_);
+    // What is felt changes by no more than the point may go, in depth and direction together.
+    const double may = detail::budget(travel_, std::min(depth(), most / detail::kRelax)), deeper = depth() - described_;
+    now.turn = fresh_ || !(depth() > 0) ? kAnywhere : std::sqrt(std::max(0.0, may * may - deeper * deeper)) / depth();
+    normal_ = turned_by(normal_, leading, now.turn);
+  }
+  now.normal = normal_;
+  described_ = depth();
+  if (under_.slab != now.surface.slab) under_ = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
+  const bool inside = held_ && model.slab_mesh().box(under_.slab).contains(last_) &&
+                      solve(detail::LinearForm(corners_, last_), {}, under_) &&
+                      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 &&
+                      under_.alpha <= 1;
+  if (!inside) under_.slab = kNoSlab;
+  now.alpha = inside ? under_.alpha : now.surface.alpha;
+  return now;
+}
+
+}  // namespace relief

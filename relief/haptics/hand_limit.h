@@ -1,0 +1,51 @@
+// How fast a contact follows the hand.
+#pragma once
+
+#include <relief/haptics/touch.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief {
+
+/// A contact looks along the hand's whole way in each tick, which takes longer the farther that is. So it follows the
+/// hand by at most kMost of the model's diagonal per tick, 3 m/s where that is 0.15 m: no hand is as fast, and a
+/// reading that leaps is caught up with in a few ticks.
+class HandLimit {
+ public:
+  static constexpr double kMost = 0.02;  ///< of the diagonal
+
+  void reset() noexcept { known_ = false; }
+  /// The pose to which the tool goes in this tick. `reach`: of the tool from its origin; `diagonal`: of the model.
+  [[nodiscard]] ToolPose follow(const ToolPose& hand, double reach, double diagonal) noexcept {
+    const Vec3d from = known_ ? at_.origin : hand.origin;
+    if (!known_) at_ = hand;
+    known_ = true;
+    const double cosine = std::min(1.0, std::abs(dot(at_.orientation, hand.orientation)));
+    const double way = length(hand.origin - at_.origin) + reach * 2 * std::acos(cosine), most = kMost * diagonal;
+    late_ = way > most;
+    at_ = late_ ? between(at_, hand, most / way) : hand;
+    move_ = at_.origin - from;
+    return at_;
+  }
+  /// The hand is farther away than where the tool has come to.
+  [[nodiscard]] bool late() const noexcept { return late_; }
+  /// By how much the tool's origin went in the last tick, model units.
+  [[nodiscard]] Vec3d move() const noexcept { return move_; }
+
+ private:
+  [[nodiscard]] static ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
+    const double sign = dot(a.orientation, b.orientation) < 0 ? -1 : 1, rest = 1 - share, more = share * sign;
+    Quatd q = {rest * a.orientation.w + more * b.orientation.w, rest * a.orientation.x + more * b.orientation.x,
+               rest * a.orientation.y + more * b.orientation.y, rest * a.orientation.z + more * b.orientation.z};
+    const double size = std::sqrt(dot(q, q));
+    q = size > 0 ? Quatd{q.w / size, q.x / size, q.y / size, q.z / size} : b.orientation;
+    return {a.origin + (b.origin - a.origin) * share, q};
+  }
+
+  bool known_ = false, late_ = false;
+  ToolPose at_;
+  Vec3d move_;
+};
+
+}  // namespace relief

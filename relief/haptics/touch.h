@@ -1,0 +1,74 @@
+// What a held tool touches: what a point, a ball and a rigid tool all answer.
+#pragma once
+
+#include <relief/core/query.h>
+#include <relief/haptics/contact/blend.h>
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace relief {
+
+/// What the hand holds, in model units.
+struct TouchTool {
+  static constexpr std::size_t kMostPoints = 1000;
+
+  double radius = 0;  ///< of a ball around the device's position; 0: a point
+  /// Of a rigid tool made of points, in its own frame, the device's position being its origin; empty: a point or ball.
+  /// At most kMostPoints. They belong to the caller, are copied where a servo is made, and are the servo's for good.
+  std::span<const Vec3d> points = {};
+};
+
+/// Where a tool is: its own frame in the model's.
+struct ToolPose {
+  Vec3d origin;       ///< model units
+  Quatd orientation;  ///< unit
+  [[nodiscard]] Vec3d place(Vec3d own) const noexcept { return origin + orientation.turn(own); }
+};
+
+/// What a tool touches in one tick. All but `touching` and `jumped` is for a tool that touches.
+struct Touched {
+  bool touching = false;
+  bool jumped = false;  ///< material came to the tool by more than the hand could have pressed
+  /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
+  SlabCoord at;
+  SurfacePoint surface;
+  Vec3d contact_point;
+  Vec3d normal;       ///< unit, along which the tool is pushed out
+  Vec3d way_out;      ///< unit, straight from the tool to where it is held
+  double depth = 0;   ///< model units, of which the spring holds energy
+  double push = 0;    ///< model units, by which the spring pushes
+  double grown = 0;   ///< model units of the depth that the surface added in this tick, not the hand
+  double turn = 0;    ///< rad that the normal may have turned by in this tick
+  Vec3d twist;        ///< torque of the spring about the tool's origin at stiffness 1, model units squared
+  Vec3d arm;          ///< from there to where it touches, model units
+  double spread = 0;  ///< how far around that place it touches, model units
+};
+
+/// The contact of one tool. After construction it neither allocates nor locks; copies allocate.
+class Touch {
+ public:
+  virtual ~Touch() = default;
+  [[nodiscard]] virtual std::unique_ptr<Touch> clone() const = 0;
+  /// Lets go. The next pose is taken to be in the open.
+  virtual void reset() noexcept = 0;
+  /// One tick: the tool has moved straight to `pose`, and the model may have changed. `by_hand`: it was the hand that
+  /// moved it; else what is felt does not jump with it. A `rise` of the surface above `jump` (model units) counts as
+  /// one that the hand could not have pressed.
+  [[nodiscard]] virtual Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
+                                     bool by_hand) noexcept = 0;
+  /// Whether the tool is outside the material.
+  [[nodiscard]] virtual bool clear(const Snapshot& model, const ToolPose& pose) noexcept = 0;
+  /// How many times as stiff as a single point the tool can be.
+  [[nodiscard]] virtual double most_stiffening() const noexcept { return 1; }
+  /// How far from its origin the tool reaches, model units: what a turn moves.
+  [[nodiscard]] virtual double reach() const noexcept { return 0; }
+};
+
+[[nodiscard]] std::unique_ptr<Touch> make_touch(const TouchTool& tool);
+/// A point's contact as the paper has it (Sec. 3.3 and 3.4): a function of the cursor's place alone, with the contact
+/// point off the surface; it is lost below the slabs.
+[[nodiscard]] std::unique_ptr<Touch> make_paper_touch();
+
+}  // namespace relief
