@@ -1,4 +1,4 @@
-// The acceptance tests of touch, S1 to S22: each measures its figures and prints them beside their thresholds.
+// The acceptance tests of touch, S1 to S23: each measures its figures and prints them beside their thresholds.
 #pragma once
 
 #include <string>
@@ -82,5 +82,6 @@ void determinism(Report&);        // S19
 void recorded_motion(Report&);    // S20
 void ground_truth(Report&);       // S21
 void hand_over(Report&);          // S22
+void god_object(Report&);         // S23
 
 }  // namespace relief::acceptance

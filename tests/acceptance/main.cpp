@@ -38,6 +38,7 @@ constexpr std::array kTests = {
     Test{"S20", "recorded human motion", recorded_motion},
     Test{"S21", "ground truth", ground_truth},
     Test{"S22", "hand-over of snapshots", hand_over},
+    Test{"S23", "contact as the god-object", god_object},
 };
 
 /// "1.5e-3 m", whole numbers as they are.
@@ -126,7 +127,7 @@ int main(int count, char** words) {
     }
   }
   if (wanted.empty()) {
-    fmt::print(stderr, "acceptance: name tests from S1 to S22, or all; --long; --part K/N; --markdown FILE\n");
+    fmt::print(stderr, "acceptance: name tests from S1 to S23, or all; --long; --part K/N; --markdown FILE\n");
     return 2;
   }
   std::vector<std::pair<const Test*, Report>> done;
