@@ -47,6 +47,8 @@ class BareTriangles {
   [[nodiscard]] const Box3d& bounds() const noexcept { return bounds_; }
   [[nodiscard]] double diagonal() const noexcept { return length(bounds_.extent()); }
   [[nodiscard]] std::size_t size() const noexcept { return triangles_.size(); }
+  /// The vertices of open edges.
+  [[nodiscard]] const std::vector<Vec3d>& rims() const noexcept { return rims_; }
   [[nodiscard]] std::array<Vec3d, 3> corners(std::uint32_t t) const {
     const Corners& v = triangles_[t];
     return {positions_[v[0]], positions_[v[1]], positions_[v[2]]};
@@ -200,6 +202,9 @@ class BareTriangles {
     auto next = first_around_;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
       for (const std::uint32_t v : triangles_[t]) around_[next[v]++] = t;
+    for (const Corners& t : triangles_)
+      for (std::size_t k = 0; k < 3; ++k)
+        if (sides(t[k], t[(k + 1) % 3]) == 1) rims_.insert(rims_.end(), {positions_[t[k]], positions_[t[(k + 1) % 3]]});
   }
   void build(std::size_t first, std::size_t last) {
     const std::size_t at = nodes_.size();
@@ -299,7 +304,7 @@ class BareTriangles {
     return count;
   }
 
-  std::vector<Vec3d> positions_;
+  std::vector<Vec3d> positions_, rims_;
   std::vector<Corners> triangles_;
   std::vector<std::uint32_t> first_around_, around_;  ///< triangles by vertex
   std::vector<Vec3d> centres_;

@@ -11,9 +11,9 @@
 namespace relief::testing {
 
 /// The centre of a ball that the cursor pulls. It goes towards the cursor by small steps and never comes nearer to a
-/// triangle than the radius, but for 1e-4 of it. Each triangle so grown is convex, so the plane through its place that
-/// is nearest to the centre keeps the centre out of it; where the planes of all triangles in reach leave no way nearer,
-/// it rests.
+/// triangle than the radius. Each triangle so grown is convex, so the plane through its place that is nearest to the
+/// centre keeps the centre out of it; where the planes of all triangles in reach leave no way nearer, it rests.
+/// Triangles have no back for it: round an open edge it goes behind the surface.
 class GodBall {
  public:
   /// `step`: of the radius, the longest straight way of the centre between two queries.
@@ -65,7 +65,7 @@ class GodBall {
   void find_planes() {
     planes_.clear();
     surface_.each_within(centre_, radius_ + step_, [&](const BareTriangles::Place& place, double distance) {
-      const Plane plane = {(centre_ - place.position) / distance, radius_ * (1 - kSlack) - distance};
+      const Plane plane = {(centre_ - place.position) / distance, radius_ - distance};
       const auto is_same = [&](const Plane& p) { return dot(p.out - plane.out, p.out - plane.out) < 1e-24; };
       if (std::ranges::none_of(planes_, is_same)) planes_.push_back(plane);
     });
@@ -126,10 +126,7 @@ class GodBall {
 
   static constexpr int kMostSteps = 10'000;
   static constexpr std::size_t kMostBounding = 12;
-  /// Of the radius. The plane that keeps the centre off a flat neighbour ahead meets the flat half-way to it: without
-  /// slack, each edge of a flat face would be reached by ever shorter steps.
-  static constexpr double kSlack = 1e-4;
-  static constexpr double kRest = 1e-7;  // of the radius: a shorter way is none
+  static constexpr double kRest = 1e-7;  // of the radius, a shorter way is none: IsItsRadiusAboveAPlane fails at 1e-3
 
   const BareTriangles& surface_;
   double radius_, step_;

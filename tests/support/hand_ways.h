@@ -46,9 +46,10 @@ struct Slide {
 
 /// A hand that comes in from above somewhere on the surface, slides along a plane section of it, and goes out again. It
 /// follows the surface as a hand does, not the edges: its way is a mean over twice the depth to each side. The slide
-/// ends before parts that are thinner than six times the depth, where a god-object may go over to the far side, and
-/// before edges that turn by more than 75 degrees, which it does not round from inside. The same seed gives the same
-/// way; none where that is shorter than a tenth of the longest.
+/// ends before parts that are thinner than six times the depth, where a god-object may go over to the far side; before
+/// edges that turn by more than 75 degrees, which it does not round from inside; and that of a ball before open edges,
+/// round which its oracle goes behind the surface. The same seed gives the same way; none where that is shorter than a
+/// tenth of the longest.
 inline std::vector<Vec3d> slide(const BareTriangles& surface, const Slide& like, std::uint32_t seed) {
   std::mt19937 random(seed);
   const auto unit = [&] { return 2 * (double(random()) / 4294967296.0) - 1; };
@@ -71,6 +72,9 @@ inline std::vector<Vec3d> slide(const BareTriangles& surface, const Slide& like,
   while (double(steps.size()) * stride < like.longest) {
     const Vec3d normal = surface.pseudo_normal(*at);
     if (surface.thickness(*at, 6 * like.depth) < 6 * like.depth) break;
+    const double clear = 10 * stride + 3 * (like.depth + like.radius);
+    const auto is_near = [&](Vec3d p) { return length(p - at->position) < clear; };
+    if (like.radius > 0 && std::ranges::any_of(surface.rims(), is_near)) break;
     bool turns = false;
     for (std::size_t k = 1; k <= std::min(turn_span, steps.size()); ++k)
       turns = turns || dot(steps[steps.size() - k].out, normal) < 0.26;  // cos 75 degrees
