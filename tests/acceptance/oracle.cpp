@@ -2,7 +2,7 @@
 //
 // To see one case alone, or to draw it:
 //   RELIEF_S23_CASE=TEXT    only cases whose names have TEXT in them, such as "prism 6, round, 0.3 %, 0.1 D/s"
-//   RELIEF_S23_LIST=1       prints the name of each case before it runs, and its figures after it
+//   RELIEF_S23_LIST=1       prints the figures of each case, too
 //   RELIEF_S23_TRACE=FILE   writes all their ticks as CSV: lengths in model units, forces in N
 #include "acceptance/acceptance.h"
 #include "support/bodies.h"
@@ -177,9 +177,13 @@ class Oracle {
 /// RELIEF_S23_TRACE.
 class Trace {
  public:
-  Trace() {
-    if (const char* path = std::getenv("RELIEF_S23_TRACE")) file_.reset(std::fopen(path, "w"));
-    if (file_)
+  explicit Trace(Report& report) {
+    const char* path = std::getenv("RELIEF_S23_TRACE");
+    if (path == nullptr) return;
+    file_.reset(std::fopen(path, "w"));
+    if (!file_)
+      report.skipped(std::string("the trace cannot be written to ") + path);
+    else
       fmt::print(file_.get(),
                  "case;t,x,y,z,oracle_held,ox,oy,oz,oracle_depth,oracle_jumped,contact,px,py,pz,depth,nx,ny,nz,fx,fy,"
                  "fz,flags\n");
@@ -234,7 +238,7 @@ Figures compared(const Body& body, const Hand& hand, const std::vector<Vec3d>& w
 /// Runs cases and keeps their figures by family.
 class Comparison {
  public:
-  explicit Comparison(Report& report) : report_(report) {
+  explicit Comparison(Report& report) : report_(report), trace_(report) {
     if (const char* wanted = std::getenv("RELIEF_S23_CASE")) wanted_ = wanted;
     listed_ = std::getenv("RELIEF_S23_LIST") != nullptr;
   }
@@ -256,12 +260,8 @@ class Comparison {
         const std::vector<Vec3d> way = scene.way(body->surface, hands[h], w);
         if (way.empty()) continue;
         const Figures found = compared(*body, hands[h], way, name, trace_);
-        if (listed_)
-          fmt::print(
-              "    {:<64} {:6d} ticks, deeper {:5d}, far {:5d}, worst {:7.2f}, lost {}, stuck {}, step {:.3f} N\n",
-              name, found.ticks, found.deeper, found.far_deeper, found.worst, found.lost, found.stuck,
-              std::max(found.slow_step, found.fast_step));
         found_[scene.family + (hands[h].radius > 0 ? ", ball" : "")].add(found);
+        if (listed_) list(name, found);
       }
     ++turn_;
   }
@@ -270,6 +270,7 @@ class Comparison {
     if (found_.empty()) return report_.skipped("no case whose name has \"" + wanted_ + "\" in it");
     report_.at_most("models whose export is not the surface that is touched", exported_ ? 0 : 1, 0);
     for (const auto& [family, f] : found_) {
+      report_.shown(family + ": cases", double(f.cases));
       report_.at_least(family + ": pressed ticks", double(f.pressed), 1000);
       report_.at_most(family + ": deeper than 1.05 times the god-object", 100 * double(f.deeper) / double(f.pressed),
                       0.1, "%");
@@ -285,6 +286,11 @@ class Comparison {
   }
 
  private:
+  static void list(const std::string& name, const Figures& f) {
+    fmt::print("    {:<64} {:6d} ticks, deeper {:5d}, far {:5d}, worst {:7.2f}, lost {}, stuck {}, step {:.3f} N\n",
+               name, f.ticks, f.deeper, f.far_deeper, f.worst, f.lost, f.stuck, std::max(f.slow_step, f.fast_step));
+  }
+
   Report& report_;
   std::string wanted_;
   bool listed_ = false, exported_ = true;
