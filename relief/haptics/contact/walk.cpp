@@ -153,7 +153,7 @@ Descent descend(MicroTriangles& surface, const SurfacePlace& from, Vec3d goal, i
     tries -= 3;
     const double leap = length(found.rest.position - before.position);
     // From between the two places it goes on to the second.
-    if (!found.over && found.way <= leap) found.over = found.rest;
+    if (!found.over && length(found.rest.position - from.position) <= leap) found.over = found.rest;
     found.way += leap + walk(surface, found.rest, goal, kAnywhere, tries);
   }
   found.ended = tries > 0;
