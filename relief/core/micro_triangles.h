@@ -1,7 +1,6 @@
 // The micro-triangles of a snapshot; the one place that knows how they lie side by side.
 #pragma once
 
-#include <relief/base/triangle.h>
 #include <relief/core/query.h>
 
 #include <algorithm>

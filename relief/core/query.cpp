@@ -1,3 +1,4 @@
+#include <relief/base/triangle.h>
 #include <relief/core/micro_triangles.h>
 #include <relief/core/query.h>
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/lanes.h>
+#include <relief/base/triangle.h>
 #include <relief/core/micro_triangles.h>
 
 #include <algorithm>

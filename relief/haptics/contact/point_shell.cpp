@@ -228,7 +228,7 @@ void PointShell::sum(Vec3d origin) noexcept {
     }
   }
   if (!(most_depth_ > 0)) return;
-  double norm = 0, weights = 0, around = 0;
+  double norm = 0, norm_before = 0, weights = 0, around = 0;
   Vec3d mean;  // from the deepest point
   const Vec3d centre = points_[deepest_].now, across = points_[deepest_].way_out;
   for (const Point& point : points_) {
@@ -236,13 +236,14 @@ void PointShell::sum(Vec3d origin) noexcept {
     const double share = point.depth_now() / most_depth_, weight = to_the_15th(share);
     const Vec3d push = point.way_out * weight;
     norm += weight * share;
+    const double share_before = std::max(0.0, point.depth_now() - point.grown) / most_depth_;
+    norm_before += to_the_15th(share_before) * share_before;
     const Vec3d from = point.now - centre, aside = from - across * dot(from, across);
     weights += weight;
     mean += from * weight;
     around += dot(aside, aside) * weight;
     push_ += push;
     twist_ += cross(point.now - origin, push);
-    grown_ += weight * point.grown;
   }
   mean = mean / weights;
   touched_ = centre + mean;
@@ -253,7 +254,7 @@ void PointShell::sum(Vec3d origin) noexcept {
   const double scale = most_depth_ * std::pow(norm, 2 / kNorm - 1);
   push_ *= scale;
   twist_ *= scale;
-  grown_ *= scale / std::max(depth_, 1e-300);
+  grown_ = depth_ - most_depth_ * std::pow(norm_before, 1 / kNorm);
 }
 
 }  // namespace relief

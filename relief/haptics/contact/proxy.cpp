@@ -110,9 +110,9 @@ void Proxy::carry(MicroTriangles& surface) noexcept {
   const Vec3d before = own();
   if (held_ || feeling_.blend().fading()) {
     if (!measure_again(surface)) {
-      lost_ = std::exchange(held_, false);
+      lost_ = held_;
       let_go();
-      if (!lost_) feeling_.blend().reset();
+      return feeling_.reset();  // where there is no surface nothing is felt
     }
   } else if (!risen_past(surface)) {
     look_below(surface.model(), last_);

@@ -2,9 +2,9 @@
 #include "support/driver.h"
 #include "support/shells.h"
 
+#include <relief/core/query.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/contact/half_spaces.h>
-#include <relief/core/query.h>
 
 #include <gtest/gtest.h>
 
@@ -22,11 +22,11 @@ using testing::flat_plane;
 using testing::plane_shell;
 using testing::torus_shell;
 
-constexpr BallProxy::Ease kAtOnce = {};
+constexpr Blend::Ease kAtOnce = {};
 
 /// Goes straight in so many ticks.
 void lead(BallProxy& ball, const Snapshot& model, Vec3d from, Vec3d to, double radius, int ticks,
-          BallProxy::Ease ease = kAtOnce) {
+          Blend::Ease ease = kAtOnce) {
   for (int k = 1; k <= ticks; ++k) ball.step(model, from + (to - from) * (double(k) / ticks), radius, ease);
 }
 
@@ -510,7 +510,7 @@ TEST(BallProxy, RoughGroundThatRisesPushesItOutToo) {
   };
   const double radius = 0.03, rise = 0.015;
   const SnapshotPtr low = ground(0), high = ground(rise);
-  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e-3};
+  const Blend::Ease ease = {.share = 0.0645, .most = 1e-3};
   for (double x = 0.4; x < 0.6; x += 0.017) {
     BallProxy ball;
     const Vec3d from = {x, 0.06, 1 - x}, hand = {x, -0.02, 1 - x};
@@ -526,7 +526,7 @@ TEST(BallProxy, RoughGroundThatRisesPushesItOutToo) {
 TEST(BallProxy, IsLetDownGentlyWhereTheGroundIsTakenAway) {
   const auto mesh = plane_shell(4, 8);
   const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
-  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e300};
+  const Blend::Ease ease = {.share = 0.0645, .most = 1e300};
   for (const double fall : {0.001, 0.01, 0.04}) {
     const SnapshotPtr before = level(0), after = level(-fall);
     BallProxy ball;
@@ -555,7 +555,7 @@ TEST(BallProxy, IsLetDownGentlyWhereTheGroundIsTakenAway) {
 TEST(BallProxy, AnotherEditDoesNotHurryABallThatIsBeingLetDown) {
   const auto mesh = plane_shell(4, 8);
   const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
-  const BallProxy::Ease ease = {.share = 0.0645, .most = 1e300};
+  const Blend::Ease ease = {.share = 0.0645, .most = 1e300};
   const SnapshotPtr before = level(0), after = level(-0.05);
   BallProxy ball;
   const Vec3d hand = {0.5, -0.3, 0.5};

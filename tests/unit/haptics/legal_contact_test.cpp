@@ -5,6 +5,7 @@
 #include "support/shells.h"
 
 #include <relief/convert/convert.h>
+#include <relief/core/sweep.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
 

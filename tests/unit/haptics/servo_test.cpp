@@ -34,6 +34,7 @@ TEST(Force, IsProportionalToDepthOnASphere) {
     const double depth = 0.02 + 0.03 * (unit(random) + 1);
     Driver hand(settings_with(400), strong_device());
     EXPECT_FALSE(hand.at(*model, way * 1.01).contact);
+    static_cast<void>(hand.at(*model, way * (1 - depth / 2), 0.02));  // a contact follows no faster than HandLimit
     const ServoSample felt = hand.at(*model, way * (1 - depth), 0.02);
     ASSERT_TRUE(felt.contact);
     EXPECT_EQ(felt.flags, 0U);
@@ -187,6 +188,7 @@ TEST(Force, LimitsHoldAndAreFlagged) {
   EXPECT_NEAR(last, 2, 1e-9);
   EXPECT_EQ(seen, bit(ServoFault::ForceClamped) | bit(ServoFault::RateClamped) | bit(ServoFault::StiffnessClamped));
   // 1000 N/m and not the 5000 that were asked for.
+  static_cast<void>(hand.at(*model, {0.5, -0.03, 0.5}));
   EXPECT_NEAR(length(hand.at(*model, {0.5, -0.01, 0.5}).force), 1, 1e-9);
   EXPECT_EQ(hand.at(*model, {0.5, 0.01, 0.5}).force, Vec3d{}) << "letting go is never delayed";
 }
@@ -303,7 +305,7 @@ TEST(Force, StiffnessLayerScales) {
   const SnapshotPtr soft = draft.finish();
   for (const auto& [model, expected] : {std::pair{plain, 1.0}, std::pair{soft, 0.25}}) {
     Driver hand(settings_with(400), strong_device());
-    static_cast<void>(hand.at(*model, {0.5, 0.01, 0.5}));
+    static_cast<void>(hand.at(*model, {0.5, 0.001, 0.5}));
     EXPECT_NEAR(hand.at(*model, {0.5, -0.025, 0.5}).force.y, expected, 1e-6);
   }
 }

@@ -1,6 +1,8 @@
 // The servo with a ball and with a rigid tool: forces, torque, limits, start inside, a changed radius.
 #include "support/driver.h"
 
+#include <relief/haptics/contact/ball_proxy.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,0 +1,284 @@
+// The search for what is near a point, by the bounds of the tiles.
+#include "support/shells.h"
+
+#include <relief/haptics/contact/neighbourhood.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <set>
+#include <tuple>
+#include <vector>
+
+namespace relief {
+namespace {
+
+using testing::displaced;
+using testing::mixed_shell;
+using testing::torus_shell;
+using testing::with_hole;
+
+using Key = std::tuple<SlabId, int, int, int, int, int, int>;
+Key key(SlabId slab, const std::array<GridPoint, 3>& c) {
+  return {slab, c[0].i, c[0].j, c[1].i, c[1].j, c[2].i, c[2].j};
+}
+
+/// Calls visit(slab, corners, the triangle's own point nearest to p) for all micro-triangles, one after the other.
+template <typename Visit>
+void for_each_nearest(const Snapshot& model, Vec3d p, Visit&& visit) {
+  const SlabMesh& mesh = model.slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& c) {
+      if (model.is_hole(s, c)) return;
+      std::array<Vec3d, 3> v;
+      for (std::size_t k = 0; k < 3; ++k) v[k] = sample_position(model, s, c[k]);
+      const auto w = nearest_in_triangle(p, v[0], v[1], v[2]);
+      visit(s, c, v[0] * w[0] + v[1] * w[1] + v[2] * w[2]);
+    });
+}
+
+/// Every micro-triangle within reach, the slow way.
+std::set<Key> all_near(const Snapshot& model, Vec3d p, double reach) {
+  std::set<Key> found;
+  for_each_nearest(model, p, [&](SlabId s, const std::array<GridPoint, 3>& c, Vec3d nearest) {
+    if (length(nearest - p) < reach) found.insert(key(s, c));
+  });
+  return found;
+}
+
+double rough(Vec3d p) { return 0.5 + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(31 * p.y); }
+
+/// Coarse, stitched, stitched over many squares, and stitched with a hole.
+std::vector<SnapshotPtr> rough_tori() {
+  const auto plain = torus_shell(12, 8, 13);
+  return {displaced(plain, rough), displaced(mixed_shell(*plain, 3, 3), rough),
+          displaced(mixed_shell(*torus_shell(8, 6, 13), 4, 4), rough),
+          with_hole(displaced(mixed_shell(*plain, 2, 2), rough),
+                    [](Vec3d p) { return length(p - Vec3d{2, 0.8, 0}) < 0.4; })};
+}
+
+TEST(VisitNear, FindsWhatASlowSearchFindsAlsoAtStitchedEdgesAndHoles) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const SnapshotPtr& model : rough_tori()) {
+    std::size_t most = 0;
+    for (int k = 0; k < 60; ++k) {
+      const Vec3d p = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 3.0).position +
+                      Vec3d{unit(random), unit(random), unit(random)} * 0.2;
+      const double reach = 0.02 + 0.3 * std::abs(unit(random));
+      MicroTriangles surface(*model);
+      std::set<Key> found;
+      double reach2 = reach * reach;
+      detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle& t) {
+        EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
+        EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
+      });
+      const std::set<Key> all = all_near(*model, p, reach);
+      EXPECT_EQ(found, all);
+      most = std::max(most, all.size());
+      EXPECT_EQ(detail::nothing_near(surface, p, reach), all.empty());
+    }
+    EXPECT_GT(most, 40U);
+  }
+}
+
+/// Of the model's micro-triangles, the slow way.
+double distance_to(const Snapshot& model, Vec3d p) {
+  double least2 = 1e300;
+  for_each_nearest(model, p, [&](SlabId, const std::array<GridPoint, 3>&, Vec3d nearest) {
+    least2 = std::min(least2, dot(nearest - p, nearest - p));
+  });
+  return std::sqrt(least2);
+}
+
+TEST(ClearAround, IsNeverMoreThanTheDistanceAndSeldomLessThanHalfOfIt) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const SnapshotPtr& model : rough_tori()) {
+    MicroTriangles surface(*model);
+    int tight = 0, tries = 0;
+    SlabId nearest = kNoSlab;
+    for (int k = 0; k < 200; ++k) {
+      const Vec3d foot = closest_point(*model, Vec3d{unit(random), unit(random), unit(random)} * 3.0).position;
+      const Vec3d p = foot + Vec3d{unit(random), unit(random), unit(random)} * std::pow(10, -1.5 + 1.5 * unit(random));
+      const double truth = distance_to(*model, p);
+      for (const double reach : {1e9, 1.5 * truth, 0.5 * truth}) {
+        const double clear = detail::clear_around(surface, p, 0, reach, nearest);
+        // By the bounds alone it says no more than is so.
+        EXPECT_LE(detail::clear_around(surface, p, 0, reach, nearest, 0), std::min(reach, truth) * (1 + 1e-9));
+        ASSERT_LE(clear, std::min(reach, truth * (1 + 1e-9)));
+        tight += clear > 0.49 * std::min(reach, truth) ? 1 : 0;
+        ++tries;
+      }
+      EXPECT_LE(detail::clear_around(surface, p, truth * 1.01, 2 * truth, nearest), truth * 1.01);
+      EXPECT_GT(detail::clear_around(surface, p, truth * 0.99, 2 * truth, nearest), truth * 0.99);
+    }
+    EXPECT_GT(tight, tries * 9 / 10);
+  }
+}
+
+TEST(ClearAround, CostsLittleMoreWhereEdgesAreStitched) {
+  const auto shell = torus_shell(12, 8, 64);
+  const auto placed = [](const Snapshot& model) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> unit(0, 1);
+    MicroTriangles surface(model);
+    for (int k = 0; k < 1000; ++k) {
+      auto slab = static_cast<SlabId>(unit(random) * model.slab_mesh().slab_count());
+      const SurfacePoint at = surface_point(model, slab, unit(random) / 2, unit(random) / 2);
+      static_cast<void>(
+          detail::clear_around(surface, at.position + at.normal * (0.05 * unit(random)), 1e-3, 0.1, slab));
+    }
+    return surface.placed();
+  };
+  EXPECT_LT(placed(*displaced(mixed_shell(*shell, 16, 2), rough)), 3 * placed(*displaced(shell, rough)));
+}
+
+TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
+  // And so fine that the list has no room for all within its longest reach.
+  std::vector<SnapshotPtr> models = rough_tori();
+  models.push_back(displaced(torus_shell(24, 12, 64), rough));
+  // And with whole squares that are nearly flat.
+  models.push_back(displaced(torus_shell(24, 12, 32), [](Vec3d p) { return p.x > 0 ? 0.5 : rough(p); }));
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto aside = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  std::size_t uncovered = 0, most = 0, halves = 0;
+  for (const SnapshotPtr& model : models) {
+    list.forget();
+    patches->forget();
+    std::size_t covered = 0;
+    for (int k = 0; k < 200; ++k) {
+      const Vec3d centre = closest_point(*model, aside() * 3.0).position + aside() * 0.1;
+      // Also so large that the list has squares of several levels.
+      const double least = k % 5 == 0 ? 0.3 : k % 3 == 0 ? 0.05 : 0.02 + 0.1 * std::abs(unit(random));
+      const double flat = k % 2 == 0 ? 0 : 1e-3;
+      MicroTriangles surface(*model);
+      list.gather(surface, centre, least, 2 * least, flat);
+      for (int look = 0; look < 10; ++look) {
+        const Vec3d p = centre + aside() * least;
+        const double reach = least * (0.3 + 0.7 * std::abs(unit(random)));
+        if (!list.covers(p, reach)) {
+          ++uncovered;
+          continue;
+        }
+        std::set<Key> found, all;
+        double reach2 = reach * reach, nearest2 = reach2;
+        list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle& t) {
+          EXPECT_NEAR(length(t.nearest), std::sqrt(t.distance2), 1e-12);
+          EXPECT_TRUE(found.insert(key(t.slab, t.corners)).second) << "the same triangle twice";
+          const auto [low, high] = std::minmax({t.corners[0].i, t.corners[1].i, t.corners[2].i});
+          halves += high - low >= SampleBounds::kSide ? 1 : 0;
+        });
+        detail::visit_near(surface, p, flat, reach2, [&](const detail::NearTriangle& t) {
+          all.insert(key(t.slab, t.corners));
+          nearest2 = std::min(nearest2, t.distance2);
+        });
+        EXPECT_EQ(found, all);
+        EXPECT_LE(list.clear_around(p, reach), std::sqrt(nearest2));
+        // Lowered by what is found, it comes down to the nearest.
+        list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                        [&](const detail::NearTriangle& t) { reach2 = t.distance2; });
+        EXPECT_NEAR(reach2, nearest2, 1e-12);
+        // Where it may do nothing more, it says so instead of looking.
+        reach2 = reach * reach;
+        const bool finished =
+            list.visit_near(surface, *patches, p, reach2, -1, [](const detail::NearTriangle&) { FAIL(); });
+        EXPECT_TRUE(!finished || all.empty());
+        most = std::max(most, all.size());
+        ++covered;
+      }
+    }
+    EXPECT_GT(covered, 50U);
+  }
+  EXPECT_GT(uncovered, 500U);
+  EXPECT_GT(most, 100U);
+  EXPECT_GT(halves, 100U);
+}
+
+// What is kept of a look is right at the places that follow, near and far, in a list and in those after it.
+TEST(Neighbourhood, KnowsOnAWalkWhatIsNear) {
+  const SnapshotPtr model = displaced(torus_shell(24, 12, 128), [](Vec3d p) {
+    return rough(p) + 0.02 * std::sin(400 * p.x) * std::cos(300 * p.y + 200 * p.z);
+  });
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  const auto list = std::make_unique<detail::Neighbourhood>();
+  const auto patches = std::make_unique<detail::Patches>();
+  MicroTriangles surface(*model);
+  std::size_t looks = 0, some = 0;
+  for (const double least : {0.03, 0.1, 0.3})
+    for (int walk = 0; walk < 8; ++walk) {
+      const SurfacePoint at = closest_point(*model, any() * 3.0);
+      Vec3d p = at.position + at.normal * (1.1 * least);
+      for (int k = 0; k < 60; ++k) {
+        p += any() * ((k % 10 == 0 ? 0.2 : 0.01) * least) - at.normal * (0.004 * least);
+        if (!list->covers(p, least)) list->gather(surface, p, least, 2 * least, 0);
+        if (!list->covers(p, least)) continue;
+        std::set<Key> found, all;
+        double reach2 = least * least;
+        EXPECT_TRUE(list->visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                                     [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); }));
+        detail::visit_near(surface, p, 0, reach2,
+                           [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+        ASSERT_EQ(found.size(), all.size()) << least << ' ' << walk << ' ' << k;
+        EXPECT_EQ(found, all);
+        ++looks;
+        some += all.empty() ? 0 : 1;
+      }
+    }
+  EXPECT_GT(looks, 1000U);
+  EXPECT_GT(some, 300U);
+  EXPECT_LT(some, looks);
+}
+
+// The patch of a square with a cliff is made where the ball is at one end, and asked where it is at the other.
+TEST(Neighbourhood, KnowsBothEndsOfACliff) {
+  constexpr int kCells = 128;
+  const std::vector<Fibre> fibres = [] {
+    // Leaning to all axes, so that no coordinate is round.
+    const Vec3d x = normalized(Vec3d{0.8, 0.5, 0.3}), y = normalized(cross(Vec3d{0.2, -0.4, 0.9}, x)), z = cross(x, y);
+    std::vector<Fibre> made;
+    for (const Vec3d corner : {Vec3d{}, x * 0.02, z * 0.02}) made.push_back({corner, corner + y});
+    return made;
+  }();
+  const SlabMesh::Face face{{0, 2, 1}, kCells};
+  const auto mesh = std::make_shared<const SlabMesh>(*SlabMesh::make(fibres, std::span(&face, 1)));
+  const Vec3d along = fibres[1].inner / 0.02, out = fibres[0].direction(), aside = fibres[2].inner / 0.02;
+  const double cell = 0.02 / kCells, radius = cell, reach = 1.001 * radius;
+  const SnapshotPtr model = displaced(mesh, [&](Vec3d p) { return dot(p, along) > 0.51 * 0.02 ? 0.98 : 0.02; });
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  std::size_t looks = 0;
+  for (int k = 0; k < 1000; ++k) {
+    patches->forget();
+    const double z = (4 * (4 + k % 7) + 0.2 + 3.3 * unit(random)) * cell;
+    for (const bool foot : {false, true}) {
+      const double x = (foot ? 64 + unit(random) : 66.5 + unit(random)) * cell;
+      const double y = (foot ? 0.02 : 0.98) + radius * (foot ? 1.0005 + 5e-4 * unit(random) : 0.95);
+      const Vec3d p = along * x + out * y + aside * z;
+      list.gather(surface, p, reach, 2 * reach, 0);
+      if (!list.covers(p, reach)) continue;
+      std::set<Key> found, all;
+      double reach2 = reach * reach;
+      list.visit_near(surface, *patches, p, reach2, detail::kAnyWork,
+                      [&](const detail::NearTriangle& t) { found.insert(key(t.slab, t.corners)); });
+      detail::visit_near(surface, p, 0, reach2,
+                         [&](const detail::NearTriangle& t) { all.insert(key(t.slab, t.corners)); });
+      EXPECT_EQ(found, all);
+      ++looks;
+    }
+  }
+  EXPECT_GT(looks, 1500U);
+}
+
+}  // namespace
+}  // namespace relief
