@@ -1,3 +1,4 @@
+#include <relief/base/triangle.h>
 #include <relief/haptics/contact/walk.h>
 
 #include <algorithm>
