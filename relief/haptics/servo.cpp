@@ -7,61 +7,21 @@
 namespace relief {
 namespace {
 
-constexpr double kReach = 10;  // m from the workspace's origin; no device's arm is longer
-// Radii of the stated workspace. That is where forces are good; arms reach two to three times as far, and simulated
-// hands and our own recordings stay within 2.8 (the falcon-like one, with the smallest radius).
-constexpr double kReachOfRadius = 4;
-constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
-constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
-constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
-constexpr double kMaxSpeed = ForceGuard::kFastest;
-constexpr double kFrozenSpeed = 0.05;     // m/s
-constexpr double kFrozenTime = 20e-3;     // s
-constexpr double kRoughest = 4;           // greatest coefficient of friction
-constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
-constexpr double kVelocityFilter = 3e-3;  // s, time constant
-constexpr double kSurfaceJump = 3e-3;     // m
-constexpr double kSteepest = 4;           // depth that one unit of travel may add: fibres lean by 75 degrees at most
-constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
-constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
-constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
-constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
-constexpr double kRare = 1e-3;            // share of ticks that may be later than it
-constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
-constexpr double kUnfelt = 1e-4;          // N; texture whose force is less from top to bottom is none
-constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
-constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
-
-bool denormal(Vec3d v) noexcept {
-  return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
-         std::fpclassify(v.z) == FP_SUBNORMAL;
-}
-
-bool near(Vec3d v, double limit) noexcept {
-  return is_finite(v) && std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-}
-
-/// The rotation from one orientation to another as a vector along its axis, rad; good for small ones.
-Vec3d turn_between(Quatd from, Quatd to) noexcept {
-  const Vec3d a = {from.x, from.y, from.z}, b = {to.x, to.y, to.z};
-  const Vec3d half = from.w * b - to.w * a - cross(b, a);
-  return half * (dot(from, to) < 0 ? -2.0 : 2.0);
-}
+constexpr double kRoughest = 4;        // greatest coefficient of friction
+constexpr double kSurfaceJump = 3e-3;  // m
+constexpr double kSteepest = 4;        // depth that one unit of travel may add: fibres lean by 75 degrees at most
+constexpr double kEaseTime = 15e-3;    // s, in which a surface that was changed under the tool is taken over
+constexpr double kEaseForce = 0.045;   // N per tick, at most, while it is
+constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
+constexpr double kFacing = 0.5;        // cosine from the normal to the way out, above which the normal alone counts
 
 /// Zero for what is not a number or negative.
 double at_most(double value, double limit) noexcept { return value > 0 ? std::min(value, limit) : 0.0; }
 
 }  // namespace
 
-Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
-  const double size = diagonal(model);
-  if (!(size > 0) || !std::isfinite(size)) return {};
-  const double room = device.workspace_radius > 0 ? std::min(0.15, 2 * device.workspace_radius) : 0.15;
-  return {.metres_per_unit = room / size, .device_origin = {}, .model_origin = model.centre()};
-}
-
 Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
-    : settings_(settings), device_(device), shell_(settings.tool.points) {
+    : settings_(settings), device_(device), readings_(device), shell_(settings.tool.points) {
   limit_settings();
 }
 
@@ -76,7 +36,7 @@ void Servo::set(const ServoSettings& settings) noexcept {
   if (!moved && !other_law) return;
   let_go();
   first_ = true;
-  if (moved) has_position_ = false;
+  if (moved) readings_.forget_position();
 }
 
 void Servo::limit_settings() noexcept {
@@ -108,90 +68,16 @@ void Servo::limit_settings() noexcept {
              last_stored_ * (limits_.stiffness / before - 1);
 }
 
-void Servo::judge_period(double dt) noexcept {
-  period_ += dt > period_ ? std::min(kSlowStep, dt - period_) * (1 - kRare) : -kSlowStep * kRare;
-  period_ = std::max(period_, kInTime);
-  // A single late tick is none. What a spring makes of many grows with stiffness times period: less of the one, and
-  // damping for the rest.
-  const double late = std::max(0.0, period_ - kInTime - kSlowStep), softer = kInTime / (kInTime + late);
-  if (late == late_ && softer == softer_) return;
-  late_ = late;
-  softer_ += std::clamp(softer - softer_, -kSoften, kSoften);
+void Servo::follow_period() noexcept {
+  if (readings_.late() == late_ && readings_.softer() == softer_) return;
+  late_ = readings_.late();
+  softer_ = readings_.softer();
   limit_settings();
 }
 
 void Servo::let_go() noexcept {
   has_anchor_ = false;
   sliding_ = false;
-}
-
-bool Servo::within_workspace(Vec3d position) const noexcept {
-  return !(device_.workspace_radius > 0) || length(position) <= kReachOfRadius * device_.workspace_radius;
-}
-
-Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
-  Admitted now;
-  bool timed = false;  // the step from the last reading's time to this one's is good
-  if (std::exchange(stalled_, false)) now.faults |= bit(ServoFault::Stalled);
-  if (!(std::abs(reading.t) <= kFarTime) || std::fpclassify(reading.t) == FP_SUBNORMAL) {
-    now.faults |= bit(ServoFault::BadTime);
-    has_time_ = false;
-  } else {
-    if (has_time_) {
-      const double dt = reading.t - last_t_;
-      timed = dt > 0 && dt <= kMaxGap;
-      if (timed) {
-        now.dt = dt;
-        judge_period(dt);
-      } else {
-        now.faults |= bit(ServoFault::BadTime);
-      }
-    }
-    last_t_ = reading.t;
-    has_time_ = true;
-  }
-
-  const Workspace& space = settings_.workspace;
-  now.has_position = space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit) && !denormal(reading.position) &&
-                     near(reading.position - space.device_origin, kReach) && within_workspace(reading.position) &&
-                     near(space.to_model(reading.position), kFarModel);
-  if (!now.has_position) {
-    now.faults |= bit(ServoFault::BadPosition);
-    has_position_ = false;
-    velocity_ = {};
-    return now;
-  }
-  const Vec3d step = has_position_ ? reading.position - last_position_ : Vec3d{};
-  now.travel = length(step);
-  if (timed && now.travel > kMaxSpeed * now.dt + kSensorStep) now.faults |= bit(ServoFault::TooFast);
-  if (reading.has_velocity) {
-    if (!is_finite(reading.velocity))
-      now.faults |= bit(ServoFault::BadPosition);
-    else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
-      now.faults |= bit(ServoFault::TooFast);
-    // A sensor that says it moves and stays where it is.
-    frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
-    if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
-  }
-  if (reading.has_orientation) {
-    const Quatd q = reading.orientation;
-    const double size = std::sqrt(dot(q, q));
-    if (size >= kLeastTurn && std::isfinite(size))
-      orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
-    else
-      now.faults |= bit(ServoFault::BadPosition);
-  } else {
-    orientation_ = {};
-  }
-  if (now.faults != 0)
-    velocity_ = {};
-  else if (reading.has_velocity)
-    velocity_ = reading.velocity;
-  else  // an implicit step of the filter: right for any dt, and never a division by it
-    velocity_ = (velocity_ * kVelocityFilter + step) / (kVelocityFilter + now.dt);
-  last_position_ = reading.position;
-  has_position_ = true;
-  return now;
 }
 
 bool Servo::risen(double rise) const noexcept { return rise * settings_.workspace.metres_per_unit > kSurfaceJump; }
@@ -237,8 +123,8 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
   return now;
 }
 
-Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Admitted& admitted) noexcept {
-  const Proxy::Ease ease = {.share = 1 - std::exp(-admitted.dt / kEaseTime), .most = depth_for(kEaseForce)};
+Servo::Touch Servo::touch(const Snapshot& model, const ToolPose& tool, const Readings::Judged& judged) noexcept {
+  const Proxy::Ease ease = {.share = 1 - std::exp(-judged.dt / kEaseTime), .most = depth_for(kEaseForce)};
   if (shell_.size() > 0) return shell_touch(model, tool, ease);
   if (settings_.tool.radius > 0) return ball_touch(model, tool.origin, ease);
   return point_touch(model, tool.origin, ease);
@@ -397,15 +283,14 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   sample.device = reading.position;
   sample.buttons = reading.buttons;
 
-  const Admitted now = admit(reading);
+  const Readings::Judged now = readings_.judge(reading, settings_.workspace);
+  follow_period();
   sample.flags = now.faults;
-  sample.velocity = velocity_;
-  sample.orientation = orientation_;
+  sample.velocity = now.velocity;
+  sample.orientation = now.orientation;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
-  const Vec3d turn =
-      now.faults == 0 ? turn_between(std::exchange(last_orientation_, orientation_), orientation_) : Vec3d{};
-  if (now.faults == 0) guard_.observe({reading.position, velocity_, now.dt, turn});
+  if (now.faults == 0) guard_.observe({reading.position, now.velocity, now.dt, now.turn});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
@@ -416,7 +301,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   }
 
   const Vec3d cursor = settings_.workspace.to_model(reading.position);
-  const ToolPose tool = {cursor, orientation_};
+  const ToolPose tool = {cursor, now.orientation};
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
   if (as_paper) start_contact_anew();
@@ -471,9 +356,9 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const double stiffness = limits_.stiffness * at_most(share, 1);
   const double metres = settings_.workspace.metres_per_unit;
   const double spring = stiffness * felt.push * metres;
-  const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
+  const double outwards = spring - limits_.damping * dot(now.velocity, felt.normal);
   const double normal_force = std::max(0.0, outwards);
-  const Friction sideways = friction(model, felt, reading.position, turn, stiffness, normal_force);
+  const Friction sideways = friction(model, felt, reading.position, now.turn, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   last_share_ = at_most(share, 1);

@@ -7,28 +7,15 @@
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
+#include <relief/haptics/readings.h>
 #include <relief/haptics/shading.h>
 #include <relief/haptics/texture_fade.h>
+#include <relief/haptics/workspace.h>
 
 #include <cstdint>
 #include <span>
 
 namespace relief {
-
-/// model = (device - device_origin) / metres_per_unit + model_origin. Axes are the same: no rotation.
-struct Workspace {
-  double metres_per_unit = 1;
-  Vec3d device_origin = {};  ///< m
-  Vec3d model_origin = {};   ///< model units
-  [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
-    return (device - device_origin) / metres_per_unit + model_origin;
-  }
-  [[nodiscard]] Vec3d to_device(Vec3d model) const noexcept {
-    return (model - model_origin) * metres_per_unit + device_origin;
-  }
-};
-/// The model's diagonal becomes 0.15 m (or what fits the device), its centre the device's origin.
-[[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept;
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
@@ -101,7 +88,7 @@ class Servo {
   /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
-  void stalled() noexcept { stalled_ = true; }
+  void stalled() noexcept { readings_.stalled(); }
   /// From the thread that calls step(). Another workspace, radius or kind of contact starts anew: no force until the
   /// tool is outside the solid.
   void set(const ServoSettings& settings) noexcept;
@@ -114,19 +101,9 @@ class Servo {
     bool clamped = false;
     bool lowered = false;  ///< stiffness, because ticks come late
   };
-  /// What step() needs of a reading once it has been compared with the one before.
-  struct Admitted {
-    std::uint32_t faults = 0;
-    bool has_position = false;  ///< the position itself is usable
-    double dt = 1e-3;           ///< s, since the last reading
-    double travel = 0;          ///< m, since the last reading
-  };
   void limit_settings() noexcept;
-  /// Takes in the time between two ticks; limits the settings anew where ticks come late.
-  void judge_period(double dt) noexcept;
-  /// Of the device, as far as it states one.
-  [[nodiscard]] bool within_workspace(Vec3d position) const noexcept;
-  [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
+  /// Limits the settings anew where ticks have begun to come late.
+  void follow_period() noexcept;
   /// What the tool touches in this tick.
   struct Touch {
     bool touching = false;
@@ -142,7 +119,7 @@ class Servo {
     double spread = 0;    ///< how far around that place it touches, model units
     bool jumped = false;  ///< material came to the tool rather than the tool to the material
   };
-  [[nodiscard]] Touch touch(const Snapshot& model, const ToolPose& tool, const Admitted& now) noexcept;
+  [[nodiscard]] Touch touch(const Snapshot& model, const ToolPose& tool, const Readings::Judged& now) noexcept;
   [[nodiscard]] Touch point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
   [[nodiscard]] Touch ball_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease ease) noexcept;
   [[nodiscard]] Touch shell_touch(const Snapshot& model, const ToolPose& tool, Proxy::Ease ease) noexcept;
@@ -175,6 +152,7 @@ class Servo {
 
   ServoSettings settings_;
   DeviceInfo device_;
+  Readings readings_;
   Limits limits_;
   LocateHint hint_;
   // Of these the one that the settings name is in use.
@@ -186,25 +164,16 @@ class Servo {
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
-  bool has_time_ = false, has_position_ = false;
-  double last_t_ = 0;
-  double period_ = 0;    ///< s: one tick in a thousand comes later than that after the one before, or none
-  double late_ = 0;      ///< s: how much of that is too late
-  double softer_ = 1;    ///< share of the device's stiffness that is good for such ticks
-  Vec3d last_position_;  ///< m
-  Vec3d last_cursor_;    ///< model units
-  Quatd orientation_, last_orientation_;  ///< the last good one, and that of the tick before
+  double late_ = 0, softer_ = 1;          ///< as readings_ had them when the settings were limited last
+  Vec3d last_cursor_;                     ///< model units
   double last_depth_ = 0;                 ///< m
   double last_share_ = 1;                 ///< of the stiffness, by the model's layer
   double last_stored_ = 0;                ///< J in the springs of friction
   bool was_in_slab_ = false;              ///< and not in a hole of the surface
   const Snapshot* last_model_ = nullptr;  ///< compared only, never followed
   std::uint64_t cage_ = 0;                ///< number of the last tick's
-  Vec3d velocity_;                        ///< m/s
   ForceGuard guard_;
   double gift_ = 0;  ///< J, what new settings added to the spring since the last tick
-  bool stalled_ = false;
-  double frozen_ = 0;  ///< s, for which the device's velocity says that it moves and its position stays
   bool has_anchor_ = false, sliding_ = false;
   Vec3d anchor_;     ///< m, where friction holds the tool
   double spin_ = 0;  ///< rad about the normal, from where friction holds it
