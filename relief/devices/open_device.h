@@ -18,6 +18,8 @@ class ReplayDevice final : public HapticDevice {
  public:
   ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// Its forces are never on: nobody is there.
+  [[nodiscard]] DeviceStatus status() const override;
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
   [[nodiscard]] bool ended() const noexcept override { return next_ == readings_.size(); }
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override;

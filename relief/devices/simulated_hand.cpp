@@ -104,7 +104,33 @@ Vec3d SimulatedHand::target_at(double t, std::uint32_t& buttons) const noexcept 
   return wanted.position + Vec3d{std::sin(phase), std::sin(phase + 2), std::sin(phase + 4)} * hand_.tremor;
 }
 
+Status SimulatedHand::open() {
+  if (!switches_->open.exchange(true)) switches_->forces = false;
+  return {};
+}
+
+DeviceStatus SimulatedHand::status() const {
+  const bool open = switches_->open, forces = open && switches_->forces;
+  return {.connected = open,
+          .powered = open,
+          .forces_on = forces,
+          .to_do = {},
+          .force_off = forces ? ""
+                       : open ? "they are switched off"
+                              : "the device is closed",
+          .trouble = {}};
+}
+
+Status SimulatedHand::enable(bool forces) {
+  if (!switches_->open) return fail(Errc::DeviceUnavailable, printable(info_.name) + " is closed: open it first");
+  switches_->forces = forces;
+  return {};
+}
+
+void SimulatedHand::close() noexcept { switches_->open = switches_->forces = false; }
+
 bool SimulatedHand::read(DeviceState& state) noexcept {
+  if (!switches_->open) return false;
   state.t = static_cast<double>(tick_) * kTick;
   state.position = rounded(motor_.at, plant_.encoder_step);
   state.velocity = {};
@@ -114,9 +140,10 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
 }
 
 bool SimulatedHand::write(const Wrench& wrench) noexcept {
+  if (!switches_->open) return false;
   silent_ = 0;
-  commanded_ = wrench.force;
-  advance(wrench.force);
+  commanded_ = switches_->forces ? wrench.force : Vec3d{};
+  advance(commanded_);
   return true;
 }
 

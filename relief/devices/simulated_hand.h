@@ -5,6 +5,7 @@
 #include <relief/haptics/device.h>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -72,6 +73,13 @@ class SimulatedHand final : public HapticDevice {
  public:
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// It is open, with its forces on, from the start; after close() this switches it on again, with its forces off.
+  [[nodiscard]] Status open() override;
+  [[nodiscard]] DeviceStatus status() const override;
+  /// Off: the motor gives no force, whatever is commanded.
+  [[nodiscard]] Status enable(bool forces) override;
+  /// From then on it does not answer.
+  void close() noexcept override;
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
   /// Three axes: no torque is felt.
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
@@ -105,7 +113,13 @@ class SimulatedHand final : public HapticDevice {
   [[nodiscard]] Vec3d pumping() const noexcept;
   [[nodiscard]] Vec3d target_at(double t, std::uint32_t& buttons) const noexcept;
 
+  /// Any thread may ask for these; on the heap, so that a hand can be moved.
+  struct Switches {
+    std::atomic<bool> open{true}, forces{true};
+  };
+
   DeviceInfo info_;
+  std::unique_ptr<Switches> switches_ = std::make_unique<Switches>();
   Plant plant_;
   Hand hand_;
   HandScript script_;

@@ -51,8 +51,13 @@ void ForceGuard::command(const Wrench& wrench) noexcept {
   given_[0] = wrench;
 }
 
+void ForceGuard::turn(Quatd axes) noexcept {
+  motion_.position = axes.turn(motion_.position);
+  for (Wrench& given : given_) given = {axes.turn(given.force), axes.turn(given.torque), given.gripper};
+}
+
 void ForceGuard::book(double stored, double gift) noexcept {
-  const double made = done_ + stored - gift - stored_;
+  const double made = motion_.moved ? 0 : done_ + stored - gift - stored_;
   leak_ = std::min(leak_ * std::exp(-motion_.dt / kLately) + std::max(0.0, made), kLeak);
   stored_ = stored;
 }

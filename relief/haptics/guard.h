@@ -37,6 +37,9 @@ class ForceGuard {
     Vec3d velocity;   ///< m/s
     double dt = 0;    ///< s, since the last tick
     Vec3d turn = {};  ///< rad, since the last tick
+    /// The model was moved under the tool, or the hand went without the tool: what this does to the springs' energy is
+    /// not the hand's doing.
+    bool moved = false;
   };
   /// To be called once in each tick, before wrench(): what the last forces did on the way here.
   void observe(const Motion& now) noexcept;
@@ -55,6 +58,10 @@ class ForceGuard {
   [[nodiscard]] Wrench wrench(const Wish& wish, std::uint32_t& flags) noexcept;
   /// In place of wrench() in a tick without contact.
   void rest() noexcept;
+  /// In place of observe() and wrench() in a tick without news, in which this is commanded again.
+  void hold(const Wrench& wrench) noexcept { command(wrench); }
+  /// The axes in which positions and forces are given have turned.
+  void turn(Quatd axes) noexcept;
 
   /// Energy that came from nowhere in the last half second, J: what the force did on the hand beyond what the springs
   /// gave up, of sampling, of delay, of a normal that is no gradient. What was lost (to damping, say) is not set off

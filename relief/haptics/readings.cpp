@@ -1,4 +1,3 @@
-#include <relief/haptics/fault.h>
 #include <relief/haptics/guard.h>
 #include <relief/haptics/readings.h>
 
@@ -15,6 +14,8 @@ constexpr double kReach = 10;  // m from the device's origin; no device's arm is
 constexpr double kReachOfRadius = 4;
 constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
 constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
+constexpr double kJitter = 2e-3 + 1e-9;  // s, by which a device's clock may run back and still tell nothing new
+constexpr double kSilence = 20e-3;  // s without news for which a force may be held: a hand goes 2 mm, slow as it is
 constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
 constexpr double kMaxSpeed = ForceGuard::kFastest;
 constexpr double kFrozenSpeed = 0.05;     // m/s
@@ -26,6 +27,9 @@ constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move 
 constexpr double kRare = 1e-3;            // share of ticks that may be later than it
 constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
 constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
+constexpr double kStill = 2;              // s without a step of the encoders; hands tremble by more
+constexpr double kTurned = 0.1;           // rad of the pen in that time, which no wrist does without moving the arm
+constexpr std::uint32_t kButtons = 0xff;  // of the word of buttons; above it stands a number
 
 bool denormal(Vec3d v) noexcept {
   return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
@@ -45,7 +49,8 @@ Vec3d turn_between(Quatd from, Quatd to) noexcept {
 
 }  // namespace
 
-Readings::Readings(const DeviceInfo& device) noexcept : radius_(device.workspace_radius) {}
+Readings::Readings(const DeviceInfo& device) noexcept
+    : radius_(device.workspace_radius), box_(device.workspace), tick_(tick_of(device)), absolute_(device.absolute) {}
 
 void Readings::judge_period(double dt) noexcept {
   period_ += dt > period_ ? std::min(kSlowStep, dt - period_) * (1 - kRare) : -kSlowStep * kRare;
@@ -57,12 +62,22 @@ void Readings::judge_period(double dt) noexcept {
 }
 
 bool Readings::judge_time(double t, Judged& now) noexcept {
+  now.dt = tick_;
   if (!(std::abs(t) <= kFarTime) || std::fpclassify(t) == FP_SUBNORMAL) {
     now.faults |= bit(ServoFault::BadTime);
     has_time_ = false;
     return false;
   }
-  const double dt = t - std::exchange(last_t_, t);
+  const double dt = t - last_t_;
+  if (has_time_ && dt <= 0 && dt >= -kJitter) {
+    now.news = false;
+    now.warnings |= bit(ServoFault::NoNews);
+    silent_ += tick_;
+    if (silent_ > kSilence + 0.5 * tick_) now.faults |= bit(ServoFault::BadTime);
+    return false;
+  }
+  silent_ = 0;
+  last_t_ = t;
   if (!std::exchange(has_time_, true)) return false;
   if (!(dt > 0 && dt <= kMaxGap)) {
     now.faults |= bit(ServoFault::BadTime);
@@ -73,10 +88,44 @@ bool Readings::judge_time(double t, Judged& now) noexcept {
   return true;
 }
 
+std::uint32_t Readings::judge_buttons(const DeviceState& reading, double dt) noexcept {
+  for (std::size_t k = 0; k < up_.size(); ++k) {
+    const std::uint32_t button = 1U << k;
+    // What is down now and was up in between counts as up for this tick, where that is long enough.
+    const bool let_go = (down_ & reading.released & button) != 0 && !(settings_.debounce > 0);
+    if (!let_go && ((reading.buttons | reading.pressed) & button) != 0) {
+      down_ |= button;
+      up_[k] = 0;
+    } else {
+      up_[k] += dt;
+      if (let_go || !(up_[k] < settings_.debounce)) down_ &= ~button;
+    }
+  }
+  return (reading.buttons & ~kButtons) | down_;
+}
+
 bool Readings::usable(Vec3d position, const Workspace& space) const noexcept {
-  return space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit) && !denormal(position) &&
-         near(position, kReach) && (!(radius_ > 0) || length(position) <= kReachOfRadius * radius_) &&
-         near(space.to_model(position), kFarModel);
+  if (!(space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit))) return false;
+  if (denormal(position) || !near(position, kReach) || !near(space.to_model(position), kFarModel)) return false;
+  if (box_.empty()) return !(radius_ > 0) || length(position) <= kReachOfRadius * radius_;
+  const Vec3d half = box_.extent() * 0.5, off = position - box_.centre();
+  for (std::size_t k = 0; k < 3; ++k)
+    if (half[k] > 0 && std::abs(off[k]) > kReachOfRadius * half[k]) return false;
+  return true;
+}
+
+void Readings::judge_motion(const DeviceState& reading, bool timed, Judged& now) noexcept {
+  if (has_position_) now.step = reading.position - last_position_;
+  const double travel = length(now.step);
+  if (timed && travel > kMaxSpeed * now.dt + kSensorStep) now.faults |= bit(ServoFault::TooFast);
+  if (!reading.has_velocity) return;
+  if (!is_finite(reading.velocity))
+    now.faults |= bit(ServoFault::BadPosition);
+  else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
+    now.faults |= bit(ServoFault::TooFast);
+  // A sensor that says it moves and stays where it is.
+  frozen_ = has_position_ && travel == 0 && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
+  if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
 }
 
 void Readings::judge_orientation(const DeviceState& reading, Judged& now) noexcept {
@@ -92,10 +141,26 @@ void Readings::judge_orientation(const DeviceState& reading, Judged& now) noexce
     now.faults |= bit(ServoFault::BadPosition);
 }
 
+bool Readings::looks_uncalibrated(const DeviceState& reading, const Judged& now) noexcept {
+  if (!absolute_ || !reading.has_orientation || !has_position_ || now.step != Vec3d{}) {
+    still_ = 0;
+    still_from_ = orientation_;
+    turned_ = false;
+    return false;
+  }
+  still_ += now.dt;
+  // For small angles the quaternions are half of it apart.
+  const double same = dot(still_from_, orientation_);
+  turned_ = turned_ || 4 * (1 - same * same) > kTurned * kTurned;
+  return turned_ && still_ > kStill;
+}
+
 Readings::Judged Readings::judge(const DeviceState& reading, const Workspace& space) noexcept {
   Judged now;
-  if (std::exchange(stalled_, false)) now.faults |= bit(ServoFault::Stalled);
+  now.faults = std::exchange(interrupted_, 0U);
+  if (reading.forces_off) now.faults |= bit(ServoFault::ForcesOff);
   const bool timed = judge_time(reading.t, now);
+  now.buttons = judge_buttons(reading, now.dt);
   now.has_position = usable(reading.position, space);
   if (!now.has_position) {
     now.faults |= bit(ServoFault::BadPosition);
@@ -104,30 +169,22 @@ Readings::Judged Readings::judge(const DeviceState& reading, const Workspace& sp
     now.orientation = orientation_;
     return now;
   }
-  const Vec3d step = has_position_ ? reading.position - last_position_ : Vec3d{};
-  now.travel = length(step);
-  if (timed && now.travel > kMaxSpeed * now.dt + kSensorStep) now.faults |= bit(ServoFault::TooFast);
-  if (reading.has_velocity) {
-    if (!is_finite(reading.velocity))
-      now.faults |= bit(ServoFault::BadPosition);
-    else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
-      now.faults |= bit(ServoFault::TooFast);
-    // A sensor that says it moves and stays where it is.
-    frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
-    if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
+  if (now.news || now.faults != 0) {
+    judge_motion(reading, timed, now);
+    judge_orientation(reading, now);
+    if (looks_uncalibrated(reading, now)) now.warnings |= bit(ServoFault::Uncalibrated);
+    if (now.faults != 0)
+      velocity_ = {};
+    else if (reading.has_velocity)
+      velocity_ = reading.velocity;
+    else  // an implicit step of the filter: right for any dt, and never a division by it
+      velocity_ = (velocity_ * kVelocityFilter + now.step) / (kVelocityFilter + now.dt);
+    last_position_ = reading.position;
+    has_position_ = true;
+    if (now.faults == 0) now.turn = turn_between(std::exchange(last_orientation_, orientation_), orientation_);
   }
-  judge_orientation(reading, now);
-  if (now.faults != 0)
-    velocity_ = {};
-  else if (reading.has_velocity)
-    velocity_ = reading.velocity;
-  else  // an implicit step of the filter: right for any dt, and never a division by it
-    velocity_ = (velocity_ * kVelocityFilter + step) / (kVelocityFilter + now.dt);
-  last_position_ = reading.position;
-  has_position_ = true;
   now.velocity = velocity_;
   now.orientation = orientation_;
-  if (now.faults == 0) now.turn = turn_between(std::exchange(last_orientation_, orientation_), orientation_);
   return now;
 }
 

@@ -13,7 +13,15 @@ constexpr double kSteepest = 4;        // depth that one unit of travel may add:
 constexpr double kEaseTime = 15e-3;    // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.045;   // N per tick, at most, while it is
 constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
+constexpr double kSlipTime = 5e-3;     // s, in which the clutch takes hold of the damping, or lets it go
+constexpr double kLeastTurn = 1e-6;    // length of a quaternion that is taken for a rotation
 constexpr double kFacing = 0.5;        // cosine from the normal to the way out, above which the normal alone counts
+
+/// v, shortened to length `limit` where it is longer.
+Vec3d shortened(Vec3d v, double limit) noexcept {
+  const double size = length(v);
+  return size > limit ? v * (limit / size) : v;
+}
 
 /// Zero for what is not a number or negative.
 double at_most(double value, double limit) noexcept { return value > 0 ? std::min(value, limit) : 0.0; }
@@ -22,21 +30,79 @@ double at_most(double value, double limit) noexcept { return value > 0 ? std::mi
 
 Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
     : settings_(settings), device_(device), readings_(device), shell_(settings.tool.points) {
+  readings_.set(settings.readings);
+  space_ = wanted_space();
+  applied_ = settings.workspace;
   limit_settings();
 }
 
 void Servo::set(const ServoSettings& settings) noexcept {
-  const Workspace &was = settings_.workspace, &now = settings.workspace;
-  const bool moved = was.metres_per_unit != now.metres_per_unit || was.device_origin != now.device_origin ||
-                     was.model_origin != now.model_origin;
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
+  recentre_due_ = recentre_due_ || settings_.clutch.recentre != settings.clutch.recentre;
   settings_ = settings;
+  readings_.set(settings.readings);
   limit_settings();
-  if (!moved && !other_law) return;
+  if (!other_law) return;
   let_go();
   first_ = true;
-  if (moved) readings_.forget_position();
+}
+
+Workspace Servo::wanted_space() const noexcept {
+  Workspace space = settings_.workspace;
+  space.device_origin += drift_;
+  if (const Quatd q = space.rotation; q != Quatd{}) {
+    const double size = std::sqrt(dot(q, q));
+    space.rotation = {q.w / size, q.x / size, q.y / size, q.z / size};
+    // What is no rotation leads nowhere.
+    if (!(size >= kLeastTurn && std::isfinite(size))) space.metres_per_unit = 0;
+  }
+  return space;
+}
+
+void Servo::stay(const Readings::Judged& now, Vec3d device) noexcept {
+  space_ = space_.through(device, last_cursor_);
+  drift_ = space_.device_origin - applied_.device_origin;
+  grip_ = now.orientation.conjugate() * space_.rotation.conjugate() * last_.orientation;
+  if (has_anchor_) anchor_ += space_.turned_to_model(device - last_device_);
+  last_device_ = device;
+}
+
+void Servo::place(const Readings::Judged& now, const DeviceState& reading) noexcept {
+  moved_ = false;
+  leap_ = 0;
+  if (!now.has_position) return;
+  clutched_ = has_place_ && (settings_.clutch.held || (now.buttons & settings_.clutch.buttons) != 0);
+  if (clutched_) stay(now, reading.position);
+  Workspace wanted = wanted_space();
+  const bool recentred = std::exchange(recentre_due_, false);
+  const Vec3d device = has_place_ ? last_device_ : reading.position;
+  if (recentred)
+    wanted = wanted.through(device, settings_.clutch.centre);
+  else if (clutched_)
+    wanted = wanted.through(device, last_cursor_);
+  drift_ = recentred || clutched_ ? wanted.device_origin - settings_.workspace.device_origin : drift_;
+  if (has_place_ && wanted != space_) workspace_changed(space_, wanted);
+  space_ = wanted;
+  applied_ = settings_.workspace;
+  slip_ = std::clamp(slip_ + (clutched_ ? now.dt : -now.dt) / kSlipTime, 0.0, 1.0);
+}
+
+void Servo::workspace_changed(const Workspace& was, const Workspace& now) noexcept {
+  const Vec3d before = was.to_model(last_device_), after = now.to_model(last_device_);
+  const Quatd turned = now.rotation == was.rotation ? Quatd{} : now.rotation * was.rotation.conjugate();
+  moved_ = true;
+  leap_ = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);
+  last_cursor_ = after;
+  // The contact: what was felt goes on from where it was, and friction holds as it held.
+  if (turned != Quatd{}) guard_.turn(turned);
+  blend_.moved(turned);
+  anchor_ = now.turned_to_model(last_device_) - turned.turn(was.turned_to_model(last_device_) - anchor_);
+  shading_.rest();
+  if (!(leap_ > kSurfaceJump)) return;
+  fade_.reset();
+  // A tool in the open that lands in the solid has not gone in through its surface.
+  first_ = first_ || !(last_depth_ > 0 || blend_.beyond() != Vec3d{});
 }
 
 void Servo::limit_settings() noexcept {
@@ -59,7 +125,7 @@ void Servo::limit_settings() noexcept {
               .continuous_force = at_most(device_.continuous_force, kAny),
               .max_work = at_most(device_.max_work, kAny),
               .max_speed = at_most(device_.max_speed, kAny),
-              .delay_ticks = device_.delay_ticks},
+              .delay_ticks = delay_of(device_)},
              wanted.guard);
   limits_.clamped = wanted.stiffness > allowed || wanted.damping > dampest;
   if (before > 0) shading_.stiffen(limits_.stiffness / before);
@@ -80,13 +146,13 @@ void Servo::let_go() noexcept {
   sliding_ = false;
 }
 
-bool Servo::risen(double rise) const noexcept { return rise * settings_.workspace.metres_per_unit > kSurfaceJump; }
+bool Servo::risen(double rise) const noexcept { return rise * space_.metres_per_unit > kSurfaceJump; }
 
 bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) const noexcept {
   if (&model != last_model_) {
     LocateHint hint = hint_;
     const std::optional<Contact> before = probe(model, last_cursor_, hint);
-    if (before && before->depth * settings_.workspace.metres_per_unit > last_depth_ + kSurfaceJump) return true;
+    if (before && before->depth * space_.metres_per_unit > last_depth_ + kSurfaceJump) return true;
   }
   // From above, depth cannot grow much faster than the hand moves; from below, it is large at once.
   return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
@@ -117,7 +183,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
     now.depth = now.push = contact->depth;
     now.normal = now.surface.normal;
     now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
-    now.jumped = surface_jumped(model, now.depth * settings_.workspace.metres_per_unit, travel);
+    now.jumped = surface_jumped(model, now.depth * space_.metres_per_unit, travel);
   }
   was_in_slab_ = contact && !contact->hole;
   return now;
@@ -158,7 +224,7 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
     if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
   }
   if (!settings_.force.exact_normals) {
-    const double metres = settings_.workspace.metres_per_unit;
+    const double metres = space_.metres_per_unit;
     const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
     const auto [all, gift] = stored(limits_.stiffness, now);
     now.normal =
@@ -235,11 +301,11 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
     sliding_ = false;
   } else {
     // It is where the tool touches that moves over the surface.
-    anchor_ -= cross(turn, touch.arm * settings_.workspace.metres_per_unit);
+    anchor_ -= cross(turn, touch.arm * space_.metres_per_unit);
     spin_ += dot(turn, touch.normal);
   }
   Friction now;
-  const double radius = touch.spread * settings_.workspace.metres_per_unit;
+  const double radius = touch.spread * space_.metres_per_unit;
   if (radius > 0) {
     const double most = kinetic * normal_force / (stiffness * radius);  // rad
     spin_ = std::clamp(spin_, -most, most);
@@ -260,7 +326,7 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
 }
 
 double Servo::depth_for(double force) const noexcept {
-  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
+  const double force_per_unit = limits_.stiffness * space_.metres_per_unit;
   return force_per_unit > 0 ? force / force_per_unit : 1e300;
 }
 
@@ -272,40 +338,83 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
 }
 
 Servo::Stored Servo::stored(double stiffness, const Touch& felt) const noexcept {
-  const double metres = settings_.workspace.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
+  const double metres = space_.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
   if (felt.grown == 0) return {all, 0};
   return {all, all - in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres)};
 }
 
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
+  const Readings::Judged now = readings_.judge(reading, wanted_space());
+  follow_period();
+  if (!now.news && now.faults == 0) {
+    hold(now, reading);
+    return last_;
+  }
+  place(now, reading);
+  return last_ = feel(model, reading, now);
+}
+
+void Servo::hold(const Readings::Judged& now, const DeviceState& reading) noexcept {
+  last_.t = reading.t;
+  last_.device = reading.position;
+  last_.buttons = now.buttons;
+  last_.flags = now.warnings | (last_.flags & (bit(ServoFault::Latched) | bit(ServoFault::StartInside)));
+  // The settings may have changed meanwhile.
+  const Vec3d held = shortened(last_.force, limits_.max_force);
+  if (held != last_.force) last_.torque *= length(held) / length(last_.force);
+  last_.force = held;
+  guard_.hold({last_.force, last_.torque});
+}
+
+void Servo::fade_out(ServoSample& sample, double dt, double gift) noexcept {
+  const Wrench left = blend_.step({}, {}, dt);
+  if (!blend_.blending()) {
+    guard_.rest();
+    return;
+  }
+  const double per_unit = limits_.stiffness * space_.metres_per_unit;
+  sample.contact = true;
+  sample.at = last_.at;
+  sample.normal = normalized(left.force);
+  sample.depth = per_unit > 0 ? length(left.force) / per_unit : 0;
+  sample.contact_point = sample.cursor + sample.normal * sample.depth;
+  const Wrench given = guard_.wrench({left.force, left.torque, sample.normal, 0, gift}, sample.flags);
+  sample.force = given.force;
+  sample.torque = given.torque;
+}
+
+ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const Readings::Judged& now) noexcept {
   ServoSample sample;
   sample.t = reading.t;
   sample.device = reading.position;
-  sample.buttons = reading.buttons;
-
-  const Readings::Judged now = readings_.judge(reading, settings_.workspace);
-  follow_period();
-  sample.flags = now.faults;
-  sample.velocity = now.velocity;
-  sample.orientation = now.orientation;
+  sample.buttons = now.buttons;
+  sample.flags = now.faults | now.warnings;
+  sample.velocity = space_.turned_to_model(now.velocity);
+  const Quatd orientation = space_.orientation_to_model(now.orientation);
+  sample.orientation = clutched_ ? last_.orientation : grip_ == Quatd{} ? orientation : orientation * grip_;
   if (now.faults != 0) latched_ = true;
-  const double gift = std::exchange(gift_, 0.0);
-  if (now.faults == 0) guard_.observe({reading.position, now.velocity, now.dt, now.turn});
+  // The hand's place, way and turn along the model's axes; the tool's way is another one where the clutch is held.
+  const Vec3d hand = space_.turned_to_model(reading.position), step = space_.turned_to_model(now.step);
+  const Vec3d hand_turn = space_.turned_to_model(now.turn), turn = clutched_ ? Vec3d{} : hand_turn;
+  const Vec3d velocity = sample.velocity * (1 - slip_);
+  const double gift = std::exchange(gift_, 0.0) + dot(blend_.beyond(), step);
+  if (now.faults == 0) guard_.observe({hand, sample.velocity, now.dt, hand_turn, moved_ || clutched_});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
     last_depth_ = 0;
     let_go();
+    blend_.rest();
     guard_.restart();
     return sample;
   }
 
-  const Vec3d cursor = settings_.workspace.to_model(reading.position);
-  const ToolPose tool = {cursor, now.orientation};
+  const Vec3d cursor = clutched_ ? last_cursor_ : space_.to_model(reading.position);
+  const ToolPose tool = {cursor, sample.orientation};
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
   if (as_paper) start_contact_anew();
-  const Touch felt = as_paper ? paper_touch(model, cursor, now.travel) : touch(model, tool, now);
+  const Touch felt = as_paper ? paper_touch(model, cursor, length(now.step) + leap_) : touch(model, tool, now);
   sample.cursor = sample.contact_point = cursor;
   if (felt.touching) {
     sample.contact = true;
@@ -334,8 +443,10 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     static_cast<void>(touch(model, tool, now));
   }
   first_ = false;
+  has_place_ = true;
+  last_device_ = reading.position;
   last_cursor_ = cursor;
-  last_depth_ = felt.depth * settings_.workspace.metres_per_unit;
+  last_depth_ = felt.depth * space_.metres_per_unit;
   last_share_ = 1;
   last_stored_ = 0;
   last_model_ = &model;
@@ -343,10 +454,12 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!felt.touching || held_back || latched_ || start_inside_) {
     let_go();
+    const bool safe = held_back || latched_ || start_inside_;
+    if (safe) blend_.rest();
     if (latched_ || start_inside_)
       guard_.restart();
     else
-      guard_.rest();
+      fade_out(sample, now.dt, gift);
     sample.leak = guard_.leak();
     return sample;
   }
@@ -354,20 +467,30 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const SurfacePoint& surface = felt.surface;
   const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
   const double stiffness = limits_.stiffness * at_most(share, 1);
-  const double metres = settings_.workspace.metres_per_unit;
+  const double metres = space_.metres_per_unit;
   const double spring = stiffness * felt.push * metres;
-  const double outwards = spring - limits_.damping * dot(now.velocity, felt.normal);
+  const double outwards = spring - limits_.damping * dot(velocity, felt.normal);
   const double normal_force = std::max(0.0, outwards);
-  const Friction sideways = friction(model, felt, reading.position, now.turn, stiffness, normal_force);
+  const Friction sideways = friction(model, felt, hand, turn, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   last_share_ = at_most(share, 1);
   last_stored_ = sideways.stored;
   const auto [all, grown] = stored(stiffness, felt);
-  const Wrench given = guard_.wrench({.force = felt.normal * normal_force + sideways.force,
-                                      .torque = felt.twist * (stiffness * metres * metres) +
-                                                cross(felt.arm * metres, sideways.force) + sideways.torque,
-                                      .normal = felt.normal,
+  Wrench wish = {
+      felt.normal * normal_force + sideways.force,
+      felt.twist * (stiffness * metres * metres) + cross(felt.arm * metres, sideways.force) + sideways.torque};
+  Vec3d along = felt.normal;
+  // Where the model was moved under the tool: of the change, the hand's own way is felt at once.
+  const Vec3d by_hand = felt.normal * (clutched_ ? 0 : -stiffness * dot(step, felt.normal));
+  const Wrench led = blend_.step({shortened(wish.force, limits_.max_force), wish.torque}, by_hand, now.dt);
+  if (blend_.blending()) {
+    wish = led;
+    along = normalized(led.force);
+  }
+  const Wrench given = guard_.wrench({.force = wish.force,
+                                      .torque = wish.torque,
+                                      .normal = along,
                                       .stored = all + sideways.stored,
                                       .gift = gift + grown},
                                      sample.flags);
@@ -379,8 +502,8 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     sample.flags |= bit(ServoFault::Latched);
     sample.force = sample.torque = {};
     let_go();
+    blend_.rest();
     guard_.restart();
-    return sample;
   }
   return sample;
 }

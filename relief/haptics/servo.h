@@ -6,6 +6,7 @@
 #include <relief/core/proxy.h>
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
+#include <relief/haptics/force_blend.h>
 #include <relief/haptics/guard.h>
 #include <relief/haptics/readings.h>
 #include <relief/haptics/shading.h>
@@ -44,10 +45,21 @@ struct TouchTool {
   std::span<const Vec3d> points = {};
 };
 
+/// How a hand goes on over a model that is larger than its reach.
+struct Clutch {
+  bool held = false;          ///< the device moves, and the tool in the model stays where it is, with its force
+  std::uint32_t buttons = 0;  ///< the same while one of these is down
+  /// Any other number than the one before puts the tool at `centre`, wherever the device is then.
+  std::uint32_t recentre = 0;
+  Vec3d centre = {};  ///< model units
+};
+
 struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
   TouchTool tool = {};
+  ReadingSettings readings = {};
+  Clutch clutch = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
@@ -55,8 +67,8 @@ struct ServoSample {
   double t = 0;       ///< s, as the device gave it
   Vec3d device;       ///< m, as read
   Vec3d cursor;       ///< model units; the last good one when this reading's position is bad
-  Quatd orientation;  ///< as used, unit; the last good one when this reading's is bad
-  Vec3d velocity;     ///< m/s, as used
+  Quatd orientation;  ///< from the tool's frame to the model's, unit; the last good one when this reading's is bad
+  Vec3d velocity;     ///< m/s of the hand, as used, along the model's axes
   bool contact = false;
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
@@ -69,10 +81,10 @@ struct ServoSample {
   /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
   /// without contact.
   Vec3d normal;
-  Vec3d force;      ///< N, on the hand, after all limits
-  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
-  double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
-  std::uint32_t buttons = 0;
+  Vec3d force;                   ///< N, on the hand, after all limits, along the model's axes
+  Vec3d torque;                  ///< N*m, likewise, about the device's position; zero for a point and a ball
+  double leak = 0;               ///< J of energy that came from nowhere lately (ForceGuard::leak)
+  std::uint32_t buttons = 0;     ///< as DeviceState has them, debounced
   std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
   std::uint32_t late_ns = 0;     ///< wake-up error, filled by the servo thread
@@ -85,14 +97,23 @@ class Servo {
   /// Allocates for the points of the tool.
   Servo(const ServoSettings& settings, const DeviceInfo& device);
   /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
-  /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
+  /// good reading outside the solid. A reading that is the last one again is answered as that was, for 20 ms at most.
+  /// The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
-  void stalled() noexcept { readings_.stalled(); }
-  /// From the thread that calls step(). Another workspace, radius or kind of contact starts anew: no force until the
-  /// tool is outside the solid.
+  void stalled() noexcept { readings_.interrupt(ServoFault::Stalled); }
+  /// The next reading is the first after some to which the device did not answer: the safe state.
+  void reconnected() noexcept { readings_.interrupt(ServoFault::Reconnected); }
+  /// From the thread that calls step(). Another radius or kind of contact starts anew: no force until the tool is
+  /// outside the solid. Another workspace takes the contact along, without a step of the force: it blends over some 50
+  /// ms. Only where a tool that touches nothing comes over 3 mm (at the hand) further, and into the solid, it is a new
+  /// start.
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
+  /// How the device's workspace lies now: as set, but for what clutch and re-centring have moved it by.
+  [[nodiscard]] const Workspace& workspace() const noexcept { return space_; }
+  /// What the device is to be told after the last step: that step's force and torque in its axes.
+  [[nodiscard]] Wrench command() const noexcept { return space_.command_to_device({last_.force, last_.torque}); }
 
  private:
   /// What the settings and the device allow together; every number finite and not negative.
@@ -102,6 +123,21 @@ class Servo {
     bool lowered = false;  ///< stiffness, because ticks come late
   };
   void limit_settings() noexcept;
+  /// The workspace that the settings ask for, and what clutch and re-centring have moved it by.
+  [[nodiscard]] Workspace wanted_space() const noexcept;
+  /// Takes over the workspace, clutch and re-centring for a good reading.
+  void place(const Readings::Judged& now, const DeviceState& reading) noexcept;
+  /// The tool is to stay where it was, wherever the hand went.
+  void stay(const Readings::Judged& now, Vec3d device) noexcept;
+  /// The cursor of the last tick is elsewhere now, though the hand did nothing.
+  void workspace_changed(const Workspace& was, const Workspace& now) noexcept;
+  /// The last answer again, for a reading that is the last one again.
+  void hold(const Readings::Judged& now, const DeviceState& reading) noexcept;
+  /// The answer to a reading.
+  [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
+                                 const Readings::Judged& now) noexcept;
+  /// What is left of the force of a contact from which the model was moved away.
+  void fade_out(ServoSample& sample, double dt, double gift) noexcept;
   /// Limits the settings anew where ticks have begun to come late.
   void follow_period() noexcept;
   /// What the tool touches in this tick.
@@ -161,6 +197,17 @@ class Servo {
   Shading shading_;
   BallProxy ball_;
   PointShell shell_;
+  ForceBlend blend_;
+  ServoSample last_;           ///< of the last tick
+  Workspace space_, applied_;  ///< in use; what the settings asked for then
+  Vec3d drift_;                ///< m, what clutch and re-centring have moved the device's origin by
+  Quatd grip_;                 ///< what the clutch has turned the tool in the hand by
+  bool has_place_ = false;     ///< a good reading has come
+  Vec3d last_device_;          ///< m, the position in the last good one
+  bool clutched_ = false, recentre_due_ = false;
+  double slip_ = 0;     ///< share of the hand's velocity that is not the tool's
+  bool moved_ = false;  ///< the model was moved under the tool since the last tick
+  double leap_ = 0;     ///< m, by so much at the hand
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;

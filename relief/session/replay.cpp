@@ -51,6 +51,9 @@ struct Replay::State {
 
   Recording recording;
   RowReader<RecordedTick> ticks;
+  /// Before they were debounced, they were those of the reading.
+  bool has_held_buttons =
+      std::ranges::find(recording.columns(), "held_buttons", &RecordingColumn::name) != recording.columns().end();
   DeviceInfo device;
   std::vector<ServoSettings> settings;
   std::vector<Vec3d> tool_points;  ///< the servo's for good: those of all settings
@@ -167,7 +170,7 @@ Result<bool> Replay::next(std::uint64_t& number, RecordedTick& tick) {
   s.ticks.read(s.rows.subspan(s.at, width), tick);
   tick.sample.t = tick.reading.t;
   tick.sample.device = tick.reading.position;
-  tick.sample.buttons = tick.reading.buttons;
+  if (!s.has_held_buttons) tick.sample.buttons = tick.reading.buttons;
   s.at += width;
   if (tick.settings >= s.settings.size()) return s.recording.damaged("a tick has settings that it does not hold");
   return true;

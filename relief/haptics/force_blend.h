@@ -1,0 +1,31 @@
+// Forces that do not step where the model is moved under the tool.
+#pragma once
+
+#include <relief/haptics/device.h>
+
+namespace relief {
+
+/// Where the workspace changes, the law's force steps though the hand did nothing. What is given then goes on from what
+/// was given last, and comes to the law's with a time constant of 15 ms, by 0.045 N in a tick at most. The hand's own
+/// way is felt at once. A small state, no allocation.
+class ForceBlend {
+ public:
+  /// The model was moved since the last tick, and what touches it turned with it.
+  void moved(Quatd turned) noexcept;
+  /// One tick: what the law asks for, and how much of its change the hand itself has made; what to give instead. N,
+  /// N*m; `dt` in s.
+  [[nodiscard]] Wrench step(const Wrench& law, Vec3d by_hand, double dt) noexcept;
+  /// Whether something is left of a change.
+  [[nodiscard]] bool blending() const noexcept { return pending_ || lacking_ != Vec3d{}; }
+  /// N: what was given beyond the law's force in the last tick.
+  [[nodiscard]] Vec3d beyond() const noexcept { return lacking_; }
+  /// There was no force in this tick, and nothing to lead over.
+  void rest() noexcept { *this = {}; }
+
+ private:
+  bool pending_ = false;
+  Wrench last_ = {};    ///< as it was given
+  Vec3d lacking_ = {};  ///< N: the force that was given, less what the law asked for
+};
+
+}  // namespace relief
