@@ -79,8 +79,8 @@ struct Recorder::State {
   // ---- The caller's side
 
   void tick(const ServoTick& given) {
-    if ((given.sample.flags & bit(ServoFault::DeviceLost)) != 0) device_lost = true;
-    if (given.model == nullptr) return;  // no reading, no step: the servo has ended
+    device_lost = (given.sample.flags & bit(ServoFault::DeviceLost)) != 0;
+    if (given.model == nullptr) return;  // no reading, no step
     // The heads that the servo has left behind will not come again.
     while (heads.size() > 1 && heads.front().get() != given.model) {
       heads.pop_front();
@@ -126,10 +126,11 @@ struct Recorder::State {
       const std::deque<Job> now = std::exchange(jobs, {});
       waiting = 0;
       freed.notify_all();
+      if (failed()) continue;  // what comes after a gap nobody could repeat
       lock.unlock();
       Status done = write(now);
       lock.lock();
-      if (!done && status) status = std::move(done);
+      if (!done) status = std::move(done);
     }
   }
 
@@ -199,9 +200,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
   add_stream<Brush>(head);
   add_stream<Dab>(head);
   add_stream<detail::Nothing>(head);
-  RELIEF_TRY(RecordingWriter writer, RecordingWriter::create(file, std::move(head),
-                                                             pace == Pace::Live ? RecordingWriter::Appear::AtOnce
-                                                                                : RecordingWriter::Appear::AtTheEnd));
+  RELIEF_TRY(RecordingWriter writer, RecordingWriter::create(file, std::move(head)));
   RELIEF_CHECK(writer.add_event(event_of(device, 0)));
   RELIEF_CHECK(writer.add_event(event_of(settings, 0)));
   const auto points = settings.tool.points.first(std::min(settings.tool.points.size(), PointShell::kMostPoints));
@@ -226,6 +225,8 @@ void Recorder::set(const ServoSettings& settings) {
   }
   state_->push(event_of(settings, number));
 }
+
+std::uint64_t Recorder::kept() const noexcept { return state_->writer.committed_ticks(); }
 
 Status Recorder::finish(const ServoTimes* times) {
   State& s = *state_;

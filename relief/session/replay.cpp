@@ -314,8 +314,9 @@ class RecordedServo {
       : settings_(std::move(settings)), servo_(settings_.front(), device) {}
   [[nodiscard]] ServoSample step(const Snapshot& model, const RecordedTick& tick) {
     while (used_ < tick.settings) servo_.set(settings_[++used_]);
-    // That its loop stood still the servo was told from outside; its answer says so.
+    // That its loop stood still, or its device was away, the servo was told from outside; its answer says so.
     if ((tick.sample.flags & bit(ServoFault::Stalled)) != 0) servo_.stalled();
+    if ((tick.sample.flags & bit(ServoFault::Reconnected)) != 0) servo_.reconnected();
     return servo_.step(model, tick.reading);
   }
 

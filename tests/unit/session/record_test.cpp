@@ -132,10 +132,10 @@ class Record : public ::testing::Test {
     change(columns, rows);
     std::vector<RecordingEvent> events = old->events();
     if (change_events) change_events(head, events);
-    auto writer = RecordingWriter::create(file_, head, RecordingWriter::Appear::AtTheEnd);
+    old = fail(Errc::NotFound, "closed");  // nobody may read a file that is replaced
+    auto writer = RecordingWriter::create(file_, head);
     ASSERT_TRUE(writer) << writer.error().message;
     for (const RecordingEvent& event : events) ASSERT_TRUE(writer->add_event(event));
-    old = fail(Errc::NotFound, "closed");  // nobody may read a file that is replaced
     for (std::size_t k = 0; k < rows.size(); ++k) ASSERT_TRUE(writer->add_ticks(k, rows[k]));
     const Status finished = writer->finish({});
     ASSERT_TRUE(finished) << finished.error().message;
