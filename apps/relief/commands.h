@@ -6,6 +6,7 @@
 #include <relief/core/model.h>
 #include <relief/edit/editor.h>
 #include <relief/file/model_file.h>
+#include <relief/file/recording.h>
 #include <relief/haptics/servo.h>
 
 #include <CLI/CLI.hpp>
@@ -70,6 +71,8 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 [[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
 /// "a, b, c".
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);
+/// A line that says how much of a recording is whole where its end is missing; empty where it is not.
+[[nodiscard]] std::string missing_end(const Recording& recording);
 /// What `relief devices` and --device call a recording, before the name of its file.
 inline constexpr std::string_view kReplayDevice = "replay:";
 

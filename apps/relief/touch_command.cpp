@@ -61,6 +61,7 @@ struct Played {
   double radius = 0;
   std::vector<Vec3d> points;  ///< of a rigid tool
   bool same_model = false;    ///< it was made with this model
+  std::string missing_end;    ///< a line for where its end is missing
 };
 
 /// A device, and how the model lies in its workspace.
@@ -90,7 +91,8 @@ Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
                                          : recorded.workspace,
                         .played = Played{.radius = recorded.tool.radius,
                                          .points = {recorded.tool.points.begin(), recorded.tool.points.end()},
-                                         .same_model = same}};
+                                         .same_model = same,
+                                         .missing_end = missing_end(replay.recording())}};
   }
   // The hand's way depends on the workspace, and that on the device.
   RELIEF_TRY(const std::unique_ptr<HapticDevice> known, open_device(o.device, {}));
@@ -127,6 +129,7 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
 /// What was taken over from a recording that is played.
 void say_played(const TouchOptions& o, const Played& played, const TouchTool& tool) {
   const std::string recording = printable(played_recording(o));
+  if (!played.missing_end.empty()) print(played.missing_end + "\n");
   if (!o.names_tool)
     print(fmt::format("{}: its tool was taken over, {}\n", recording, tool_name(tool.radius, tool.points.size())));
   if (!played.same_model)

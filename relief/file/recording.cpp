@@ -107,6 +107,13 @@ std::string text_of(Bytes number, NumberType type) {
   return {};
 }
 
+std::string text_of(Bytes number, const RecordingColumn& column, NoneColumns or_none) {
+  const bool none = column.type == NumberType::U32 &&
+                    std::ranges::all_of(number, [](std::byte b) { return b == std::byte{0xff}; }) &&
+                    std::ranges::find(or_none, column.name) != or_none.end();
+  return none ? "-1" : text_of(number, column.type);
+}
+
 std::string_view RecordingHead::fact(std::string_view key) const noexcept {
   const auto found = facts.find(key);
   return found == facts.end() ? std::string_view() : found->second;

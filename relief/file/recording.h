@@ -38,6 +38,9 @@ using RecordingColumns = std::vector<RecordingColumn>;
 [[nodiscard]] std::size_t row_bytes(const RecordingColumns& columns) noexcept;
 /// The number in column k of a row as text: the shortest that gives the same bits back.
 [[nodiscard]] std::string text_of(std::span<const std::byte> number, NumberType type);
+/// The same of a column that may be one of those in which the greatest number means none: -1 for it.
+[[nodiscard]] std::string text_of(std::span<const std::byte> number, const RecordingColumn& column,
+                                  std::span<const std::string_view> or_none);
 
 /// The stream whose rows are the ticks; rows of all other streams are events.
 inline constexpr std::string_view kTickStream = "tick";
@@ -126,10 +129,12 @@ class Recording {
   std::unique_ptr<State> state_;
 };
 
+/// Names of u32 columns in which the greatest number means that there is none; exports write -1 for it.
+using NoneColumns = std::span<const std::string_view>;
 /// Every tick as a line: its number, then its columns, named with their units in the header line ("t [s]"). Error: Io.
-[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file);
+[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
 /// MCAP 0 without compression: one channel "/relief/tick" of JSON messages with a JSON schema, one per tick, and the
 /// facts as metadata. Names with dots become nested objects; what is no finite number becomes null. Error: Io.
-[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file);
+[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
 
 }  // namespace relief

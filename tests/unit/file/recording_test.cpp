@@ -379,6 +379,16 @@ TEST(Recording, CsvHasUnitsAndTheShortestNumbers) {
   EXPECT_EQ(text.find("\n449,"), std::string::npos);
 }
 
+TEST(NumberText, NoneIsMinusOneWhereAColumnMayHaveNone) {
+  const std::array<std::string_view, 1> or_none = {"slab"};
+  const std::uint32_t none = 0xffffffffU, some = 7;
+  const auto bytes = [](const std::uint32_t& number) { return std::as_bytes(std::span(&number, 1)); };
+  const RecordingColumn slab = {"slab", NumberType::U32, "", ""}, flags = {"flags", NumberType::U32, "", ""};
+  EXPECT_EQ(text_of(bytes(none), slab, or_none), "-1");
+  EXPECT_EQ(text_of(bytes(some), slab, or_none), "7");
+  EXPECT_EQ(text_of(bytes(none), flags, or_none), "4294967295");
+}
+
 TEST(NumberText, GivesTheSameBitsBack) {
   for (const double value : {0.1, -0.0, 1e-310, 1.7976931348623157e308, std::numeric_limits<double>::infinity()}) {
     const std::string text = text_of(std::as_bytes(std::span(&value, 1)), NumberType::F64);
