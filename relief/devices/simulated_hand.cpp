@@ -34,9 +34,11 @@ Vec3d rounded(Vec3d v, double step) noexcept {
 
 const std::vector<PlantPreset>& plant_presets() {
   // Plausible figures, not identified on any device: hence "-like" in every name. The limits on stiffness and damping
-  // follow the vendors' sheets and CHAI3D's published tuning.
+  // follow the vendors' sheets and CHAI3D's published tuning. A point mass has three axes and no weight.
   static const std::vector<PlantPreset> presets = {
-      {.name = "touch-like", .plant = {}, .info = {.name = "sim:hand:touch-like"}},
+      {.name = "touch-like",
+       .plant = {},
+       .info = {.name = "sim:hand:touch-like", .gravity = GravityCompensation::Device}},
       {.name = "premium-like",
        .plant = {.mass = 0.075, .viscous = 0.05, .coulomb = 0.04, .encoder_step = 30e-6, .max_force = 8.5},
        .info = {.name = "sim:hand:premium-like",
@@ -45,7 +47,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 5,
                 .max_force_rate = 5000,
                 .continuous_force = 1.4,
-                .workspace_radius = 0.12}},
+                .workspace_radius = 0.12,
+                .gravity = GravityCompensation::Device}},
       {.name = "falcon-like",
        .plant = {.mass = 0.1, .viscous = 0.5, .coulomb = 0.3, .encoder_step = 63e-6, .max_force = 8},
        .info = {.name = "sim:hand:falcon-like",
@@ -54,7 +57,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 20,
                 .max_force_rate = 5000,
                 .continuous_force = 3,
-                .workspace_radius = 0.04}},
+                .workspace_radius = 0.04,
+                .gravity = GravityCompensation::Device}},
       {.name = "inverse3-like",
        .plant = {.mass = 0.1, .viscous = 0.3, .coulomb = 0.1, .encoder_step = 50e-6, .max_force = 10},
        .info = {.name = "sim:hand:inverse3-like",
@@ -63,7 +67,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 6,
                 .max_force_rate = 5000,
                 .continuous_force = 3,
-                .workspace_radius = 0.15}},
+                .workspace_radius = 0.15,
+                .gravity = GravityCompensation::Device}},
   };
   return presets;
 }
