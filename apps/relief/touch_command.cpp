@@ -35,6 +35,7 @@ struct TouchOptions {
   ForceSettings force;
   ReadingSettings readings;
   int clutch_button = 0;  ///< 1 to 8; 0: none
+  LossSettings loss;
   double tool_radius = 0;
   bool names_tool = false;  ///< an option says which
   std::string tool_points;
@@ -320,6 +321,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
   Session::Settings settings;
   std::vector<Vec3d> points;
   RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, opened.played, points));
+  settings.loss = o.loss;
   if (opened.played && !context.json) say_played(o, *opened.played, settings.servo.tool);
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
@@ -488,6 +490,10 @@ void add_touch(CLI::App& app, Context& context) {
   c->add_option("--clutch-button", o->clutch_button,
                 "Live: while this button, 1 to 8, is held the device moves and the tool stays in its place")
       ->check(CLI::Range(1, 8));
+  c->add_option(
+       "--retry", o->loss.give_up_after,
+       "Live: s for which a device that does not answer is tried again, and after 1 s opened again (default 30)")
+      ->check(in_range(0, 1e9));
   c->get_option("--static-friction")->needs("--friction");
   CLI::Option* radius = c->add_option("--tool-radius", o->tool_radius,
                                       "A ball for a tip: its radius in model units, at most 5 % of the diagonal")

@@ -35,7 +35,8 @@ constexpr Figure<Plant> kPlant[] = {
     {"dac_step", 0, 100, &Plant::dac_step},     {"lag", 0, 1, &Plant::lag},
     {"resonance", 0, 5000, &Plant::resonance},  {"resonance_damping", 0, 10, &Plant::resonance_damping},
     {"delay_ticks", 0, 3, &Plant::delay_ticks}, {"jitter", 0, 3, &Plant::jitter},
-    {"watchdog", 0, 10, &Plant::watchdog},      {"substeps", 20, 1000, &Plant::substeps}};
+    {"watchdog", 0, 10, &Plant::watchdog},      {"substeps", 20, 1000, &Plant::substeps},
+    {"silent_at", 0, 1e6, &Plant::silent_at},   {"silent_for", 0, 1e6, &Plant::silent_for}};
 constexpr Figure<DeviceInfo> kDevice[] = {{"max_force", 0, 1000, &DeviceInfo::max_force},
                                           {"max_stiffness", 0, 1e6, &DeviceInfo::max_stiffness},
                                           {"max_damping", 0, 1e4, &DeviceInfo::max_damping},

@@ -116,14 +116,14 @@ Status SimulatedHand::open() {
 
 DeviceStatus SimulatedHand::status() const {
   const bool open = switches_->open, forces = open && switches_->forces;
-  return {.connected = open,
+  return {.connected = open && !switches_->silent,
           .powered = open,
           .forces_on = forces,
           .to_do = {},
           .force_off = forces ? ""
                        : open ? "they are switched off"
                               : "the device is closed",
-          .trouble = {}};
+          .trouble = switches_->silent ? "the simulated device is silent, as its plant says" : ""};
 }
 
 Status SimulatedHand::enable(bool forces) {
@@ -136,6 +136,12 @@ void SimulatedHand::close() noexcept { switches_->open = switches_->forces = fal
 
 bool SimulatedHand::read(DeviceState& state) noexcept {
   if (!switches_->open) return false;
+  const bool is_silent = silent();
+  switches_->silent = is_silent;
+  if (is_silent) {
+    idle();  // its time goes on
+    return false;
+  }
   state.t = static_cast<double>(tick_) * kTick;
   state.position = rounded(motor_.at, plant_.encoder_step);
   state.velocity = {};
@@ -145,11 +151,16 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
 }
 
 bool SimulatedHand::write(const Wrench& wrench) noexcept {
-  if (!switches_->open) return false;
+  if (!switches_->open || switches_->silent) return false;
   silent_ = 0;
   commanded_ = switches_->forces ? wrench.force : Vec3d{};
   advance(commanded_);
   return true;
+}
+
+bool SimulatedHand::silent() const noexcept {
+  const double t = static_cast<double>(tick_) * kTick;
+  return t >= plant_.silent_at && t < plant_.silent_at + plant_.silent_for;
 }
 
 void SimulatedHand::idle() noexcept {

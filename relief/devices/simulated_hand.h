@@ -29,8 +29,9 @@ struct Plant {
   int delay_ticks = 0;              ///< 0..3, from command to force
   /// 0..3 extra ticks of delay, one per command, repeated; the amplifier holds the newest command that has arrived.
   std::vector<std::uint8_t> jitter = {};
-  double watchdog = 5e-3;  ///< s without a command, after which the firmware commands zero; 0 none
-  int substeps = 20;       ///< integration steps per tick, at least 20
+  double watchdog = 5e-3;                ///< s without a command, after which the firmware commands zero; 0 none
+  double silent_at = 0, silent_for = 0;  ///< s: from when on, and for how long, it does not answer
+  int substeps = 20;                     ///< integration steps per tick, at least 20
 };
 
 /// The person: pulls the handle towards a target with a spring, and damps its motion, with tremor.
@@ -106,6 +107,8 @@ class SimulatedHand final : public HapticDevice {
     Vec3d force;
     std::uint64_t arrives = 0;  ///< tick
   };
+  /// Whether its plant has it not answer in this tick.
+  [[nodiscard]] bool silent() const noexcept;
   /// One tick with this command.
   void advance(Vec3d force) noexcept;
   void amplify(Vec3d command) noexcept;
@@ -115,7 +118,7 @@ class SimulatedHand final : public HapticDevice {
 
   /// Any thread may ask for these; on the heap, so that a hand can be moved.
   struct Switches {
-    std::atomic<bool> open{true}, forces{true};
+    std::atomic<bool> open{true}, forces{true}, silent{false};
   };
 
   DeviceInfo info_;

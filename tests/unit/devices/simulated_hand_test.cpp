@@ -245,5 +245,29 @@ TEST(SimulatedHand, AnswersWhileItIsOpenAndFeelsWhileItsForcesAreOn) {
   EXPECT_TRUE(hand.status().forces_on) << "it was open";
 }
 
+TEST(SimulatedHand, IsSilentWhenItsPlantSaysSoAndItsTimeGoesOn) {
+  PlantPreset preset = bare(0.045, 0.1);
+  preset.plant.silent_at = 0.01;
+  preset.plant.silent_for = 0.02;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  DeviceState state;
+  int unanswered = 0;
+  double t = -1;
+  for (int k = 0; k < 50; ++k) {
+    if (!hand.read(state)) {
+      ++unanswered;
+      EXPECT_FALSE(hand.write({}));
+      EXPECT_NE(hand.status().trouble, "");
+      EXPECT_FALSE(hand.status().connected);
+      continue;
+    }
+    EXPECT_NEAR(state.t - t, unanswered == 20 && k == 30 ? 0.021 : 1e-3, k == 0 ? 2 : 1e-9);
+    t = state.t;
+    EXPECT_TRUE(hand.write({}));
+    EXPECT_EQ(hand.status().trouble, "");
+  }
+  EXPECT_EQ(unanswered, 20);
+}
+
 }  // namespace
 }  // namespace relief
