@@ -1,7 +1,7 @@
 #include <relief/haptics/force_blend.h>
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -20,14 +20,15 @@ void ForceBlend::moved(Quatd turned) noexcept {
 
 Wrench ForceBlend::step(const Wrench& law, Vec3d by_hand, double dt) noexcept {
   if (!blending()) return last_ = law;
-  pending_ = false;
-  // From what was given, and felt of the hand since, towards what the law asks for.
-  const Vec3d from = last_.force + by_hand, to = law.force - from;
-  const double size = length(to);
-  const double way = std::min(size * -std::expm1(-dt / kTime), kMost);
-  const double left = size - way > kUnfelt ? (size - way) / size : 0;
-  lacking_ = to * -left;
-  last_ = {law.force + lacking_, law.torque + (last_.torque - law.torque) * left};
+  // What was given, and felt of the hand since.
+  const Vec3d from = last_.force + by_hand;
+  if (std::exchange(pending_, false)) lacking_ = from - law.force;
+  const double size = length(lacking_), left = size * std::exp(-dt / kTime);
+  const double share = left > kUnfelt ? left / size : 0;
+  lacking_ *= share;
+  const Vec3d change = law.force + lacking_ - from;
+  if (const double most = length(change); most > kMost) lacking_ -= change * (1 - kMost / most);
+  last_ = {law.force + lacking_, law.torque + (last_.torque - law.torque) * share};
   return last_;
 }
 

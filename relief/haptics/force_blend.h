@@ -6,8 +6,8 @@
 namespace relief {
 
 /// Where the workspace changes, the law's force steps though the hand did nothing. What is given then goes on from what
-/// was given last, and comes to the law's with a time constant of 15 ms, by 0.045 N in a tick at most. The hand's own
-/// way is felt at once. A small state, no allocation.
+/// was given last, and what it lacks of the law's fades with a time constant of 15 ms; beside the hand's own way, which
+/// is felt at once, it changes by 0.045 N in a tick at most meanwhile. A small state, no allocation.
 class ForceBlend {
  public:
   /// The model was moved since the last tick, and what touches it turned with it.
@@ -17,8 +17,6 @@ class ForceBlend {
   [[nodiscard]] Wrench step(const Wrench& law, Vec3d by_hand, double dt) noexcept;
   /// Whether something is left of a change.
   [[nodiscard]] bool blending() const noexcept { return pending_ || lacking_ != Vec3d{}; }
-  /// N: what was given beyond the law's force in the last tick.
-  [[nodiscard]] Vec3d beyond() const noexcept { return lacking_; }
   /// There was no force in this tick, and nothing to lead over.
   void rest() noexcept { *this = {}; }
 

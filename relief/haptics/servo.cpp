@@ -96,13 +96,14 @@ void Servo::workspace_changed(const Workspace& was, const Workspace& now) noexce
   last_cursor_ = after;
   // The contact: what was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
+  const bool touched = last_depth_ > 0 || blend_.blending();
   blend_.moved(turned);
   anchor_ = now.turned_to_model(last_device_) - turned.turn(was.turned_to_model(last_device_) - anchor_);
   shading_.rest();
   if (!(leap_ > kSurfaceJump)) return;
   fade_.reset();
   // A tool in the open that lands in the solid has not gone in through its surface.
-  first_ = first_ || !(last_depth_ > 0 || blend_.beyond() != Vec3d{});
+  first_ = first_ || !touched;
 }
 
 void Servo::limit_settings() noexcept {
@@ -397,8 +398,9 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   const Vec3d hand = space_.turned_to_model(reading.position), step = space_.turned_to_model(now.step);
   const Vec3d hand_turn = space_.turned_to_model(now.turn), turn = clutched_ ? Vec3d{} : hand_turn;
   const Vec3d velocity = sample.velocity * (1 - slip_);
-  const double gift = std::exchange(gift_, 0.0) + dot(blend_.beyond(), step);
-  if (now.faults == 0) guard_.observe({hand, sample.velocity, now.dt, hand_turn, moved_ || clutched_});
+  const double gift = std::exchange(gift_, 0.0);
+  if (now.faults == 0)
+    guard_.observe({hand, sample.velocity, now.dt, hand_turn, moved_ || clutched_ || blend_.blending()});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);

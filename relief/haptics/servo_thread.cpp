@@ -22,9 +22,9 @@ namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
 constexpr std::uint64_t kStandstill = 50 * kPeriod;
-constexpr int kPriority = 80;               // below the kernel's own threads for USB
-constexpr double kReopenEvery = 0.5;        // s
-constexpr std::size_t kNotedLosses = 1000;  // a device that drops out all day must not fill the memory
+constexpr int kPriority = 80;              // below the kernel's own threads for USB
+constexpr double kReopenEvery = 0.5;       // s
+constexpr std::size_t kNotedLosses = 100;  // a device that drops out all day must not fill the memory
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
 

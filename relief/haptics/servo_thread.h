@@ -95,7 +95,7 @@ class ServoThread {
   bool set(const ServoSettings& settings) noexcept;
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   void stop() noexcept;
-  /// When the device did not answer, the first thousand times. Any thread; waits for the loop only while it is lost.
+  /// When the device did not answer, the first hundred times. Any thread; waits for the loop only while it is lost.
   [[nodiscard]] std::vector<DeviceLoss> losses() const;
   /// After stop(), or once running() is false.
   [[nodiscard]] const ServoTimes& times() const noexcept { return times_; }

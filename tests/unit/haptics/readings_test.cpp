@@ -215,7 +215,8 @@ int first_doubt(DeviceInfo device, double turn, double drift, int ticks = 4000) 
 TEST(Uncalibrated, APositionThatStandsStillWhileThePenTurns) {
   EXPECT_EQ(first_doubt({}, 1e-3, 0), 2001);
   EXPECT_EQ(first_doubt({}, 0, 0), -1) << "no orientation to compare with";
-  EXPECT_EQ(first_doubt({}, 1e-5, 0), -1) << "the pen rests, too";
+  EXPECT_EQ(first_doubt({}, 2.4e-5, 0), -1) << "the pen rests, too: 0.096 rad in 4 s";
+  EXPECT_NEAR(first_doubt({}, 3e-5, 0), 0.1 / 3e-5, 3) << "once it has turned by 0.1 rad";
   EXPECT_EQ(first_doubt({}, 1e-3, 1e-9), -1) << "a hand trembles";
   EXPECT_EQ(first_doubt({.absolute = false}, 1e-3, 0), -1) << "a mouse rests while it is turned";
 }

@@ -296,6 +296,33 @@ TEST(ServoThread, ADeviceThatFailsForAMomentGoesOnThroughTheSafeState) {
   }
 }
 
+/// Answers every other time.
+class HalfDevice final : public HapticDevice {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(DeviceState& state) noexcept override {
+    state.t = 1e-3 * ++ticks;
+    return ticks % 2 == 0;
+  }
+  bool write(const Wrench&) noexcept override { return true; }
+  std::atomic<int> ticks{0};
+
+ private:
+  DeviceInfo info_;
+};
+
+TEST(ServoThread, OnlyTheFirstHundredLossesAreNoted) {
+  SnapshotChannel channel(sphere());
+  HalfDevice device;
+  ServoThread servo(device, channel, kSettings, nullptr);
+  while (device.ticks < 250) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  servo.stop();
+  EXPECT_GE(servo.times().losses, 124U);
+  const std::vector<DeviceLoss> noted = servo.losses();
+  EXPECT_EQ(noted.size(), 100U);
+  EXPECT_TRUE(noted.back().over);
+}
+
 TEST(ServoThread, ADeviceThatStaysAwayIsOpenedAgain) {
   SnapshotChannel channel(sphere());
   FlakyDevice device(FlakyDevice::Fails::Read, 60, 1 << 20);

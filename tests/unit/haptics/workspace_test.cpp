@@ -225,6 +225,61 @@ TEST_P(MovedInContact, TheClutchHoldsCursorAndForce) {
   EXPECT_LT(length(last_.cursor - before.cursor - Vec3d{1e-3, 0, 0}), 1e-12) << "and the hand leads again";
 }
 
+TEST_P(MovedInContact, TheClutchHoldsHowTheToolIsTurned) {
+  const auto turned = [&](double angle) {
+    DeviceState state;
+    state.t = 1e-3 * ++tick_;
+    state.position = hand_;
+    state.orientation = about({0, 1, 0}, angle);
+    state.has_orientation = true;
+    return servo_.step(*model_, state);
+  };
+  for (int k = 0; k < 20; ++k) last_ = turned(1e-3 * k);
+  const Quatd before = last_.orientation;
+  set([](ServoSettings& s) { s.clutch.held = true; });
+  for (int k = 20; k < 200; ++k) {
+    const ServoSample now = turned(1e-3 * k);
+    ASSERT_EQ(now.orientation, before);
+    ASSERT_LT(length(now.torque - last_.torque), 1e-4);
+    last_ = now;
+  }
+  set([](ServoSettings& s) { s.clutch.held = false; });
+  const auto apart = [&](Quatd a, Quatd b) { return 2 * std::acos(std::min(1.0, std::abs(dot(a, b)))); };
+  EXPECT_LT(apart(turned(0.199).orientation, before), 1e-6) << "and goes on from there";
+  EXPECT_NEAR(apart(turned(0.209).orientation, before), 0.01, 1e-6);
+}
+
+TEST_P(MovedInContact, TheClutchTakesHoldOfAMovingHandWithoutAJerk) {
+  // At 0.05 m/s outwards damping gives 0.05 N, and the spring changes by 0.02 N in a tick until then.
+  for (const bool held : {true, false}) {
+    for (int k = 0; k < 10; ++k) step(hand_ + Vec3d{0, 0, held ? 5e-5 : -5e-5});
+    most_ = 0;
+    set([&](ServoSettings& s) { s.clutch.held = held; });
+    for (int k = 0; k < 10; ++k) step(hand_ + Vec3d{0, 0, held ? 5e-5 : -5e-5});
+    EXPECT_LE(most_, held ? 0.025 : 0.045) << held;
+  }
+}
+
+TEST_P(MovedInContact, TurnedAboutTheToolTheHandFeelsNoStep) {
+  // By a right angle at once, with an amplifier that is slower than that.
+  DeviceInfo slow;
+  slow.max_force_rate = 100;
+  ServoSettings settings = servo_.settings();
+  servo_ = Servo(settings, slow);
+  for (int k = 0; k <= 300; ++k) step(hand_ + Vec3d{0, 0, k < 150 ? 5e-5 : -5e-5});
+  Vec3d command = servo_.command().force;
+  ASSERT_GT(length(command), 0.5);
+  settings.workspace.rotation = about({0, 1, 0}, std::numbers::pi / 2);
+  settings.workspace = settings.workspace.through(hand_, last_.cursor);
+  servo_.set(settings);
+  for (int k = 0; k < 100; ++k) {
+    step(hand_);
+    ASSERT_LT(length(servo_.command().force - command), 0.05) << k;
+    command = servo_.command().force;
+  }
+  EXPECT_LT(command.x, -0.5) << "the model's z is against the device's x now";
+}
+
 TEST_P(MovedInContact, AButtonIsAClutch) {
   set([](ServoSettings& s) { s.clutch.buttons = 4; });
   const Vec3d cursor = last_.cursor;
@@ -294,6 +349,17 @@ TEST_P(MovedInContact, TheHandIsFeltAtOnceMeanwhile) {
   set([&](ServoSettings& s) { s.workspace.device_origin += Vec3d{0, 1e-5, 0}; });
   step(hand_ - Vec3d{0, 0, 1e-4});
   EXPECT_GT(last_.force.z - before, 0.03);
+}
+
+TEST(MovedInTheAir, RecentredBeforeTheFirstReadingTheDeviceIsThereWithIt) {
+  ServoSettings settings = testing::settings_with(400);
+  Servo servo(settings, {});
+  settings.clutch = {.recentre = 7, .centre = {0.5, 0.2, 0.5}};
+  servo.set(settings);
+  DeviceState state;
+  state.position = {0.03, -0.02, 0.01};
+  EXPECT_LT(length(servo.step(*flat_plane(), state).cursor - Vec3d{0.5, 0.2, 0.5}), 1e-12);
+  EXPECT_LT(length(servo.workspace().to_model(state.position) - Vec3d{0.5, 0.2, 0.5}), 1e-12);
 }
 
 TEST(MovedInTheAir, ALeapIntoTheSolidIsAStartInside) {

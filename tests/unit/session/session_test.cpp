@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <thread>
 #include <utility>
@@ -90,6 +91,31 @@ TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
   };
   EXPECT_LT(alpha(end, 0.025), alpha(*start, 0.025) - 0.02) << "carved";
   EXPECT_GT(alpha(end, 0.225), alpha(*start, 0.225) + 0.01) << "built";
+}
+
+TEST(Session, AButtonThatDropsOutIsOneStroke) {
+  // Pressed for 1.2 s in which the hand slides, and up for 1 ms in each 100.
+  std::vector<DeviceState> readings;
+  for (int k = 0; k < 1400; ++k) {
+    const double reach = k < 60 ? 1.25 - 0.005 * k : k < 1300 ? 0.95 : 1.25;
+    const double side = 5e-4 * k;
+    const bool down = k >= 60 && k < 1260 && k % 100 != 50;
+    readings.push_back({.t = k * 1e-3,
+                        .position = Vec3d{std::sin(side), 0, std::cos(side)} * (reach * kMetres),
+                        .velocity = {},
+                        .buttons = down ? 1U : 0U});
+  }
+  for (const double debounce : {20e-3, 0.0}) {
+    ReplayDevice device(DeviceInfo{.name = "hand"}, readings);
+    Session::Settings with = settings();
+    with.servo.readings.debounce = debounce;
+    Session session(device, ball(), nullptr, with);
+    session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+    for (int k = 0; k < 2000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(session.stop());
+    if (session.stats().servo.dropped != 0) GTEST_SKIP() << "the machine was too busy to keep every tick";
+    EXPECT_EQ(session.stats().strokes, debounce > 0 ? 1U : 13U) << "or cut by each of them";
+  }
 }
 
 TEST(Session, EachFinishedStrokeIsInTheFile) {
