@@ -12,14 +12,12 @@ constexpr double kUnfelt = 1e-3;  // N
 
 }  // namespace
 
-void ForceBlend::moved(Quatd turned) noexcept {
+void ForceBlend::moved(const Wrench& last, Quatd turned) noexcept {
   pending_ = true;
-  last_.force = turned.turn(last_.force);
-  last_.torque = turned.turn(last_.torque);
+  last_ = {turned.turn(last.force), turned.turn(last.torque)};
 }
 
 Wrench ForceBlend::step(const Wrench& law, Vec3d by_hand, double dt) noexcept {
-  if (!blending()) return last_ = law;
   // What was given, and felt of the hand since.
   const Vec3d from = last_.force + by_hand;
   if (std::exchange(pending_, false)) lacking_ = from - law.force;

@@ -10,14 +10,14 @@ namespace relief {
 /// is felt at once, it changes by 0.045 N in a tick at most meanwhile. A small state, no allocation.
 class ForceBlend {
  public:
-  /// The model was moved since the last tick, and what touches it turned with it.
-  void moved(Quatd turned) noexcept;
-  /// One tick: what the law asks for, and how much of its change the hand itself has made; what to give instead. N,
-  /// N*m; `dt` in s.
-  [[nodiscard]] Wrench step(const Wrench& law, Vec3d by_hand, double dt) noexcept;
+  /// The model was moved since the last tick, in which `last` was asked for, and what touches it has turned with it.
+  void moved(const Wrench& last, Quatd turned) noexcept;
   /// Whether something is left of a change.
   [[nodiscard]] bool blending() const noexcept { return pending_ || lacking_ != Vec3d{}; }
-  /// There was no force in this tick, and nothing to lead over.
+  /// One tick while blending(): what the law asks for, and how much of its change the hand itself has made; what to
+  /// give instead. N, N*m; `dt` in s.
+  [[nodiscard]] Wrench step(const Wrench& law, Vec3d by_hand, double dt) noexcept;
+  /// There is no force in this tick, and nothing to lead over.
   void rest() noexcept { *this = {}; }
 
  private:

@@ -89,6 +89,7 @@ bool Readings::judge_time(double t, Judged& now) noexcept {
 }
 
 std::uint32_t Readings::judge_buttons(const DeviceState& reading, double dt) noexcept {
+  if (((reading.buttons | reading.pressed | down_) & kButtons) == 0) return reading.buttons;
   for (std::size_t k = 0; k < up_.size(); ++k) {
     const std::uint32_t button = 1U << k;
     // What is down now and was up in between counts as up for this tick, where that is long enough.

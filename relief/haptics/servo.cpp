@@ -40,6 +40,7 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
   recentre_due_ = recentre_due_ || settings_.clutch.recentre != settings.clutch.recentre;
+  space_due_ = true;
   settings_ = settings;
   readings_.set(settings.readings);
   limit_settings();
@@ -73,6 +74,8 @@ void Servo::place(const Readings::Judged& now, const DeviceState& reading) noexc
   leap_ = 0;
   if (!now.has_position) return;
   clutched_ = has_place_ && (settings_.clutch.held || (now.buttons & settings_.clutch.buttons) != 0);
+  slip_ = std::clamp(slip_ + (clutched_ ? now.dt : -now.dt) / kSlipTime, 0.0, 1.0);
+  if (!clutched_ && !std::exchange(space_due_, false)) return;
   if (clutched_) stay(now, reading.position);
   Workspace wanted = wanted_space();
   const bool recentred = std::exchange(recentre_due_, false);
@@ -85,7 +88,6 @@ void Servo::place(const Readings::Judged& now, const DeviceState& reading) noexc
   if (has_place_ && wanted != space_) workspace_changed(space_, wanted);
   space_ = wanted;
   applied_ = settings_.workspace;
-  slip_ = std::clamp(slip_ + (clutched_ ? now.dt : -now.dt) / kSlipTime, 0.0, 1.0);
 }
 
 void Servo::workspace_changed(const Workspace& was, const Workspace& now) noexcept {
@@ -97,7 +99,7 @@ void Servo::workspace_changed(const Workspace& was, const Workspace& now) noexce
   // The contact: what was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
   const bool touched = last_depth_ > 0 || blend_.blending();
-  blend_.moved(turned);
+  blend_.moved({shortened(asked_.force, limits_.max_force), asked_.torque}, turned);
   anchor_ = now.turned_to_model(last_device_) - turned.turn(was.turned_to_model(last_device_) - anchor_);
   shading_.rest();
   if (!(leap_ > kSurfaceJump)) return;
@@ -345,7 +347,7 @@ Servo::Stored Servo::stored(double stiffness, const Touch& felt) const noexcept 
 }
 
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
-  const Readings::Judged now = readings_.judge(reading, wanted_space());
+  const Readings::Judged now = readings_.judge(reading, space_due_ ? wanted_space() : space_);
   follow_period();
   if (!now.news && now.faults == 0) {
     hold(now, reading);
@@ -367,12 +369,19 @@ void Servo::hold(const Readings::Judged& now, const DeviceState& reading) noexce
   guard_.hold({last_.force, last_.torque});
 }
 
+void Servo::give_nothing() noexcept {
+  asked_ = {};
+  blend_.rest();
+  guard_.restart();
+}
+
 void Servo::fade_out(ServoSample& sample, double dt, double gift) noexcept {
-  const Wrench left = blend_.step({}, {}, dt);
+  asked_ = blend_.blending() ? blend_.step({}, {}, dt) : Wrench{};
   if (!blend_.blending()) {
     guard_.rest();
     return;
   }
+  const Wrench& left = asked_;
   const double per_unit = limits_.stiffness * space_.metres_per_unit;
   sample.contact = true;
   sample.at = last_.at;
@@ -406,8 +415,7 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
     sample.flags |= bit(ServoFault::Latched);
     last_depth_ = 0;
     let_go();
-    blend_.rest();
-    guard_.restart();
+    give_nothing();
     return sample;
   }
 
@@ -456,10 +464,9 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!felt.touching || held_back || latched_ || start_inside_) {
     let_go();
-    const bool safe = held_back || latched_ || start_inside_;
-    if (safe) blend_.rest();
+    if (held_back) blend_.rest();
     if (latched_ || start_inside_)
-      guard_.restart();
+      give_nothing();
     else
       fade_out(sample, now.dt, gift);
     sample.leak = guard_.leak();
@@ -483,13 +490,13 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
       felt.normal * normal_force + sideways.force,
       felt.twist * (stiffness * metres * metres) + cross(felt.arm * metres, sideways.force) + sideways.torque};
   Vec3d along = felt.normal;
-  // Where the model was moved under the tool: of the change, the hand's own way is felt at once.
-  const Vec3d by_hand = felt.normal * (clutched_ ? 0 : -stiffness * dot(step, felt.normal));
-  const Wrench led = blend_.step({shortened(wish.force, limits_.max_force), wish.torque}, by_hand, now.dt);
   if (blend_.blending()) {
-    wish = led;
-    along = normalized(led.force);
+    // Where the model was moved under the tool: of the change, the hand's own way is felt at once.
+    const Vec3d by_hand = felt.normal * (clutched_ ? 0 : -stiffness * dot(step, felt.normal));
+    wish = blend_.step({shortened(wish.force, limits_.max_force), wish.torque}, by_hand, now.dt);
+    along = normalized(wish.force);
   }
+  asked_ = wish;
   const Wrench given = guard_.wrench({.force = wish.force,
                                       .torque = wish.torque,
                                       .normal = along,
@@ -504,8 +511,7 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
     sample.flags |= bit(ServoFault::Latched);
     sample.force = sample.torque = {};
     let_go();
-    blend_.rest();
-    guard_.restart();
+    give_nothing();
   }
   return sample;
 }

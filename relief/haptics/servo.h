@@ -140,6 +140,8 @@ class Servo {
   /// The answer to a reading.
   [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
                                  const Readings::Judged& now) noexcept;
+  /// No force, and none that comes from what was felt before.
+  void give_nothing() noexcept;
   /// What is left of the force of a contact from which the model was moved away.
   void fade_out(ServoSample& sample, double dt, double gift) noexcept;
   /// Limits the settings anew where ticks have begun to come late.
@@ -202,13 +204,14 @@ class Servo {
   BallProxy ball_;
   PointShell shell_;
   ForceBlend blend_;
+  Wrench asked_;               ///< by the law in the last tick, or as it was blended
   ServoSample last_;           ///< of the last tick
   Workspace space_, applied_;  ///< in use; what the settings asked for then
   Vec3d drift_;                ///< m, what clutch and re-centring have moved the device's origin by
   Quatd grip_;                 ///< what the clutch has turned the tool in the hand by
   bool has_place_ = false;     ///< a good reading has come
   Vec3d last_device_;          ///< m, the position in the last good one
-  bool clutched_ = false, recentre_due_ = false;
+  bool clutched_ = false, recentre_due_ = false, space_due_ = false;
   double slip_ = 0;     ///< share of the hand's velocity that is not the tool's
   bool moved_ = false;  ///< the model was moved under the tool since the last tick
   double leap_ = 0;     ///< m, by so much at the hand

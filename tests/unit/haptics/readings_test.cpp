@@ -75,7 +75,8 @@ TEST(NoNews, TheNextReadingIsOneTickLonger) {
 
 TEST(NoNews, OneInTenChangesNothing) {
   const SnapshotPtr model = testing::fine_sphere();
-  Servo once({.workspace = kSpace, .force = {.friction = 0.3}}, {}), again = once;
+  const ServoSettings settings = {.workspace = kSpace, .force = {.friction = 0.3}};
+  Servo once(settings, {}), again(settings, {});
   int held = 0;
   for (int k = 0; k < 3000; ++k) {
     const double turn = 5e-4 * k, r = 1.02 - 0.06 * std::sin(3e-3 * k);
