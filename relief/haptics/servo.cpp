@@ -13,8 +13,6 @@ constexpr double kSteepest = 4;        // depth that one unit of travel may add:
 constexpr double kEaseTime = 15e-3;    // s, in which a surface that was changed under the tool is taken over
 constexpr double kEaseForce = 0.045;   // N per tick, at most, while it is
 constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
-constexpr double kSlipTime = 5e-3;     // s, in which the clutch takes hold of the damping, or lets it go
-constexpr double kLeastTurn = 1e-6;    // length of a quaternion that is taken for a rotation
 constexpr double kFacing = 0.5;        // cosine from the normal to the way out, above which the normal alone counts
 
 /// v, shortened to length `limit` where it is longer.
@@ -29,18 +27,19 @@ double at_most(double value, double limit) noexcept { return value > 0 ? std::mi
 }  // namespace
 
 Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
-    : settings_(settings), device_(device), readings_(device), shell_(settings.tool.points) {
+    : settings_(settings),
+      device_(device),
+      readings_(device),
+      shell_(settings.tool.points),
+      placement_(settings.workspace, settings.clutch) {
   readings_.set(settings.readings);
-  space_ = wanted_space();
-  applied_ = settings.workspace;
   limit_settings();
 }
 
 void Servo::set(const ServoSettings& settings) noexcept {
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
-  recentre_due_ = recentre_due_ || settings_.clutch.recentre != settings.clutch.recentre;
-  space_due_ = true;
+  placement_.set(settings.workspace, settings.clutch);
   settings_ = settings;
   readings_.set(settings.readings);
   limit_settings();
@@ -49,58 +48,17 @@ void Servo::set(const ServoSettings& settings) noexcept {
   first_ = true;
 }
 
-Workspace Servo::wanted_space() const noexcept {
-  Workspace space = settings_.workspace;
-  space.device_origin += drift_;
-  if (const Quatd q = space.rotation; q != Quatd{}) {
-    const double size = std::sqrt(dot(q, q));
-    space.rotation = {q.w / size, q.x / size, q.y / size, q.z / size};
-    // What is no rotation leads nowhere.
-    if (!(size >= kLeastTurn && std::isfinite(size))) space.metres_per_unit = 0;
-  }
-  return space;
-}
-
-void Servo::stay(const Readings::Judged& now, Vec3d device) noexcept {
-  space_ = space_.through(device, last_cursor_);
-  drift_ = space_.device_origin - applied_.device_origin;
-  grip_ = now.orientation.conjugate() * space_.rotation.conjugate() * last_.orientation;
-  if (has_anchor_) anchor_ += space_.turned_to_model(device - last_device_);
-  last_device_ = device;
-}
-
-void Servo::place(const Readings::Judged& now, const DeviceState& reading) noexcept {
-  moved_ = false;
-  leap_ = 0;
-  if (!now.has_position) return;
-  clutched_ = has_place_ && (settings_.clutch.held || (now.buttons & settings_.clutch.buttons) != 0);
-  slip_ = std::clamp(slip_ + (clutched_ ? now.dt : -now.dt) / kSlipTime, 0.0, 1.0);
-  if (!clutched_ && !std::exchange(space_due_, false)) return;
-  if (clutched_) stay(now, reading.position);
-  Workspace wanted = wanted_space();
-  const bool recentred = std::exchange(recentre_due_, false);
-  const Vec3d device = has_place_ ? last_device_ : reading.position;
-  if (recentred)
-    wanted = wanted.through(device, settings_.clutch.centre);
-  else if (clutched_)
-    wanted = wanted.through(device, last_cursor_);
-  drift_ = recentred || clutched_ ? wanted.device_origin - settings_.workspace.device_origin : drift_;
-  if (has_place_ && wanted != space_) workspace_changed(space_, wanted);
-  space_ = wanted;
-  applied_ = settings_.workspace;
-}
-
-void Servo::workspace_changed(const Workspace& was, const Workspace& now) noexcept {
-  const Vec3d before = was.to_model(last_device_), after = now.to_model(last_device_);
+void Servo::workspace_changed(const Placement::Change& change) noexcept {
+  const Workspace &was = change.was, &now = placement_.workspace();
+  const Vec3d before = was.to_model(change.device), after = now.to_model(change.device);
   const Quatd turned = now.rotation == was.rotation ? Quatd{} : now.rotation * was.rotation.conjugate();
-  moved_ = true;
+  const bool touched = last_depth_ > 0 || blend_.blending();
   leap_ = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);
   last_cursor_ = after;
-  // The contact: what was felt goes on from where it was, and friction holds as it held.
+  // What was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
-  const bool touched = last_depth_ > 0 || blend_.blending();
   blend_.moved({shortened(asked_.force, limits_.max_force), asked_.torque}, turned);
-  anchor_ = now.turned_to_model(last_device_) - turned.turn(was.turned_to_model(last_device_) - anchor_);
+  anchor_ = now.turned_to_model(change.device) - turned.turn(was.turned_to_model(change.device) - anchor_);
   shading_.rest();
   if (!(leap_ > kSurfaceJump)) return;
   fade_.reset();
@@ -149,13 +107,13 @@ void Servo::let_go() noexcept {
   sliding_ = false;
 }
 
-bool Servo::risen(double rise) const noexcept { return rise * space_.metres_per_unit > kSurfaceJump; }
+bool Servo::risen(double rise) const noexcept { return rise * workspace().metres_per_unit > kSurfaceJump; }
 
 bool Servo::surface_jumped(const Snapshot& model, double depth, double travel) const noexcept {
   if (&model != last_model_) {
     LocateHint hint = hint_;
     const std::optional<Contact> before = probe(model, last_cursor_, hint);
-    if (before && before->depth * space_.metres_per_unit > last_depth_ + kSurfaceJump) return true;
+    if (before && before->depth * workspace().metres_per_unit > last_depth_ + kSurfaceJump) return true;
   }
   // From above, depth cannot grow much faster than the hand moves; from below, it is large at once.
   return !was_in_slab_ && depth > kSteepest * travel + kSurfaceJump;
@@ -186,7 +144,7 @@ Servo::Touch Servo::paper_touch(const Snapshot& model, Vec3d cursor, double trav
     now.depth = now.push = contact->depth;
     now.normal = now.surface.normal;
     now.contact_point = settings_.force.paper_contact ? cursor + now.normal * now.depth : now.surface.position;
-    now.jumped = surface_jumped(model, now.depth * space_.metres_per_unit, travel);
+    now.jumped = surface_jumped(model, now.depth * workspace().metres_per_unit, travel);
   }
   was_in_slab_ = contact && !contact->hole;
   return now;
@@ -227,7 +185,7 @@ Servo::Touch Servo::point_touch(const Snapshot& model, Vec3d cursor, Proxy::Ease
     if (!settings_.force.exact_normals) now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
   }
   if (!settings_.force.exact_normals) {
-    const double metres = space_.metres_per_unit;
+    const double metres = workspace().metres_per_unit;
     const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
     const auto [all, gift] = stored(limits_.stiffness, now);
     now.normal =
@@ -304,11 +262,11 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
     sliding_ = false;
   } else {
     // It is where the tool touches that moves over the surface.
-    anchor_ -= cross(turn, touch.arm * space_.metres_per_unit);
+    anchor_ -= cross(turn, touch.arm * workspace().metres_per_unit);
     spin_ += dot(turn, touch.normal);
   }
   Friction now;
-  const double radius = touch.spread * space_.metres_per_unit;
+  const double radius = touch.spread * workspace().metres_per_unit;
   if (radius > 0) {
     const double most = kinetic * normal_force / (stiffness * radius);  // rad
     spin_ = std::clamp(spin_, -most, most);
@@ -329,7 +287,7 @@ Servo::Friction Servo::friction(const Snapshot& model, const Touch& touch, Vec3d
 }
 
 double Servo::depth_for(double force) const noexcept {
-  const double force_per_unit = limits_.stiffness * space_.metres_per_unit;
+  const double force_per_unit = limits_.stiffness * workspace().metres_per_unit;
   return force_per_unit > 0 ? force / force_per_unit : 1e300;
 }
 
@@ -341,19 +299,18 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
 }
 
 Servo::Stored Servo::stored(double stiffness, const Touch& felt) const noexcept {
-  const double metres = space_.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
+  const double metres = workspace().metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
   if (felt.grown == 0) return {all, 0};
   return {all, all - in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres)};
 }
 
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
-  const Readings::Judged now = readings_.judge(reading, space_due_ ? wanted_space() : space_);
+  const Readings::Judged now = readings_.judge(reading, placement_.next_workspace());
   follow_period();
   if (!now.news && now.faults == 0) {
     hold(now, reading);
     return last_;
   }
-  place(now, reading);
   return last_ = feel(model, reading, now);
 }
 
@@ -382,7 +339,7 @@ void Servo::fade_out(ServoSample& sample, double dt, double gift) noexcept {
     return;
   }
   const Wrench& left = asked_;
-  const double per_unit = limits_.stiffness * space_.metres_per_unit;
+  const double per_unit = limits_.stiffness * workspace().metres_per_unit;
   sample.contact = true;
   sample.at = last_.at;
   sample.normal = normalized(left.force);
@@ -399,17 +356,16 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   sample.device = reading.position;
   sample.buttons = now.buttons;
   sample.flags = now.faults | now.warnings;
-  sample.velocity = space_.turned_to_model(now.velocity);
-  const Quatd orientation = space_.orientation_to_model(now.orientation);
-  sample.orientation = clutched_ ? last_.orientation : grip_ == Quatd{} ? orientation : orientation * grip_;
+  const Placement::Place at = placement_.place(now, reading.position);
+  leap_ = 0;
+  if (at.change) workspace_changed(*at.change);
+  if (at.clutched) anchor_ += at.step;
+  sample.velocity = at.velocity;
+  sample.orientation = at.orientation;
   if (now.faults != 0) latched_ = true;
-  // The hand's place, way and turn along the model's axes; the tool's way is another one where the clutch is held.
-  const Vec3d hand = space_.turned_to_model(reading.position), step = space_.turned_to_model(now.step);
-  const Vec3d hand_turn = space_.turned_to_model(now.turn), turn = clutched_ ? Vec3d{} : hand_turn;
-  const Vec3d velocity = sample.velocity * (1 - slip_);
   const double gift = std::exchange(gift_, 0.0);
   if (now.faults == 0)
-    guard_.observe({hand, sample.velocity, now.dt, hand_turn, moved_ || clutched_ || blend_.blending()});
+    guard_.observe({at.hand, at.velocity, now.dt, at.turn, at.change || at.clutched || blend_.blending()});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
@@ -419,8 +375,8 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
     return sample;
   }
 
-  const Vec3d cursor = clutched_ ? last_cursor_ : space_.to_model(reading.position);
-  const ToolPose tool = {cursor, sample.orientation};
+  const Vec3d cursor = at.cursor;
+  const ToolPose tool = {cursor, at.orientation};
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
   if (as_paper) start_contact_anew();
@@ -453,10 +409,8 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
     static_cast<void>(touch(model, tool, now));
   }
   first_ = false;
-  has_place_ = true;
-  last_device_ = reading.position;
   last_cursor_ = cursor;
-  last_depth_ = felt.depth * space_.metres_per_unit;
+  last_depth_ = felt.depth * workspace().metres_per_unit;
   last_share_ = 1;
   last_stored_ = 0;
   last_model_ = &model;
@@ -476,11 +430,11 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   const SurfacePoint& surface = felt.surface;
   const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
   const double stiffness = limits_.stiffness * at_most(share, 1);
-  const double metres = space_.metres_per_unit;
+  const double metres = workspace().metres_per_unit;
   const double spring = stiffness * felt.push * metres;
-  const double outwards = spring - limits_.damping * dot(velocity, felt.normal);
+  const double outwards = spring - limits_.damping * (1 - at.loose) * dot(at.velocity, felt.normal);
   const double normal_force = std::max(0.0, outwards);
-  const Friction sideways = friction(model, felt, hand, turn, stiffness, normal_force);
+  const Friction sideways = friction(model, felt, at.hand, at.clutched ? Vec3d{} : at.turn, stiffness, normal_force);
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
   last_share_ = at_most(share, 1);
@@ -492,7 +446,7 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   Vec3d along = felt.normal;
   if (blend_.blending()) {
     // Where the model was moved under the tool: of the change, the hand's own way is felt at once.
-    const Vec3d by_hand = felt.normal * (clutched_ ? 0 : -stiffness * dot(step, felt.normal));
+    const Vec3d by_hand = felt.normal * (at.clutched ? 0 : -stiffness * dot(at.step, felt.normal));
     wish = blend_.step({shortened(wish.force, limits_.max_force), wish.torque}, by_hand, now.dt);
     along = normalized(wish.force);
   }

@@ -8,6 +8,7 @@
 #include <relief/haptics/fault.h>
 #include <relief/haptics/force_blend.h>
 #include <relief/haptics/guard.h>
+#include <relief/haptics/placement.h>
 #include <relief/haptics/readings.h>
 #include <relief/haptics/shading.h>
 #include <relief/haptics/texture_fade.h>
@@ -47,15 +48,6 @@ struct TouchTool {
   /// At most PointShell::kMostPoints. They belong to the caller, are copied where a servo is made, and are the servo's
   /// for good.
   std::span<const Vec3d> points = {};
-};
-
-/// How a hand goes on over a model that is larger than its reach.
-struct Clutch {
-  bool held = false;          ///< the device moves, and the tool in the model stays where it is, with its force
-  std::uint32_t buttons = 0;  ///< the same while one of these is down
-  /// Any other number than the one before puts the tool at `centre`, wherever the device is then.
-  std::uint32_t recentre = 0;
-  Vec3d centre = {};  ///< model units
 };
 
 struct ServoSettings {
@@ -115,9 +107,9 @@ class Servo {
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
   /// How the device's workspace lies now: as set, but for what clutch and re-centring have moved it by.
-  [[nodiscard]] const Workspace& workspace() const noexcept { return space_; }
+  [[nodiscard]] const Workspace& workspace() const noexcept { return placement_.workspace(); }
   /// What the device is to be told after the last step: that step's force and torque in its axes.
-  [[nodiscard]] Wrench command() const noexcept { return space_.command_to_device({last_.force, last_.torque}); }
+  [[nodiscard]] Wrench command() const noexcept { return workspace().command_to_device({last_.force, last_.torque}); }
 
  private:
   /// What the settings and the device allow together; every number finite and not negative.
@@ -127,14 +119,8 @@ class Servo {
     bool lowered = false;  ///< stiffness, because ticks come late
   };
   void limit_settings() noexcept;
-  /// The workspace that the settings ask for, and what clutch and re-centring have moved it by.
-  [[nodiscard]] Workspace wanted_space() const noexcept;
-  /// Takes over the workspace, clutch and re-centring for a good reading.
-  void place(const Readings::Judged& now, const DeviceState& reading) noexcept;
-  /// The tool is to stay where it was, wherever the hand went.
-  void stay(const Readings::Judged& now, Vec3d device) noexcept;
-  /// The cursor of the last tick is elsewhere now, though the hand did nothing.
-  void workspace_changed(const Workspace& was, const Workspace& now) noexcept;
+  /// The workspace was another one in the last tick.
+  void workspace_changed(const Placement::Change& change) noexcept;
   /// The last answer again, for a reading that is the last one again.
   void hold(const Readings::Judged& now, const DeviceState& reading) noexcept;
   /// The answer to a reading.
@@ -204,17 +190,10 @@ class Servo {
   BallProxy ball_;
   PointShell shell_;
   ForceBlend blend_;
-  Wrench asked_;               ///< by the law in the last tick, or as it was blended
-  ServoSample last_;           ///< of the last tick
-  Workspace space_, applied_;  ///< in use; what the settings asked for then
-  Vec3d drift_;                ///< m, what clutch and re-centring have moved the device's origin by
-  Quatd grip_;                 ///< what the clutch has turned the tool in the hand by
-  bool has_place_ = false;     ///< a good reading has come
-  Vec3d last_device_;          ///< m, the position in the last good one
-  bool clutched_ = false, recentre_due_ = false, space_due_ = false;
-  double slip_ = 0;     ///< share of the hand's velocity that is not the tool's
-  bool moved_ = false;  ///< the model was moved under the tool since the last tick
-  double leap_ = 0;     ///< m, by so much at the hand
+  Wrench asked_;      ///< by the law in the last tick, or as it was blended
+  ServoSample last_;  ///< of the last tick
+  Placement placement_;
+  double leap_ = 0;  ///< m at the hand, by which the tool was moved since the last tick without the hand
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
