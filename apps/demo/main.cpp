@@ -140,7 +140,7 @@ class Demo {
 
     Session::Settings settings;
     settings.servo.workspace = workspace;
-    settings.keep_trace = true;
+    settings.on_tick = [this](const ServoTick& tick) { report_.trace.push_back(tick.sample); };
     settings.sculpt.dabs_per_second = 250;
     settings.sculpt.full_depth = 0.008 * diagonal(box_);
     RELIEF_TRY(Recorder recorder, Recorder::create(o_.out / "session.rlog", Recorder::Pace::Live,
@@ -159,8 +159,7 @@ class Demo {
     null_thread.join();
     RELIEF_CHECK(drawn);
     RELIEF_CHECK(stopped);
-    for (const ServoSample& s : session_->stats().trace)
-      report_.force_max = std::max(report_.force_max, length(s.force));
+    for (const ServoSample& s : report_.trace) report_.force_max = std::max(report_.force_max, length(s.force));
     const SessionStats& stats = session_->stats();
     say(fmt::format(
         "felt {} ticks ({} in contact, up to {:.2f} N), {} strokes, {} dabs, {} samples edited, {} frames drawn",
@@ -205,7 +204,7 @@ class Demo {
 
   /// The moment of the largest force while carving, with the hand.
   Status hand_picture() {
-    const auto& trace = session_->stats().trace;
+    const auto& trace = report_.trace;
     const auto strongest = std::ranges::max_element(
         trace, {}, [](const ServoSample& s) { return s.contact && (s.buttons & 1U) != 0 ? length(s.force) : -1.0; });
     DrawSettings settings;

@@ -89,7 +89,7 @@ Status write_report(const Report& r, const std::filesystem::path& file) {
     html += row("&nbsp;&nbsp;" + escaped(phase.name), fmt::format("{:.3f} s", phase.seconds));
   html += "</table>";
 
-  html += "<h2>Force</h2>" + force_trace(s.trace);
+  html += "<h2>Force</h2>" + force_trace(r.trace);
   html += fmt::format("<p>Largest force {:.2f} N; {} of {} ticks in contact.</p>", r.force_max, s.contact_samples,
                       s.samples);
 

@@ -22,6 +22,7 @@ struct Report {
   double convert_seconds = 0;  ///< CPU, all threads
   double force_max = 0;        ///< N
   const SessionStats* stats = nullptr;
+  std::vector<ServoSample> trace;  ///< of every tick
   ServoTimes null_loop;
   std::uint64_t frames = 0;      ///< drawn while the servo ran
   double frame_cpu_seconds = 0;  ///< median per frame

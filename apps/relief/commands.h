@@ -6,6 +6,7 @@
 #include <relief/core/model.h>
 #include <relief/edit/editor.h>
 #include <relief/file/model_file.h>
+#include <relief/file/recording.h>
 #include <relief/haptics/servo.h>
 
 #include <CLI/CLI.hpp>
@@ -70,6 +71,8 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 [[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
 /// "a, b, c".
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);
+/// A line that says how much of a recording is whole where its end is missing; empty where it is not.
+[[nodiscard]] std::string missing_end(const Recording& recording);
 /// What `relief devices` and --device call a recording, before the name of its file.
 inline constexpr std::string_view kReplayDevice = "replay:";
 
@@ -103,8 +106,10 @@ void print_json(const nlohmann::ordered_json& object);
 /// "x,y,z". Error: InvalidArgument naming the option.
 [[nodiscard]] Result<Vec3d> parse_vector(std::string_view option, std::string_view text);
 
-/// How a model lies in a device's workspace: in its middle, at the given scale, or (0) with its diagonal 0.15 m long.
-[[nodiscard]] Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit);
+/// How a model lies in a device's workspace: in its middle, at the given scale, or (0) with its diagonal 0.15 m long,
+/// or what fits. `axes`: from the device's to the model's.
+[[nodiscard]] Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit,
+                                      Quatd axes = {});
 
 /// One row of a path: a device reading in model units, and its first four fields as they were written.
 struct PathRow {
@@ -119,10 +124,6 @@ struct PathRow {
 /// Reads the points of a rigid tool (header x,y,z), model units, in the tool's frame: 1 to TouchTool::kMostPoints.
 /// Errors name the file and the line.
 [[nodiscard]] Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file);
-/// The header of F.csv, and one of its rows; `echo` is the row's t,x,y,z as read. With the torque where there is one.
-[[nodiscard]] std::string force_header(bool torque);
-[[nodiscard]] std::string force_row(const ServoSample& sample, std::string_view echo, bool torque);
-
 /// Reads a strokes file. Errors name the file, the stroke and the field.
 [[nodiscard]] Result<std::vector<Stroke>> read_strokes(const std::filesystem::path& file);
 

@@ -1,4 +1,4 @@
-// Paths in, forces out: the CSV files of relief touch.
+// Paths in: the CSV files that relief touch reads.
 #include "commands.h"
 
 #include <relief/base/try.h>
@@ -118,21 +118,6 @@ Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file) {
       }));
   if (points.empty()) return fail(Errc::Corrupt, shown + ": has no points; a line x,y,z for each is wanted");
   return points;
-}
-
-std::string force_header(bool torque) {
-  return fmt::format("t,x,y,z,contact,slab,u,v,alpha,depth,px,py,pz,nx,ny,nz,fx,fy,fz,flags{}\n",
-                     torque ? ",tx,ty,tz" : "");
-}
-
-std::string force_row(const ServoSample& s, std::string_view echo, bool torque) {
-  const SlabCoord at = s.contact ? s.at : SlabCoord{};
-  std::string row = fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", echo, s.contact ? 1 : 0,
-                                s.contact ? static_cast<std::int64_t>(at.slab) : -1, at.u, at.v, at.alpha,
-                                s.contact ? s.depth : 0.0, s.contact_point.x, s.contact_point.y, s.contact_point.z,
-                                s.normal.x, s.normal.y, s.normal.z, s.force.x, s.force.y, s.force.z, s.flags);
-  if (torque) row += fmt::format(",{},{},{}", s.torque.x, s.torque.y, s.torque.z);
-  return row + '\n';
 }
 
 Result<Vec3d> parse_vector(std::string_view option, std::string_view text) {

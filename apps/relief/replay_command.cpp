@@ -52,6 +52,10 @@ ordered_json summary_of(const Replay& replay) {
     if (run.first != next) json["gaps"].push_back({{"first", next}, {"ticks", run.first - next}});
     next = run.first + run.count;
   }
+  const bool ended = !recording.head().fact("end").empty();
+  json["whole"] = ended && !recording.cut();
+  if (recording.cut()) json["cut"] = {{"bytes", recording.cut()->bytes}, {"of", recording.cut()->whole_bytes}};
+  json["contact_law"] = replay.contact_law();
   json["events"] = recording.events().size();
   json["device"] = {{"name", printable(replay.device().name)},
                     {"max_force", replay.device().max_force},
@@ -90,11 +94,20 @@ void say_summary(const ordered_json& json) {
                     s["guard"].get<bool>() ? ", guarded" : "", tool_of(s)));
 }
 
+/// Why forces may differ that are worked out anew; empty under the same law.
+std::string other_law(int recorded) {
+  if (recorded == kContactLaw) return {};
+  return fmt::format("recorded under contact law {}, and this program has {} law {}, so differences are expected",
+                     recorded, recorded < kContactLaw ? "the newer" : "the older", kContactLaw);
+}
+
 /// The sentence for a recording that could not be repeated; empty when it was.
 std::string complaint(const Verification& v) {
+  const std::string law = other_law(v.contact_law);
   if (v.difference)
-    return fmt::format("tick {} (t = {} s) differs: {} is now {}, recorded {}", v.difference->tick, v.difference->t,
-                       v.difference->field, v.difference->now, v.difference->recorded);
+    return fmt::format("tick {} (t = {} s) differs: {} is now {}, recorded {}{}", v.difference->tick, v.difference->t,
+                       v.difference->field, v.difference->now, v.difference->recorded,
+                       law.empty() ? "" : "; it was " + law);
   if (!v.stopped.empty())
     return fmt::format("cannot be checked from tick {} on: {}", v.checked, printable(v.stopped, 200));
   return {};
@@ -105,6 +118,7 @@ ordered_json to_json(const Verification& v) {
   json["holds"] = v.holds();
   json["ticks"] = v.ticks;
   json["checked"] = v.checked;
+  json["contact_law"] = v.contact_law;
   if (v.difference)
     json["difference"] = {{"tick", v.difference->tick},
                           {"t", v.difference->t},
@@ -159,8 +173,13 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
     RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
   ordered_json json = summary_of(replay);
-  if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv));
-  if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap));
+  if (!context.json) {
+    if (const std::string missing = missing_end(replay.recording()); !missing.empty()) print(missing + "\n");
+    if (const std::string law = other_law(replay.contact_law()); !law.empty() && !o.verify)
+      print(printable(o.recording) + ": " + law + "\n");
+  }
+  if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone));
+  if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone));
   replay.rewind();
   if (!o.report.empty()) RELIEF_CHECK(write_replay_page(replay, o.report));
   const bool only_shown = !o.verify && !o.change && o.csv.empty() && o.mcap.empty() && o.report.empty();
@@ -192,6 +211,18 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
 
 }  // namespace
 
+std::string missing_end(const Recording& recording) {
+  const std::string name = printable(recording.file().string());
+  const std::uint64_t ticks = recording.tick_count();
+  if (recording.cut())
+    return fmt::format("{}: its end is missing, the file was cut at {} of {} bytes; {} ticks are whole", name,
+                       recording.cut()->bytes, recording.cut()->whole_bytes, ticks);
+  if (recording.head().fact("end").empty())
+    return fmt::format("{}: its end is missing, for the program that made it was ended; {} ticks are whole", name,
+                       ticks);
+  return {};
+}
+
 void add_replay(CLI::App& app, Context& context) {
   auto o = std::make_shared<ReplayOptions>();
   CLI::App* c = app.add_subcommand(
@@ -203,7 +234,8 @@ void add_replay(CLI::App& app, Context& context) {
   c->add_option("--model", o->model, "The model, where it is not where it was recorded, nor beside the recording")
       ->check(names_file);
   c->add_flag("--verify", o->verify,
-              "Repeat every tick and compare bit for bit; exit status 1 when one differs or cannot be checked");
+              "Repeat every tick and compare bit for bit; exit status 1 when one differs or cannot be checked.\n"
+              "Of a recording whose end is missing, all that is whole; a line says how much that is");
   c->add_option("--csv", o->csv, "Write every tick as a line; units stand in the header")->check(names_file);
   c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)")
       ->check(names_file);

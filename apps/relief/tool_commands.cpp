@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -21,16 +22,68 @@ namespace relief::cli {
 
 namespace {
 
+using nlohmann::ordered_json;
+
+ordered_json to_json(const Freedom& f) {
+  return {{"position", f.position}, {"rotation", f.rotation}, {"gripper", f.gripper}};
+}
+
+/// Numbers that are not known are null.
+ordered_json to_json(const DeviceInfo& d) {
+  const Box3d room = workspace_of(d);
+  ordered_json workspace;
+  if (!room.empty()) workspace = {{room.low.x, room.low.y, room.low.z}, {room.high.x, room.high.y, room.high.z}};
+  return {{"sensed", to_json(d.sensed)},
+          {"actuated", to_json(d.actuated)},
+          {"max_force", d.max_force},
+          {"continuous_force", d.continuous_force},
+          {"max_force_rate", d.max_force_rate},
+          {"max_torque", d.max_torque},
+          {"max_stiffness", d.max_stiffness},
+          {"max_damping", d.max_damping},
+          {"max_work", d.max_work},
+          {"max_speed", d.max_speed},
+          {"workspace", workspace},
+          {"rate", d.rate > 0 ? ordered_json(d.rate) : ordered_json()},
+          {"delay", std::max(d.delay, d.delay_ticks * tick_of(d))},
+          {"handedness", name(d.handedness)},
+          {"gravity_compensation", name(d.gravity)},
+          {"filters", d.filters},
+          {"serial", d.serial},
+          {"absolute", d.absolute},
+          {"pull", d.pull}};
+}
+
+/// "3 axes felt of 3; up to 3.3 N, 0.88 N for long; ...".
+std::string facts_of(const DeviceListing& listing) {
+  const DeviceInfo& d = listing.info;
+  const Vec3d room = workspace_of(d).empty() ? Vec3d{} : workspace_of(d).extent();
+  std::string text =
+      fmt::format("{} axes, {} with force: up to {} N, {} N for long; {} N/m, {} N*s/m", d.sensed.count(),
+                  d.actuated.count(), d.max_force, d.continuous_force, d.max_stiffness, d.max_damping);
+  if (room != Vec3d{}) text += fmt::format("; {:.3g} x {:.3g} x {:.3g} m", room.x, room.y, room.z);
+  if (d.rate > 0) text += fmt::format("; {:g} Hz", d.rate);
+  if (!d.filters.empty()) text += "; filters: " + printable(d.filters);
+  return text + "; " + std::string(name(listing.evidence));
+}
+
 Status run_devices(const Context& context) {
-  nlohmann::ordered_json json;
-  json["devices"] = nlohmann::ordered_json::array();
-  std::vector<DeviceListing> devices = list_devices();
-  devices.push_back({"sim:hand:FILE.json", "simulated hand on a device whose figures are in a file"});
-  devices.push_back(
-      {std::string(kReplayDevice) + "REC.rlog", "a recording, played as the device that it was made with"});
-  for (const DeviceListing& d : devices) {
+  ordered_json json;
+  json["devices"] = ordered_json::array();
+  for (const DeviceListing& d : list_devices()) {
+    if (!context.json) print(fmt::format("{:24} {}\n{:24} {}\n", d.name, d.description, "", facts_of(d)));
+    ordered_json one = {{"name", d.name}, {"description", d.description}, {"evidence", name(d.evidence)}};
+    one.update(to_json(d.info));
+    json["devices"].push_back(std::move(one));
+  }
+  // Their facts are in a file.
+  const DeviceListing of_files[] = {
+      {.name = "sim:hand:FILE.json", .description = "simulated hand on a device whose figures are in a file"},
+      {.name = std::string(kReplayDevice) + "REC.rlog",
+       .description = "a recording, played as the device that it was made with"}};
+  for (const DeviceListing& d : of_files) {
     if (!context.json) print(fmt::format("{:24} {}\n", d.name, d.description));
-    json["devices"].push_back({{"name", d.name}, {"description", d.description}});
+    json["devices"].push_back({{"name", d.name}, {"description", d.description}, {"evidence", name(d.evidence)}});
   }
   if (context.json) print_json(json);
   return {};
@@ -72,7 +125,7 @@ Status run_bench(const std::string& what, bool thorough, const Context& context)
 }  // namespace
 
 void add_devices(CLI::App& app, Context& context) {
-  CLI::App* c = app.add_subcommand("devices", "List what can touch a model");
+  CLI::App* c = app.add_subcommand("devices", "List what can touch a model, with what each can do");
   finish_command(*c, context, [&context] { return run_devices(context); });
 }
 

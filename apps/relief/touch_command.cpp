@@ -1,8 +1,8 @@
 // touch: forces along a path, or live with a device.
 #include "commands.h"
+#include "force_file.h"
 #include "program.h"
 
-#include <relief/base/atomic_file.h>
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
@@ -30,8 +30,12 @@ constexpr double kSmallestTip = 1e-6, kLargestTip = 0.05;  // of the diagonal
 struct TouchOptions {
   std::string model, path, out, device, record;
   double metres_per_unit = 0;
+  Quatd axes;  ///< from the device's to the model's
   double seconds = 0;
   ForceSettings force;
+  ReadingSettings readings;
+  int clutch_button = 0;  ///< 1 to 8; 0: none
+  LossSettings loss;
   double tool_radius = 0;
   bool names_tool = false;  ///< an option says which
   std::string tool_points;
@@ -42,6 +46,15 @@ struct Summary {
   std::uint64_t ticks = 0, contact = 0, flagged = 0;
   std::uint32_t flags = 0;
   double force_max = 0, depth_max = 0;
+
+  void add(const ServoSample& sample) {
+    ++ticks;
+    contact += sample.contact ? 1U : 0U;
+    flagged += sample.flags != 0 ? 1U : 0U;
+    flags |= sample.flags;
+    force_max = std::max(force_max, length(sample.force));
+    depth_max = std::max(depth_max, sample.depth);
+  }
 };
 
 /// What a recording that is played as a device says of how it was made.
@@ -49,6 +62,7 @@ struct Played {
   double radius = 0;
   std::vector<Vec3d> points;  ///< of a rigid tool
   bool same_model = false;    ///< it was made with this model
+  std::string missing_end;    ///< a line for where its end is missing
 };
 
 /// A device, and how the model lies in its workspace.
@@ -73,14 +87,20 @@ Result<OpenedDevice> open_named(const TouchOptions& o, const Model& model) {
     const bool same =
         fmt::format("{:016x}", model.head->content_hash()) == replay.recording().head().fact("model_hash");
     return OpenedDevice{.device = std::make_unique<ReplayDevice>(replay.device(), std::move(readings)),
-                        .workspace = o.metres_per_unit > 0 ? workspace_for(model, replay.device(), o.metres_per_unit)
-                                                           : recorded.workspace,
+                        .workspace = o.metres_per_unit > 0 || o.axes != Quatd{}
+                                         ? workspace_for(model, replay.device(), o.metres_per_unit, o.axes)
+                                         : recorded.workspace,
                         .played = Played{.radius = recorded.tool.radius,
                                          .points = {recorded.tool.points.begin(), recorded.tool.points.end()},
-                                         .same_model = same}};
+                                         .same_model = same,
+                                         .missing_end = missing_end(replay.recording())}};
   }
-  const Workspace workspace = workspace_for(model, plant_presets().front().info, o.metres_per_unit);
+  // The hand's way depends on the workspace, and that on the device.
+  RELIEF_TRY(const std::unique_ptr<HapticDevice> known, open_device(o.device, {}));
+  const Workspace workspace = workspace_for(model, known->info(), o.metres_per_unit, o.axes);
   RELIEF_TRY(std::unique_ptr<HapticDevice> device, open_device(o.device, exploring_hand(*model.head, workspace)));
+  if (const DeviceStatus status = device->status(); !status.to_do.empty())
+    return fail(Errc::DeviceUnavailable, printable(o.device) + ": " + printable(status.to_do, 300));
   return OpenedDevice{.device = std::move(device), .workspace = workspace};
 }
 
@@ -99,12 +119,18 @@ Result<ServoSettings> settings_for(const TouchOptions& o, const ModelFile& file,
                                ? fmt::format("{} was made with --tool-radius", printable(played_recording(o)))
                                : "--tool-radius";
   if (points.empty()) RELIEF_CHECK(check_tool_radius(radius, file.model(), o.model, said));
-  return ServoSettings{.workspace = workspace, .force = o.force, .tool = {radius, points}};
+  const std::uint32_t clutch = o.clutch_button > 0 ? 1U << static_cast<unsigned>(o.clutch_button - 1) : 0U;
+  return ServoSettings{.workspace = workspace,
+                       .force = o.force,
+                       .tool = {radius, points},
+                       .readings = o.readings,
+                       .clutch = {.buttons = clutch}};
 }
 
 /// What was taken over from a recording that is played.
 void say_played(const TouchOptions& o, const Played& played, const TouchTool& tool) {
   const std::string recording = printable(played_recording(o));
+  if (!played.missing_end.empty()) print(played.missing_end + "\n");
   if (!o.names_tool)
     print(fmt::format("{}: its tool was taken over, {}\n", recording, tool_name(tool.radius, tool.points.size())));
   if (!played.same_model)
@@ -148,27 +174,69 @@ void say(const Context& context, const ordered_json& json, const Summary& s) {
       flags.empty() ? "" : fmt::format("; {} tick{} flagged: {}", s.flagged, s.flagged == 1 ? "" : "s", flags)));
 }
 
+/// How the recording ended.
+OutputEnd end_of(const TouchOptions& o, const Recorder& recorder, Status status) {
+  return {.name = printable(o.record), .rows = recorder.kept(), .status = std::move(status), .of = "ticks"};
+}
+
+ordered_json to_json(const std::vector<OutputEnd>& outputs) {
+  ordered_json json = ordered_json::array();
+  for (const OutputEnd& end : outputs) {
+    ordered_json one = {{"file", end.name}, {std::string(end.of), end.rows}};
+    if (end.lost > 0) one["lost"] = end.lost;
+    if (!end.status) one["error"] = end.status.error().message;
+    json.push_back(std::move(one));
+  }
+  return json;
+}
+
+/// "f.csv: 1200 rows".
+std::string text_of(const OutputEnd& end) {
+  return fmt::format("{}: {} {}{}{}", end.name, end.rows, end.of,
+                     end.lost > 0 ? fmt::format(" ({} were left out: the disk was too slow)", end.lost) : "",
+                     end.status ? "" : ", and then it failed");
+}
+
+/// What the run ends in, each output for itself: the first that failed, with what the others hold.
+Status end_of(const std::vector<OutputEnd>& outputs, const std::string& cancelled) {
+  std::string rest;
+  const OutputEnd* failed = nullptr;
+  for (const OutputEnd& end : outputs) {
+    if (!end.status && failed == nullptr)
+      failed = &end;
+    else
+      rest += (rest.empty() ? "" : "; ") + text_of(end);
+  }
+  if (failed != nullptr)
+    return fail(failed->status.error().code, fmt::format("{} ({} {} are in it){}", failed->status.error().message,
+                                                         failed->rows, failed->of, rest.empty() ? "" : "; " + rest));
+  if (!cancelled.empty()) return fail(Errc::Cancelled, cancelled + (rest.empty() ? "" : "; " + rest));
+  return {};
+}
+
 Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
-  // The limits are those of the device named, or touch-like; without one the path may lead anywhere.
+  // The limits are those of the device named, or touch-like; without one the path may lead anywhere. It need not fit
+  // into a workspace: nobody has to reach it.
   DeviceInfo device = plant_presets().front().info;
   device.workspace_radius = 0;
+  const Workspace workspace = workspace_for(file.model(), device, o.metres_per_unit, o.axes);
   if (!o.device.empty()) {
     RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
     device = named.device->info();
   }
   std::vector<Vec3d> points;
-  RELIEF_TRY(const ServoSettings settings,
-             settings_for(o, file, workspace_for(file.model(), device, o.metres_per_unit), {}, points));
+  RELIEF_TRY(const ServoSettings settings, settings_for(o, file, workspace, {}, points));
   RELIEF_TRY(std::optional<Recorder> recorder, recorder_for(o, Recorder::Pace::Path, file, settings, device));
   Servo servo(settings, device);
-  RELIEF_TRY(AtomicFile out, AtomicFile::create(o.out));
-  RELIEF_CHECK(out.write(force_header(!points.empty())));
+  RELIEF_TRY(PathForces out, PathForces::create(o.out, !points.empty()));
   Summary summary;
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  bool takes_rows = true, cancelled = false;
+  for (std::size_t k = 0; k < rows.size() && (takes_rows || recorder); ++k) {
     if (k % 4096 == 0) {
-      if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+      cancelled = context.progress.cancelled();
+      if (cancelled) break;
       context.progress("touch", static_cast<double>(k) / static_cast<double>(rows.size()));
     }
     ServoTick tick;
@@ -188,80 +256,125 @@ Status run_path(const TouchOptions& o, const Context& context) {
       sample = servo.step(*tick.model, tick.reading);
     }
     // Without contact p is the cursor: as read and not through the device's units, or the last good one.
-    if (!sample.contact && (sample.flags & bit(ServoFault::BadPosition)) == 0) sample.contact_point = rows[k].position;
-    ++summary.ticks;
-    summary.contact += sample.contact ? 1U : 0U;
-    summary.flagged += sample.flags != 0 ? 1U : 0U;
-    summary.flags |= sample.flags;
-    summary.force_max = std::max(summary.force_max, length(sample.force));
-    summary.depth_max = std::max(summary.depth_max, sample.depth);
-    RELIEF_CHECK(out.write(force_row(sample, rows[k].text, !points.empty())));
+    if (!sample.contact && (sample.flags & (bit(ServoFault::BadPosition) | bit(ServoFault::NoNews))) == 0)
+      sample.contact_point = rows[k].position;
+    summary.add(sample);
+    takes_rows = takes_rows && out.row(sample, rows[k].text);
   }
-  if (recorder) RELIEF_CHECK(recorder->finish(nullptr));
-  RELIEF_CHECK(out.commit());
+  std::vector<OutputEnd> outputs = {out.finish()};
+  if (recorder) {
+    Status recorded = recorder->finish(nullptr);
+    outputs.push_back(end_of(o, *recorder, std::move(recorded)));
+  }
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = settings.workspace.metres_per_unit;
+  json["outputs"] = to_json(outputs);
   say(context, json, summary);
-  return {};
+  return end_of(outputs, cancelled ? fmt::format("stopped after {} of {} rows", summary.ticks, rows.size()) : "");
+}
+
+/// Tells of each loss of the device as it comes; `told` counts what was.
+void say_losses(const std::vector<DeviceLoss>& losses, std::size_t& told) {
+  for (std::size_t k = told / 2; k < losses.size(); ++k) {
+    const DeviceLoss& loss = losses[k];
+    if (told == 2 * k) {
+      print(fmt::format("tick {}: the device does not answer{}; no force, trying again\n", loss.tick,
+                        loss.reason.empty() ? "" : ": " + printable(loss.reason)));
+      ++told;
+    }
+    if (!loss.over) return;
+    print(fmt::format("the device answers again after {:.3g} s; forces come back once it has lifted off\n",
+                      loss.seconds));
+    ++told;
+  }
+}
+
+ordered_json to_json(const std::vector<DeviceLoss>& losses) {
+  ordered_json json = ordered_json::array();
+  for (const DeviceLoss& loss : losses)
+    json.push_back({{"tick", loss.tick},
+                    {"seconds", loss.seconds},
+                    {"over", loss.over},
+                    {"reopened", loss.reopened},
+                    {"reason", printable(loss.reason)}});
+  return json;
+}
+
+ordered_json to_json(const ServoTimes& times) {
+  return {{"ticks", times.ticks},
+          {"overruns", times.overruns},
+          {"dropped", times.dropped},
+          {"realtime", times.realtime},
+          {"memory_locked", times.memory_locked},
+          {"note", times.note},
+          {"losses", times.losses},
+          {"compute_ns_p50", times.compute.quantile(0.5)},
+          {"compute_ns_p999", times.compute.quantile(0.999)},
+          {"late_ns_p50", times.late.quantile(0.5)},
+          {"late_ns_max", times.late.max()}};
 }
 
 Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
   HapticDevice& device = *opened.device;
-  std::optional<AtomicFile> out;
-  if (!o.out.empty()) {
-    RELIEF_TRY(AtomicFile created, AtomicFile::create(o.out));
-    out.emplace(std::move(created));
-  }
   Session::Settings settings;
   std::vector<Vec3d> points;
   RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, opened.played, points));
+  settings.loss = o.loss;
   if (opened.played && !context.json) say_played(o, *opened.played, settings.servo.tool);
-  settings.keep_trace = out.has_value();
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
+  std::unique_ptr<LiveForces> out;
+  if (!o.out.empty()) {
+    RELIEF_TRY(out, LiveForces::create(o.out, !points.empty()));
+  }
+  if (out) settings.on_tick = [&out](const ServoTick& tick) { out->take(tick); };
   Session session(device, file.model().head, nullptr, settings, recorder ? &*recorder : nullptr);
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  std::size_t told = 0;
   // Without --seconds a recording is played to its end.
   while (session.running() && (o.seconds == 0 || elapsed() < o.seconds) && !context.progress.cancelled()) {
     if (o.seconds > 0) context.progress("touch", elapsed() / o.seconds);
+    if (!context.json) say_losses(session.losses(), told);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  RELIEF_CHECK(session.stop());
-  if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
+  const bool gone = !session.running() && !device.ended();
+  static_cast<void>(session.stop());  // there is no file, and the recording's end is asked for below
+  const double seconds = elapsed();
   const SessionStats& stats = session.stats();
+  const std::vector<DeviceLoss> losses = session.losses();
+  std::vector<OutputEnd> outputs;
+  if (out) outputs.push_back(out->finish());
+  if (recorder) outputs.push_back(end_of(o, *recorder, session.recorded()));
   const Summary summary = {.ticks = stats.samples,
                            .contact = stats.contact_samples,
                            .flagged = stats.flagged_samples,
                            .flags = stats.flags,
                            .force_max = stats.force_max,
                            .depth_max = stats.depth_max};
-  if (out) {
-    RELIEF_CHECK(out->write(force_header(!points.empty())));
-    for (const ServoSample& s : stats.trace)
-      RELIEF_CHECK(out->write(
-          force_row(s, fmt::format("{},{},{},{}", s.t, s.cursor.x, s.cursor.y, s.cursor.z), !points.empty())));
-    RELIEF_CHECK(out->commit());
-  }
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = opened.workspace.metres_per_unit;
   json["tool_radius"] = settings.servo.tool.radius;
   json["tool_points"] = points.size();
   if (opened.played) json["recorded_model"] = opened.played->same_model;
-  json["servo"] = {{"ticks", stats.servo.ticks},
-                   {"overruns", stats.servo.overruns},
-                   {"dropped", stats.servo.dropped},
-                   {"realtime", stats.servo.realtime},
-                   {"compute_ns_p50", stats.servo.compute.quantile(0.5)},
-                   {"compute_ns_p999", stats.servo.compute.quantile(0.999)},
-                   {"late_ns_p50", stats.servo.late.quantile(0.5)},
-                   {"late_ns_max", stats.servo.late.max()}};
+  json["servo"] = to_json(stats.servo);
+  json["losses"] = to_json(losses);
+  json["outputs"] = to_json(outputs);
+  if (!context.json) say_losses(losses, told);
   say(context, json, summary);
-  if (!context.json && stats.servo.dropped > 0)
-    print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", stats.servo.dropped));
-  return {};
+  if (!context.json) {
+    for (const OutputEnd& end : outputs) print(text_of(end) + "\n");
+    if (!stats.servo.note.empty()) print("servo: " + stats.servo.note + "\n");
+    if (stats.servo.dropped > 0)
+      print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", stats.servo.dropped));
+  }
+  RELIEF_CHECK(end_of(outputs, context.progress.cancelled() ? fmt::format("stopped after {:.1f} s", seconds) : ""));
+  if (!gone) return {};
+  const std::string why = losses.empty() ? stats.servo.note : losses.back().reason;
+  return fail(Errc::DeviceLost, fmt::format("{}: the device did not answer any more{}", printable(o.device),
+                                            why.empty() ? "" : ": " + printable(why)));
 }
 
 Status run_touch(const TouchOptions& o, const Context& context) {
@@ -297,12 +410,9 @@ std::vector<std::string> flag_names(std::uint32_t flags) {
   return names;
 }
 
-Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit) {
-  Workspace workspace = fit_workspace(device, model.head->slab_mesh().bounds());
-  if (metres_per_unit > 0)
-    workspace.metres_per_unit = metres_per_unit;
-  else if (model.info.source_diagonal > 0)
-    workspace.metres_per_unit = 0.15 / model.info.source_diagonal;
+Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit, Quatd axes) {
+  Workspace workspace = fit_workspace(device, model.head->slab_mesh().bounds(), model.info.source_diagonal, axes);
+  if (metres_per_unit > 0) workspace.metres_per_unit = metres_per_unit;
   return workspace;
 }
 
@@ -346,7 +456,8 @@ void add_touch(CLI::App& app, Context& context) {
                          "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
                          "rate clamped, 64 setting clamped,\n"
                          "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped,\n"
-                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled, 65536 late ticks.");
+                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled, 65536 late ticks,\n"
+                         "131072 no news, 262144 looks uncalibrated, 524288 reconnected, 1048576 forces off.");
   c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
   CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path")->check(names_file);
   CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go")->check(names_file);
@@ -364,7 +475,25 @@ void add_touch(CLI::App& app, Context& context) {
   c->add_option("--metres-per-unit", o->metres_per_unit,
                 "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
       ->check(in_range(1e-12, 1e12));
+  auto axes = std::make_shared<std::string>();
+  c->add_option(
+       "--axes", *axes,
+       "Which axis of the device is the model's x, y and z, such as y,-x,z (default x,y,z; a mirror is refused)")
+      ->check([](const std::string& map) {
+        const auto rotation = rotation_of_axes(map);
+        return rotation ? std::string() : rotation.error().message;
+      });
   add_force_options(*c, o->force);
+  c->add_option("--debounce", o->readings.debounce,
+                "Live: s for which a button must be up before it counts as released (default 0.02)")
+      ->check(in_range(0, 1));
+  c->add_option("--clutch-button", o->clutch_button,
+                "Live: while this button, 1 to 8, is held the device moves and the tool stays in its place")
+      ->check(CLI::Range(1, 8));
+  c->add_option(
+       "--retry", o->loss.give_up_after,
+       "Live: s for which a device that does not answer is tried again, and after 1 s opened again (default 30)")
+      ->check(in_range(0, 1e9));
   c->get_option("--static-friction")->needs("--friction");
   CLI::Option* radius = c->add_option("--tool-radius", o->tool_radius,
                                       "A ball for a tip: its radius in model units, at most 5 % of the diagonal")
@@ -379,7 +508,8 @@ void add_touch(CLI::App& app, Context& context) {
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });
-  c->parse_complete_callback([o, c] {
+  c->parse_complete_callback([o, c, axes] {
+    if (!axes->empty()) o->axes = rotation_of_axes(*axes).value_or(Quatd{});
     o->names_tool = c->count("--tool-radius") + c->count("--tool-points") + c->count("--paper-contact") > 0;
     if (!names_guard(*c)) o->force.guard = o->path.empty();
     if (o->force.paper_contact && (o->tool_radius > 0 || !o->tool_points.empty()))

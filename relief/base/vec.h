@@ -81,6 +81,13 @@ struct Quatd {
     const Vec3d axis = {x, y, z}, twice = 2 * cross(axis, v);
     return v + w * twice + cross(axis, twice);
   }
+  /// The rotation back.
+  [[nodiscard]] constexpr Quatd conjugate() const noexcept { return {w, -x, -y, -z}; }
+  /// b first, then a.
+  friend constexpr Quatd operator*(Quatd a, Quatd b) noexcept {
+    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+  }
   friend constexpr bool operator==(Quatd, Quatd) noexcept = default;
 };
 [[nodiscard]] constexpr double dot(Quatd a, Quatd b) noexcept { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }

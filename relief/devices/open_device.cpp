@@ -35,6 +35,10 @@ double ease(double share) noexcept {
 ReplayDevice::ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings)
     : info_(std::move(info)), readings_(std::move(readings)) {}
 
+DeviceStatus ReplayDevice::status() const {
+  return {.connected = true, .powered = true, .to_do = {}, .force_off = "a recording feels no force", .trouble = {}};
+}
+
 bool ReplayDevice::read(DeviceState& state) noexcept {
   if (next_ == readings_.size()) return false;
   state = readings_[next_++];
@@ -43,10 +47,28 @@ bool ReplayDevice::read(DeviceState& state) noexcept {
 
 bool ReplayDevice::write(const Wrench& /*wrench*/) noexcept { return true; }
 
+std::string_view name(Evidence evidence) noexcept {
+  switch (evidence) {
+    case Evidence::Simulated:
+      return "simulated";
+    case Evidence::ContractTested:
+      return "contract-tested against a fake; never run on hardware";
+    case Evidence::FieldTested:
+      return "field-tested";
+  }
+  return "";
+}
+
 std::vector<DeviceListing> list_devices() {
-  std::vector<DeviceListing> devices = {{std::string(kSimulatedHand), "simulated hand on a touch-like device"}};
-  for (const PlantPreset& preset : plant_presets())
-    devices.push_back({preset.info.name, "simulated hand on a " + std::string(preset.name) + " device"});
+  std::vector<DeviceListing> devices;
+  const auto list = [&](const std::string& name, const PlantPreset& preset) {
+    devices.push_back({.name = name,
+                       .description = "simulated hand on a " + std::string(preset.name) + " device",
+                       .evidence = Evidence::Simulated,
+                       .info = preset.info});
+  };
+  list(std::string(kSimulatedHand), plant_presets().front());
+  for (const PlantPreset& preset : plant_presets()) list(preset.info.name, preset);
   return devices;
 }
 

@@ -6,6 +6,7 @@
 #include <relief/haptics/device.h>
 #include <relief/haptics/servo.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@ class ReplayDevice final : public HapticDevice {
  public:
   ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// Its forces are never on: nobody is there.
+  [[nodiscard]] DeviceStatus status() const override;
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
   [[nodiscard]] bool ended() const noexcept override { return next_ == readings_.size(); }
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
@@ -28,9 +31,19 @@ class ReplayDevice final : public HapticDevice {
   std::size_t next_ = 0;
 };
 
+/// What is claimed of a kind of device.
+enum class Evidence : std::uint8_t {
+  Simulated,       ///< it is made of equations, or of a recording
+  ContractTested,  ///< against a fake of ours, made after public documents; never run on hardware
+  FieldTested      ///< on the device itself
+};
+[[nodiscard]] std::string_view name(Evidence evidence) noexcept;
+
 struct DeviceListing {
   std::string name;  ///< what open_device() takes
   std::string description;
+  Evidence evidence = Evidence::Simulated;
+  DeviceInfo info = {};
 };
 [[nodiscard]] std::vector<DeviceListing> list_devices();
 

@@ -35,13 +35,20 @@ constexpr Figure<Plant> kPlant[] = {
     {"dac_step", 0, 100, &Plant::dac_step},     {"lag", 0, 1, &Plant::lag},
     {"resonance", 0, 5000, &Plant::resonance},  {"resonance_damping", 0, 10, &Plant::resonance_damping},
     {"delay_ticks", 0, 3, &Plant::delay_ticks}, {"jitter", 0, 3, &Plant::jitter},
-    {"watchdog", 0, 10, &Plant::watchdog},      {"substeps", 20, 1000, &Plant::substeps}};
-constexpr Figure<DeviceInfo> kDevice[] = {
-    {"max_force", 0, 1000, &DeviceInfo::max_force},    {"max_stiffness", 0, 1e6, &DeviceInfo::max_stiffness},
-    {"max_damping", 0, 1e4, &DeviceInfo::max_damping}, {"max_force_rate", 0, 1e9, &DeviceInfo::max_force_rate},
-    {"max_torque", 0, 100, &DeviceInfo::max_torque},   {"continuous_force", 0, 1000, &DeviceInfo::continuous_force},
-    {"max_work", 0, 1000, &DeviceInfo::max_work},      {"max_speed", 0, 10, &DeviceInfo::max_speed},
-    {"delay_ticks", 0, 3, &DeviceInfo::delay_ticks},   {"workspace_radius", 0, 10, &DeviceInfo::workspace_radius}};
+    {"watchdog", 0, 10, &Plant::watchdog},      {"substeps", 20, 1000, &Plant::substeps},
+    {"silent_at", 0, 1e6, &Plant::silent_at},   {"silent_for", 0, 1e6, &Plant::silent_for}};
+constexpr Figure<DeviceInfo> kDevice[] = {{"max_force", 0, 1000, &DeviceInfo::max_force},
+                                          {"max_stiffness", 0, 1e6, &DeviceInfo::max_stiffness},
+                                          {"max_damping", 0, 1e4, &DeviceInfo::max_damping},
+                                          {"max_force_rate", 0, 1e9, &DeviceInfo::max_force_rate},
+                                          {"max_torque", 0, 100, &DeviceInfo::max_torque},
+                                          {"continuous_force", 0, 1000, &DeviceInfo::continuous_force},
+                                          {"max_work", 0, 1000, &DeviceInfo::max_work},
+                                          {"max_speed", 0, 10, &DeviceInfo::max_speed},
+                                          {"delay_ticks", 0, 3, &DeviceInfo::delay_ticks},
+                                          {"delay", 0, 0.1, &DeviceInfo::delay},
+                                          {"rate", 0, 1e5, &DeviceInfo::rate},
+                                          {"workspace_radius", 0, 10, &DeviceInfo::workspace_radius}};
 constexpr Figure<Hand> kHand[] = {{"stiffness", 0, 1e4, &Hand::stiffness},
                                   {"damping", 0, 1000, &Hand::damping},
                                   {"max_force", 0, 1000, &Hand::max_force},

@@ -34,9 +34,11 @@ Vec3d rounded(Vec3d v, double step) noexcept {
 
 const std::vector<PlantPreset>& plant_presets() {
   // Plausible figures, not identified on any device: hence "-like" in every name. The limits on stiffness and damping
-  // follow the vendors' sheets and CHAI3D's published tuning.
+  // follow the vendors' sheets and CHAI3D's published tuning. A point mass has three axes and no weight.
   static const std::vector<PlantPreset> presets = {
-      {.name = "touch-like", .plant = {}, .info = {.name = "sim:hand:touch-like"}},
+      {.name = "touch-like",
+       .plant = {},
+       .info = {.name = "sim:hand:touch-like", .gravity = GravityCompensation::Device}},
       {.name = "premium-like",
        .plant = {.mass = 0.075, .viscous = 0.05, .coulomb = 0.04, .encoder_step = 30e-6, .max_force = 8.5},
        .info = {.name = "sim:hand:premium-like",
@@ -45,7 +47,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 5,
                 .max_force_rate = 5000,
                 .continuous_force = 1.4,
-                .workspace_radius = 0.12}},
+                .workspace_radius = 0.12,
+                .gravity = GravityCompensation::Device}},
       {.name = "falcon-like",
        .plant = {.mass = 0.1, .viscous = 0.5, .coulomb = 0.3, .encoder_step = 63e-6, .max_force = 8},
        .info = {.name = "sim:hand:falcon-like",
@@ -54,7 +57,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 20,
                 .max_force_rate = 5000,
                 .continuous_force = 3,
-                .workspace_radius = 0.04}},
+                .workspace_radius = 0.04,
+                .gravity = GravityCompensation::Device}},
       {.name = "inverse3-like",
        .plant = {.mass = 0.1, .viscous = 0.3, .coulomb = 0.1, .encoder_step = 50e-6, .max_force = 10},
        .info = {.name = "sim:hand:inverse3-like",
@@ -63,7 +67,8 @@ const std::vector<PlantPreset>& plant_presets() {
                 .max_damping = 6,
                 .max_force_rate = 5000,
                 .continuous_force = 3,
-                .workspace_radius = 0.15}},
+                .workspace_radius = 0.15,
+                .gravity = GravityCompensation::Device}},
   };
   return presets;
 }
@@ -104,7 +109,39 @@ Vec3d SimulatedHand::target_at(double t, std::uint32_t& buttons) const noexcept 
   return wanted.position + Vec3d{std::sin(phase), std::sin(phase + 2), std::sin(phase + 4)} * hand_.tremor;
 }
 
+Status SimulatedHand::open() {
+  if (!switches_->open.exchange(true)) switches_->forces = false;
+  return {};
+}
+
+DeviceStatus SimulatedHand::status() const {
+  const bool open = switches_->open, forces = open && switches_->forces;
+  return {.connected = open && !switches_->silent,
+          .powered = open,
+          .forces_on = forces,
+          .to_do = {},
+          .force_off = forces ? ""
+                       : open ? "they are switched off"
+                              : "the device is closed",
+          .trouble = switches_->silent ? "the simulated device is silent, as its plant says" : ""};
+}
+
+Status SimulatedHand::enable(bool forces) {
+  if (!switches_->open) return fail(Errc::DeviceUnavailable, printable(info_.name) + " is closed: open it first");
+  switches_->forces = forces;
+  return {};
+}
+
+void SimulatedHand::close() noexcept { switches_->open = switches_->forces = false; }
+
 bool SimulatedHand::read(DeviceState& state) noexcept {
+  if (!switches_->open) return false;
+  const bool is_silent = silent();
+  switches_->silent = is_silent;
+  if (is_silent) {
+    idle();  // its time goes on
+    return false;
+  }
   state.t = static_cast<double>(tick_) * kTick;
   state.position = rounded(motor_.at, plant_.encoder_step);
   state.velocity = {};
@@ -114,10 +151,16 @@ bool SimulatedHand::read(DeviceState& state) noexcept {
 }
 
 bool SimulatedHand::write(const Wrench& wrench) noexcept {
+  if (!switches_->open || switches_->silent) return false;
   silent_ = 0;
-  commanded_ = wrench.force;
-  advance(wrench.force);
+  commanded_ = switches_->forces ? wrench.force : Vec3d{};
+  advance(commanded_);
   return true;
+}
+
+bool SimulatedHand::silent() const noexcept {
+  const double t = static_cast<double>(tick_) * kTick;
+  return t >= plant_.silent_at && t < plant_.silent_at + plant_.silent_for;
 }
 
 void SimulatedHand::idle() noexcept {

@@ -5,6 +5,7 @@
 #include <relief/haptics/device.h>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,8 +29,9 @@ struct Plant {
   int delay_ticks = 0;              ///< 0..3, from command to force
   /// 0..3 extra ticks of delay, one per command, repeated; the amplifier holds the newest command that has arrived.
   std::vector<std::uint8_t> jitter = {};
-  double watchdog = 5e-3;  ///< s without a command, after which the firmware commands zero; 0 none
-  int substeps = 20;       ///< integration steps per tick, at least 20
+  double watchdog = 5e-3;                ///< s without a command, after which the firmware commands zero; 0 none
+  double silent_at = 0, silent_for = 0;  ///< s: from when on, and for how long, it does not answer
+  int substeps = 20;                     ///< integration steps per tick, at least 20
 };
 
 /// The person: pulls the handle towards a target with a spring, and damps its motion, with tremor.
@@ -72,6 +74,13 @@ class SimulatedHand final : public HapticDevice {
  public:
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  /// It is open, with its forces on, from the start; after close() this switches it on again, with its forces off.
+  [[nodiscard]] Status open() override;
+  [[nodiscard]] DeviceStatus status() const override;
+  /// Off: the motor gives no force, whatever is commanded.
+  [[nodiscard]] Status enable(bool forces) override;
+  /// From then on it does not answer.
+  void close() noexcept override;
   [[nodiscard]] bool read(DeviceState& state) noexcept override;
   /// Three axes: no torque is felt.
   [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
@@ -98,6 +107,8 @@ class SimulatedHand final : public HapticDevice {
     Vec3d force;
     std::uint64_t arrives = 0;  ///< tick
   };
+  /// Whether its plant has it not answer in this tick.
+  [[nodiscard]] bool silent() const noexcept;
   /// One tick with this command.
   void advance(Vec3d force) noexcept;
   void amplify(Vec3d command) noexcept;
@@ -105,7 +116,13 @@ class SimulatedHand final : public HapticDevice {
   [[nodiscard]] Vec3d pumping() const noexcept;
   [[nodiscard]] Vec3d target_at(double t, std::uint32_t& buttons) const noexcept;
 
+  /// Any thread may ask for these; on the heap, so that a hand can be moved.
+  struct Switches {
+    std::atomic<bool> open{true}, forces{true}, silent{false};
+  };
+
   DeviceInfo info_;
+  std::unique_ptr<Switches> switches_ = std::make_unique<Switches>();
   Plant plant_;
   Hand hand_;
   HandScript script_;

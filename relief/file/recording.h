@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,6 +38,9 @@ using RecordingColumns = std::vector<RecordingColumn>;
 [[nodiscard]] std::size_t row_bytes(const RecordingColumns& columns) noexcept;
 /// The number in column k of a row as text: the shortest that gives the same bits back.
 [[nodiscard]] std::string text_of(std::span<const std::byte> number, NumberType type);
+/// The same of a column that may be one of those in which the greatest number means none: -1 for it.
+[[nodiscard]] std::string text_of(std::span<const std::byte> number, const RecordingColumn& column,
+                                  std::span<const std::string_view> or_none);
 
 /// The stream whose rows are the ticks; rows of all other streams are events.
 inline constexpr std::string_view kTickStream = "tick";
@@ -64,12 +68,9 @@ struct TickRun {
 /// Makes and grows a recording. One thread at a time.
 class RecordingWriter {
  public:
-  /// AtOnce: the file has its name from the start, grows with every commit(), and keeps what was committed whatever
-  /// happens to the process. AtTheEnd: it gets its name in finish().
-  enum class Appear : std::uint8_t { AtOnce, AtTheEnd };
-  /// An existing file is replaced, at once and as a whole. Errors: Io, InvalidArgument (no stream of ticks).
-  [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, RecordingHead head,
-                                                      Appear appear);
+  /// An existing file is replaced, at once and as a whole. The new one grows with every commit(), and keeps what was
+  /// committed whatever happens to the process. Errors: Io, InvalidArgument (no stream of ticks).
+  [[nodiscard]] static Result<RecordingWriter> create(const std::filesystem::path& file, RecordingHead head);
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
   ~RecordingWriter();
@@ -81,6 +82,8 @@ class RecordingWriter {
   [[nodiscard]] Status commit();
   /// Adds facts that were not known before, commits and closes. Error: Io.
   [[nodiscard]] Status finish(const std::map<std::string, std::string, std::less<>>& facts);
+  /// Ticks that are in the file whatever happens, also after an error.
+  [[nodiscard]] std::uint64_t committed_ticks() const noexcept;
 
   static constexpr std::size_t kMaxBatch = 4096;
 
@@ -94,8 +97,8 @@ class RecordingWriter {
 class Recording {
  public:
   /// Opens and checks everything it reads: format, tables, checksums, sizes before memory is taken. A recording whose
-  /// writer was killed opens with what was committed. Errors: NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat
-  /// (not a .rlog file).
+  /// writer was killed opens with what was committed, and one that was cut short with what is whole of it. Errors:
+  /// NotFound, Io, Corrupt, NewerVersion, UnsupportedFormat (not a .rlog file).
   [[nodiscard]] static Result<Recording> open(const std::filesystem::path& file);
   Recording(Recording&&) noexcept;
   Recording& operator=(Recording&&) noexcept;
@@ -107,6 +110,11 @@ class Recording {
   [[nodiscard]] const std::vector<RecordingEvent>& events() const noexcept;
   [[nodiscard]] const std::vector<TickRun>& runs() const noexcept;
   [[nodiscard]] std::uint64_t tick_count() const noexcept;
+  /// Of a file that was cut short: bytes that are there, and that it had.
+  struct Cut {
+    std::uint64_t bytes = 0, whole_bytes = 0;
+  };
+  [[nodiscard]] const std::optional<Cut>& cut() const noexcept;
 
   /// The next batch of ticks; false at the end, and then from the start again. `rows` is valid until the next call.
   /// Error: Corrupt.
@@ -121,10 +129,12 @@ class Recording {
   std::unique_ptr<State> state_;
 };
 
+/// Names of u32 columns in which the greatest number means that there is none; exports write -1 for it.
+using NoneColumns = std::span<const std::string_view>;
 /// Every tick as a line: its number, then its columns, named with their units in the header line ("t [s]"). Error: Io.
-[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file);
+[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
 /// MCAP 0 without compression: one channel "/relief/tick" of JSON messages with a JSON schema, one per tick, and the
 /// facts as metadata. Names with dots become nested objects; what is no finite number becomes null. Error: Io.
-[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file);
+[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
 
 }  // namespace relief

@@ -77,18 +77,18 @@ std::string schema_of(const std::vector<Property>& properties, const RecordingCo
 
 /// The members of a message, each after a comma or a brace.
 void write_message(const std::vector<Property>& properties, const RecordingColumns& columns,
-                   const std::vector<std::size_t>& offsets, Bytes row, std::string& out) {
+                   const std::vector<std::size_t>& offsets, NoneColumns or_none, Bytes row, std::string& out) {
   for (const Property& p : properties) {
     if (out.back() != '{') out += ',';
     out += json_text(p.name) + ':';
     if (!p.parts.empty()) {
       out += '{';
-      write_message(p.parts, columns, offsets, row, out);
+      write_message(p.parts, columns, offsets, or_none, row, out);
       out += '}';
       continue;
     }
-    const NumberType type = columns[p.column].type;
-    const std::string number = text_of(row.subspan(offsets[p.column], bytes_of(type)), type);
+    const RecordingColumn& column = columns[p.column];
+    const std::string number = text_of(row.subspan(offsets[p.column], bytes_of(column.type)), column, or_none);
     out += number.find_first_of("ni") == std::string::npos ? number : "null";  // nan, inf
   }
 }
@@ -312,7 +312,7 @@ Status for_each_tick(Recording& recording, Visit&& visit) {
 
 }  // namespace
 
-Status export_csv(Recording& recording, const std::filesystem::path& file) {
+Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none) {
   const RecordingColumns& columns = recording.columns();
   const std::vector<std::size_t> offsets = offsets_of(columns);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(file));
@@ -326,13 +326,13 @@ Status export_csv(Recording& recording, const std::filesystem::path& file) {
   RELIEF_CHECK(for_each_tick(recording, [&](std::uint64_t number, Bytes row) -> Status {
     line = std::to_string(number);
     for (std::size_t k = 0; k < columns.size(); ++k)
-      line += ',' + text_of(row.subspan(offsets[k], bytes_of(columns[k].type)), columns[k].type);
+      line += ',' + text_of(row.subspan(offsets[k], bytes_of(columns[k].type)), columns[k], or_none);
     return out.write(line += '\n');
   }));
   return out.commit();
 }
 
-Status export_mcap(Recording& recording, const std::filesystem::path& file) {
+Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none) {
   const RecordingColumns& columns = recording.columns();
   const std::vector<std::size_t> offsets = offsets_of(columns);
   std::vector<Property> properties;
@@ -354,7 +354,7 @@ Status export_mcap(Recording& recording, const std::filesystem::path& file) {
     if (clock_column < columns.size()) std::memcpy(&t, row.data() + offsets[clock_column], sizeof t);
     if (t > 0 && t < 9e9) time = std::max(time, static_cast<std::uint64_t>(std::llround(t * 1e9)));
     json = R"({"tick":)" + std::to_string(number);
-    write_message(properties, columns, offsets, row, json);
+    write_message(properties, columns, offsets, or_none, row, json);
     return mcap.message(time, json += '}');
   }));
   RELIEF_CHECK(mcap.finish());

@@ -40,6 +40,14 @@ std::string_view name(ServoFault fault) noexcept {
       return "stalled";
     case ServoFault::LateTicks:
       return "late ticks";
+    case ServoFault::NoNews:
+      return "no news";
+    case ServoFault::Uncalibrated:
+      return "looks uncalibrated";
+    case ServoFault::Reconnected:
+      return "reconnected";
+    case ServoFault::ForcesOff:
+      return "forces off";
   }
   return "unknown";
 }

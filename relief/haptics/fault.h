@@ -13,7 +13,8 @@ enum class ServoFault : std::uint32_t {
   /// Not finite, denormal, over 10 m from the workspace's origin, further from the device's than four times the radius
   /// of its workspace, or frozen; or an orientation that is no rotation.
   BadPosition = 1U << 0U,
-  BadTime = 1U << 1U,           ///< time is no number, stood still, ran back, or jumped by 50 ms or more
+  /// Time is no number, stood still for over 20 ms, ran back by over 2 ms, or jumped by 50 ms or more.
+  BadTime = 1U << 1U,
   TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
   Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
   ForceClamped = 1U << 4U,      ///< |F| was limited to the device's maximum
@@ -35,6 +36,13 @@ enum class ServoFault : std::uint32_t {
   SpeedLimited = 1U << 14U,  ///< braked, because the hand was faster than the device's max_speed
   Stalled = 1U << 15U,       ///< the servo itself stood still for over 50 ms
   LateTicks = 1U << 16U,  ///< stiffness was lowered, because more than one tick in a thousand comes over 0.25 ms late
+  /// The reading is the last one again, or up to 2 ms older: the last force is held, for 20 ms at most.
+  NoNews = 1U << 17U,
+  /// The position has stood still to the last bit for 2 s while the pen turned, as where an arm was never calibrated. A
+  /// warning: forces go on.
+  Uncalibrated = 1U << 18U,
+  Reconnected = 1U << 19U,  ///< the device did not answer for a while, and this is its first reading since
+  ForcesOff = 1U << 20U,    ///< the device has switched its forces off itself
 };
 [[nodiscard]] constexpr std::uint32_t bit(ServoFault fault) noexcept { return static_cast<std::uint32_t>(fault); }
 [[nodiscard]] std::string_view name(ServoFault fault) noexcept;

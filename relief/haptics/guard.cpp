@@ -29,7 +29,8 @@ void ForceGuard::set(const GuardLimits& limits, bool guarding) noexcept {
 void ForceGuard::restart() noexcept {
   moving_ = false;
   given_ = {};
-  done_ = stored_ = leak_ = 0;
+  done_ = leak_ = 0;
+  energy_.set(0);
   first_contact_ = true;
   in_contact_ = 0;
 }
@@ -51,14 +52,18 @@ void ForceGuard::command(const Wrench& wrench) noexcept {
   given_[0] = wrench;
 }
 
-void ForceGuard::book(double stored, double gift) noexcept {
-  const double made = done_ + stored - gift - stored_;
-  leak_ = std::min(leak_ * std::exp(-motion_.dt / kLately) + std::max(0.0, made), kLeak);
-  stored_ = stored;
+void ForceGuard::turn(Quatd axes) noexcept {
+  motion_.position = axes.turn(motion_.position);
+  for (Wrench& given : given_) given = {axes.turn(given.force), axes.turn(given.torque), given.gripper};
+}
+
+void ForceGuard::book(double stored, double gift, bool judged) noexcept {
+  const double made = energy_.book(done_, stored, gift);
+  leak_ = std::min(leak_ * std::exp(-motion_.dt / kLately) + (judged ? std::max(0.0, made) : 0.0), kLeak);
 }
 
 void ForceGuard::rest() noexcept {
-  book(0, 0);
+  book(0, 0, !motion_.moved);
   command({});
   if (in_contact_ > 0) first_contact_ = false;
 }
@@ -76,7 +81,7 @@ double ForceGuard::most_now() const noexcept {
 }
 
 Wrench ForceGuard::wrench(const Wish& wish, std::uint32_t& flags) noexcept {
-  book(wish.stored, wish.gift);
+  book(wish.stored, wish.gift, !motion_.moved && !wish.moved);
   in_contact_ += motion_.dt;
   Wrench given;
   given.force = force(wish, flags);

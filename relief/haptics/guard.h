@@ -3,6 +3,7 @@
 #pragma once
 
 #include <relief/haptics/device.h>
+#include <relief/haptics/energy.h>
 
 #include <array>
 #include <cstddef>
@@ -37,6 +38,9 @@ class ForceGuard {
     Vec3d velocity;   ///< m/s
     double dt = 0;    ///< s, since the last tick
     Vec3d turn = {};  ///< rad, since the last tick
+    /// The model was moved under the tool, or the hand went without the tool: what this does to the springs' energy is
+    /// not the hand's doing.
+    bool moved = false;
   };
   /// To be called once in each tick, before wrench(): what the last forces did on the way here.
   void observe(const Motion& now) noexcept;
@@ -44,17 +48,22 @@ class ForceGuard {
   void restart() noexcept;
   /// What the law asks for.
   struct Wish {
-    Vec3d force;        ///< N
-    Vec3d torque;       ///< N*m, of the same springs about the position
-    Vec3d normal;       ///< unit, outwards
-    double stored = 0;  ///< J, in the law's springs, as they are
-    double gift = 0;    ///< J of that which came in this tick without the hand's doing: a surface that rose under it
+    Vec3d force;         ///< N
+    Vec3d torque;        ///< N*m, of the same springs about the position
+    Vec3d normal;        ///< unit, outwards
+    double stored = 0;   ///< J, in the law's springs, as they are
+    double gift = 0;     ///< J of that which came in this tick without the hand's doing: a surface that rose under it
+    bool moved = false;  ///< what came so is not known: the tick is not judged
   };
   /// What the hand gets. The torque is cut as much as the force is, and by its own limits. Sets ServoFault bits of what
   /// was cut.
   [[nodiscard]] Wrench wrench(const Wish& wish, std::uint32_t& flags) noexcept;
   /// In place of wrench() in a tick without contact.
   void rest() noexcept;
+  /// In place of observe() and wrench() in a tick without news, in which this is commanded again.
+  void hold(const Wrench& wrench) noexcept { command(wrench); }
+  /// The axes in which positions and forces are given have turned.
+  void turn(Quatd axes) noexcept;
 
   /// Energy that came from nowhere in the last half second, J: what the force did on the hand beyond what the springs
   /// gave up, of sampling, of delay, of a normal that is no gradient. What was lost (to damping, say) is not set off
@@ -70,8 +79,8 @@ class ForceGuard {
   [[nodiscard]] Vec3d force(const Wish& wish, std::uint32_t& flags) const noexcept;
   [[nodiscard]] Vec3d torque(const Wish& wish, Vec3d force) const noexcept;
   void command(const Wrench& wrench) noexcept;
-  /// Books what the springs hold now.
-  void book(double stored, double gift) noexcept;
+  /// Books what the springs hold now; `judged`: and what that makes.
+  void book(double stored, double gift, bool judged) noexcept;
 
   GuardLimits limits_;
   bool guarding_ = true;
@@ -79,7 +88,7 @@ class ForceGuard {
   Motion motion_;
   std::array<Wrench, 4> given_{};  ///< the last commands, newest first
   double done_ = 0;                ///< J, by the force on the hand since the last tick
-  double stored_ = 0;              ///< J, in the springs at the last tick
+  EnergyAccount energy_;
   double leak_ = 0, work_ = 0, warmth_ = 0;
   bool first_contact_ = true;
   double in_contact_ = 0;  ///< s, of the first contact since the start

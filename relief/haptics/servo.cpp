@@ -1,3 +1,4 @@
+#include <relief/core/micro_triangles.h>
 #include <relief/haptics/servo.h>
 
 #include <algorithm>
@@ -7,44 +8,15 @@
 namespace relief {
 namespace {
 
-constexpr double kReach = 10;  // m from the workspace's origin; no device's arm is longer
-// Radii of the stated workspace. That is where forces are good; arms reach two to three times as far, and simulated
-// hands and our own recordings stay within 2.8 (the falcon-like one, with the smallest radius).
-constexpr double kReachOfRadius = 4;
-constexpr double kFarModel = 1e100;      // model units; squares of it are still finite
-constexpr double kFarTime = 1e12;        // s; beyond it a millisecond is lost in the rounding
-constexpr double kMaxGap = 0.05 - 1e-6;  // s; a reading's neighbours may be rounded
-constexpr double kMaxSpeed = ForceGuard::kFastest;
-constexpr double kFrozenSpeed = 0.05;     // m/s
-constexpr double kFrozenTime = 20e-3;     // s
-constexpr double kRoughest = 4;           // greatest coefficient of friction
-constexpr double kSensorStep = 1e-4;      // m, what an encoder may jump by in no time at all
-constexpr double kVelocityFilter = 3e-3;  // s, time constant
-constexpr double kSurfaceJump = 3e-3;     // m
-constexpr double kEaseTime = 15e-3;       // s, in which a surface that was changed under the tool is taken over
-constexpr double kEaseForce = 0.045;      // N per tick, at most, while it is
-constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good for ticks that come no later
-constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
-constexpr double kRare = 1e-3;            // share of ticks that may be later than it
-constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
-constexpr double kUnfelt = 1e-4;          // N; texture whose force is less from top to bottom is none
-constexpr double kFacing = 0.5;           // cosine from the normal to the way out, above which the normal alone counts
-constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
+constexpr double kRoughest = 4;        // greatest coefficient of friction
+constexpr double kSurfaceJump = 3e-3;  // m
+constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
+constexpr double kFacing = 0.5;        // cosine from the normal to the way out, above which the normal alone counts
 
-bool denormal(Vec3d v) noexcept {
-  return std::fpclassify(v.x) == FP_SUBNORMAL || std::fpclassify(v.y) == FP_SUBNORMAL ||
-         std::fpclassify(v.z) == FP_SUBNORMAL;
-}
-
-bool near(Vec3d v, double limit) noexcept {
-  return is_finite(v) && std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-}
-
-/// The rotation from one orientation to another as a vector along its axis, rad; good for small ones.
-Vec3d turn_between(Quatd from, Quatd to) noexcept {
-  const Vec3d a = {from.x, from.y, from.z}, b = {to.x, to.y, to.z};
-  const Vec3d half = from.w * b - to.w * a - cross(b, a);
-  return half * (dot(from, to) < 0 ? -2.0 : 2.0);
+/// v, shortened to length `limit` where it is longer.
+Vec3d shortened(Vec3d v, double limit) noexcept {
+  const double size = length(v);
+  return size > limit ? v * (limit / size) : v;
 }
 
 /// Zero for what is not a number or negative.
@@ -52,31 +24,46 @@ double at_most(double value, double limit) noexcept { return value > 0 ? std::mi
 
 }  // namespace
 
-Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept {
-  const double size = diagonal(model);
-  if (!(size > 0) || !std::isfinite(size)) return {};
-  const double room = device.workspace_radius > 0 ? std::min(0.15, 2 * device.workspace_radius) : 0.15;
-  return {.metres_per_unit = room / size, .device_origin = {}, .model_origin = model.centre()};
-}
-
 Servo::Servo(const ServoSettings& settings, const DeviceInfo& device)
-    : settings_(settings), device_(device), touch_(make_touch(settings.tool)), paper_(make_paper_touch()) {
+    : settings_(settings),
+      device_(device),
+      readings_(device),
+      touch_(make_touch(settings.tool)),
+      paper_(make_paper_touch()),
+      placement_(settings.workspace, settings.clutch) {
+  readings_.set(settings.readings);
   limit_settings();
 }
 
 void Servo::set(const ServoSettings& settings) noexcept {
-  const Workspace &was = settings_.workspace, &now = settings.workspace;
-  const bool moved = was.metres_per_unit != now.metres_per_unit || was.device_origin != now.device_origin ||
-                     was.model_origin != now.model_origin;
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
+  placement_.set(settings.workspace, settings.clutch);
   settings_ = settings;
   touch_->resize(settings.tool.radius);
+  readings_.set(settings.readings);
   limit_settings();
-  if (!moved && !other_law) return;
-  let_go();
+  if (!other_law) return;
+  friction_.let_go();
   first_ = true;
-  if (moved) has_position_ = false;
+}
+
+void Servo::workspace_changed(const Placement::Change& change) noexcept {
+  const Workspace &was = change.was, &now = placement_.workspace();
+  const Vec3d before = was.to_model(change.device), after = now.to_model(change.device);
+  const Quatd turned = now.rotation == was.rotation ? Quatd{} : now.rotation * was.rotation.conjugate();
+  const bool touched = last_depth_ > 0 || blend_.blending();
+  const double leap = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);
+  last_cursor_ = after;
+  put_elsewhere_ = true;
+  // What was felt goes on from where it was, and friction holds as it held.
+  if (turned != Quatd{}) guard_.turn(turned);
+  blend_.moved({shortened(spring_.force, limits_.max_force), spring_.torque}, turned);
+  friction_.move(was.turned_to_model(change.device), now.turned_to_model(change.device), turned);
+  if (!(leap > kSurfaceJump)) return;
+  fade_.reset();
+  // A tool in the open that lands in the solid has not gone in through its surface.
+  first_ = first_ || !touched;
 }
 
 void Servo::limit_settings() noexcept {
@@ -99,7 +86,7 @@ void Servo::limit_settings() noexcept {
               .continuous_force = at_most(device_.continuous_force, kAny),
               .max_work = at_most(device_.max_work, kAny),
               .max_speed = at_most(device_.max_speed, kAny),
-              .delay_ticks = device_.delay_ticks},
+              .delay_ticks = delay_of(device_)},
              wanted.guard);
   limits_.clamped = wanted.stiffness > allowed || wanted.damping > dampest;
   if (before > 0) shading_.stiffen(limits_.stiffness / before);
@@ -108,90 +95,15 @@ void Servo::limit_settings() noexcept {
              last_stored_ * (limits_.stiffness / before - 1);
 }
 
-void Servo::judge_period(double dt) noexcept {
-  period_ += dt > period_ ? std::min(kSlowStep, dt - period_) * (1 - kRare) : -kSlowStep * kRare;
-  period_ = std::max(period_, kInTime);
-  // A single late tick is none. What a spring makes of many grows with stiffness times period: less of the one, and
-  // damping for the rest.
-  const double late = std::max(0.0, period_ - kInTime - kSlowStep), softer = kInTime / (kInTime + late);
-  if (late == late_ && softer == softer_) return;
-  late_ = late;
-  softer_ += std::clamp(softer - softer_, -kSoften, kSoften);
+void Servo::follow_period() noexcept {
+  if (readings_.late() == late_ && readings_.softer() == softer_) return;
+  late_ = readings_.late();
+  softer_ = readings_.softer();
   limit_settings();
 }
 
-void Servo::let_go() noexcept {
-  has_anchor_ = false;
-  sliding_ = false;
-}
-
-bool Servo::within_workspace(Vec3d position) const noexcept {
-  return !(device_.workspace_radius > 0) || length(position) <= kReachOfRadius * device_.workspace_radius;
-}
-
-Servo::Admitted Servo::admit(const DeviceState& reading) noexcept {
-  Admitted now;
-  bool timed = false;  // the step from the last reading's time to this one's is good
-  if (std::exchange(stalled_, false)) now.faults |= bit(ServoFault::Stalled);
-  if (!(std::abs(reading.t) <= kFarTime) || std::fpclassify(reading.t) == FP_SUBNORMAL) {
-    now.faults |= bit(ServoFault::BadTime);
-    has_time_ = false;
-  } else {
-    if (has_time_) {
-      const double dt = reading.t - last_t_;
-      timed = dt > 0 && dt <= kMaxGap;
-      if (timed) {
-        now.dt = dt;
-        judge_period(dt);
-      } else {
-        now.faults |= bit(ServoFault::BadTime);
-      }
-    }
-    last_t_ = reading.t;
-    has_time_ = true;
-  }
-
-  const Workspace& space = settings_.workspace;
-  now.has_position = space.metres_per_unit > 0 && std::isfinite(space.metres_per_unit) && !denormal(reading.position) &&
-                     near(reading.position - space.device_origin, kReach) && within_workspace(reading.position) &&
-                     near(space.to_model(reading.position), kFarModel);
-  if (!now.has_position) {
-    now.faults |= bit(ServoFault::BadPosition);
-    has_position_ = false;
-    velocity_ = {};
-    return now;
-  }
-  const Vec3d step = has_position_ ? reading.position - last_position_ : Vec3d{};
-  now.travel = length(step);
-  if (timed && now.travel > kMaxSpeed * now.dt + kSensorStep) now.faults |= bit(ServoFault::TooFast);
-  if (reading.has_velocity) {
-    if (!is_finite(reading.velocity))
-      now.faults |= bit(ServoFault::BadPosition);
-    else if (!near(reading.velocity, kMaxSpeed) || length(reading.velocity) > kMaxSpeed)
-      now.faults |= bit(ServoFault::TooFast);
-    // A sensor that says it moves and stays where it is.
-    frozen_ = has_position_ && step == Vec3d{} && length(reading.velocity) > kFrozenSpeed ? frozen_ + now.dt : 0;
-    if (frozen_ > kFrozenTime) now.faults |= bit(ServoFault::BadPosition);
-  }
-  if (reading.has_orientation) {
-    const Quatd q = reading.orientation;
-    const double size = std::sqrt(dot(q, q));
-    if (size >= kLeastTurn && std::isfinite(size))
-      orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
-    else
-      now.faults |= bit(ServoFault::BadPosition);
-  } else {
-    orientation_ = {};
-  }
-  if (now.faults != 0)
-    velocity_ = {};
-  else if (reading.has_velocity)
-    velocity_ = reading.velocity;
-  else  // an implicit step of the filter: right for any dt, and never a division by it
-    velocity_ = (velocity_ * kVelocityFilter + step) / (kVelocityFilter + now.dt);
-  last_position_ = reading.position;
-  has_position_ = true;
-  return now;
+bool Servo::clear(const Snapshot& model, const ToolPose& tool) noexcept {
+  return (settings_.force.paper_contact ? paper_ : touch_)->clear(model, tool);
 }
 
 void Servo::start_contact_anew() noexcept {
@@ -202,84 +114,72 @@ void Servo::start_contact_anew() noexcept {
   shading_.reset();
 }
 
-Touched Servo::touch(const Snapshot& model, const ToolPose& tool, double dt) noexcept {
-  const Blend::Ease ease = {.share = 1 - std::exp(-dt / kEaseTime), .most = depth_for(kEaseForce)};
-  const double metres = settings_.workspace.metres_per_unit;
+Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
+  const double jump = kSurfaceJump / workspace().metres_per_unit;
   const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()));
-  Touched now = touch_->step(model, at, ease, kSurfaceJump / metres, true);
-  if (!now.touching) {
+  Touched felt = touch_->step(model, at, jump);
+  felt.settling = felt.settling || put_elsewhere_;
+  put_elsewhere_ = put_elsewhere_ && hand_.late();
+  if (felt.settling) blend_.moved({shortened(spring_.force, limits_.max_force), spring_.torque});
+  if (!felt.touching) {
     fade_.reset();
     shading_.rest();
-    return now;
+    return felt;
   }
-  const TextureFade::Fade fade = fade_.step(model, now.surface, now.normal, depth_for(kUnfelt));
-  if (fade.share > 0) {
-    const double off = fade.share * dot(fade.above, now.way_out), before = now.depth;
-    now.depth = std::clamp(before - off, 0.0, 2 * before);
-    now.push *= now.depth / before;
-    now.normal = normalized(now.normal + (fade.normal - now.normal) * fade.share);
-  }
-  if (settings_.force.exact_normals || settings_.tool.radius > 0 || !settings_.tool.points.empty()) {
-    now.normal = now.way_out;
-    return now;
-  }
-  const double force = std::min(limits_.stiffness * now.push * metres, limits_.max_force);
-  const auto [all, gift] = stored(limits_.stiffness, now);
-  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
-  // out holds.
-  const double faces = dot(now.way_out, now.normal), exact = std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
-  if (exact > 0) now.normal = normalized(now.normal * (1 - exact) + now.way_out * exact);
-  now.normal = shading_.step(now.normal, now.way_out, force, all, gift, hand_.move() * metres, now.turn);
-  return now;
+  limit_band(model, felt);
+  const bool is_point = settings_.tool.radius == 0 && settings_.tool.points.empty();
+  felt.normal = is_point && !settings_.force.exact_normals ? shaded(felt) : felt.way_out;
+  return felt;
 }
 
-// Coulomb friction as a spring to an anchor that gives way at the limit: implicit, so it neither drifts nor chatters. A
-// rigid tool has a second one, against turning on the spot, over the radius that its points touch at.
-Servo::Friction Servo::friction(const Snapshot& model, const Touched& touch, Vec3d position, Vec3d turn,
-                                double stiffness, double normal_force) noexcept {
+void Servo::limit_band(const Snapshot& model, Touched& felt) noexcept {
+  const TextureFade::Fade fade = fade_.step(model, felt.surface, felt.normal, depth_for(kUnfelt));
+  if (!(fade.share > 0)) return;
+  const double before = felt.depth, off = fade.share * dot(fade.above, felt.way_out);
+  felt.depth = std::clamp(before - off, 0.0, 2 * before);
+  felt.push *= felt.depth / before;
+  felt.normal = normalized(felt.normal + (fade.normal - felt.normal) * fade.share);
+}
+
+Vec3d Servo::shaded(const Touched& felt) noexcept {
+  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
+  // out holds.
+  const double faces = dot(felt.way_out, felt.normal), exact = std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
+  const Vec3d normal = exact > 0 ? normalized(felt.normal * (1 - exact) + felt.way_out * exact) : felt.normal;
+  const double metres = workspace().metres_per_unit;
+  const double force = std::min(limits_.stiffness * felt.push * metres, limits_.max_force);
+  const double stored = in_spring(limits_.stiffness, felt.depth * metres);
+  if (felt.settling) shading_.change(force, stored);
+  return shading_.step(normal, felt.way_out, force, stored, hand_.move() * metres, felt.turn);
+}
+
+Wrench Servo::spring(const Touched& felt, double stiffness, Vec3d hand_step, double dt) noexcept {
+  const double metres = workspace().metres_per_unit;
+  const Wrench law = {felt.normal * (stiffness * felt.push * metres), felt.twist * (stiffness * metres * metres)};
+  if (!blend_.blending()) return law;
+  const Vec3d by_hand = felt.normal * (-stiffness * dot(hand_step, felt.normal));
+  return blend_.step({shortened(law.force, limits_.max_force), law.torque}, by_hand, dt);
+}
+
+Friction::Given Servo::friction(const Snapshot& model, const Touched& felt, Vec3d along, double stiffness,
+                                double normal_force, const Placement::Place& at) noexcept {
   if (!(limits_.friction > 0) || !(stiffness > 0)) {
-    has_anchor_ = false;
+    friction_.let_go();
     return {};
   }
-  const SurfacePoint& at = touch.surface;
+  const SurfacePoint& place = felt.surface;
   const auto coefficient = [&](Layer layer, double elsewhere) noexcept {
-    return at_most(layer_at(model, layer, at.slab, at.u, at.v, elsewhere), kRoughest);
+    return at_most(layer_at(model, layer, place.slab, place.u, place.v, elsewhere), kRoughest);
   };
   const double kinetic = coefficient(Layer::DynamicFriction, limits_.friction);
   const double still = std::max(kinetic, coefficient(Layer::StaticFriction, limits_.static_friction));
-  if (!has_anchor_) {
-    anchor_ = position;
-    spin_ = 0;
-    has_anchor_ = true;
-    sliding_ = false;
-  } else {
-    // It is where the tool touches that moves over the surface.
-    anchor_ -= cross(turn, touch.arm * settings_.workspace.metres_per_unit);
-    spin_ += dot(turn, touch.normal);
-  }
-  Friction now;
-  const double radius = touch.spread * settings_.workspace.metres_per_unit;
-  if (radius > 0) {
-    const double most = kinetic * normal_force / (stiffness * radius);  // rad
-    spin_ = std::clamp(spin_, -most, most);
-    now.torque = touch.normal * (-stiffness * radius * radius * spin_);
-    now.stored = 0.5 * stiffness * radius * radius * spin_ * spin_;
-  }
-  const Vec3d gap = position - anchor_;
-  Vec3d stretch = gap - touch.normal * dot(gap, touch.normal);
-  const double pull = stiffness * length(stretch);
-  sliding_ = pull > (sliding_ ? kinetic : still) * normal_force;
-  if (sliding_) {
-    stretch *= kinetic * normal_force / pull;
-    anchor_ = position - stretch;
-  }
-  now.force = stretch * -stiffness;
-  now.stored += 0.5 * stiffness * dot(stretch, stretch);
-  return now;
+  const double metres = workspace().metres_per_unit;
+  return friction_.step({kinetic, still, stiffness, normal_force}, at.hand, along, felt.arm * metres,
+                        felt.spread * metres, at.clutched ? Vec3d{} : at.turn);
 }
 
 double Servo::depth_for(double force) const noexcept {
-  const double force_per_unit = limits_.stiffness * settings_.workspace.metres_per_unit;
+  const double force_per_unit = limits_.stiffness * workspace().metres_per_unit;
   return force_per_unit > 0 ? force / force_per_unit : 1e300;
 }
 
@@ -290,43 +190,96 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
   return stiffness * bent * (depth - 0.5 * bent);
 }
 
-Servo::Stored Servo::stored(double stiffness, const Touched& felt) const noexcept {
-  const double metres = settings_.workspace.metres_per_unit, all = in_spring(stiffness, felt.depth * metres);
-  if (felt.grown == 0) return {all, 0};
-  return {all, all - in_spring(stiffness, std::max(0.0, felt.depth - felt.grown) * metres)};
+ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
+  const Readings::Judged now = readings_.judge(reading, placement_.next_workspace());
+  follow_period();
+  if (!now.news && now.faults == 0) {
+    hold(now, reading);
+    return last_;
+  }
+  return last_ = feel(model, reading, now);
 }
 
-ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
+void Servo::hold(const Readings::Judged& now, const DeviceState& reading) noexcept {
+  last_.t = reading.t;
+  last_.device = reading.position;
+  last_.buttons = now.buttons;
+  last_.flags = now.warnings | (last_.flags & (bit(ServoFault::Latched) | bit(ServoFault::StartInside)));
+  // The settings may have changed meanwhile.
+  const Vec3d held = shortened(last_.force, limits_.max_force);
+  if (held != last_.force) last_.torque *= length(held) / length(last_.force);
+  last_.force = held;
+  guard_.hold({last_.force, last_.torque});
+}
+
+void Servo::give_nothing() noexcept {
+  spring_ = {};
+  blend_.rest();
+  friction_.let_go();
+  guard_.restart();
+}
+
+void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, double gift) noexcept {
+  friction_.let_go();
+  spring_ = blend_.blending() ? blend_.step({}, {}, dt) : Wrench{};
+  // It is felt on the surface that is left.
+  MicroTriangles surface(model);
+  detail::CellNormals none;
+  const auto place =
+      spring_.force == Vec3d{} ? std::nullopt : point_at(surface, last_.at.slab, last_.at.u, last_.at.v, none);
+  if (!place) {
+    spring_ = {};
+    blend_.rest();
+    guard_.rest();
+    return;
+  }
+  const double force = length(spring_.force);
+  sample.contact = true;
+  sample.at = {place->slab, place->u, place->v, place->alpha};
+  sample.normal = spring_.force / force;
+  sample.depth = depth_for(force);
+  sample.contact_point = place->position;
+  const double stored = in_spring(limits_.stiffness, force / limits_.stiffness);
+  const Wrench given = guard_.wrench({.force = spring_.force,
+                                      .torque = spring_.torque,
+                                      .normal = sample.normal,
+                                      .stored = stored,
+                                      .gift = gift,
+                                      .moved = true},
+                                     sample.flags);
+  sample.force = given.force;
+  sample.torque = given.torque;
+}
+
+ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const Readings::Judged& now) noexcept {
   ServoSample sample;
   sample.t = reading.t;
   sample.device = reading.position;
-  sample.buttons = reading.buttons;
-
-  const Admitted now = admit(reading);
-  sample.flags = now.faults;
-  sample.velocity = velocity_;
-  sample.orientation = orientation_;
+  sample.buttons = now.buttons;
+  sample.flags = now.faults | now.warnings;
+  const Placement::Place at = placement_.place(now, reading.position);
+  if (at.change) workspace_changed(*at.change);
+  if (at.clutched) friction_.move({}, at.step, {});
+  sample.velocity = at.velocity;
+  sample.orientation = at.orientation;
   if (now.faults != 0) latched_ = true;
   const double gift = std::exchange(gift_, 0.0);
-  const Vec3d turn =
-      now.faults == 0 ? turn_between(std::exchange(last_orientation_, orientation_), orientation_) : Vec3d{};
-  if (now.faults == 0) guard_.observe({reading.position, velocity_, now.dt, turn});
+  if (now.faults == 0) guard_.observe({at.hand, at.velocity, now.dt, at.turn, at.change || at.clutched});
   if (!now.has_position) {
     sample.cursor = sample.contact_point = last_cursor_;
     sample.flags |= bit(ServoFault::Latched);
     last_depth_ = 0;
-    let_go();
-    guard_.restart();
+    give_nothing();
     return sample;
   }
 
-  const Vec3d cursor = settings_.workspace.to_model(reading.position);
-  const ToolPose tool = {cursor, orientation_};
+  // What is touched.
+  const ToolPose tool = {at.cursor, at.orientation};
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
-  const double jump = kSurfaceJump / settings_.workspace.metres_per_unit;
-  const Touched felt = as_paper ? paper_->step(model, tool, {}, jump, true) : touch(model, tool, now.dt);
-  sample.cursor = sample.contact_point = cursor;
+  const Touched felt =
+      as_paper ? paper_->step(model, tool, kSurfaceJump / workspace().metres_per_unit) : touch(model, tool);
+  sample.cursor = sample.contact_point = at.cursor;
   if (felt.touching) {
     sample.contact = true;
     sample.at = felt.at;
@@ -335,61 +288,68 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     sample.contact_point = felt.contact_point;
   }
 
-  // Edits keep the cage. In another one nothing that is known of the contact holds, whatever its surface; a tool that
-  // touched nothing starts anew there.
+  // Safe state: no force until a good reading outside the solid. Edits keep the cage. In another one nothing that is
+  // known of the contact holds, whatever its surface; a tool that touched nothing starts anew there.
   const bool other_cage = std::exchange(cage_, model.slab_mesh().number()) != model.slab_mesh().number();
   const bool jumped = !held_back && (felt.jumped || (other_cage && last_depth_ > 0));
   first_ = first_ || (other_cage && !jumped);
-  // Safe state: no force until a good reading outside the solid.
   if (jumped) {
     sample.flags |= bit(ServoFault::SurfaceJumped);
     latched_ = true;
   }
   if (first_ || latched_ || start_inside_) {
-    const bool in = !(settings_.force.paper_contact ? paper_ : touch_)->clear(model, tool);
+    const bool in = !clear(model, tool);
     if (first_) start_inside_ = in;
     if (now.faults == 0 && !jumped && !in) latched_ = start_inside_ = false;
     // From here on the way of the cursor is followed.
     start_contact_anew();
-    static_cast<void>(touch(model, tool, now.dt));
+    blend_.rest();
+    static_cast<void>(touch(model, tool));
   }
   first_ = false;
-  last_cursor_ = cursor;
-  last_depth_ = felt.depth * settings_.workspace.metres_per_unit;
+  last_cursor_ = at.cursor;
+  last_depth_ = felt.depth * workspace().metres_per_unit;
   last_share_ = 1;
   last_stored_ = 0;
   if (latched_) sample.flags |= bit(ServoFault::Latched);
   if (start_inside_) sample.flags |= bit(ServoFault::StartInside);
   if (!felt.touching || held_back || latched_ || start_inside_) {
-    let_go();
+    if (held_back) blend_.rest();
     if (latched_ || start_inside_)
-      guard_.restart();
+      give_nothing();
     else
-      guard_.rest();
+      fade_out(model, sample, now.dt, gift);
     sample.leak = guard_.leak();
     return sample;
   }
 
+  // The law: a spring, a damper along it, friction across it.
   const SurfacePoint& surface = felt.surface;
-  const double share = layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1);
-  const double stiffness = limits_.stiffness * at_most(share, 1);
-  const double metres = settings_.workspace.metres_per_unit;
-  const double spring = stiffness * felt.push * metres;
-  const double outwards = spring - limits_.damping * dot(velocity_, felt.normal);
+  last_share_ = at_most(layer_at(model, Layer::Stiffness, surface.slab, surface.u, surface.v, 1), 1);
+  const double stiffness = limits_.stiffness * last_share_;
+  const bool blended = blend_.blending();
+  spring_ = spring(felt, stiffness, at.clutched ? Vec3d{} : at.step, now.dt);
+  const double pushes = length(spring_.force);
+  const Vec3d along = blended && pushes > 0 ? spring_.force / pushes : felt.normal;
+  const double outwards = pushes - limits_.damping * (1 - at.loose) * dot(at.velocity, along);
   const double normal_force = std::max(0.0, outwards);
-  const Friction sideways = friction(model, felt, reading.position, turn, stiffness, normal_force);
+  const Friction::Given sideways = friction(model, felt, along, stiffness, normal_force, at);
+  last_stored_ = sideways.stored;
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
-  last_share_ = at_most(share, 1);
-  last_stored_ = sideways.stored;
-  const auto [all, grown] = stored(stiffness, felt);
-  const Wrench given = guard_.wrench({.force = felt.normal * normal_force + sideways.force,
-                                      .torque = felt.twist * (stiffness * metres * metres) +
-                                                cross(felt.arm * metres, sideways.force) + sideways.torque,
-                                      .normal = felt.normal,
-                                      .stored = all + sideways.stored,
-                                      .gift = gift + grown},
-                                     sample.flags);
+
+  // What the springs hold, and how much of that the hand did not put in.
+  const auto held = [&](double force) noexcept { return stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0; };
+  const double in = blended ? held(pushes) : in_spring(stiffness, last_depth_);
+  const double given_in = blended ? in - held(length(blend_.from())) : 0;
+  const Wrench given = guard_.wrench(
+      {.force = along * normal_force + sideways.force,
+       .torque = spring_.torque + cross(felt.arm * workspace().metres_per_unit, sideways.force) + sideways.torque,
+       .normal = along,
+       .stored = in + sideways.stored,
+       .gift = gift + given_in,
+       .moved = blended && (felt.settling || !blend_.blending())},
+      sample.flags);
   sample.force = given.force;
   sample.torque = given.torque;
   sample.leak = guard_.leak();
@@ -397,9 +357,7 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
     latched_ = true;
     sample.flags |= bit(ServoFault::Latched);
     sample.force = sample.torque = {};
-    let_go();
-    guard_.restart();
-    return sample;
+    give_nothing();
   }
   return sample;
 }

@@ -3,33 +3,26 @@
 
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
+#include <relief/haptics/force_blend.h>
+#include <relief/haptics/friction.h>
 #include <relief/haptics/guard.h>
 #include <relief/haptics/hand_limit.h>
+#include <relief/haptics/placement.h>
+#include <relief/haptics/readings.h>
 #include <relief/haptics/shading.h>
 #include <relief/haptics/texture_fade.h>
 #include <relief/haptics/touch.h>
+#include <relief/haptics/workspace.h>
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <utility>
 
 namespace relief {
 
-/// model = (device - device_origin) / metres_per_unit + model_origin. Axes are the same: no rotation.
-struct Workspace {
-  double metres_per_unit = 1;
-  Vec3d device_origin = {};  ///< m
-  Vec3d model_origin = {};   ///< model units
-  [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
-    return (device - device_origin) / metres_per_unit + model_origin;
-  }
-  [[nodiscard]] Vec3d to_device(Vec3d model) const noexcept {
-    return (model - model_origin) * metres_per_unit + device_origin;
-  }
-};
-/// The model's diagonal becomes 0.15 m (or what fits the device), its centre the device's origin.
-[[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model) noexcept;
+/// The version of the force law and of what judges its readings: one more with each change after which the same
+/// readings give other forces. Recordings say under which they were made; those that do not, under 1.
+inline constexpr int kContactLaw = 2;
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
@@ -53,6 +46,8 @@ struct ServoSettings {
   Workspace workspace = {};
   ForceSettings force = {};
   TouchTool tool = {};
+  ReadingSettings readings = {};
+  Clutch clutch = {};
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
@@ -60,8 +55,8 @@ struct ServoSample {
   double t = 0;       ///< s, as the device gave it
   Vec3d device;       ///< m, as read
   Vec3d cursor;       ///< model units; the last good one when this reading's position is bad
-  Quatd orientation;  ///< as used, unit; the last good one when this reading's is bad
-  Vec3d velocity;     ///< m/s, as used
+  Quatd orientation;  ///< from the tool's frame to the model's, unit; the last good one when this reading's is bad
+  Vec3d velocity;     ///< m/s of the hand, as used, along the model's axes
   bool contact = false;
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
@@ -74,10 +69,10 @@ struct ServoSample {
   /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
   /// without contact.
   Vec3d normal;
-  Vec3d force;      ///< N, on the hand, after all limits
-  Vec3d torque;     ///< N*m, on the hand, about the device's position; zero for a point and a ball
-  double leak = 0;  ///< J of energy that came from nowhere lately (ForceGuard::leak)
-  std::uint32_t buttons = 0;
+  Vec3d force;                   ///< N, on the hand, after all limits, along the model's axes
+  Vec3d torque;                  ///< N*m, likewise, about the device's position; zero for a point and a ball
+  double leak = 0;               ///< J of energy that came from nowhere lately (ForceGuard::leak)
+  std::uint32_t buttons = 0;     ///< as DeviceState has them, debounced
   std::uint32_t flags = 0;       ///< ServoFault bits
   std::uint32_t compute_ns = 0;  ///< filled by the servo thread
   std::uint32_t late_ns = 0;     ///< wake-up error, filled by the servo thread
@@ -90,14 +85,23 @@ class Servo {
   /// Allocates for the points of the tool.
   Servo(const ServoSettings& settings, const DeviceInfo& device);
   /// Any input gives a finite force within the limits. Bad input gives zero force in the same tick, and none until a
-  /// good reading outside the solid. The force may shrink at once but grows and turns by max_force_rate at most.
+  /// good reading outside the solid. A reading that is the last one again is answered as that was, for 20 ms at most.
+  /// The force may shrink at once but grows and turns by max_force_rate at most.
   [[nodiscard]] ServoSample step(const Snapshot& model, const DeviceState& reading) noexcept;
   /// The next reading comes after a standstill of the loop that its own time does not show: the safe state.
-  void stalled() noexcept { stalled_ = true; }
-  /// From the thread that calls step(). Another workspace, radius or kind of contact starts anew: no force until the
-  /// tool is outside the solid.
+  void stalled() noexcept { readings_.interrupt(ServoFault::Stalled); }
+  /// The next reading is the first after some to which the device did not answer: the safe state.
+  void reconnected() noexcept { readings_.interrupt(ServoFault::Reconnected); }
+  /// From the thread that calls step(). Another radius or kind of contact starts anew: no force until the tool is
+  /// outside the solid. Another workspace takes the contact along, without a step of the force: it blends over some 50
+  /// ms. Only where a tool that touches nothing comes over 3 mm (at the hand) further, and into the solid, it is a new
+  /// start.
   void set(const ServoSettings& settings) noexcept;
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
+  /// How the device's workspace lies now: as set, but for what clutch and re-centring have moved it by.
+  [[nodiscard]] const Workspace& workspace() const noexcept { return placement_.workspace(); }
+  /// What the device is to be told after the last step: that step's force and torque in its axes.
+  [[nodiscard]] Wrench command() const noexcept { return workspace().command_to_device({last_.force, last_.torque}); }
 
  private:
   /// What the settings and the device allow together; every number finite and not negative.
@@ -106,84 +110,79 @@ class Servo {
     bool clamped = false;
     bool lowered = false;  ///< stiffness, because ticks come late
   };
-  /// What step() needs of a reading once it has been compared with the one before.
-  struct Admitted {
-    std::uint32_t faults = 0;
-    bool has_position = false;  ///< the position itself is usable
-    double dt = 1e-3;           ///< s, since the last reading
-    double travel = 0;          ///< m, since the last reading
-  };
   void limit_settings() noexcept;
-  /// Takes in the time between two ticks; limits the settings anew where ticks come late.
-  void judge_period(double dt) noexcept;
-  /// Of the device, as far as it states one.
-  [[nodiscard]] bool within_workspace(Vec3d position) const noexcept;
-  [[nodiscard]] Admitted admit(const DeviceState& reading) noexcept;
-  /// What the tool touches in this tick, and the direction in which the spring pushes.
-  [[nodiscard]] Touched touch(const Snapshot& model, const ToolPose& tool, double dt) noexcept;
+  /// The workspace was another one in the last tick.
+  void workspace_changed(const Placement::Change& change) noexcept;
+  /// The last answer again, for a reading that is the last one again.
+  void hold(const Readings::Judged& now, const DeviceState& reading) noexcept;
+  /// The answer to a reading.
+  [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
+                                 const Readings::Judged& now) noexcept;
+  /// No force, and none that comes from what was felt before.
+  void give_nothing() noexcept;
+  /// What is left of the force of a contact that something else than the hand has ended.
+  void fade_out(const Snapshot& model, ServoSample& sample, double dt, double gift) noexcept;
+  /// Limits the settings anew where ticks have begun to come late.
+  void follow_period() noexcept;
+  /// What the tool touches in this tick, felt along the way in which the spring pushes.
+  [[nodiscard]] Touched touch(const Snapshot& model, const ToolPose& tool) noexcept;
+  /// Along the interpolated normal, as far as that makes no energy.
+  [[nodiscard]] Vec3d shaded(const Touched& felt) noexcept;
+  /// Takes out of what is touched what goes by too fast to be felt.
+  void limit_band(const Snapshot& model, Touched& felt) noexcept;
+  /// The spring of a contact, led over from the last tick's where it is not the hand that has changed it.
+  [[nodiscard]] Wrench spring(const Touched& felt, double stiffness, Vec3d hand_step, double dt) noexcept;
+  [[nodiscard]] Friction::Given friction(const Snapshot& model, const Touched& felt, Vec3d along, double stiffness,
+                                         double normal_force, const Placement::Place& at) noexcept;
+  /// Whether the tool is outside the material.
+  [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& tool) noexcept;
   /// Forgets what the tool touches.
   void start_contact_anew() noexcept;
-  struct Friction {
-    Vec3d force, torque;  ///< N; N*m about where the tool touches
-    double stored = 0;    ///< J in its springs
-  };
-  /// `turn`: of the tool since the last tick, rad.
-  [[nodiscard]] Friction friction(const Snapshot& model, const Touched& touch, Vec3d position, Vec3d turn,
-                                  double stiffness, double normal_force) noexcept;
   /// By how much such a force bends the spring, model units; without end where there is none.
   [[nodiscard]] double depth_for(double force) const noexcept;
   /// J in the spring at a depth in m.
   [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
-  struct Stored {
-    double all = 0, gift = 0;  ///< J in the spring; those of them that the surface added in this tick, not the hand
-  };
-  [[nodiscard]] Stored stored(double stiffness, const Touched& felt) const noexcept;
-  void let_go() noexcept;
 
-  ServoSettings settings_;
-  DeviceInfo device_;
-  Limits limits_;
   /// Copied with the servo.
-  class Held {
+  class Contact {
    public:
-    explicit Held(std::unique_ptr<Touch> touch) noexcept : touch_(std::move(touch)) {}
-    Held(const Held& other) : touch_(other.touch_->clone()) {}
-    Held(Held&&) noexcept = default;
-    Held& operator=(const Held& other) { return *this = Held(other); }
-    Held& operator=(Held&&) noexcept = default;
-    ~Held() = default;
+    explicit Contact(std::unique_ptr<Touch> touch) noexcept : touch_(std::move(touch)) {}
+    Contact(const Contact& other) : touch_(other.touch_->clone()) {}
+    Contact(Contact&&) noexcept = default;
+    Contact& operator=(const Contact& other) { return *this = Contact(other); }
+    Contact& operator=(Contact&&) noexcept = default;
+    ~Contact() = default;
     Touch* operator->() const noexcept { return touch_.get(); }
 
    private:
     std::unique_ptr<Touch> touch_;
   };
-  Held touch_, paper_;
+
+  ServoSettings settings_;
+  DeviceInfo device_;
+  Readings readings_;
+  Limits limits_;
+  Contact touch_, paper_;
   HandLimit hand_;
   TextureFade fade_;
   Shading shading_;
+  ForceBlend blend_;
+  Friction friction_;
+  ForceGuard guard_;
+  Wrench spring_;     ///< that of the last tick, as it was blended
+  ServoSample last_;  ///< of the last tick
+  Placement placement_;
+  bool put_elsewhere_ = false;  ///< something else than the hand has moved the tool, which has not yet followed
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;
-  bool has_time_ = false, has_position_ = false;
-  double last_t_ = 0;
-  double period_ = 0;    ///< s: one tick in a thousand comes later than that after the one before, or none
-  double late_ = 0;      ///< s: how much of that is too late
-  double softer_ = 1;    ///< share of the device's stiffness that is good for such ticks
-  Vec3d last_position_;  ///< m
-  Vec3d last_cursor_;    ///< model units
-  Quatd orientation_, last_orientation_;  ///< the last good one, and that of the tick before
-  double last_depth_ = 0;                 ///< m
-  double last_share_ = 1;                 ///< of the stiffness, by the model's layer
-  double last_stored_ = 0;                ///< J in the springs of friction
-  std::uint64_t cage_ = 0;                ///< number of the last tick's
-  Vec3d velocity_;                        ///< m/s
-  ForceGuard guard_;
-  double gift_ = 0;  ///< J, what new settings added to the spring since the last tick
-  bool stalled_ = false;
-  double frozen_ = 0;  ///< s, for which the device's velocity says that it moves and its position stays
-  bool has_anchor_ = false, sliding_ = false;
-  Vec3d anchor_;     ///< m, where friction holds the tool
-  double spin_ = 0;  ///< rad about the normal, from where friction holds it
+  double late_ = 0, softer_ = 1;  ///< as readings_ had them when the settings were limited last
+  Vec3d last_cursor_;             ///< model units
+  double last_depth_ = 0;         ///< m
+  double last_share_ = 1;         ///< of the stiffness, by the model's layer
+  double last_stored_ = 0;        ///< J in the springs of friction
+  std::uint64_t cage_ = 0;        ///< number of the last tick's
+  double gift_ = 0;               ///< J, what new settings added to the spring since the last tick
 };
 
 }  // namespace relief

@@ -22,7 +22,9 @@ namespace {
 
 constexpr std::uint64_t kPeriod = 1'000'000;  // ns
 constexpr std::uint64_t kStandstill = 50 * kPeriod;
-constexpr int kPriority = 80;  // below the kernel's own threads for USB
+constexpr int kPriority = 80;              // below the kernel's own threads for USB
+constexpr double kReopenEvery = 0.5;       // s
+constexpr std::size_t kNotedLosses = 100;  // a device that drops out all day must not fill the memory
 
 std::uint64_t monotonic_ns() noexcept { return detail::clock_ns(CLOCK_MONOTONIC); }
 
@@ -142,18 +144,22 @@ std::uint64_t TimeHistogram::quantile(double q) const noexcept {
 }
 
 ServoThread::ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
-                         SpscQueue<ServoTick>* telemetry)
+                         SpscQueue<ServoTick>* telemetry, const LossSettings& loss)
     : device_(device),
       servo_(settings, device.info()),
       reader_(channel.reader()),
       telemetry_(telemetry),
-      settings_(16) {
+      settings_(16),
+      loss_(loss) {
+  losses_.reserve(16);
   if (!device.info().pull) {
     const auto call = [](void* servo, const DeviceState& reading) noexcept {
       return static_cast<ServoThread*>(servo)->pushed(reading);
     };
     times_.note = "the device has its own thread, at its own priority";
-    pushed_ = device.start({this, call});
+    const Status on = device.enable(true);
+    if (!on) times_.note = on.error().message;
+    pushed_ = on && device.start({this, call});
     if (!pushed_) running_.store(false, std::memory_order_release);
     return;
   }
@@ -173,6 +179,7 @@ void ServoThread::stop() noexcept {
   stop_.store(true, std::memory_order_release);
   if (std::exchange(pushed_, false)) {
     device_.stop();
+    static_cast<void>(device_.enable(false));
     running_.store(false, std::memory_order_release);
   }
   if (thread_.joinable()) thread_.join();
@@ -194,12 +201,14 @@ void ServoThread::feel() noexcept {
   tick_.sample = servo_.step(model, tick_.reading);
 }
 
-void ServoThread::finish(bool alive, std::uint64_t compute, std::uint64_t late) noexcept {
+void ServoThread::finish(bool answered, std::uint64_t compute, std::uint64_t late) noexcept {
   ServoSample& sample = tick_.sample;
   times_.compute.add(compute);
-  if (!alive) {
+  const bool stepped = tick_.model != nullptr;
+  if (!answered) {
     sample.force = sample.torque = {};
     sample.flags |= bit(ServoFault::DeviceLost);
+    if (!stepped && std::exchange(told_, true)) return;
   }
   sample.flags |= carried_;
   sample.compute_ns = as_u32(compute);
@@ -209,26 +218,101 @@ void ServoThread::finish(bool alive, std::uint64_t compute, std::uint64_t late) 
     ++times_.dropped;
     carried_ = bit(ServoFault::SampleDropped);
   }
-  ++tick_.number;
+  if (stepped) ++tick_.number;
+}
+
+template <typename Change>
+void ServoThread::note(Change&& change) noexcept {
+  try {
+    const std::scoped_lock lock(losses_mutex_);
+    if (!losses_.empty() && !losses_.back().over) change(losses_.back());
+  } catch (const std::exception&) {  // no memory for words: the loop goes on without them
+    return;
+  }
+}
+
+double ServoThread::lost_for(std::uint64_t clock) const noexcept {
+  return lost_ ? static_cast<double>(clock - lost_at_) * 1e-9 : 0;
+}
+
+bool ServoThread::given_up(std::uint64_t clock) const noexcept {
+  return lost_ && lost_for(clock) >= loss_.give_up_after;
+}
+
+void ServoThread::lose(std::uint64_t clock, const char* why) noexcept {
+  // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
+  static_cast<void>(device_.write({}));
+  if (!std::exchange(lost_, true)) {
+    lost_at_ = clock;
+    reopen_at_ = loss_.reopen_after;
+    told_ = false;
+    ++times_.losses;
+    try {
+      DeviceLoss loss;
+      loss.tick = tick_.number;
+      loss.reason = why != nullptr ? why : device_.status().trouble;
+      const std::scoped_lock lock(losses_mutex_);
+      if (losses_.size() < kNotedLosses) losses_.push_back(std::move(loss));
+    } catch (const std::exception&) {  // no memory for words: the loop goes on without them
+      return;
+    }
+  }
+  if (lost_for(clock) < reopen_at_) return;
+  reopen();
+  reopen_at_ = lost_for(monotonic_ns()) + kReopenEvery;
+}
+
+void ServoThread::reopen() noexcept {
+  device_.close();
+  Status open = device_.open();
+  if (open) open = device_.enable(true);
+  open_ = open.has_value();
+  note([&](DeviceLoss& loss) {
+    ++loss.reopened;
+    if (!open) loss.reason = open.error().message;
+  });
+}
+
+void ServoThread::recover(std::uint64_t clock) noexcept {
+  note([&](DeviceLoss& loss) {
+    loss.seconds = lost_for(clock);
+    loss.over = true;
+  });
+  lost_ = false;
+}
+
+std::vector<DeviceLoss> ServoThread::losses() const {
+  const std::scoped_lock lock(losses_mutex_);
+  return losses_;
 }
 
 void ServoThread::run() noexcept {
   prepare_thread(times_);
+  if (const Status on = device_.enable(true); !on) {
+    open_ = false;
+    lose(monotonic_ns(), on.error().message.c_str());
+  }
   Schedule schedule(times_);
-  bool alive = true;
-  while (alive && !device_.ended() && !stop_.load(std::memory_order_acquire)) {
+  while (!device_.ended() && !stop_.load(std::memory_order_acquire) && !given_up(schedule.woken())) {
     const std::uint64_t late = schedule.wait();
     const std::uint64_t start = thread_cpu_ns();
     begin(schedule.woken(), late);
-    alive = device_.read(tick_.reading);
-    if (alive) {
+    bool answered = open_ && device_.read(tick_.reading);
+    if (answered) {
+      if (lost_) servo_.reconnected();
       feel();
-      alive = device_.write({tick_.sample.force, tick_.sample.torque});
+      answered = device_.write(servo_.command());
     }
-    finish(alive, thread_cpu_ns() - start, late);
+    if (!answered)
+      lose(schedule.woken());
+    else if (lost_)
+      recover(schedule.woken());
+    finish(answered, thread_cpu_ns() - start, late);
   }
+  note([&](DeviceLoss& loss) { loss.seconds = lost_for(schedule.woken()); });
   // An explicit zero, also to a device that seems gone; nobody can act on a refusal here.
   static_cast<void>(device_.write({}));
+  static_cast<void>(device_.enable(false));
   running_.store(false, std::memory_order_release);
 }
 
@@ -246,7 +330,7 @@ Wrench ServoThread::pushed(const DeviceState& reading) noexcept {
   tick_.reading = reading;
   feel();
   const bool over = stop_.load(std::memory_order_acquire);
-  const Wrench felt = over ? Wrench{} : Wrench{tick_.sample.force, tick_.sample.torque};
+  const Wrench felt = over ? Wrench{} : servo_.command();
   finish(true, thread_cpu_ns() - start, late);
   return felt;
 }

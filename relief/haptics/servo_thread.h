@@ -9,18 +9,22 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace relief {
 
 /// One tick as the telemetry carries it: all that Servo::step() was given, and what it made of that. Trivially
 /// copyable.
 struct ServoTick {
-  std::uint64_t number = 0;         ///< 0 for the first; a number that never comes was dropped
-  std::uint64_t clock_ns = 0;       ///< CLOCK_MONOTONIC at the wake-up
-  std::uint32_t settings = 0;       ///< how many of set() had been taken over
-  const Snapshot* model = nullptr;  ///< compared only, never followed; null when the device gave no reading
+  std::uint64_t number = 0;    ///< 0 for the first; a number that never comes was dropped
+  std::uint64_t clock_ns = 0;  ///< CLOCK_MONOTONIC at the wake-up
+  std::uint32_t settings = 0;  ///< how many of set() had been taken over
+  /// Compared only, never followed; null when the device gave no reading: the first such tick of a loss, whose number
+  /// the next reading's tick has again.
+  const Snapshot* model = nullptr;
   DeviceState reading;
   ServoSample sample;
 };
@@ -52,19 +56,37 @@ struct ServoTimes {
   std::uint64_t ticks = 0;
   std::uint64_t overruns = 0;  ///< whole periods skipped
   std::uint64_t dropped = 0;   ///< telemetry samples that found the queue full
+  std::uint64_t losses = 0;    ///< times that the device did not answer
   bool realtime = false;       ///< SCHED_FIFO was granted
   bool memory_locked = false;  ///< mlockall was granted
   std::string note;            ///< what was not granted, and why it matters; empty when all was
 };
 
+/// What is done about a pull device that does not answer. From the first tick on it is told zero force, and read again.
+struct LossSettings {
+  double reopen_after = 1;    ///< s without an answer, after which it is closed and opened again, twice a second
+  double give_up_after = 30;  ///< s without an answer, after which the loop ends; infinite: never
+};
+
+/// A time in which a device did not answer.
+struct DeviceLoss {
+  std::uint64_t tick = 0;  ///< the number of the tick in which it began
+  double seconds = 0;      ///< how long, when it was over
+  bool over = false;       ///< it answered again
+  int reopened = 0;        ///< how often it was closed and opened again
+  std::string reason;      ///< in the device's words, the last ones that it had
+};
+
 /// Owns the 1 kHz loop of one device. Of a pull device, on a thread of its own: absolute schedule on CLOCK_MONOTONIC,
-/// whole periods skipped on overrun, never a burst; SCHED_FIFO and locked memory when the system grants them. Of a push
-/// device, on the device's thread, at the device's times. The last command at stop() is an explicit zero.
+/// whole periods skipped on overrun, never a burst; SCHED_FIFO and locked memory when the system grants them. It
+/// switches the device's forces on before the first tick, and off at the end, after an explicit zero. Where the device
+/// does not answer it gives no force and tries again; once it answers, force comes back through the safe state. Of a
+/// push device, on the device's thread, at the device's times.
 class ServoThread {
  public:
   /// `device` and `channel` must outlive the thread; `telemetry` may be null.
   ServoThread(HapticDevice& device, SnapshotChannel& channel, const ServoSettings& settings,
-              SpscQueue<ServoTick>* telemetry);
+              SpscQueue<ServoTick>* telemetry, const LossSettings& loss = {});
   ServoThread(const ServoThread&) = delete;
   ServoThread& operator=(const ServoThread&) = delete;
   ~ServoThread();
@@ -73,6 +95,8 @@ class ServoThread {
   bool set(const ServoSettings& settings) noexcept;
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   void stop() noexcept;
+  /// When the device did not answer, the first hundred times. Any thread; waits for the loop only while it is lost.
+  [[nodiscard]] std::vector<DeviceLoss> losses() const;
   /// After stop(), or once running() is false.
   [[nodiscard]] const ServoTimes& times() const noexcept { return times_; }
 
@@ -85,7 +109,18 @@ class ServoThread {
   /// The servo's step with tick_.reading.
   void feel() noexcept;
   /// Completes the tick and sends it.
-  void finish(bool alive, std::uint64_t compute, std::uint64_t late) noexcept;
+  void finish(bool answered, std::uint64_t compute, std::uint64_t late) noexcept;
+  /// In a tick in which the device did not answer; `why` where that is known.
+  void lose(std::uint64_t clock, const char* why = nullptr) noexcept;
+  /// Closes and opens the device.
+  void reopen() noexcept;
+  /// It answers again.
+  void recover(std::uint64_t clock) noexcept;
+  [[nodiscard]] bool given_up(std::uint64_t clock) const noexcept;
+  [[nodiscard]] double lost_for(std::uint64_t clock) const noexcept;
+  /// Changes the loss that goes on, if it is noted.
+  template <typename Change>
+  void note(Change&& change) noexcept;
   HapticDevice& device_;
   Servo servo_;
   SnapshotChannel::Reader reader_;
@@ -97,6 +132,13 @@ class ServoThread {
   std::uint32_t carried_ = 0;    ///< flags that belong to the next sample
   bool pushed_ = false;          ///< a push device has this
   std::uint64_t pushed_at_ = 0;  ///< CLOCK_MONOTONIC of a push device's last tick, ns; 0 before the first
+  LossSettings loss_;
+  bool open_ = true;                  ///< as far as the loop knows, with its forces on
+  bool lost_ = false, told_ = false;  ///< the device does not answer; the telemetry has it
+  std::uint64_t lost_at_ = 0;         ///< ns, since then
+  double reopen_at_ = 0;              ///< s of the loss, when the device is due to be opened
+  mutable std::mutex losses_mutex_;
+  std::vector<DeviceLoss> losses_;
   std::thread thread_;
 };
 

@@ -10,8 +10,7 @@ constexpr double kLight = 0.3;   // N: a force below it is taken for this one
 constexpr double kFree = 3e-4;   // of force times way: what may be given for good, less than any device's friction
 }  // namespace
 
-Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move,
-                    double turn) noexcept {
+Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, Vec3d move, double turn) noexcept {
   const double most = kSlack * std::max(kLight, force);
   const Vec3d last = normal_ * force_;
   const auto normal = [&] {
@@ -21,7 +20,7 @@ Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, do
   };
   const double before = given_;
   for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
-    given_ = before + dot(last + normal() * force, move) / 2 + stored - gift - stored_;
+    given_ = before + EnergyAccount(energy_).book(dot(last + normal() * force, move) / 2, stored, 0);
     // What comes on top of the most is not shading's doing, and shading could not take it back.
     given_ = std::clamp(given_, -most, std::max(before, most));
     if (!(given_ > 0)) break;
@@ -29,7 +28,7 @@ Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, do
   }
   normal_ = normal();
   force_ = force;
-  stored_ = stored;
+  energy_.set(stored);
   return normal_;
 }
 

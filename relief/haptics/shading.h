@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/vec.h>
+#include <relief/haptics/energy.h>
 
 namespace relief {
 
@@ -14,23 +15,27 @@ namespace relief {
 class Shading {
  public:
   /// The normal to push along in this tick, unit. `shaded`, `way_out`: unit; `force`: N, along it; `stored`: J in its
-  /// spring, of which `gift` came by other ways than the hand's in this tick; `move`: m, the hand's since the last
-  /// tick; `turn`: rad, between this tick's normal and the last one's of the contact, at most. A few nanoseconds.
-  [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, double gift, Vec3d move,
-                           double turn) noexcept;
+  /// spring; `move`: m, the hand's since the last tick; `turn`: rad, between this tick's normal and the last one's of
+  /// the contact, at most. A few nanoseconds.
+  [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, Vec3d move, double turn) noexcept;
   /// No contact in this tick. The account stays.
-  void rest() noexcept { force_ = stored_ = 0; }
+  void rest() noexcept { change(0, 0); }
+  /// Something else than the hand has changed the spring to this.
+  void change(double force, double stored) noexcept {
+    force_ = force;
+    energy_.set(stored);
+  }
   /// The spring has become so many times as stiff, which is not the hand's doing.
-  void stiffen(double by) noexcept { force_ *= by, stored_ *= by; }
+  void stiffen(double by) noexcept { change(force_ * by, energy_.stored() * by); }
   void reset() noexcept { *this = {}; }
   /// J that the hand got and did not put in; negative where it put in more.
   [[nodiscard]] double given() const noexcept { return given_; }
 
  private:
   double given_ = 0;
-  Vec3d normal_;       ///< of the last tick
-  double force_ = 0;   ///< N, along it; 0: without contact
-  double stored_ = 0;  ///< J in the spring then
+  Vec3d normal_;      ///< of the last tick
+  double force_ = 0;  ///< N, along it; 0: without contact
+  EnergyAccount energy_;
 };
 
 }  // namespace relief

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace relief {
 
@@ -36,33 +37,33 @@ class TipTouch final : public Touch {
     return !inside(model, pose.origin, hint) && (radius_ == 0 || BallProxy::clear(model, pose.origin, radius_));
   }
   [[nodiscard]] double reach() const noexcept override { return radius_; }
-  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                             bool by_hand) noexcept override {
-    return radius_ > 0 ? ball(model, pose, ease, jump, by_hand) : point(model, pose, ease, jump, by_hand);
+  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, double jump) noexcept override {
+    return radius_ > 0 ? ball(model, pose, jump) : point(model, pose, jump);
   }
 
  private:
-  [[nodiscard]] Touched point(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                              bool by_hand) noexcept {
+  [[nodiscard]] Touched point(const Snapshot& model, const ToolPose& pose, double jump) noexcept {
     Touched now;
-    now.touching = proxy_.step(model, pose.origin, ease, by_hand);
+    now.settling = std::exchange(model_, model.number()) != model.number();
+    now.touching = proxy_.step(model, pose.origin) && proxy_.depth() > 0;
+    now.settling = now.settling || proxy_.settling();
     now.jumped = proxy_.lost() ? inside(model, pose.origin, hint_) : proxy_.rise() > jump;
     if (!now.touching) return now;
-    const Proxy::Description there = proxy_.describe(model, ease.most);
+    const Proxy::Description there = proxy_.describe(model);
     tell(now, there.surface);
     now.at.alpha = there.alpha;
     now.normal = there.normal;
     now.turn = there.turn;
     now.way_out = proxy_.way_out();
     now.depth = now.push = proxy_.depth();
-    now.grown = proxy_.grown();
     return now;
   }
-  [[nodiscard]] Touched ball(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                             bool by_hand) noexcept {
+  [[nodiscard]] Touched ball(const Snapshot& model, const ToolPose& pose, double jump) noexcept {
     Touched now;
     double to_go = 0;  // through the air to what it will touch
-    now.touching = ball_.step(model, pose.origin, radius_, ease, by_hand);
+    now.settling = std::exchange(model_, model.number()) != model.number();
+    now.touching = ball_.step(model, pose.origin, radius_);
+    now.settling = now.settling || ball_.settling();
     now.jumped = ball_.lost() || ball_.rise() > jump;
     SurfacePoint surface = ball_.surface();
     if (!now.touching && ball_.held()) {
@@ -78,7 +79,6 @@ class TipTouch final : public Touch {
     tell(now, surface);
     now.normal = now.way_out = ball_.way_out();
     now.depth = now.push = ball_.depth() - to_go;
-    now.grown = ball_.grown();
     return now;
   }
 
@@ -86,6 +86,7 @@ class TipTouch final : public Touch {
   Proxy proxy_;
   BallProxy ball_;
   LocateHint hint_;
+  std::uint64_t model_ = 0;  ///< number of the last tick's
 };
 
 class ShellTouch final : public Touch {
@@ -100,10 +101,10 @@ class ShellTouch final : public Touch {
   }
   [[nodiscard]] double most_stiffening() const noexcept override { return shell_.most_stiffening(); }
   [[nodiscard]] double reach() const noexcept override { return reach_; }
-  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                             bool by_hand) noexcept override {
+  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, double jump) noexcept override {
     Touched now;
-    const bool held = shell_.step(model, pose, ease, by_hand);
+    const bool held = shell_.step(model, pose);
+    now.settling = shell_.settling();
     now.jumped = shell_.lost() || shell_.rise() > jump;
     now.push = length(shell_.push());
     // A point that is held right on the surface does not push, and tells of no place.
@@ -113,7 +114,6 @@ class ShellTouch final : public Touch {
     if (!now.touching) return now;
     tell(now, shell_.surface());
     now.depth = shell_.depth();
-    now.grown = shell_.grown();
     now.normal = now.way_out = shell_.push() / now.push;
     now.twist = shell_.twist();
     now.arm = shell_.touched() - pose.origin;
@@ -134,8 +134,7 @@ class PaperTouch final : public Touch {
     LocateHint hint = hint_;
     return !inside(model, pose.origin, hint);
   }
-  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& /*ease*/, double jump,
-                             bool /*by_hand*/) noexcept override {
+  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, double jump) noexcept override {
     Touched now;
     const Vec3d cursor = pose.origin;
     const std::optional<Contact> contact = probe(model, cursor, hint_);

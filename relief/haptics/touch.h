@@ -2,7 +2,6 @@
 #pragma once
 
 #include <relief/core/query.h>
-#include <relief/haptics/contact/blend.h>
 
 #include <cstddef>
 #include <memory>
@@ -27,10 +26,11 @@ struct ToolPose {
   [[nodiscard]] Vec3d place(Vec3d own) const noexcept { return origin + orientation.turn(own); }
 };
 
-/// What a tool touches in one tick. All but `touching` and `jumped` is for a tool that touches.
+/// What a tool touches in one tick. All but the first three is for a tool that touches.
 struct Touched {
   bool touching = false;
-  bool jumped = false;  ///< material came to the tool by more than the hand could have pressed
+  bool jumped = false;    ///< material came to the tool by more than the hand could have pressed
+  bool settling = false;  ///< the surface has changed: what is touched has changed by more than the hand has done
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   SlabCoord at;
   SurfacePoint surface;
@@ -53,11 +53,9 @@ class Touch {
   [[nodiscard]] virtual std::unique_ptr<Touch> clone() const = 0;
   /// Lets go. The next pose is taken to be in the open.
   virtual void reset() noexcept = 0;
-  /// One tick: the tool has moved straight to `pose`, and the model may have changed. `by_hand`: it was the hand that
-  /// moved it; else what is felt does not jump with it. A `rise` of the surface above `jump` (model units) counts as
-  /// one that the hand could not have pressed.
-  [[nodiscard]] virtual Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                                     bool by_hand) noexcept = 0;
+  /// One tick: the tool has moved straight to `pose`, and the model may have changed. A rise of the surface by more
+  /// than `jump` (model units) counts as one that the hand could not have pressed.
+  [[nodiscard]] virtual Touched step(const Snapshot& model, const ToolPose& pose, double jump) noexcept = 0;
   /// A ball of another radius, or a point; a tool made of points stays as it is. To be followed by reset().
   virtual void resize(double /*radius*/) noexcept {}
   /// Whether the tool is outside the material.

@@ -36,8 +36,8 @@ concept Is = std::same_as<std::remove_const_t<T>, U>;
 inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
-static_assert(sizeof(DeviceState) == 104 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 128 &&
-              sizeof(DeviceInfo) == 120 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
+static_assert(sizeof(DeviceState) == 184 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 208 &&
+              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -49,7 +49,17 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"has_velocity", ""}, in.has_velocity);
   visit(Field{"device_orientation", ""}, in.orientation);
   visit(Field{"has_orientation", ""}, in.has_orientation);
+  visit(Field{"device_angular_velocity", "rad/s"}, in.angular_velocity);
+  visit(Field{"has_angular_velocity", ""}, in.has_angular_velocity);
+  visit(Field{"gripper", "m"}, in.gripper);
+  visit(Field{"gripper_force", "N"}, in.gripper_force);
+  visit(Field{"has_gripper", ""}, in.has_gripper);
+  visit(Field{"pressure", ""}, in.pressure);
+  visit(Field{"has_pressure", ""}, in.has_pressure);
+  visit(Field{"forces_off", ""}, in.forces_off);
   visit(Field{"buttons", ""}, in.buttons);
+  visit(Field{"pressed", ""}, in.pressed);
+  visit(Field{"released", ""}, in.released);
   visit(Field{"settings", ""}, tick.settings);
   visit(Field{"model", ""}, tick.model);
   visit(Field{"cursor", kUnits, Role::Output}, out.cursor);
@@ -66,6 +76,7 @@ void for_each_field(T& tick, Visit&& visit) {
   visit(Field{"torque", "N*m", Role::Output}, out.torque);
   visit(Field{"orientation", "", Role::Output}, out.orientation);
   visit(Field{"leak", "J", Role::Output}, out.leak);
+  visit(Field{"held_buttons", "", Role::Output}, out.buttons);
   visit(Field{"flags", "", Role::Output}, out.flags);
   visit(Field{"clock", "ns", Role::Clock}, tick.clock_ns);
   visit(Field{"compute", "ns", Role::Clock}, out.compute_ns);
@@ -86,6 +97,12 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"paper_contact", ""}, settings.force.paper_contact);
   visit(Field{"guard", ""}, settings.force.guard);
   visit(Field{"tool_radius", kUnits}, settings.tool.radius);
+  visit(Field{"rotation", ""}, settings.workspace.rotation);
+  visit(Field{"debounce", "s"}, settings.readings.debounce);
+  visit(Field{"clutch", ""}, settings.clutch.held);
+  visit(Field{"clutch_buttons", ""}, settings.clutch.buttons);
+  visit(Field{"recentre", ""}, settings.clutch.recentre);
+  visit(Field{"centre", kUnits}, settings.clutch.centre);
 }
 
 /// One of the points of a rigid tool, in the tool's frame.
@@ -94,7 +111,7 @@ void for_each_field(T& point, Visit&& visit) {
   visit(Field{"point", kUnits}, point);
 }
 
-/// The name is a fact of the recording.
+/// What is text is a fact of the recording.
 template <Is<DeviceInfo> T, typename Visit>
 void for_each_field(T& device, Visit&& visit) {
   visit(Field{"max_force", "N"}, device.max_force);
@@ -106,7 +123,20 @@ void for_each_field(T& device, Visit&& visit) {
   visit(Field{"max_work", "J"}, device.max_work);
   visit(Field{"max_speed", "m/s"}, device.max_speed);
   visit(Field{"delay_ticks", ""}, device.delay_ticks);
+  visit(Field{"delay", "s"}, device.delay);
   visit(Field{"workspace_radius", "m"}, device.workspace_radius);
+  visit(Field{"workspace_low", "m"}, device.workspace.low);
+  visit(Field{"workspace_high", "m"}, device.workspace.high);
+  visit(Field{"rate", "Hz"}, device.rate);
+  visit(Field{"sensed_positions", ""}, device.sensed.position);
+  visit(Field{"sensed_rotations", ""}, device.sensed.rotation);
+  visit(Field{"sensed_grippers", ""}, device.sensed.gripper);
+  visit(Field{"actuated_positions", ""}, device.actuated.position);
+  visit(Field{"actuated_rotations", ""}, device.actuated.rotation);
+  visit(Field{"actuated_grippers", ""}, device.actuated.gripper);
+  visit(Field{"handedness", ""}, device.handedness);
+  visit(Field{"gravity", ""}, device.gravity);
+  visit(Field{"absolute", ""}, device.absolute);
   visit(Field{"pull", ""}, device.pull);
 }
 

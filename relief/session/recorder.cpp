@@ -1,3 +1,4 @@
+#include <relief/base/hash.h>
 #include <relief/base/try.h>
 #include <relief/file/recording.h>
 #include <relief/session/fields.h>
@@ -21,7 +22,7 @@ namespace relief {
 
 namespace {
 
-constexpr std::size_t kLiveBatch = 250, kPathBatch = 2048;    // ticks
+constexpr std::size_t kBatch = 250;                           // ticks: what a cut may cost beside the cut
 constexpr std::size_t kLiveWaiting = std::size_t{64} << 20U;  // bytes that may wait for the disk: minutes
 constexpr std::size_t kPathWaiting = std::size_t{8} << 20U;
 
@@ -63,6 +64,13 @@ std::string hex(std::uint64_t value) {
   return digits;
 }
 
+/// Tells devices apart without telling which they are.
+std::uint64_t serial_hash(std::string_view serial) {
+  Hash64 hash;
+  hash.add_bytes(std::as_bytes(std::span(serial)));
+  return hash.value();
+}
+
 struct Ticks {
   std::uint64_t first = 0;
   std::vector<std::byte> rows;
@@ -79,8 +87,8 @@ struct Recorder::State {
   // ---- The caller's side
 
   void tick(const ServoTick& given) {
-    if ((given.sample.flags & bit(ServoFault::DeviceLost)) != 0) device_lost = true;
-    if (given.model == nullptr) return;  // no reading, no step: the servo has ended
+    device_lost = (given.sample.flags & bit(ServoFault::DeviceLost)) != 0;
+    if (given.model == nullptr) return;  // no reading, no step
     // The heads that the servo has left behind will not come again.
     while (heads.size() > 1 && heads.front().get() != given.model) {
       heads.pop_front();
@@ -90,7 +98,7 @@ struct Recorder::State {
     if (open.rows.empty()) open.first = given.number;
     next = given.number + 1;
     detail::append_row(RecordedTick{given.clock_ns, given.settings, model, given.reading, given.sample}, open.rows);
-    if (++open_count == (pace == Pace::Live ? kLiveBatch : kPathBatch)) flush();
+    if (++open_count == kBatch) flush();
   }
 
   /// The number of the newest head.
@@ -126,10 +134,11 @@ struct Recorder::State {
       const std::deque<Job> now = std::exchange(jobs, {});
       waiting = 0;
       freed.notify_all();
+      if (failed()) continue;  // what comes after a gap nobody could repeat
       lock.unlock();
       Status done = write(now);
       lock.lock();
-      if (!done && status) status = std::move(done);
+      if (!done) status = std::move(done);
     }
   }
 
@@ -190,7 +199,10 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
                 {"model_hash", hex(model->content_hash())},
                 {"model_strokes", std::to_string(origin.model_strokes)},
                 {"model_unit", origin.model_unit},
+                {"contact_law", std::to_string(kContactLaw)},
                 {"device", device.name},
+                {"device_filters", device.filters},
+                {"device_serial_hash", device.serial.empty() ? "" : hex(serial_hash(device.serial))},
                 {"axes", "x right, y up, z towards the user"}};
   head.streams.emplace(kTickStream, detail::columns_of<RecordedTick>());
   add_stream<ServoSettings>(head);
@@ -199,9 +211,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
   add_stream<Brush>(head);
   add_stream<Dab>(head);
   add_stream<detail::Nothing>(head);
-  RELIEF_TRY(RecordingWriter writer, RecordingWriter::create(file, std::move(head),
-                                                             pace == Pace::Live ? RecordingWriter::Appear::AtOnce
-                                                                                : RecordingWriter::Appear::AtTheEnd));
+  RELIEF_TRY(RecordingWriter writer, RecordingWriter::create(file, std::move(head)));
   RELIEF_CHECK(writer.add_event(event_of(device, 0)));
   RELIEF_CHECK(writer.add_event(event_of(settings, 0)));
   const auto points = settings.tool.points.first(std::min(settings.tool.points.size(), TouchTool::kMostPoints));
@@ -226,6 +236,8 @@ void Recorder::set(const ServoSettings& settings) {
   }
   state_->push(event_of(settings, number));
 }
+
+std::uint64_t Recorder::kept() const noexcept { return state_->writer.committed_ticks(); }
 
 Status Recorder::finish(const ServoTimes* times) {
   State& s = *state_;

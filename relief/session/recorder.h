@@ -25,9 +25,9 @@ struct RecordingOrigin {
 /// begin with a servo's first.
 class Recorder {
  public:
-  /// Live: no call waits for the disk; the file has its name at once and grows four times a second, and what is in it
-  /// survives the death of the process; ticks for which the disk is too slow for minutes are left out, which shows.
-  /// Path: calls wait for the disk, and the file appears in finish().
+  /// The file has its name at once, and what is in it survives the death of the process. Live: no call waits for the
+  /// disk; the file grows four times a second; ticks for which the disk is too slow for minutes are left out, which
+  /// shows. Path: calls wait for the disk.
   enum class Pace : std::uint8_t { Live, Path };
   /// `model` and `settings` are those that the servo starts with. An existing file is replaced. Error: Io.
   [[nodiscard]] static Result<Recorder> create(const std::filesystem::path& file, Pace pace,
@@ -49,6 +49,8 @@ class Recorder {
   /// Writes what is left and closes the file; `times` are those of the servo's thread, if it had one. Error: what went
   /// wrong first, Io.
   [[nodiscard]] Status finish(const ServoTimes* times);
+  /// Ticks that are in the file; after finish(), whatever that returned.
+  [[nodiscard]] std::uint64_t kept() const noexcept;
 
  private:
   struct State;

@@ -31,6 +31,12 @@ struct Edit {
   std::variant<Brush, Dab, EndOfStroke> what;
 };
 
+std::uint64_t number_of(std::string_view text, int base) {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value, base);
+  return value;
+}
+
 std::string names_of(const RecordingColumns& columns) {
   std::string text;
   for (const RecordingColumn& column : columns) text += (text.empty() ? "" : ", ") + printable(column.name, 40);
@@ -51,6 +57,9 @@ struct Replay::State {
 
   Recording recording;
   RowReader<RecordedTick> ticks;
+  /// Before they were debounced, they were those of the reading.
+  bool has_held_buttons =
+      std::ranges::find(recording.columns(), "held_buttons", &RecordingColumn::name) != recording.columns().end();
   DeviceInfo device;
   std::vector<ServoSettings> settings;
   std::vector<Vec3d> tool_points;  ///< the servo's for good: those of all settings
@@ -116,7 +125,9 @@ struct Replay::State {
         unknown += (unknown.empty() ? "" : ", ") + printable(event.stream, 40);
       }
     }
-    if (!has_device || settings.empty()) return recording.damaged("it does not say its device or its settings");
+    if (!has_device || settings.empty())
+      return recording.damaged(recording.cut() ? "it was cut before its device and its settings"
+                                               : "it does not say its device or its settings");
     if (!tool_points.empty()) note(point_reader, true);
     for (ServoSettings& known : settings) known.tool.points = tool_points;
     if (!edits.empty()) {
@@ -143,6 +154,10 @@ Recording& Replay::recording() noexcept { return state_->recording; }
 const Recording& Replay::recording() const noexcept { return state_->recording; }
 const DeviceInfo& Replay::device() const noexcept { return state_->device; }
 const std::vector<ServoSettings>& Replay::settings() const noexcept { return state_->settings; }
+int Replay::contact_law() const noexcept {
+  const auto law = number_of(state_->recording.head().fact("contact_law"), 10);
+  return law > 0 && law < 1'000'000 ? static_cast<int>(law) : 1;
+}
 const std::string& Replay::unknown() const noexcept { return state_->unknown; }
 
 void Replay::rewind() noexcept {
@@ -167,10 +182,12 @@ Result<bool> Replay::next(std::uint64_t& number, RecordedTick& tick) {
   s.ticks.read(s.rows.subspan(s.at, width), tick);
   tick.sample.t = tick.reading.t;
   tick.sample.device = tick.reading.position;
-  tick.sample.buttons = tick.reading.buttons;
+  if (!s.has_held_buttons) tick.sample.buttons = tick.reading.buttons;
   s.at += width;
-  if (tick.settings >= s.settings.size()) return s.recording.damaged("a tick has settings that it does not hold");
-  return true;
+  if (tick.settings < s.settings.size()) return true;
+  if (!s.recording.cut()) return s.recording.damaged("a tick has settings that it does not hold");
+  rewind();
+  return false;
 }
 
 Result<std::vector<DeviceState>> Replay::readings() {
@@ -188,12 +205,6 @@ Result<std::vector<DeviceState>> Replay::readings() {
 // ---- The model
 
 namespace {
-
-std::uint64_t number_of(std::string_view text, int base) {
-  std::uint64_t value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value, base);
-  return value;
-}
 
 /// The model as it was after `strokes` strokes, from a copy that goes away again.
 Result<SnapshotPtr> model_at(const std::filesystem::path& file, std::uint64_t strokes) {
@@ -311,8 +322,9 @@ class RecordedServo {
       : settings_(std::move(settings)), servo_(settings_.front(), device) {}
   [[nodiscard]] ServoSample step(const Snapshot& model, const RecordedTick& tick) {
     while (used_ < tick.settings) servo_.set(settings_[++used_]);
-    // That its loop stood still the servo was told from outside; its answer says so.
+    // That its loop stood still, or its device was away, the servo was told from outside; its answer says so.
     if ((tick.sample.flags & bit(ServoFault::Stalled)) != 0) servo_.stalled();
+    if ((tick.sample.flags & bit(ServoFault::Reconnected)) != 0) servo_.reconnected();
     return servo_.step(model, tick.reading);
   }
 
@@ -333,7 +345,8 @@ std::optional<Verification::Difference> difference(const RowReader<RecordedTick>
     at += bytes;
     if (columns[k].role != detail::name(detail::Role::Output) || !reader.has(k) || std::ranges::equal(was, is))
       continue;
-    return Verification::Difference{0, 0, columns[k].name, text_of(was, columns[k].type), text_of(is, columns[k].type)};
+    return Verification::Difference{0, 0, columns[k].name, text_of(was, columns[k], kSlabOrNone),
+                                    text_of(is, columns[k], kSlabOrNone)};
   }
   return std::nullopt;
 }
@@ -344,6 +357,7 @@ Result<Verification> verify(Replay& replay, const SnapshotPtr& model, const Prog
   Verification result;
   result.ticks = replay.recording().tick_count();
   result.missing = replay.state().missing;
+  result.contact_law = replay.contact_law();
   const RecordingColumns columns = detail::columns_of<RecordedTick>();
   RecordedServo servo(replay.settings(), replay.device());
   std::vector<std::byte> was, is;

@@ -8,15 +8,20 @@
 #include <relief/file/recording.h>
 #include <relief/haptics/servo_thread.h>
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace relief {
+
+/// Columns of ticks in which the greatest number means that there is none, for exports.
+inline constexpr std::array<std::string_view, 1> kSlabOrNone = {"slab"};
 
 /// A tick as it was recorded.
 struct RecordedTick {
@@ -41,10 +46,14 @@ class Replay {
   [[nodiscard]] const DeviceInfo& device() const noexcept;
   /// Those at the start, then each change.
   [[nodiscard]] const std::vector<ServoSettings>& settings() const noexcept;
+  /// The version of the force law under which it was made (kContactLaw). Under another one the same readings give other
+  /// forces.
+  [[nodiscard]] int contact_law() const noexcept;
   /// What the recording has that this program does not know, and would have to know to repeat it; empty if nothing.
   [[nodiscard]] const std::string& unknown() const noexcept;
 
-  /// The next tick; false at the end, and then from the start again. Error: Corrupt.
+  /// The next tick; false at the end, and then from the start again. Of a recording that was cut short, the end is
+  /// where what a tick needs (its settings) is missing. Error: Corrupt.
   [[nodiscard]] Result<bool> next(std::uint64_t& number, RecordedTick& tick);
   void rewind() noexcept;
   /// What the device gave, for a ReplayDevice. Error: Corrupt.
@@ -81,6 +90,7 @@ struct Verification {
   std::string stopped;
   /// Numbers that the recording lacks: outputs were not compared, inputs and settings are their defaults.
   std::vector<std::string> missing;
+  int contact_law = kContactLaw;  ///< under which it was recorded; under another one, differences are expected
   [[nodiscard]] bool holds() const noexcept { return !difference && stopped.empty(); }
 };
 

@@ -29,7 +29,7 @@ struct Session::State {
         editor(first),
         channel(std::move(first)),
         telemetry(kTelemetryCapacity),
-        servo(haptic_device, channel, session_settings.servo, &telemetry),
+        servo(haptic_device, channel, session_settings.servo, &telemetry, session_settings.loss),
         edit_thread([this] { edit_loop(); }) {}
 
   void edit_loop() {
@@ -41,6 +41,7 @@ struct Session::State {
       while (telemetry.pop(tick)) {
         idle = false;
         if (recorder != nullptr) recorder->tick(tick);
+        if (settings.on_tick) settings.on_tick(tick);
         take(tick.sample);
       }
       if (ended) finish_stroke();
@@ -56,7 +57,6 @@ struct Session::State {
     stats.depth_max = std::max(stats.depth_max, sample.depth);
     stats.flagged_samples += sample.flags != 0 ? 1U : 0U;
     stats.flags |= sample.flags;
-    if (settings.keep_trace) stats.trace.push_back(sample);
     const bool pressed = (sample.buttons & 1U) != 0;
     if (!pressed) {
       finish_stroke();
@@ -167,6 +167,7 @@ bool Session::set_servo(const ServoSettings& settings) {
 
 SnapshotChannel::Reader Session::reader() { return state_->channel.reader(); }
 bool Session::running() const noexcept { return state_->servo.running(); }
+std::vector<DeviceLoss> Session::losses() const { return state_->servo.losses(); }
 
 Status Session::stop() {
   if (!state_->stopped) {
@@ -181,6 +182,7 @@ Status Session::stop() {
   return state_->file_status ? state_->recorder_status : state_->file_status;
 }
 
+const Status& Session::recorded() const noexcept { return state_->recorder_status; }
 const SnapshotPtr& Session::head() const noexcept { return state_->editor.head(); }
 const SessionStats& Session::stats() const noexcept { return state_->stats; }
 

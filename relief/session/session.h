@@ -8,6 +8,7 @@
 #include <relief/session/recorder.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -26,7 +27,6 @@ struct SessionStats {
   double depth_max = 0;               ///< model units
   std::uint64_t flagged_samples = 0;  ///< with any fault bit
   std::uint32_t flags = 0;            ///< all fault bits that were set
-  std::vector<ServoSample> trace;     ///< every sample, when asked for
 };
 
 /// How the hand's contact becomes dabs.
@@ -44,9 +44,12 @@ struct SculptSettings {
 class Session {
  public:
   struct Settings {
-    ServoSettings servo;
-    SculptSettings sculpt;
-    bool keep_trace = false;
+    ServoSettings servo = {};
+    SculptSettings sculpt = {};
+    LossSettings loss = {};
+    /// Called by the edit thread with each tick, in their order, also with those in which the device did not answer. It
+    /// must not wait: strokes wait for it.
+    std::function<void(const ServoTick&)> on_tick = {};
   };
   /// `device`, and `file` and `recorder` (may be null), must outlive the session. The recorder must have been made with
   /// the same head and settings; stop() finishes it.
@@ -66,9 +69,13 @@ class Session {
   /// For drawing meanwhile, on one other thread each. Readers must be gone before the session is.
   [[nodiscard]] SnapshotChannel::Reader reader();
   [[nodiscard]] bool running() const noexcept;
+  /// When the device did not answer. Any thread.
+  [[nodiscard]] std::vector<DeviceLoss> losses() const;
   /// Stops the servo, finishes an open stroke, joins both threads. What could not be saved
   /// meanwhile is tried once more; the error of the file, if it still fails, else that of the recording.
   [[nodiscard]] Status stop();
+  /// How the recording ended: it and the file end each for itself. After stop().
+  [[nodiscard]] const Status& recorded() const noexcept;
   [[nodiscard]] const SnapshotPtr& head() const noexcept;    ///< after stop()
   [[nodiscard]] const SessionStats& stats() const noexcept;  ///< after stop()
 

@@ -148,6 +148,24 @@ void safe_state(Report& report, const testing::HeldTool& held) {
   }
   {
     Pressed hand(held);
+    hand.servo.reconnected();
+    hand.at(0.97);
+    judge(report, "the device did not answer for a while" + held.name, answer_to(hand, ServoFault::Reconnected));
+  }
+  {
+    Pressed hand(held);
+    const Vec3d before = hand.felt.force;
+    double most_off = 0;
+    for (int k = 0; k < 20; ++k) {
+      hand.felt = hand.servo.step(*hand.model, hand.reading_at(1.010, 0.97));
+      most_off = std::max(most_off, length(hand.felt.force - before));
+    }
+    report.at_most("the same reading for 20 ms" + held.name + ": change of the force", most_off, 0, "N");
+    hand.felt = hand.servo.step(*hand.model, hand.reading_at(1.010, 0.97));
+    judge(report, "the same reading for over 20 ms" + held.name, answer_to(hand, ServoFault::NoNews));
+  }
+  {
+    Pressed hand(held);
     hand.model = ball(1.06);
     hand.at(0.97);
     judge(report, "the surface rises by 6 mm under the tip" + held.name, answer_to(hand, ServoFault::SurfaceJumped));
@@ -200,7 +218,7 @@ void start_and_resume(Report& report, const testing::HeldTool& held) {
   for (int k = 0; k < 10; ++k) later = std::max(later, length(servo.step(*model, at(t += 1e-3, 0.91)).force));
   report.at_least("and after that", later, 3.2, "N");
   // A fault while pressed, lift-off, and in again.
-  static_cast<void>(servo.step(*model, at(t, 0.91)));
+  static_cast<void>(servo.step(*model, at(t - 0.01, 0.91)));
   double inside = 0;
   for (int k = 0; k < 22; ++k)
     inside = std::max(inside, length(servo.step(*model, at(t += 1e-3, 0.91 + 5e-3 * k)).force));

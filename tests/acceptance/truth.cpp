@@ -92,7 +92,7 @@ Errors against(const Snapshot& model, Nearest nearest, const testing::HeldTool& 
     Driver hand(settings, testing::strong_device());
     static_cast<void>(hand.at(model, p + place.normal * (held.radius + 0.01)));
     ServoSample felt = hand.at(model, cursor);
-    for (int tick = 0; tick < 100; ++tick) felt = hand.at(model, cursor);
+    for (int tick = 0; tick < 200; ++tick) felt = hand.at(model, cursor);
     const Vec3d ideal =
         ideal_push(nearest, held, cursor, place.normal) * (kStiffness * settings.workspace.metres_per_unit);
     worst.force = std::max(worst.force, std::abs(length(felt.force) / length(ideal) - 1));

@@ -422,8 +422,7 @@ class Contract(Case):
 
     def test_interrupt_stops_every_long_command(self):
         for args, out in ((["sample", "pumpkin", "--triangles", "20000000"], "i.ply"),
-                          (["render", self.model, "--size", "3000x3000", "--supersample", "4", "--lights", "256"], "i.png"),
-                          (["touch", self.model, "--device", "sim:hand", "--seconds", "60"], "i.csv")):
+                          (["render", self.model, "--size", "3000x3000", "--supersample", "4", "--lights", "256"], "i.png")):
             started = subprocess.Popen([str(BIN / "relief"), *map(str, args), "-o", str(self.folder / out)],
                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
             time.sleep(0.5)
@@ -895,7 +894,7 @@ class Touch(Case):
 
     def test_bad_readings_are_answered_by_the_safe_state(self):
         good = self.press(330)
-        for bad in (["nan", 0, 0, 0], [0.33, "inf", 0, 0], [0.33, 0, "-inf", 1e300], [0.33, 1e30, 0, 0], [0.329, 2.5, 40, 55],
+        for bad in (["nan", 0, 0, 0], [0.33, "inf", 0, 0], [0.33, 0, "-inf", 1e300], [0.33, 1e30, 0, 0], [0.326, 2.5, 40, 55],
                     [0.1, 2.5, 40, 55], [50, 2.5, 40, 55], [0.33, "nan", "nan", "nan"]):
             after = [[0.331 + k * 1e-3, 2.5, 40.25, good[-1][3]] for k in range(20)]
             rows, _ = self.touch(good + [bad] + after)
@@ -913,6 +912,186 @@ class Touch(Case):
             if int(answer["flags"]) & 1:
                 for k in range(3):
                     self.assertAlmostEqual(place[k], good[-1][1 + k], places=9)
+
+    def test_a_reading_that_comes_twice_is_no_fault(self):
+        path = self.press(400)
+        again = [row for k, row in enumerate(path) for row in ([row, [row[0] - 1e-6, 0, 0, 0]] if k % 10 == 9 else [row])]
+        once, _ = self.touch(path)
+        twice, run = self.touch(again)
+        self.assertIn("flagged: no news", run.out)
+        self.assertEqual({int(row["flags"]) for row in twice} - {int(row["flags"]) for row in once}, {131072})
+        news = [row for row in twice if int(row["flags"]) != 131072]
+        self.assertEqual([row["fz"] for row in news], [row["fz"] for row in once])
+        # Twenty of them are held, the next is the safe state.
+        rows, _ = self.touch(path[:380] + [path[379]] * 25)
+        flags = [int(row["flags"]) for row in rows[380:]]
+        self.assertEqual(flags[:20], [131072] * 20)
+        self.assertTrue(all(f & 8 and f & 2 for f in flags[20:]), flags)
+
+    def test_the_repeated_readings_of_a_report_are_felt(self):
+        scan, path = DATA / "a_models/bunny.ply", DATA / "reports/touch/repeated_readings.csv"
+        if not scan.exists() or not path.exists():
+            self.skipTest("skipped: no test data")
+        model, forces = self.folder / "bunny.relief", self.folder / "bunny.csv"
+        self.ok("convert", scan, "-o", model, "--slabs", 150, "--samples", 16)
+        self.ok("touch", model, "--path", path, "-o", forces)
+        rows = list(csv.DictReader(forces.read_text().splitlines()))
+        self.assertEqual(len(rows), 3300)
+        self.assertEqual([row for row in rows if int(row["flags"]) & 8], [])
+        self.assertEqual(sum(int(row["flags"]) & 131072 != 0 for row in rows), 300)
+        self.assertGreater(sum(row["contact"] == "1" for row in rows), 2900)
+
+    def test_axes_of_the_device_are_turned_and_a_mirror_is_refused(self):
+        straight, _ = self.touch(self.press())
+        turned, _ = self.touch(self.press(), "--axes", "y,-x,z")
+        for a, b in zip(straight, turned):
+            for k in ("fx", "fy", "fz"):
+                self.assertAlmostEqual(float(a[k]), float(b[k]), places=6, msg="forces are along the model's axes")
+        for axes, word in (("y,x,z", "mirror"), ("x,y", "three axes"), ("x,x,z", "twice")):
+            self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", "--axes", axes), 2, "--axes", word)
+
+    def live(self, *args):
+        return [str(BIN / "relief"), "touch", str(self.model), "--device", "sim:hand", *map(str, args)]
+
+    def rows_of(self, file):
+        """The whole rows of an F.csv; its numbers must all be there."""
+        text = file.read_text()
+        self.assertTrue(text.endswith("\n"), text[-200:])
+        rows = list(csv.DictReader(text.splitlines()))
+        self.assertTrue(all(None not in row.values() for row in rows))
+        return rows
+
+    def test_ctrl_c_is_stop_and_save(self):
+        for sign in signal.SIGINT, signal.SIGTERM:
+            forces, rec = self.folder / "stopped.csv", self.folder / "stopped.rlog"
+            forces.write_text("what was there before")
+            started = subprocess.Popen(self.live("--seconds", 60, "-o", forces, "--record", rec, "--json"),
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            deadline = time.monotonic() + 60
+            while time.monotonic() < deadline and (not forces.exists() or forces.stat().st_size < 20_000):
+                time.sleep(0.05)  # rows are there while it runs
+            started.send_signal(sign)
+            out, err = (stream.decode() for stream in started.communicate(timeout=60))
+            self.assertEqual(started.returncode, 130)
+            self.assertEqual(err.count("\n"), 1, err)
+            self.assertIn("stopped.csv", err)
+            report = json.loads(out)
+            ends = {pathlib.Path(end["file"]).name: end for end in report["outputs"]}
+            rows = self.rows_of(forces)
+            self.assertEqual(ends["stopped.csv"]["rows"], len(rows))
+            self.assertEqual(len(rows), report["ticks"])
+            self.assertGreater(len(rows), 200)
+            kept = self.ok("replay", rec, "--json").json()
+            self.assertEqual((kept["whole"], kept["ticks"]), (True, ends["stopped.rlog"]["ticks"]))
+
+    def test_ctrl_c_along_a_path_keeps_the_rows_so_far(self):
+        path, forces, rec = (self.folder / name for name in ("long.csv", "long_forces.csv", "long.rlog"))
+        rows = self.press(400)
+        with path.open("w") as out:
+            out.write("t,x,y,z\n")
+            for turn in range(2000):
+                out.write("".join(f"{0.001 * (400 * turn + k):.3f},{x},{y},{z}\n" for k, (_, x, y, z) in enumerate(rows)))
+        started = subprocess.Popen([str(BIN / "relief"), "touch", str(self.model), "--path", str(path), "-o", str(forces),
+                                    "--record", str(rec)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and (not forces.exists() or forces.stat().st_size < 100_000):
+            time.sleep(0.002)
+        started.send_signal(signal.SIGINT)
+        err = started.communicate(timeout=60)[1].decode()
+        if started.returncode == 0:
+            self.skipTest("the machine was too quick")
+        self.assertEqual(started.returncode, 130, err)
+        self.assertIn("of 800000 rows", err)
+        count = len(self.rows_of(forces))
+        self.assertGreater(count, 200)
+        self.assertLess(count, 800_000)
+        self.assertIn(f"{count} ticks", self.ok("replay", rec).out)
+
+    def test_a_killed_run_leaves_the_rows_so_far(self):
+        forces = self.folder / "killed.csv"
+        started = subprocess.Popen(self.live("--seconds", 60, "-o", forces), stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and (not forces.exists() or forces.stat().st_size < 60_000):
+            time.sleep(0.05)
+        started.kill()
+        started.wait()
+        self.assertGreater(len(self.rows_of(forces)), 200)
+
+    def test_each_output_ends_for_itself(self):
+        rec = self.folder / "beside.rlog"
+        # The disk of the forces is full.
+        for args in (["--device", "sim:hand", "--seconds", 0.6], ["--path", self.folder / "P.csv"]):
+            self.touch(self.press(400))
+            run = Run("touch", self.model, *args, "-o", "/dev/full", "--record", rec)
+            self.assert_failed(run, 1, "/dev/full", "No space left", "beside.rlog", "ticks")
+            ticks = self.ok("replay", rec, "--json").json()
+            self.assertGreater(ticks["ticks"], 100)
+            self.assertTrue(ticks["whole"])
+        # The disk of the recording is full: a limit on files, which a pipe does not have.
+        pipe = self.folder / "forces.fifo"
+        os.mkfifo(pipe)
+
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+        started = subprocess.Popen(self.live("--seconds", 3, "-o", pipe, "--record", rec), stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, preexec_fn=limit)
+        rows = pipe.read_text().splitlines()
+        out, err = (stream.decode() for stream in started.communicate(timeout=60))
+        self.assertEqual(started.returncode, 1, err)
+        self.assertEqual(err.count("\n"), 1, err)
+        self.assertIn("beside.rlog", err)
+        self.assertIn(f"forces.fifo: {len(rows) - 1} rows", err)
+        self.assertIn(f"forces.fifo: {len(rows) - 1} rows", out)
+        self.assertGreater(len(rows), 1000)
+        part = self.ok("replay", rec, "--json").json()
+        self.assertFalse(part["whole"])
+        self.assertLess(part["ticks"], len(rows) - 1)
+
+    def test_what_the_clock_gives_is_said(self):
+        out = self.ok(*self.live("--seconds", 0.3)[1:]).out
+        report = self.ok(*self.live("--seconds", 0.3)[1:], "--json").json()["servo"]
+        self.assertEqual(report["realtime"] and report["memory_locked"], report["note"] == "")
+        self.assertEqual("servo: " in out, report["note"] != "")
+
+    def test_a_device_that_does_not_answer_is_tried_again(self):
+        arm, rec = self.folder / "silent.json", self.folder / "silent.rlog"
+        touch = ("touch", self.model, "--device", f"sim:hand:{arm}")
+        arm.write_text('{"plant": {"silent_at": 0.4, "silent_for": 0.05}}')
+        out = self.ok(*touch, "--seconds", 0.8).out
+        self.assertIn("does not answer: the simulated device is silent", out)
+        self.assertIn("answers again", out)
+        report = self.ok(*touch, "--seconds", 0.8, "--record", rec, "--json").json()
+        self.assertTrue({"device lost", "reconnected"} <= set(report["flags"]))
+        self.assertEqual([(loss["tick"], loss["over"]) for loss in report["losses"]], [(400, True)])
+        if report["servo"]["dropped"] == 0:
+            self.ok("replay", rec, "--verify")
+        arm.write_text('{"plant": {"silent_at": 0.4, "silent_for": 1000}}')
+        forces = self.folder / "silent.csv"
+        run = Run(*touch, "--seconds", 60, "--retry", 0.2, "-o", forces)
+        self.assert_failed(run, 1, "did not answer any more", "silent")
+        self.assertIn("400 rows", run.out)
+        self.assertEqual(len(self.rows_of(forces)), 400)
+
+    def test_devices_say_what_they_have(self):
+        listed = {d["name"]: d for d in self.ok("devices", "--json").json()["devices"]}
+        falcon = listed["sim:hand:falcon-like"]
+        self.assertEqual((falcon["max_force"], falcon["workspace"]), (8, [[-0.04] * 3, [0.04] * 3]))
+        self.assertEqual(falcon["sensed"], {"position": 3, "rotation": 0, "gripper": 0})
+        for key in ("actuated", "handedness", "rate", "delay", "gravity_compensation", "filters", "serial", "pull"):
+            self.assertIn(key, falcon)
+        self.assertTrue(all(d["evidence"] == "simulated" for d in listed.values()))
+        out = self.ok("devices").out
+        for name in listed:
+            self.assertIn(name, out)
+        self.assertIn("8 N, 3 N for long", out)
+
+    def test_a_model_fits_into_the_devices_workspace(self):
+        def scale(device): return self.ok("touch", self.model, "--device", device, "--seconds", 0.1, "--json").json()
+        size = self.ok("info", self.model, "--json").json()["source_diagonal"]
+        self.assertAlmostEqual(scale("sim:hand")["metres_per_unit"] * size, 0.15, places=9)
+        self.assertAlmostEqual(scale("sim:hand:falcon-like")["metres_per_unit"] * size, 0.08, places=9)
 
     def test_a_ball_touches_sooner_by_its_radius_and_is_recorded(self):
         point, _ = self.touch(self.press())
@@ -1199,8 +1378,52 @@ class Replay(Case):
         report = self.ok("replay", rec, "--json").json()
         self.assertGreater(report["ticks"], 200)
         self.assertNotIn("end", report["facts"])
+        self.assertFalse(report["whole"])
+        self.assertIn("its end is missing, for the program that made it was ended", self.ok("replay", rec).out)
         if not report["gaps"]:
             self.ok("replay", rec, "--verify")
+
+    def test_a_recording_that_was_cut_is_used_as_far_as_it_is_whole(self):
+        cut, table, page = (self.folder / name for name in ("cut.rlog", "cut.csv", "cut.html"))
+        sound = self.rec.read_bytes()
+        last = 0
+        for part in range(5, 13):  # before that it is the head: what ticks are made of
+            cut.write_bytes(sound[:len(sound) * part // 13])
+            run = self.ok("replay", cut, "--verify", "--csv", table, "--mcap", self.folder / "cut.mcap", "--report", page)
+            ticks = len(table.read_text().splitlines()) - 1
+            self.assertIn(f"its end is missing, the file was cut at {len(sound) * part // 13} of {len(sound)} bytes", run.out)
+            self.assertIn(f"{ticks} ticks are whole", run.out)
+            self.assertIn(f"{ticks} ticks, all the same", run.out)
+            self.assertGreaterEqual(ticks, last)
+            last = ticks
+        self.assertGreater(last, 500)
+        report = self.ok("replay", cut, "--json").json()
+        self.assertEqual((report["whole"], report["ticks"], report["cut"]["of"]), (False, last, len(sound)))
+        played = self.ok("touch", self.model, "--device", f"replay:{cut}", "--record", self.folder / "again.rlog")
+        self.assertIn("its end is missing", played.out)
+        self.assertTrue(self.ok("replay", self.rec, "--json").json()["whole"])
+
+    def test_one_under_an_older_contact_law_is_compared(self):
+        old = pathlib.Path(__file__).parent.parent / "data/law-1.rlog"
+        said = Run("replay", old)
+        self.assertEqual(said.status, 0, said.err)
+        self.assertIn("recorded under contact law 1, and this program has the newer law", said.out)
+        self.assertEqual(Run("replay", old, "--json").json()["contact_law"], 1)
+        run = Run("replay", old, "--verify")
+        self.assertEqual(run.status, 1)
+        self.assertIn("differences are expected", run.err)
+        self.assertGreater(Run("replay", old, "--friction", 0, "--json").json()["comparison"]["error_max"], 0.01)
+        self.assertEqual(self.ok("replay", self.rec, "--json").json()["facts"]["contact_law"],
+                         str(self.ok("replay", self.rec, "--json").json()["contact_law"]))
+        self.assertNotIn("contact law", self.ok("replay", self.rec, "--verify").out)
+
+    def test_no_slab_is_minus_one_in_every_table(self):
+        table = self.folder / "slabs.csv"
+        self.ok("replay", self.rec, "--csv", table)
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        forces = list(csv.DictReader(self.forces.read_text().splitlines()))
+        self.assertEqual([row["slab"] for row in rows], [row["slab"] for row in forces])
+        self.assertIn("-1", {row["slab"] for row in rows})
 
     def test_recordings_that_are_refused(self):
         bad, out = self.folder / "bad.rlog", self.folder / "bad.csv"

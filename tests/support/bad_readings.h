@@ -29,8 +29,8 @@ inline std::vector<BadReading> bad_readings() {
       {"Largest", [](DeviceState& s) { s.position.z = std::numeric_limits<double>::max(); }, ServoFault::BadPosition},
       {"OutsideTheWorkspace", [](DeviceState& s) { s.position.z = 0.31; }, ServoFault::BadPosition},
       {"OutOfReach", [](DeviceState& s) { s.position.z = 11; }, ServoFault::BadPosition},
-      {"TimeStands", [](DeviceState& s) { s.t = 1.010; }, ServoFault::BadTime},
       {"TimeRunsBack", [](DeviceState& s) { s.t = 0.5; }, ServoFault::BadTime},
+      {"TimeRunsBackABit", [](DeviceState& s) { s.t = 1.0079; }, ServoFault::BadTime},
       {"TimeJumps", [](DeviceState& s) { s.t += 0.049; }, ServoFault::BadTime},
       {"TimeIsNaN", [](DeviceState& s) { s.t = kNan; }, ServoFault::BadTime},
       {"TimeIsInfinite", [](DeviceState& s) { s.t = kInf; }, ServoFault::BadTime},
@@ -54,6 +54,7 @@ inline std::vector<BadReading> bad_readings() {
          s.orientation.x = kNan;
        },
        ServoFault::BadPosition},
+      {"ForcesOff", [](DeviceState& s) { s.forces_off = true; }, ServoFault::ForcesOff},
       {"OwnVelocityTooHigh",
        [](DeviceState& s) {
          s.has_velocity = true;

@@ -98,7 +98,7 @@ class JudgedPoint {
  public:
   JudgedPoint(const TriangleSoup& soup, bool closed) : judge_(soup, closed) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
-    static_cast<void>(proxy_.step(model, cursor, {}));
+    static_cast<void>(proxy_.step(model, cursor));
     return judge_.judge(proxy_, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
@@ -112,7 +112,7 @@ class JudgedBall {
  public:
   JudgedBall(const TriangleSoup& soup, double radius) : judge_(soup, radius), radius_(radius) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
-    const bool touches = ball_.step(model, cursor, radius_, {});
+    const bool touches = ball_.step(model, cursor, radius_);
     return judge_.judge(ball_, touches, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return ball_.held(); }

@@ -122,6 +122,8 @@ inline WatchedRun watched_run(bool pull, const std::vector<SnapshotPtr>& models,
     channel.publish(models[k % models.size()]);
     ServoSettings other = settings;
     other.force.stiffness -= static_cast<double>(k % 2);
+    other.workspace.device_origin.z += 1e-5 * static_cast<double>(k % 3);
+    other.clutch.held = k % 50 > 45;
     static_cast<void>(servo.set(other));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     // At first nobody takes the telemetry, until it has been full for a while.

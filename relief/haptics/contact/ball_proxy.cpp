@@ -9,7 +9,6 @@
 namespace relief {
 
 using namespace detail::ball;  // NOLINT(google-build-using-namespace): the machinery of this file
-using detail::distance2;
 using detail::kAnywhere;
 using detail::NearTriangle;
 
@@ -32,8 +31,7 @@ bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexce
   return detail::nothing_near(surface, centre, radius);
 }
 
-bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, const Blend::Ease& ease,
-                     bool by_hand) noexcept {
+bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcept {
   rise_ = 0;
   searches_ = work_ = 0;
   lost_ = false;
@@ -45,18 +43,13 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, const B
   MicroTriangles surface(model);
   if (changed) memory_->forget();
   if (changed || !settled_) carry(surface, radius);
-  Blend& blend = feeling_.blend();
-  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
-  blend.fade(ease, held_ ? 0 : length(move));
-  last_ = cursor;
-  go(surface, move, radius);
-  if (!by_hand || !settled_) blend.absorb(own() - before);
-  feeling_.tell(held_, own(), offset);
-  return depth() > 0 && touches_;
+  go(surface, cursor, radius);
+  depth_ = length(centre_ - cursor);
+  if (depth_ > 0) way_out_ = (centre_ - cursor) / depth_;
+  return held_ && touches_;
 }
 
 void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
-  const Vec3d before = own();
   Mover ball(surface, *memory_, centre_, radius, 0, detail::kAnyWork);
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
@@ -80,7 +73,6 @@ void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   arrive(ball, radius);
   settled_ = overlap_ <= kTouching * radius && (way.settled || waits);
   ledger_.clear();  // what an edit gives is no gain of the hand
-  feeling_.blend().absorb(own() - before);
 }
 
 bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept {
@@ -93,11 +85,12 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
   return Sweep(surface, centre_, centre_ + in * (far / depth), Crossing::Out).run().has_value();
 }
 
-void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept {
+void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
+  const Vec3d move = cursor - std::exchange(last_, cursor);
   const bool free = !held_ || under_way_;
   const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
   const Vec3d out = centre_ - last_;
-  const double depth2 = dot(out, out), depth = std::sqrt(depth2);
+  const double depth = length(out);
   Mover ball(surface, *memory_, centre_, radius, free ? depth : 0, work);
   under_way_ = false;
   if (free) {
@@ -112,7 +105,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept 
       static_cast<void>(ball.advance(last_, reach, Mover::Until::Reach, false, kSearches, work, work));
       ledger_.settle();
     }
-    ledger_.book(depth2, distance2(ball.centre(), last_));
+    ledger_.book(centre_, ball.centre(), last_ - move * 0.5);
   }
   arrive(ball, radius);
   if (!held_) ball.prepare();
@@ -123,7 +116,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept 
 
 void BallProxy::go_along(Mover& ball, Vec3d move, int work) noexcept {
   const Vec3d out = centre_ - last_, own = detail::square_to(out, move);
-  const double way = length(own), depth2 = dot(out, out), depth = std::sqrt(depth2);
+  const double way = length(own), depth = length(out);
   const NearTriangle* barrier = that_pushes_most(ball.around(), out / depth, kAnywhere);
   if (barrier == nullptr) {
     // The straight way leads into the air.
@@ -148,7 +141,7 @@ void BallProxy::go_along(Mover& ball, Vec3d move, int work) noexcept {
   const double far = length(past);
   static_cast<void>(
       ball.advance(beside - up * far, detail::kAlong * far, Mover::Until::Reach, false, kSearches / 2 - 2, work, work));
-  if (!ledger_.allows(depth2, distance2(ball.centre(), last_))) ball.put_back_to_start();
+  if (!ledger_.allows(centre_, ball.centre(), last_ - move * 0.5)) ball.put_back_to_start();
   ledger_.owe(beside - ball.centre(), up, depth);
 }
 
@@ -161,14 +154,13 @@ void BallProxy::arrive(Mover& ball, double radius) noexcept {
 }
 
 void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius) noexcept {
-  if (under_way_ || (!held_ && !feeling_.blend().fading())) {
+  if (under_way_ || !held_) {
     surface_ = {};
     normals_ = {};
-  }
-  if (held_ && !under_way_) {
+  } else {
     // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
     const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
-    if (const NearTriangle* touched = that_pushes_most(around, normalized(own()), touching)) {
+    if (const NearTriangle* touched = that_pushes_most(around, normalized(centre_ - last_), touching)) {
       double u = 0, v = 0;
       const int n = surface.mesh().intervals(touched->slab);
       for (std::size_t k = 0; k < 3; ++k) {

@@ -32,11 +32,11 @@ class BallProxy {
   /// Lets go. The next cursor is taken to be in the open, with the ball around it.
   void reset() noexcept;
   /// One tick: the cursor has moved straight to `cursor`, and the model may have changed; the radius is one for good.
-  /// `by_hand`: it was the hand that moved it; else what is felt does not jump with it. Whether anything is felt. Under
-  /// a hand that moves by s the held centre moves by at most 10 s and a fiftieth of its distance from the cursor. In
-  /// the open it follows a cursor that is too far for one tick in several, and is not held until it has touched
-  /// something.
-  bool step(const Snapshot& model, Vec3d cursor, double radius, const Blend::Ease& ease, bool by_hand = true) noexcept;
+  /// Whether the ball touches and is held back. Under a cursor that moves by s the held centre moves along the surface
+  /// by at most 10 s or a fiftieth of its distance from the cursor; where the model has changed, it comes to rest on
+  /// what is there. In the open it follows a cursor that is too far for one tick in several, and is not held until it
+  /// has touched something.
+  bool step(const Snapshot& model, Vec3d cursor, double radius) noexcept;
   /// Whether no micro-triangle is nearer to the centre than the radius.
   [[nodiscard]] static bool clear(const Snapshot& model, Vec3d centre, double radius) noexcept;
 
@@ -44,6 +44,8 @@ class BallProxy {
   [[nodiscard]] bool held() const noexcept { return held_; }
   /// It is so only because it follows in the open.
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
+  /// It is not yet where a change of the model lets it come to rest.
+  [[nodiscard]] bool settling() const noexcept { return !settled_; }
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
   /// What the last tick took, in the time of a sample that is placed, some 25 ns.
@@ -59,13 +61,10 @@ class BallProxy {
   /// The rest is for a held ball.
   /// Where it touches the surface; of several such places the one that pushes most.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
-  /// What a spring of stiffness 1 gives, model units: from the cursor to the centre, but for what is not yet taken over
-  /// of a change of the surface.
-  [[nodiscard]] double depth() const noexcept { return feeling_.depth(); }
-  /// Unit.
-  [[nodiscard]] Vec3d way_out() const noexcept { return feeling_.way_out(); }
-  /// How much of depth() came in this tick from taking over changes, not from the cursor.
-  [[nodiscard]] double grown() const noexcept { return feeling_.grown(); }
+  /// From the cursor to the centre, model units.
+  [[nodiscard]] double depth() const noexcept { return depth_; }
+  /// Unit, from the cursor to the centre; as it was, where they are one.
+  [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
 
  private:
   struct Memory;
@@ -85,12 +84,10 @@ class BallProxy {
     std::unique_ptr<Memory> memory_;
   };
   explicit BallProxy(OwnMemory memory) noexcept : memory_(std::move(memory)) {}
-  /// The contact's own vector.
-  [[nodiscard]] Vec3d own() const noexcept { return centre_ - last_; }
   /// Takes over what has become of the surface, with the cursor where it was.
   void carry(MicroTriangles& surface, double radius) noexcept;
-  /// Towards the cursor, with the hand, which has moved by `move`.
-  void go(MicroTriangles& surface, Vec3d move, double radius) noexcept;
+  /// Towards the cursor, which has moved there with the hand.
+  void go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept;
   /// Past the middle: by the hand's own way.
   void go_along(detail::ball::Mover& ball, Vec3d move, int work) noexcept;
   /// Whether the line from the centre through the cursor leaves the grown body within twice the depth.
@@ -113,8 +110,8 @@ class BallProxy {
   detail::CellNormals normals_;
   SurfacePoint surface_;
   detail::Ledger ledger_;
-  detail::Feeling feeling_;
-  double rise_ = 0, overlap_ = 0;
+  Vec3d way_out_;
+  double depth_ = 0, rise_ = 0, overlap_ = 0;
   int searches_ = 0, work_ = 0;
 };
 

@@ -37,10 +37,7 @@ PointShell::PointShell(std::span<const Vec3d> points)
   }
   if (points_.empty()) return;
   ball_.middle = box.centre();
-  for (const Point& point : points_) {
-    ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
-    arm_ = std::max(arm_, length(point.own));
-  }
+  for (const Point& point : points_) ball_.radius = std::max(ball_.radius, length(point.own - ball_.middle));
 }
 
 double PointShell::most_stiffening() const noexcept {
@@ -110,8 +107,7 @@ bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optiona
   return true;
 }
 
-void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, const Blend::Ease& ease,
-                         bool by_hand) noexcept {
+void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) noexcept {
   waited_ = std::max(waited_, static_cast<int>(tick_ - point.dealt_with) - 1);
   point.dealt_with = tick_;
   const int placed = surface.placed();
@@ -123,13 +119,12 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy, co
     proxy.start(surface.mesh(), point.last, risen);
     work_ += kFirst;
   }
-  const bool felt = proxy.step(surface.model(), point.now, ease, by_hand);
-  point.held = felt || proxy.held();
+  point.held = proxy.step(surface.model(), point.now);
   point.last = point.now;
   point.room = 0;
+  point.old_model = proxy.settling();
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
-  point.grown = proxy.grown();
   const int samples = proxy.samples_placed();
   work_ += kStep + samples * 4 / 3 + std::max(0, samples - kShortWay);
   ++worked_;
@@ -152,29 +147,30 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   model_ = model.number();
   travel_ = 0;
   for (Point& point : points_) {
+    point.old_model = point.old_model || other;
     if (other && !point.held) {
       if (length(point.now - point.last) < point.room) point.last = point.now;
       point.room = 0;
       point.close = 0;
-      point.old_model = true;
     }
     const Vec3d before = std::exchange(point.now, pose.place(point.own));
     travel_ = std::max(travel_, length(point.now - before));
-    point.grown = 0;
     point.light = point.held && point.depth_now() < kLight * most_depth_;
   }
 }
 
-bool PointShell::step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, bool by_hand) noexcept {
-  rise_ = grown_ = depth_ = 0;
+bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
+  rise_ = depth_ = 0;
   lost_ = false;
   held_ = worked_ = work_ = waited_ = 0;
-  const Vec3d push_before = std::exchange(push_, Vec3d{}), twist_before = std::exchange(twist_, Vec3d{});
+  const Vec3d push_before = std::exchange(push_, Vec3d{});
+  twist_ = {};
   ++tick_;
   if (!started_) {
     start(model, pose);
     return false;
   }
+  settling_ = model.number() != model_;
   move(model, pose);
   MicroTriangles surface(model);
   // From where the last tick came to its end, those first that push or have waited.
@@ -187,34 +183,15 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose, const Blend::
         next = number;
         return;
       }
-      work_on(surface, point, proxies_[number], ease, by_hand);
+      work_on(surface, point, proxies_[number]);
     }
   };
   deal_with(false, next_);
   deal_with(true, next_light_);
   sum(pose.origin);
-  limit(push_before, twist_before, ease.most + kSteepest * travel_);
-  if (depth_ > 0) {
-    surface_ = proxies_[deepest_].surface(model);
-  } else if (push_ != Vec3d{}) {  // what is left of it fades, where there still is a surface
-    detail::CellNormals none;
-    if (const auto point = point_at(surface, surface_.slab, surface_.u, surface_.v, none)) {
-      surface_ = *point;
-      depth_ = length(push_);
-      grown_ = depth_ - length(push_before);
-    } else {
-      push_ = twist_ = {};
-    }
-  }
-  return held_ > 0 || depth_ > 0;
-}
-
-void PointShell::limit(Vec3d push, Vec3d twist, double most) noexcept {
-  const Vec3d change = push_ - push, turn = twist_ - twist;
-  const double excess = std::max(length(change), arm_ > 0 ? length(turn) / arm_ : 0);
-  if (!(excess > most)) return;
-  push_ = push + change * (most / excess);
-  twist_ = twist + turn * (most / excess);
+  settling_ = settling_ || length(push_ - push_before) > kSteepest * travel_;
+  if (depth_ > 0) surface_ = proxies_[deepest_].surface(model);
+  return held_ > 0;
 }
 
 void PointShell::sum(Vec3d origin) noexcept {
@@ -222,13 +199,14 @@ void PointShell::sum(Vec3d origin) noexcept {
   for (std::size_t k = 0; k < points_.size(); ++k) {
     if (!points_[k].held) continue;
     ++held_;
+    settling_ = settling_ || points_[k].old_model;
     if (const double depth = points_[k].depth_now(); depth > most_depth_) {
       most_depth_ = depth;
       deepest_ = k;
     }
   }
   if (!(most_depth_ > 0)) return;
-  double norm = 0, norm_before = 0, weights = 0, around = 0;
+  double norm = 0, weights = 0, around = 0;
   Vec3d mean;  // from the deepest point
   const Vec3d centre = points_[deepest_].now, across = points_[deepest_].way_out;
   for (const Point& point : points_) {
@@ -236,8 +214,6 @@ void PointShell::sum(Vec3d origin) noexcept {
     const double share = point.depth_now() / most_depth_, weight = to_the_15th(share);
     const Vec3d push = point.way_out * weight;
     norm += weight * share;
-    const double share_before = std::max(0.0, point.depth_now() - point.grown) / most_depth_;
-    norm_before += to_the_15th(share_before) * share_before;
     const Vec3d from = point.now - centre, aside = from - across * dot(from, across);
     weights += weight;
     mean += from * weight;
@@ -254,7 +230,6 @@ void PointShell::sum(Vec3d origin) noexcept {
   const double scale = most_depth_ * std::pow(norm, 2 / kNorm - 1);
   push_ *= scale;
   twist_ *= scale;
-  grown_ = depth_ - most_depth_ * std::pow(norm_before, 1 / kNorm);
 }
 
 }  // namespace relief

@@ -39,14 +39,16 @@ class PointShell {
   /// Whether no point is inside the solid at this pose, as far as it is known: points below all slabs are looked for a
   /// few at a time, so that where there may be such points the answer is yes only after some ticks of asking.
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept;
-  /// One tick: the tool has moved to `pose`, and the model may have changed. Whether the tool is pushed: a point is
-  /// held, or the push of the last that was has not yet faded.
-  bool step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, bool by_hand = true) noexcept;
+  /// One tick: the tool has moved to `pose`, and the model may have changed. Whether a point is held.
+  bool step(const Snapshot& model, const ToolPose& pose) noexcept;
 
   /// How the surface rose under a held point, or past a free one, at most in this tick, model units; and whether a
   /// point was let go because its slab was exchanged.
   [[nodiscard]] double rise() const noexcept { return rise_; }
   [[nodiscard]] bool lost() const noexcept { return lost_; }
+  /// The push has changed by more than the tool's way may change it: the model has changed, and maybe not all points
+  /// have been dealt with since; or a point that slipped off a rim leaves the push to others or to none.
+  [[nodiscard]] bool settling() const noexcept { return settling_; }
   /// How many points are held, and how many were worked on in this tick.
   [[nodiscard]] int held() const noexcept { return held_; }
   [[nodiscard]] int worked() const noexcept { return worked_; }
@@ -55,14 +57,10 @@ class PointShell {
   /// The rest is for a tool that is pushed. The depth of all points together, model units.
   [[nodiscard]] double depth() const noexcept { return depth_; }
   /// The force of a spring of stiffness 1: depth() for one point, up to the square root of most_stiffening() times that
-  /// where many are equally deep. It changes by no more in a tick than what `ease` allows and four times the way of the
-  /// point that moved farthest, also where an edit, or a point that slips off a rim, leaves the push to others or to
-  /// none. Model units.
+  /// where many are equally deep. Model units.
   [[nodiscard]] Vec3d push() const noexcept { return push_; }
   /// Its torque about the pose's origin, model units squared.
   [[nodiscard]] Vec3d twist() const noexcept { return twist_; }
-  /// How much of depth() the surface added in this tick.
-  [[nodiscard]] double grown() const noexcept { return grown_; }
   /// The surface contact point of the deepest point, or of the last that was.
   [[nodiscard]] const SurfacePoint& surface() const noexcept { return surface_; }
   /// Where the tool touches: the mean of the points that push, by their parts of the push; and how far around that,
@@ -81,12 +79,12 @@ class PointShell {
     bool light = false;  ///< pushes next to nothing
     Vec3d way_out = {};
     double depth = 0;  ///< at `last`
-    double grown = 0;  ///< in this tick
     // Of a free one:
     double room = 0;           ///< so far it may go from `last` and not meet the surface of the last tick's model
     SlabId nearest = kNoSlab;  ///< where the surface was nearest when it was looked for last
     std::uint8_t close = 0;    ///< ticks for which it is taken to be too near the surface to be told that it is clear
-    bool old_model = false;    ///< it was not yet looked at in the last tick's model
+    // Of each:
+    bool old_model = false;        ///< it was not yet looked at in the last tick's model
     std::uint32_t dealt_with = 0;  ///< number of the tick
 
     /// The way out of a point that was not worked on in this tick stays as it was; only the point has moved.
@@ -97,10 +95,8 @@ class PointShell {
   void move(const Snapshot& model, const ToolPose& pose) noexcept;
   /// Whether a free point is sure not to have met the surface, or else where the surface has risen past it.
   [[nodiscard]] bool stays_clear(MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept;
-  void work_on(MicroTriangles& surface, Point& point, Proxy& proxy, const Blend::Ease& ease, bool by_hand) noexcept;
+  void work_on(MicroTriangles& surface, Point& point, Proxy& proxy) noexcept;
   void sum(Vec3d origin) noexcept;
-  /// Lets the push and its torque come no farther in this tick from what they were than they may.
-  void limit(Vec3d push, Vec3d twist, double most) noexcept;
 
   std::vector<Point> points_;
   std::vector<Proxy> proxies_;
@@ -114,12 +110,11 @@ class PointShell {
   std::uint32_t tick_ = 0;
   std::size_t next_ = 0, next_light_ = 0;  ///< the points that are dealt with first in the next tick
   std::size_t clean_ = 0;                  ///< points that were found not to be below the slabs, one after the other
-  double rise_ = 0, depth_ = 0, grown_ = 0, most_depth_ = 0;
+  double rise_ = 0, depth_ = 0, most_depth_ = 0;
   std::size_t deepest_ = 0;
-  bool lost_ = false;
+  bool lost_ = false, settling_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
   double travel_ = 0;  ///< how far the point that moved farthest went in this tick
-  double arm_ = 0;     ///< of the point farthest from the tool's origin
   Vec3d push_, twist_, touched_;
   double spread_ = 0;
   SurfacePoint surface_;

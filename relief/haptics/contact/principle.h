@@ -2,7 +2,7 @@
 // part. docs/haptics.md has the principle.
 #pragma once
 
-#include <relief/haptics/contact/blend.h>
+#include <relief/base/vec.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +16,8 @@ constexpr double kMiddle = 2;    // depths from it within which the line through
 // where the hand has gone, and that it goes with the hand.
 constexpr double kToMinimum = 3, kOffMinimum = 2, kAlong = 2;
 constexpr double kNear = 0.5;  // depths of way within which a minimum is near by
+
+[[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 
 /// How far what is held may go in a tick.
 [[nodiscard]] inline double budget(double travel, double depth) noexcept {
@@ -36,16 +38,19 @@ constexpr double kNear = 0.5;  // depths of way within which a minimum is near b
 }
 
 /// Keeps what is held past the middle from making energy, and over the hand. Its own moves may take it no farther from
-/// the cursor than they have brought it nearer before: at a cursor at rest, all of them together only take from the
-/// spring.
+/// the cursor than they have brought it nearer before, seen from the middle of the cursor's way in the tick: all of
+/// them together only take from the spring.
 class Ledger {
  public:
   void clear() noexcept { *this = {}; }
-  /// Whether it may go, the squared distances from the cursor before and after being these.
-  [[nodiscard]] bool allows(double before2, double after2) const noexcept { return after2 <= before2 + nearer2_; }
+  /// Whether it may go from one place to another.
+  [[nodiscard]] bool allows(Vec3d from, Vec3d to, Vec3d middle) const noexcept {
+    return distance2(to, middle) <= distance2(from, middle) + nearer2_;
+  }
   /// It went.
-  void book(double before2, double after2) noexcept {
-    nearer2_ = std::clamp(nearer2_ + before2 - after2, 0.0, before2);
+  void book(Vec3d from, Vec3d to, Vec3d middle) noexcept {
+    const double before2 = distance2(from, middle);
+    nearer2_ = std::clamp(nearer2_ + before2 - distance2(to, middle), 0.0, before2);
   }
   /// What of the hand's own way could not be followed, and is made up for when the hand comes back.
   [[nodiscard]] Vec3d owed() const noexcept { return owed_; }
@@ -59,36 +64,6 @@ class Ledger {
  private:
   double nearer2_ = 0;
   Vec3d owed_;
-};
-
-/// What a contact gives to feel: its own vector, from the cursor to what is held, and the blend.
-class Feeling {
- public:
-  void reset() noexcept { *this = {}; }
-  [[nodiscard]] Blend& blend() noexcept { return blend_; }
-  [[nodiscard]] const Blend& blend() const noexcept { return blend_; }
-  /// The end of a tick that began with `offset`. `own`: of what is held, zero where nothing is.
-  void tell(bool held, Vec3d own, Vec3d offset) noexcept {
-    // What is not yet taken over never turns the force round: a hand that goes out is not pulled in.
-    if (const Vec3d all = own + blend_.offset(); blend_.fading() && dot(all, way_out_) < 0) {
-      if (held)
-        blend_.absorb(all);
-      else
-        blend_.reset();
-    }
-    const Vec3d felt = own + blend_.offset();
-    depth_ = length(felt);
-    if (depth_ > 0) way_out_ = felt / depth_;
-    grown_ = blend_.offset() == offset ? 0 : depth_ - length(own + offset);
-  }
-  [[nodiscard]] double depth() const noexcept { return depth_; }
-  [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
-  [[nodiscard]] double grown() const noexcept { return grown_; }
-
- private:
-  Blend blend_;
-  Vec3d way_out_;
-  double depth_ = 0, grown_ = 0;
 };
 
 }  // namespace relief::detail

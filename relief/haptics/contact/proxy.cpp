@@ -53,14 +53,13 @@ Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& norm
 
 void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at) noexcept {
   let_go();
-  feeling_.reset();
   known_ = true;
   last_ = place;
   model_ = 0;  // the surface may have risen
   if (at) above_ = Above{*at, mesh.corners(at->slab)};
 }
 
-bool Proxy::step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, bool by_hand) noexcept {
+bool Proxy::step(const Snapshot& model, Vec3d cursor) noexcept {
   rise_ = 0;
   lost_ = fresh_ = has_left_ = false;
   if (!std::exchange(known_, true)) {
@@ -72,17 +71,15 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, b
   MicroTriangles surface(model);
   const bool changed = std::exchange(model_, model.number()) != model.number();
   if (changed || !settled_) carry(surface);
-  Blend& blend = feeling_.blend();
-  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
+  const Vec3d move = cursor - last_;
   travel_ = length(move);
-  blend.fade(ease, held_ ? 0 : travel_);
   if (!held_) meet(surface, cursor);
   if (held_) pursue(surface, cursor, move, detail::budget(travel_, length(place_.position - cursor)));
   last_ = cursor;
-  if (!by_hand || !settled_) blend.absorb(own() - before);
-  feeling_.tell(held_, own(), offset);
+  depth_ = held_ ? length(place_.position - cursor) : 0;
+  if (depth_ > 0) way_out_ = (place_.position - cursor) / depth_;
   samples_placed_ = surface.placed();
-  return depth() > 0;
+  return held_;
 }
 
 void Proxy::let_go() noexcept {
@@ -107,19 +104,13 @@ void Proxy::land(const SurfacePlace& place) noexcept {
 }
 
 void Proxy::carry(MicroTriangles& surface) noexcept {
-  const Vec3d before = own();
-  if (held_ || feeling_.blend().fading()) {
-    if (!measure_again(surface)) {
-      lost_ = held_;
-      let_go();
-      return feeling_.reset();  // where there is no surface nothing is felt
-    }
-  } else if (!risen_past(surface)) {
-    look_below(surface.model(), last_);
+  if (held_) {
+    lost_ = !measure_again(surface);
+    if (lost_) let_go();
   }
+  if (!held_ && !risen_past(surface)) look_below(surface.model(), last_);
   ledger_.clear();  // what an edit gives is no gain of the hand
   settled_ = !held_ || pursue(surface, last_, {}, kAnywhere);
-  feeling_.blend().absorb(own() - before);
 }
 
 bool Proxy::measure_again(MicroTriangles& surface) noexcept {
@@ -178,13 +169,11 @@ void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
 }
 
 bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double budget) noexcept {
-  const Vec3d out = place_.position - cursor;
-  const double before = dot(out, out);
   const detail::Descent descent = detail::descend(surface, place_, cursor);
   bool rests = descent.ended;
   if (descent.way > 0) {
-    const Vec3d sideways = detail::square_to(out, move);
-    const double little = detail::kToMinimum * length(sideways) + kStill * std::sqrt(before);
+    const Vec3d before = place_.position, out = before - cursor;
+    const double little = detail::kToMinimum * length(detail::square_to(out, move)) + kStill * length(out);
     if (!(descent.ended && descent.way <= little) && past_the_middle(surface, cursor)) {
       rests = true;
       go_along(surface, cursor, move, descent);
@@ -192,7 +181,7 @@ bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double bud
       detail::follow(surface, place_, descent, cursor, budget);
       ledger_.settle();
     }
-    ledger_.book(before, distance2(place_.position, cursor));
+    ledger_.book(before, place_.position, cursor - move * 0.5);
   }
   leave(surface, cursor);
   if (held_) corners_ = surface.mesh().corners(place_.triangle.slab);
@@ -206,7 +195,7 @@ bool Proxy::past_the_middle(MicroTriangles& surface, Vec3d cursor) noexcept {
 
 void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const detail::Descent& descent) noexcept {
   const Vec3d out = place_.position - cursor, own = detail::square_to(out, move);
-  const double way = length(own), depth2 = distance2(place_.position, cursor), depth = std::sqrt(depth2);
+  const double way = length(own), depth = length(out);
   if (!(way > 0)) return;
   const bool near =
       descent.ended && descent.way <= detail::kNear * depth && !detail::leads_into_air(surface, descent.rest, cursor);
@@ -225,7 +214,7 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
     left -= detail::walk(surface, next, goal, left, tries);
     goal += up * dot(next.position - goal, up);
   }
-  if (ledger_.allows(depth2, distance2(next.position, cursor))) place_ = next;
+  if (ledger_.allows(place_.position, next.position, cursor - move * 0.5)) place_ = next;
   ledger_.owe(goal - place_.position, up, depth);
 }
 
@@ -252,23 +241,20 @@ SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
   return point_of(surface, now, normals_);
 }
 
-Proxy::Description Proxy::describe(const Snapshot& model, double most) noexcept {
+Proxy::Description Proxy::describe(const Snapshot& model) noexcept {
   Description now;
   now.surface = surface(model);
-  if (held_) {
-    const Vec3d leading = leading_normal(place_, normals_.normals, now.surface.normal, last_);
-    // What is felt changes by no more than the point may go, in depth and direction together.
-    const double may = detail::budget(travel_, std::min(depth(), most / detail::kRelax)), deeper = depth() - described_;
-    now.turn = fresh_ || !(depth() > 0) ? kAnywhere : std::sqrt(std::max(0.0, may * may - deeper * deeper)) / depth();
-    normal_ = turned_by(normal_, leading, now.turn);
-  }
+  const Vec3d leading = leading_normal(place_, normals_.normals, now.surface.normal, last_);
+  // What is felt changes by no more than the point may go, in depth and direction together.
+  const double may = detail::budget(travel_, depth()), deeper = depth() - described_;
+  now.turn = fresh_ || !(depth() > 0) ? kAnywhere : std::sqrt(std::max(0.0, may * may - deeper * deeper)) / depth();
+  normal_ = turned_by(normal_, leading, now.turn);
   now.normal = normal_;
   described_ = depth();
   if (under_.slab != now.surface.slab) under_ = {now.surface.slab, now.surface.u, now.surface.v, now.surface.alpha};
-  const bool inside = held_ && model.slab_mesh().box(under_.slab).contains(last_) &&
-                      solve(detail::LinearForm(corners_, last_), {}, under_) &&
-                      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 &&
-                      under_.alpha <= 1;
+  const bool inside =
+      model.slab_mesh().box(under_.slab).contains(last_) && solve(detail::LinearForm(corners_, last_), {}, under_) &&
+      std::min({under_.u, under_.v, 1 - under_.u - under_.v}) >= 0 && under_.alpha >= 0 && under_.alpha <= 1;
   if (!inside) under_.slab = kNoSlab;
   now.alpha = inside ? under_.alpha : now.surface.alpha;
   return now;

@@ -23,14 +23,15 @@ class Proxy {
   /// Lets go. The next way starts at a place in the open, or one that the surface has just risen past, which is `at` in
   /// its slab. Unlike step(), it does not look for the slab.
   void start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoord>& at = {}) noexcept;
-  /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. `by_hand`: it was the hand
-  /// that moved it; else what is felt does not jump with it. Whether anything is felt. Under a hand that moves by s the
-  /// point moves by at most 10 s and a fiftieth of its distance from the cursor, unless it leaves the surface and meets
-  /// it again on the way to the cursor.
-  bool step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, bool by_hand = true) noexcept;
+  /// One tick: the cursor has moved straight to `cursor`, and the model may have changed. Whether the point is held.
+  /// Under a cursor that moves by s the point moves by at most 10 s or a fiftieth of its distance from the cursor,
+  /// unless it leaves the surface and meets it again on the way to the cursor; where the model has changed, it comes to
+  /// rest on what is there.
+  bool step(const Snapshot& model, Vec3d cursor) noexcept;
 
-  /// On the surface; else nothing, or what is left of a contact whose material an edit has taken away, is felt.
   [[nodiscard]] bool held() const noexcept { return held_; }
+  /// It is not yet where a change of the model lets it come to rest: there was no time to see where that is.
+  [[nodiscard]] bool settling() const noexcept { return !settled_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
@@ -42,17 +43,12 @@ class Proxy {
   /// The slabs under the point were exchanged in this tick, or a hole opened there; the point was let go wherever the
   /// cursor is.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
-  /// The rest is for a contact that is felt.
-  /// What a spring of stiffness 1 gives, model units: from the cursor to the point, but for what is not yet taken over
-  /// of a change of the surface.
-  [[nodiscard]] Vec3d felt() const noexcept { return way_out() * depth(); }
-  [[nodiscard]] double depth() const noexcept { return feeling_.depth(); }
-  /// Unit.
-  [[nodiscard]] Vec3d way_out() const noexcept { return feeling_.way_out(); }
-  /// How much of depth() came in this tick from taking over changes, not from the cursor.
-  [[nodiscard]] double grown() const noexcept { return feeling_.grown(); }
-  /// Where it is, or last was.
+  /// The rest is for a held point.
   [[nodiscard]] Vec3d position() const noexcept { return place_.position; }
+  /// From the cursor to the point, model units.
+  [[nodiscard]] double depth() const noexcept { return depth_; }
+  /// Unit, from the cursor to the point; as it was, where they are one.
+  [[nodiscard]] Vec3d way_out() const noexcept { return way_out_; }
 
   /// What of the contact only a point tool needs.
   struct Description {
@@ -62,7 +58,7 @@ class Proxy {
     double turn = 0;   ///< rad, in this tick; anything in the first of a contact
   };
   /// Of the last step(), in the same model; to be called in each tick or never, as the normal turns from tick to tick.
-  [[nodiscard]] Description describe(const Snapshot& model, double most) noexcept;
+  [[nodiscard]] Description describe(const Snapshot& model) noexcept;
   /// The surface where the point is; where that is no more, as it was.
   [[nodiscard]] SurfacePoint surface(const Snapshot& model) noexcept;
 
@@ -79,8 +75,6 @@ class Proxy {
     double radius = 0;
     SlabId nearest = kNoSlab;
   };
-  /// The contact's own vector.
-  [[nodiscard]] Vec3d own() const noexcept { return held_ ? place_.position - last_ : Vec3d{}; }
   /// Takes over what has become of the surface, with the cursor where it was.
   void carry(MicroTriangles& surface) noexcept;
   /// Puts the point where it is in this model. False when there are other slabs, or a hole.
@@ -122,8 +116,8 @@ class Proxy {
   SurfacePlace place_;
   SlabCorners corners_{};  ///< of the point's slab
   detail::Ledger ledger_;
-  detail::Feeling feeling_;
-  double rise_ = 0, travel_ = 0;
+  Vec3d way_out_;
+  double depth_ = 0, rise_ = 0, travel_ = 0;
   int samples_placed_ = 0;
   // Of describe().
   detail::CellNormals normals_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/core/micro_triangles.h>
+#include <relief/haptics/contact/principle.h>
 
 #include <limits>
 
@@ -9,8 +10,6 @@ namespace relief::detail {
 
 inline constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 inline constexpr int kTries = 64;  ///< micro-triangles that one walk looks at
-
-[[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 
 /// Moves a place over the surface towards the goal, by `reach` at most (model units), triangle by triangle, as long as
 /// each step comes nearer. In a triangle the way to its point nearest to the goal is straight and the distance falls

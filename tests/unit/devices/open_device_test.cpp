@@ -26,6 +26,10 @@ TEST(OpenDevice, OpensEveryListedName) {
     DeviceState state;
     EXPECT_TRUE((*device)->read(state));
     EXPECT_TRUE((*device)->write({}));
+    EXPECT_EQ((*device)->info().max_force, listing.info.max_force) << "as it is listed";
+    EXPECT_EQ((*device)->info().workspace_radius, listing.info.workspace_radius);
+    EXPECT_EQ(listing.evidence, Evidence::Simulated);
+    EXPECT_EQ((*device)->status().to_do, "");
   }
   EXPECT_EQ((*open_device("sim:hand", still))->info().max_force, 3.3);
   EXPECT_EQ((*open_device("sim:hand:premium-like", still))->info().max_force, 8.5);
@@ -60,6 +64,8 @@ TEST(ReplayDevice, PlaysEachReadingOnceAndHasThenEnded) {
   EXPECT_FALSE(device.read(state));
   EXPECT_TRUE(device.ended());
   EXPECT_FALSE(device.read(state));
+  EXPECT_TRUE(device.status().connected);
+  EXPECT_FALSE(device.status().forces_on);
 }
 
 SnapshotPtr sample_model(std::string_view name) {

@@ -50,21 +50,24 @@ TEST_F(PlantFiles, EachFigureGoesWhereItBelongs) {
   const auto all = read(R"({
     "plant": {"mass": 0.11, "viscous": 0.12, "coulomb": 0.13, "encoder_step": 0.001, "max_force": 14, "slew": 15, "dac_step": 0.16,
               "lag": 0.17, "resonance": 18, "resonance_damping": 0.19, "delay_ticks": 1, "jitter": [2], "watchdog": 0.2,
-              "substeps": 21},
+              "substeps": 21, "silent_at": 0.22, "silent_for": 0.23},
     "device": {"max_force": 31, "max_stiffness": 32, "max_damping": 33, "max_force_rate": 34, "max_torque": 35,
-               "continuous_force": 36, "max_work": 37, "max_speed": 8, "delay_ticks": 3, "workspace_radius": 9},
+               "continuous_force": 36, "max_work": 37, "max_speed": 8, "delay_ticks": 3, "delay": 0.05, "rate": 10,
+               "workspace_radius": 9},
     "hand": {"stiffness": 41, "damping": 42, "max_force": 43, "tremor": 0.044, "pump": 45}})");
   ASSERT_TRUE(all) << all.error().message;
   const Plant& plant = all->preset.plant;
   EXPECT_EQ((std::vector{plant.mass, plant.viscous, plant.coulomb, plant.encoder_step, plant.max_force, plant.slew,
-                         plant.dac_step, plant.lag, plant.resonance, plant.resonance_damping, plant.watchdog}),
-            (std::vector{0.11, 0.12, 0.13, 0.001, 14.0, 15.0, 0.16, 0.17, 18.0, 0.19, 0.2}));
+                         plant.dac_step, plant.lag, plant.resonance, plant.resonance_damping, plant.watchdog,
+                         plant.silent_at, plant.silent_for}),
+            (std::vector{0.11, 0.12, 0.13, 0.001, 14.0, 15.0, 0.16, 0.17, 18.0, 0.19, 0.2, 0.22, 0.23}));
   EXPECT_EQ((std::vector{plant.delay_ticks, plant.substeps, static_cast<int>(plant.jitter.at(0))}),
             (std::vector{1, 21, 2}));
   const DeviceInfo& info = all->preset.info;
-  EXPECT_EQ((std::vector{info.max_force, info.max_stiffness, info.max_damping, info.max_force_rate, info.max_torque,
-                         info.continuous_force, info.max_work, info.max_speed, info.workspace_radius}),
-            (std::vector<double>{31, 32, 33, 34, 35, 36, 37, 8, 9}));
+  EXPECT_EQ(
+      (std::vector{info.max_force, info.max_stiffness, info.max_damping, info.max_force_rate, info.max_torque,
+                   info.continuous_force, info.max_work, info.max_speed, info.delay, info.rate, info.workspace_radius}),
+      (std::vector<double>{31, 32, 33, 34, 35, 36, 37, 8, 0.05, 10, 9}));
   EXPECT_EQ(info.delay_ticks, 3);
   const Hand& hand = all->hand;
   EXPECT_EQ((std::vector{hand.stiffness, hand.damping, hand.max_force, hand.tremor, hand.pump}),

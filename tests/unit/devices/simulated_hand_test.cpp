@@ -214,5 +214,60 @@ TEST(Presets, AreCompleteAndSafe) {
   }
 }
 
+TEST(SimulatedHand, AnswersWhileItIsOpenAndFeelsWhileItsForcesAreOn) {
+  SimulatedHand hand(bare(0.045, 0.1), kNobody, at_origin);
+  const auto pushed_by = [&](double force) {
+    EXPECT_TRUE(hand.write({.force = {0, force, 0}, .torque = {}}));
+    for (int k = 0; k < 10; ++k) EXPECT_TRUE(hand.write({.force = {0, force, 0}, .torque = {}}));
+    return hand.motor_force().y;
+  };
+  DeviceState state;
+  EXPECT_TRUE(hand.status().connected && hand.status().powered && hand.status().forces_on);
+  EXPECT_TRUE(hand.calibrate(ArmMotion::Forbidden)) << "it knows where it is";
+  EXPECT_NEAR(pushed_by(1), 1, 1e-3);
+  ASSERT_TRUE(hand.enable(false));
+  EXPECT_FALSE(hand.status().forces_on);
+  EXPECT_NE(hand.status().force_off, "");
+  EXPECT_NEAR(pushed_by(1), 0, 1e-3);
+  hand.close();
+  EXPECT_FALSE(hand.status().connected);
+  EXPECT_FALSE(hand.read(state));
+  EXPECT_FALSE(hand.write({}));
+  const Status enabled = hand.enable(true);
+  ASSERT_FALSE(enabled);
+  EXPECT_EQ(enabled.error().code, Errc::DeviceUnavailable);
+  ASSERT_TRUE(hand.open());
+  EXPECT_TRUE(hand.read(state));
+  EXPECT_FALSE(hand.status().forces_on) << "until somebody switches them on";
+  ASSERT_TRUE(hand.enable(true));
+  EXPECT_NEAR(pushed_by(-1), -1, 1e-3);
+  ASSERT_TRUE(hand.open());
+  EXPECT_TRUE(hand.status().forces_on) << "it was open";
+}
+
+TEST(SimulatedHand, IsSilentWhenItsPlantSaysSoAndItsTimeGoesOn) {
+  PlantPreset preset = bare(0.045, 0.1);
+  preset.plant.silent_at = 0.01;
+  preset.plant.silent_for = 0.02;
+  SimulatedHand hand(preset, kNobody, at_origin);
+  DeviceState state;
+  int unanswered = 0;
+  double t = -1;
+  for (int k = 0; k < 50; ++k) {
+    if (!hand.read(state)) {
+      ++unanswered;
+      EXPECT_FALSE(hand.write({}));
+      EXPECT_NE(hand.status().trouble, "");
+      EXPECT_FALSE(hand.status().connected);
+      continue;
+    }
+    EXPECT_NEAR(state.t - t, unanswered == 20 && k == 30 ? 0.021 : 1e-3, k == 0 ? 2 : 1e-9);
+    t = state.t;
+    EXPECT_TRUE(hand.write({}));
+    EXPECT_EQ(hand.status().trouble, "");
+  }
+  EXPECT_EQ(unanswered, 20);
+}
+
 }  // namespace
 }  // namespace relief

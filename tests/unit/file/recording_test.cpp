@@ -50,7 +50,7 @@ std::vector<std::byte> rows(std::uint64_t first, std::size_t count) {
 
 /// 1000 ticks in batches of 100; ticks 400 to 449 are missing.
 void make(const std::filesystem::path& file) {
-  RELIEF_MUST(writer, RecordingWriter::create(file, head(), RecordingWriter::Appear::AtTheEnd));
+  RELIEF_MUST(writer, RecordingWriter::create(file, head()));
   EXPECT_OK(writer.add_event({"settings", 3, std::vector<std::byte>(8, std::byte{1})}));
   for (std::uint64_t first = 0; first < 1000; first += 100) {
     if (first == 400)
@@ -99,14 +99,14 @@ TEST(Recording, ComesBackAsItWasWritten) {
 
 TEST(Recording, RefusesWhatIsOutOfOrder) {
   const Folder folder;
-  RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head(), RecordingWriter::Appear::AtOnce));
+  RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head()));
   EXPECT_OK(writer.add_ticks(10, rows(10, 5)));
   EXPECT_FALSE(writer.add_ticks(14, rows(14, 1)));
   const std::vector<std::byte> two = rows(20, 2);
   EXPECT_FALSE(writer.add_ticks(20, std::span(two).first(kWidth + 3)));
   EXPECT_FALSE(writer.add_event({"nothing", 0, {}}));
   EXPECT_FALSE(writer.add_event({"settings", 0, {}}));
-  EXPECT_FALSE(RecordingWriter::create(folder / "b.rlog", {}, RecordingWriter::Appear::AtOnce));
+  EXPECT_FALSE(RecordingWriter::create(folder / "b.rlog", {}));
 }
 
 TEST(Recording, WhatAKilledWriterCommittedIsThere) {
@@ -118,7 +118,7 @@ TEST(Recording, WhatAKilledWriterCommittedIsThere) {
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      auto writer = RecordingWriter::create(file, head(), RecordingWriter::Appear::AtOnce);
+      auto writer = RecordingWriter::create(file, head());
       for (std::uint64_t done = 0; writer; done += 50) {
         if (!writer->add_ticks(done, rows(done, 50)) || !writer->commit()) break;
         const std::uint64_t committed = done + 50;
@@ -146,7 +146,7 @@ TEST(Recording, WhatAKilledWriterCommittedIsThere) {
 
 TEST(Recording, ItGrowsWhileItIsRead) {
   const Folder folder;
-  RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head(), RecordingWriter::Appear::AtOnce));
+  RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head()));
   EXPECT_OK(writer.add_ticks(0, rows(0, 10)));
   EXPECT_OK(writer.commit());
   {
@@ -183,9 +183,106 @@ TEST(Recording, DamagedBytesAreFoundOrHarmless) {
     EXPECT_EQ(read.error().message.find('\n'), std::string::npos);
   }
   EXPECT_GT(refused, 50);
-  for (std::size_t size = 0; size < sound.size(); size += 499) {
-    write_file(file, sound.substr(0, size));
-    EXPECT_FALSE(read_all(file)) << size;
+}
+
+/// How many ticks of a file are read when it is cut there: always the first ones, as they were; -1 where it is refused.
+int whole_ticks(const std::filesystem::path& file, std::string_view bytes, const std::vector<std::byte>& wanted,
+                std::size_t width) {
+  write_file(file, std::string(bytes));
+  std::vector<std::byte> found;
+  const Status read = read_all(file, &found);
+  if (!read) {
+    EXPECT_TRUE(read.error().code == Errc::Corrupt || read.error().code == Errc::UnsupportedFormat) << bytes.size();
+    EXPECT_NE(read.error().message.find(file.filename().string()), std::string::npos) << read.error().message;
+    return -1;
+  }
+  EXPECT_LE(found.size(), wanted.size());
+  EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin())) << "cut at " << bytes.size();
+  return static_cast<int>(found.size() / width);
+}
+
+TEST(Recording, OneThatIsCutShortIsReadAsFarAsItIsWhole) {
+  const Folder folder;
+  const auto file = folder / "a.rlog";
+  // Batches of noise, each some pages long; the tree over them has three levels: its root is cut off first.
+  RecordingHead one;
+  one.streams = {{std::string(kTickStream), {{"noise", NumberType::U64, "", "input"}}}};
+  std::vector<std::byte> wanted;
+  std::uint64_t noise = 1;
+  {
+    RELIEF_MUST(writer, RecordingWriter::create(file, one));
+    for (std::uint64_t batch = 0; batch < 1200; ++batch) {
+      std::vector<std::byte> rows;
+      for (std::size_t k = 0; k < (batch % 3 == 0 ? 900 : 150); ++k) {
+        noise = noise * 6364136223846793005U + 1442695040888963407U;
+        const auto bytes = std::as_bytes(std::span(&noise, 1));
+        rows.insert(rows.end(), bytes.begin(), bytes.end());
+      }
+      EXPECT_OK(writer.add_ticks(wanted.size() / 8, rows));
+      wanted.insert(wanted.end(), rows.begin(), rows.end());
+      if (batch % 100 == 0) EXPECT_OK(writer.commit());
+    }
+    EXPECT_OK(writer.finish({{"end", "stopped"}}));
+  }
+  const std::string sound = read_file(file);
+  ASSERT_GT(sound.size(), 3'000'000U);
+  int last = -1;
+  for (std::size_t part = 1; part <= 64; ++part) {
+    const std::size_t size = sound.size() * part / 64 - 1;
+    const int ticks = whole_ticks(file, std::string_view(sound).substr(0, size), wanted, 8);
+    EXPECT_GE(ticks, last) << size;
+    // A batch and some pages of the tree may be lost at the end.
+    EXPECT_GE(ticks, static_cast<int>(size / 9) - 4000) << "of " << wanted.size() / 8;
+    last = ticks;
+    RELIEF_MUST(recording, Recording::open(file));
+    ASSERT_TRUE(recording.cut());
+    EXPECT_EQ(recording.cut()->bytes, size);
+    EXPECT_EQ(recording.cut()->whole_bytes, sound.size());
+  }
+  write_file(file, sound);
+  RELIEF_MUST(whole, Recording::open(file));
+  EXPECT_FALSE(whole.cut());
+}
+
+TEST(Recording, EveryCutIsReadOrRefusedWithASentence) {
+  const Folder folder;
+  const auto file = folder / "a.rlog";
+  make(file);
+  const std::string sound = read_file(file);
+  std::vector<std::byte> wanted;
+  EXPECT_OK(read_all(file, &wanted));
+  int last = -1, refused = 0;
+  for (std::size_t size = 0; size < sound.size(); size += 97) {
+    const int ticks = whole_ticks(file, std::string_view(sound).substr(0, size), wanted, kWidth);
+    EXPECT_GE(ticks, last) << size;
+    refused += ticks < 0 ? 1 : 0;
+    last = ticks;
+  }
+  EXPECT_LT(static_cast<double>(refused), 0.6 * static_cast<double>(sound.size()) / 97) << "it is mostly head";
+  EXPECT_GT(last, 0);
+}
+
+TEST(Recording, DamagedBytesOfACutFileAreFoundOrHarmless) {
+  const Folder folder;
+  const auto file = folder / "a.rlog";
+  make(file);
+  const std::string sound = read_file(file);
+  std::vector<std::byte> wanted;
+  EXPECT_OK(read_all(file, &wanted));
+  for (std::size_t at = 0; at + 600 < sound.size(); at += 13) {
+    std::string bytes = sound.substr(0, sound.size() - 600);
+    bytes[at] = static_cast<char>(bytes[at] ^ (1 << (at % 8)));
+    write_file(file, bytes);
+    auto recording = Recording::open(file);
+    if (!recording) continue;
+    // Batches that are whole, each of them as it was.
+    std::uint64_t first = 0;
+    for (std::span<const std::byte> batch;;) {
+      const auto more = recording->next(first, batch);
+      if (!more || !*more) break;
+      const std::vector<std::byte> expected = rows(first, batch.size() / kWidth);
+      ASSERT_TRUE(std::ranges::equal(batch, expected)) << at;
+    }
   }
 }
 
@@ -253,17 +350,20 @@ TEST(Recording, AModelIsNoRecordingAndTheOtherWayRound) {
   EXPECT_NE(recording.error().message.find("is not a .rlog file"), std::string::npos);
 }
 
-TEST(Recording, ItReplacesWhatStandsInItsPlace) {
+TEST(Recording, ItReplacesWhatStandsInItsPlaceAndIsThereAtOnce) {
   const Folder folder;
   write_file(folder / "a.rlog", "something else");
   {
-    RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head(), RecordingWriter::Appear::AtTheEnd));
+    RELIEF_MUST(writer, RecordingWriter::create(folder / "a.rlog", head()));
     EXPECT_OK(writer.add_ticks(0, rows(0, 10)));
+    EXPECT_EQ(writer.committed_ticks(), 0U);
+    EXPECT_OK(writer.commit());
+    EXPECT_EQ(writer.committed_ticks(), 10U);
+    EXPECT_OK(writer.add_ticks(10, rows(10, 10)));
   }
-  EXPECT_EQ(read_file(folder / "a.rlog"), "something else") << "not finished, not there";
+  RELIEF_MUST(recording, Recording::open(folder / "a.rlog"));
+  EXPECT_EQ(recording.tick_count(), 10U) << "what was committed";
   EXPECT_EQ(folder.names(), std::vector<std::string>{"a.rlog"});
-  make(folder / "a.rlog");
-  EXPECT_OK(read_all(folder / "a.rlog"));
 }
 
 TEST(Recording, CsvHasUnitsAndTheShortestNumbers) {
@@ -277,6 +377,16 @@ TEST(Recording, CsvHasUnitsAndTheShortestNumbers) {
   EXPECT_EQ(std::ranges::count(text, '\n'), 951);
   EXPECT_NE(text.find("\n450,0.45,"), std::string::npos);
   EXPECT_EQ(text.find("\n449,"), std::string::npos);
+}
+
+TEST(NumberText, NoneIsMinusOneWhereAColumnMayHaveNone) {
+  const std::array<std::string_view, 1> or_none = {"slab"};
+  const std::uint32_t none = 0xffffffffU, some = 7;
+  const auto bytes = [](const std::uint32_t& number) { return std::as_bytes(std::span(&number, 1)); };
+  const RecordingColumn slab = {"slab", NumberType::U32, "", ""}, flags = {"flags", NumberType::U32, "", ""};
+  EXPECT_EQ(text_of(bytes(none), slab, or_none), "-1");
+  EXPECT_EQ(text_of(bytes(some), slab, or_none), "7");
+  EXPECT_EQ(text_of(bytes(none), flags, or_none), "4294967295");
 }
 
 TEST(NumberText, GivesTheSameBitsBack) {

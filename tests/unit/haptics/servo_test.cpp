@@ -405,18 +405,5 @@ TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {
   }
 }
 
-TEST(Workspace, FitsTheModelAndGoesThereAndBack) {
-  Box3d box;
-  box.add(Vec3d{100, 200, 300});
-  box.add(Vec3d{130, 240, 420});
-  const Workspace fit = fit_workspace(DeviceInfo{}, box);
-  EXPECT_NEAR(fit.metres_per_unit * diagonal(box), 0.15, 1e-12);
-  EXPECT_EQ(fit.to_device(box.centre()), Vec3d{});
-  EXPECT_LT(length(fit.to_model(fit.to_device({101, 239, 310})) - Vec3d{101, 239, 310}), 1e-9);
-  const DeviceInfo falcon = {.workspace_radius = 0.04};
-  EXPECT_NEAR(fit_workspace(falcon, box).metres_per_unit * diagonal(box), 0.08, 1e-12);
-  EXPECT_GT(fit_workspace(DeviceInfo{}, Box3d{}).metres_per_unit, 0);
-}
-
 }  // namespace
 }  // namespace relief

@@ -179,13 +179,14 @@ TEST(ServoThread, FullTelemetryIsCountedAndFlagged) {
   EXPECT_GT(tick.number, 4U) << "and so does its number";
 }
 
-TEST(ServoThread, ALostDeviceEndsTheLoop) {
+TEST(ServoThread, ALostDeviceEndsTheLoopWhenItIsGivenUp) {
   SnapshotChannel channel(sphere());
   PressingDevice device(25);
   SpscQueue<ServoTick> telemetry(64);
-  ServoThread servo(device, channel, kSettings, &telemetry);
+  ServoThread servo(device, channel, kSettings, &telemetry, {.give_up_after = 0.02});
   while (servo.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(device.last, Vec3d{});
+  EXPECT_GT(device.writes, 25U + 10U) << "a zero in each tick";
   ServoTick tick;
   int count = 0;
   while (telemetry.pop(tick)) {
@@ -193,9 +194,166 @@ TEST(ServoThread, ALostDeviceEndsTheLoop) {
     ++count;
   }
   const ServoSample& last = tick.sample;
-  EXPECT_EQ(count, 26);
+  EXPECT_EQ(count, 26) << "a loss is told once";
   EXPECT_NE(last.flags & bit(ServoFault::DeviceLost), 0U);
   EXPECT_EQ(last.force, Vec3d{});
+  ASSERT_EQ(servo.losses().size(), 1U);
+  EXPECT_EQ(servo.losses()[0].tick, 25U);
+  EXPECT_FALSE(servo.losses()[0].over);
+  EXPECT_GE(servo.losses()[0].seconds, 0.02);
+  EXPECT_EQ(servo.losses()[0].reopened, 0);
+}
+
+/// Presses 3 mm into the ball for 100 ticks, rests outside for 50, and so on; may stop answering, and be mended by
+/// time or by being closed and opened. Its own thread is the servo's; what is not atomic is looked at after it.
+class FlakyDevice final : public HapticDevice {
+ public:
+  enum class Fails : std::uint8_t { Read, Write };
+  FlakyDevice(Fails fails, int from, int for_ticks) : fails_(fails), from_(from), to_(from + for_ticks) {}
+  const DeviceInfo& info() const noexcept override { return info_; }
+  Status open() override {
+    calls += "open ";
+    if (refuses > 0 && --refuses >= 0) return fail(Errc::DeviceUnavailable, "no device on the bus");
+    broken_ = false;
+    return {};
+  }
+  DeviceStatus status() const override {
+    DeviceStatus status;
+    status.trouble = "the cable is loose";
+    return status;
+  }
+  Status enable(bool on) override {
+    calls += on ? "on " : "off ";
+    if (on && broken_) return fail(Errc::DeviceUnavailable, "it was never calibrated");
+    return {};
+  }
+  void close() noexcept override { calls += "close "; }
+  bool read(DeviceState& state) noexcept override {
+    const int tick = ticks++;
+    if (broken_ || (fails_ == Fails::Read && tick >= from_ && tick < to_)) return false;
+    state.t = 1e-3 * tick;
+    const int phase = tick % 150;
+    state.position = {0, 0, 0.1 * (phase < 100 ? 1.005 - 0.0008 * std::min(phase, 50) : 1.01)};
+    return true;
+  }
+  bool write(const Wrench& wrench) noexcept override {
+    const int tick = ticks - 1;
+    if (broken_ || (fails_ == Fails::Write && tick >= from_ && tick < to_)) {
+      if (length(wrench.force) > 0) ++refused;
+      return false;
+    }
+    forces.push_back(wrench.force.z);
+    return true;
+  }
+  void break_until_opened() { broken_ = true; }
+
+  std::atomic<int> ticks{0};
+  std::atomic<int> refuses{0};  ///< so many more times it cannot be opened
+  std::string calls;
+  std::vector<double> forces;  ///< N, that were commanded
+  int refused = 0;             ///< commands of a force that did not arrive
+
+ private:
+  DeviceInfo info_;
+  Fails fails_;
+  int from_, to_;
+  bool broken_ = false;
+};
+
+TEST(ServoThread, ADeviceThatFailsForAMomentGoesOnThroughTheSafeState) {
+  for (const auto fails : {FlakyDevice::Fails::Read, FlakyDevice::Fails::Write}) {
+    const SnapshotPtr model = sphere();
+    SnapshotChannel channel(model);
+    FlakyDevice device(fails, 70, 3);
+    SpscQueue<ServoTick> telemetry(1 << 14);
+    ServoThread servo(device, channel, kSettings, &telemetry);
+    while (device.ticks < 550) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(servo.running());
+    servo.stop();
+    EXPECT_EQ(device.calls, "on off ");
+    ASSERT_EQ(servo.losses().size(), 1U);
+    EXPECT_EQ(servo.times().losses, 1U);
+    EXPECT_EQ(servo.losses()[0].tick, 70U);
+    EXPECT_TRUE(servo.losses()[0].over);
+    EXPECT_EQ(servo.losses()[0].reason, "the cable is loose");
+    std::uint64_t number = 0, told = 0, back = 0, felt_again = 0;
+    for (ServoTick tick; telemetry.pop(tick);) {
+      EXPECT_EQ(tick.number, number);
+      number += tick.model != nullptr ? 1U : 0U;
+      const auto flagged = [&](ServoFault fault) { return (tick.sample.flags & bit(fault)) != 0; };
+      told += flagged(ServoFault::DeviceLost) ? 1U : 0U;
+      back += flagged(ServoFault::Reconnected) ? 1U : 0U;
+      if (flagged(ServoFault::DeviceLost) || flagged(ServoFault::Reconnected) || flagged(ServoFault::Latched)) {
+        EXPECT_EQ(tick.sample.force, Vec3d{});
+      }
+      if (back > 0 && tick.sample.force.z > 0.5) ++felt_again;
+    }
+    // A read that fails has no tick of its own; a step whose command does not arrive has.
+    EXPECT_EQ(told, fails == FlakyDevice::Fails::Read ? 1U : 3U);
+    EXPECT_EQ(back, fails == FlakyDevice::Fails::Read ? 1U : 3U);
+    EXPECT_GT(felt_again, 10U) << "after lift-off";
+    EXPECT_EQ(device.refused, fails == FlakyDevice::Fails::Read ? 0 : 1) << "from the next tick on all are zero";
+  }
+}
+
+/// Answers every other time.
+class HalfDevice final : public HapticDevice {
+ public:
+  const DeviceInfo& info() const noexcept override { return info_; }
+  bool read(DeviceState& state) noexcept override {
+    state.t = 1e-3 * ++ticks;
+    return ticks % 2 == 0;
+  }
+  bool write(const Wrench&) noexcept override { return true; }
+  std::atomic<int> ticks{0};
+
+ private:
+  DeviceInfo info_;
+};
+
+TEST(ServoThread, OnlyTheFirstHundredLossesAreNoted) {
+  SnapshotChannel channel(sphere());
+  HalfDevice device;
+  ServoThread servo(device, channel, kSettings, nullptr);
+  while (device.ticks < 250) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  servo.stop();
+  EXPECT_GE(servo.times().losses, 124U);
+  const std::vector<DeviceLoss> noted = servo.losses();
+  EXPECT_EQ(noted.size(), 100U);
+  EXPECT_TRUE(noted.back().over);
+}
+
+TEST(ServoThread, ADeviceThatStaysAwayIsOpenedAgain) {
+  SnapshotChannel channel(sphere());
+  FlakyDevice device(FlakyDevice::Fails::Read, 60, 1 << 20);
+  device.refuses = 1;
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.03, .give_up_after = 60});
+  while (device.refuses > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const std::vector<DeviceLoss> meanwhile = servo.losses();
+  ASSERT_EQ(meanwhile.size(), 1U);
+  EXPECT_FALSE(meanwhile[0].over);
+  EXPECT_EQ(meanwhile[0].reason, "no device on the bus");
+  const int before = device.ticks;
+  while (device.ticks < before + 20) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  servo.stop();
+  EXPECT_TRUE(device.calls.starts_with("on close open close open on ")) << device.calls;
+  EXPECT_TRUE(device.calls.ends_with("on off ")) << device.calls;
+  EXPECT_GE(servo.losses()[0].reopened, 2);
+}
+
+TEST(ServoThread, ADeviceThatCannotBeSwitchedOnGivesNoForceUntilItCan) {
+  SnapshotChannel channel(sphere());
+  FlakyDevice device(FlakyDevice::Fails::Read, 1 << 20, 0);
+  device.break_until_opened();
+  ServoThread servo(device, channel, kSettings, nullptr, {.reopen_after = 0.01, .give_up_after = 60});
+  while (device.ticks < 150 + 80) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  servo.stop();
+  EXPECT_EQ(device.calls, "on close open on off ");
+  ASSERT_EQ(servo.losses().size(), 1U);
+  EXPECT_TRUE(servo.losses()[0].over);
+  EXPECT_EQ(servo.losses()[0].reason, "it was never calibrated");
+  EXPECT_GT(*std::ranges::max_element(device.forces), 0.5);
 }
 
 TEST(ServoThread, ADeviceThatEndsIsNotLost) {

@@ -1,0 +1,34 @@
+#include <relief/haptics/force_blend.h>
+
+#include <cmath>
+#include <utility>
+
+namespace relief {
+namespace {
+
+constexpr double kTime = 15e-3;   // s, as for a surface that is edited under the tool
+constexpr double kMost = 0.045;   // N per tick: below what a finger notices, 0.05
+constexpr double kUnfelt = 1e-3;  // N
+
+}  // namespace
+
+void ForceBlend::moved(const Wrench& last, Quatd turned) noexcept {
+  pending_ = true;
+  last_ = {turned.turn(last.force), turned.turn(last.torque)};
+}
+
+Wrench ForceBlend::step(const Wrench& law, Vec3d by_hand, double dt) noexcept {
+  from_ = last_.force + by_hand;
+  if (std::exchange(pending_, false)) lacking_ = from_ - law.force;
+  const double size = length(lacking_), left = size * std::exp(-dt / kTime);
+  const double share = left > kUnfelt ? left / size : 0;
+  lacking_ *= share;
+  const Vec3d change = law.force + lacking_ - from_;
+  if (const double most = length(change); most > kMost) lacking_ -= change * (1 - kMost / most);
+  // A hand that goes out is not pulled in by what is not yet taken over.
+  if (const Vec3d all = law.force + lacking_; dot(all, from_) <= 0 && dot(all, law.force) <= 0) lacking_ = -law.force;
+  last_ = {law.force + lacking_, law.torque + (last_.torque - law.torque) * share};
+  return last_;
+}
+
+}  // namespace relief

@@ -1,0 +1,58 @@
+// How a device's workspace lies over the model.
+#pragma once
+
+#include <relief/haptics/device.h>
+
+#include <string_view>
+
+namespace relief {
+
+/// model = rotation * (device - device_origin) / metres_per_unit + model_origin.
+struct Workspace {
+  double metres_per_unit = 1;
+  Vec3d device_origin = {};  ///< m
+  Vec3d model_origin = {};   ///< model units
+  Quatd rotation = {};       ///< unit; from the device's axes to the model's
+
+  [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
+    return turned_to_model(device - device_origin) / metres_per_unit + model_origin;
+  }
+  [[nodiscard]] Vec3d to_device(Vec3d model) const noexcept {
+    return turned_to_device((model - model_origin) * metres_per_unit) + device_origin;
+  }
+  /// What has a direction and its own unit (a force, a velocity, a turn) along the other's axes.
+  [[nodiscard]] Vec3d turned_to_model(Vec3d device) const noexcept {
+    return rotation == Quatd{} ? device : rotation.turn(device);
+  }
+  [[nodiscard]] Vec3d turned_to_device(Vec3d model) const noexcept {
+    return rotation == Quatd{} ? model : rotation.conjugate().turn(model);
+  }
+  /// From the tool's frame to the device's, or to the model's.
+  [[nodiscard]] Quatd orientation_to_model(Quatd device) const noexcept {
+    return rotation == Quatd{} ? device : rotation * device;
+  }
+  /// From the model's axes to the device's; the fingers have none.
+  [[nodiscard]] Wrench command_to_device(const Wrench& model) const noexcept {
+    return {turned_to_device(model.force), turned_to_device(model.torque), model.gripper};
+  }
+  /// The same with such a device origin that `device` lies at `model`.
+  [[nodiscard]] Workspace through(Vec3d device, Vec3d model) const noexcept {
+    Workspace moved = *this;
+    moved.device_origin = device - turned_to_device((model - model_origin) * metres_per_unit);
+    return moved;
+  }
+  friend bool operator==(const Workspace&, const Workspace&) noexcept = default;
+};
+
+/// The model lies in the middle of the device's workspace, its diagonal 0.15 m long, or what fits: into the box along
+/// each axis, or into the ball of the radius. `model` is its box; `size` its diagonal, where that is known better than
+/// by the box; `rotation` as in Workspace.
+[[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double size = 0,
+                                      Quatd rotation = {}) noexcept;
+
+/// The rotation that a map of axes means: for each axis of the model, x, y and z, the axis of the device that is it, a
+/// minus sign before one that runs the other way. "x,y,z" is none; with "y,-x,z" a hand that goes up goes along the
+/// model's x. Errors: InvalidArgument (no map; a mirror, in which torques would turn the wrong way).
+[[nodiscard]] Result<Quatd> rotation_of_axes(std::string_view map);
+
+}  // namespace relief
