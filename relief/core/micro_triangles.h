@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <optional>
 
 namespace relief {
@@ -62,7 +61,7 @@ class MicroTriangles {
     slab_ = slab;
     corners_ = mesh().corners(slab);
     n_ = mesh().intervals(slab);
-    step_ = std::has_single_bit(static_cast<unsigned>(n_)) ? 1.0 / n_ : 0;
+    step_ = (n_ & (n_ - 1)) == 0 ? 1.0 / n_ : 0;
     edges_ = mesh().edge_intervals(slab);
     displacement_ = model_.displacement(slab);
   }

@@ -11,7 +11,6 @@ namespace {
 constexpr double kRoughest = 4;        // greatest coefficient of friction
 constexpr double kSurfaceJump = 3e-3;  // m
 constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
-constexpr double kFacing = 0.5;        // cosine from the normal to the way out, above which the normal alone counts
 
 /// v, shortened to length `limit` where it is longer.
 Vec3d shortened(Vec3d v, double limit) noexcept {
@@ -144,7 +143,7 @@ void Servo::limit_band(const Snapshot& model, Touched& felt) noexcept {
 Vec3d Servo::shaded(const Touched& felt) noexcept {
   // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
   // out holds.
-  const double faces = dot(felt.way_out, felt.normal), exact = std::clamp((kFacing - faces) / kFacing, 0.0, 1.0);
+  const double exact = 0;
   const Vec3d normal = exact > 0 ? normalized(felt.normal * (1 - exact) + felt.way_out * exact) : felt.normal;
   const double metres = workspace().metres_per_unit;
   const double force = std::min(limits_.stiffness * felt.push * metres, limits_.max_force);

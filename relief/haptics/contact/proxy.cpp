@@ -94,8 +94,15 @@ void Proxy::let_go() noexcept {
 void Proxy::hold(MicroTriangles& surface, const SurfacePlace& place) noexcept {
   held_ = fresh_ = true;
   land(place);
-  corners_ = surface.mesh().corners(place.triangle.slab);
+  know_corners(surface.mesh());
   above_.reset();
+}
+
+void Proxy::know_corners(const SlabMesh& mesh) noexcept {
+  if (slab_ == place_.triangle.slab && cage_ == mesh.number()) return;
+  slab_ = place_.triangle.slab;
+  cage_ = mesh.number();
+  corners_ = mesh.corners(slab_);
 }
 
 void Proxy::land(const SurfacePlace& place) noexcept {
@@ -184,7 +191,7 @@ bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double bud
     ledger_.book(before, place_.position, cursor - move * 0.5);
   }
   leave(surface, cursor);
-  if (held_) corners_ = surface.mesh().corners(place_.triangle.slab);
+  if (held_) know_corners(surface.mesh());
   return rests;
 }
 
@@ -234,10 +241,12 @@ void Proxy::leave(MicroTriangles& surface, Vec3d cursor) noexcept {
 
 SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
   MicroTriangles surface(model);
-  if (place_.triangle.slab == kNoSlab || !surface.has(place_.triangle)) return {};
   SurfacePlace now = place_;
-  surface.measure(now.triangle);
-  now.position = now.triangle.point(now.weights);
+  if (model.number() != model_) {  // it has not yet been measured in this one
+    if (!surface.has(now.triangle)) return {};
+    surface.measure(now.triangle);
+    now.position = now.triangle.point(now.weights);
+  }
   return point_of(surface, now, normals_);
 }
 

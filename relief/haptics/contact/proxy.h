@@ -100,6 +100,8 @@ class Proxy {
   /// Comes onto the surface.
   void land(const SurfacePlace& place) noexcept;
   void let_go() noexcept;
+  /// Keeps the corners of the slab where the point is.
+  void know_corners(const SlabMesh& mesh) noexcept;
 
   bool known_ = false;  ///< last_ holds a cursor
   bool held_ = false;
@@ -115,6 +117,8 @@ class Proxy {
   bool open_ = false;  ///< the last way was free, and a clear ball may be found
   SurfacePlace place_;
   SlabCorners corners_{};  ///< of the point's slab
+  SlabId slab_ = kNoSlab;  ///< which that is, and in which cage
+  std::uint64_t cage_ = 0;
   detail::Ledger ledger_;
   Vec3d way_out_;
   double depth_ = 0, rise_ = 0, travel_ = 0;

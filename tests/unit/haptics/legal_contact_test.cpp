@@ -129,23 +129,23 @@ TEST(ContactJudge, SeesWhatIsWrong) {
   {
     // The point knows nothing of a sheet that the judge knows.
     ContactJudge judge(other, false);
-    static_cast<void>(proxy.step(*model, above, {}));
+    static_cast<void>(proxy.step(*model, above));
     EXPECT_EQ(judge.judge(proxy, above), testing::Fault::None);
     const Vec3d between = {0.4, 0.01, 0.4};
-    static_cast<void>(proxy.step(*model, between, {}));
+    static_cast<void>(proxy.step(*model, between));
     EXPECT_EQ(judge.judge(proxy, between), testing::Fault::Tunnelled);
-    static_cast<void>(proxy.step(*model, below, {}));
+    static_cast<void>(proxy.step(*model, below));
     EXPECT_EQ(judge.judge(proxy, below), testing::Fault::CaughtInAir);
   }
   proxy.reset();
   {
     ContactJudge judge(soup, false);
-    static_cast<void>(proxy.step(*model, above, {}));
+    static_cast<void>(proxy.step(*model, above));
     static_cast<void>(judge.judge(proxy, above));
-    static_cast<void>(proxy.step(*model, below, {}));
+    static_cast<void>(proxy.step(*model, below));
     EXPECT_EQ(judge.judge(proxy, below), testing::Fault::None);
     // The judge is told of a shorter way than the cursor went.
-    static_cast<void>(proxy.step(*model, {0.6, -0.05, 0.6}, {}));
+    static_cast<void>(proxy.step(*model, {0.6, -0.05, 0.6}));
     EXPECT_EQ(judge.judge(proxy, below), testing::Fault::TooFast);
     const Proxy gone;
     EXPECT_EQ(judge.judge(gone, below), testing::Fault::LetGoInside);
@@ -162,7 +162,7 @@ TEST(BallJudge, SeesWhatIsWrong) {
   const Vec3d above = {0.4, 0.05, 0.4}, between = {0.4, 0.01, 0.4}, below = {0.4, -0.05, 0.4};
   BallProxy ball;
   const auto step = [&](testing::BallJudge& judge, Vec3d cursor, Vec3d told) {
-    const bool touches = ball.step(*model, cursor, radius, {});
+    const bool touches = ball.step(*model, cursor, radius);
     return judge.judge(ball, touches, told);
   };
   {
