@@ -49,6 +49,9 @@ TEST(Workspace, TurnsScalesAndMovesThereAndBack) {
     EXPECT_LT(length(wrench.force - place) + length(wrench.torque - other), 1e-12);
     EXPECT_EQ(wrench.gripper, 3);
     EXPECT_LT(length(any.through(place, other).to_model(place) - other), 1e-12);
+    Workspace longer = any;
+    longer.rotation = {5 * any.rotation.w, 5 * any.rotation.x, 5 * any.rotation.y, 5 * any.rotation.z};
+    EXPECT_LT(length(longer.with_unit_rotation().to_model(place) - any.to_model(place)), 1e-9);
   }
 }
 
