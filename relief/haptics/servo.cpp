@@ -53,17 +53,15 @@ void Servo::workspace_changed(const Placement::Change& change) noexcept {
   const Vec3d before = was.to_model(change.device), after = now.to_model(change.device);
   const Quatd turned = now.rotation == was.rotation ? Quatd{} : now.rotation * was.rotation.conjugate();
   const bool touched = last_depth_ > 0 || blend_.blending();
-  leap_ = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);
+  const double leap = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);  // m
   last_cursor_ = after;
   // What was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
   blend_.moved({shortened(asked_.force, limits_.max_force), asked_.torque}, turned);
   anchor_ = now.turned_to_model(change.device) - turned.turn(was.turned_to_model(change.device) - anchor_);
-  shading_.rest();
-  if (!(leap_ > kSurfaceJump)) return;
-  fade_.reset();
+  shading_.moved();
   // A tool in the open that lands in the solid has not gone in through its surface.
-  first_ = first_ || !touched;
+  first_ = first_ || (leap > kSurfaceJump && !touched);
 }
 
 void Servo::limit_settings() noexcept {
@@ -357,7 +355,6 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   sample.buttons = now.buttons;
   sample.flags = now.faults | now.warnings;
   const Placement::Place at = placement_.place(now, reading.position);
-  leap_ = 0;
   if (at.change) workspace_changed(*at.change);
   if (at.clutched) anchor_ += at.step;
   sample.velocity = at.velocity;
@@ -380,7 +377,7 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   const bool held_back = first_ || latched_ || start_inside_;
   const bool as_paper = held_back || settings_.force.paper_contact;
   if (as_paper) start_contact_anew();
-  const Touch felt = as_paper ? paper_touch(model, cursor, length(now.step) + leap_) : touch(model, tool, now);
+  const Touch felt = as_paper ? paper_touch(model, cursor, length(now.step)) : touch(model, tool, now);
   sample.cursor = sample.contact_point = cursor;
   if (felt.touching) {
     sample.contact = true;

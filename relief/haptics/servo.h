@@ -193,7 +193,6 @@ class Servo {
   Wrench asked_;      ///< by the law in the last tick, or as it was blended
   ServoSample last_;  ///< of the last tick
   Placement placement_;
-  double leap_ = 0;  ///< m at the hand, by which the tool was moved since the last tick without the hand
   bool first_ = true;
   bool latched_ = false;
   bool start_inside_ = false;

@@ -1,6 +1,7 @@
 #include <relief/haptics/shading.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace relief {
 
@@ -19,6 +20,7 @@ Vec3d Shading::step(Vec3d shaded, Vec3d way_out, double force, double stored, do
         given_ > 0 ? normalized(way_out + (shaded - way_out) * (1 - std::min(given_ / most, 1.0))) : shaded;
     return force_ > 0 ? turned_by(normal_, wanted, turn) : wanted;
   };
+  if (std::exchange(moved_, false)) stored_ = stored - gift;
   const double before = given_;
   for (int k = 0; k < 2; ++k) {  // the normal goes by the account, and that by the normal
     given_ = before + dot(last + normal() * force, move) / 2 + stored - gift - stored_;

@@ -20,6 +20,8 @@ class Shading {
                            double turn) noexcept;
   /// No contact in this tick. The account stays.
   void rest() noexcept { force_ = stored_ = 0; }
+  /// The model was moved under the tool: what the spring gains in the next tick is not the hand's doing.
+  void moved() noexcept { moved_ = true; }
   /// The spring has become so many times as stiff, which is not the hand's doing.
   void stiffen(double by) noexcept { force_ *= by, stored_ *= by; }
   void reset() noexcept { *this = {}; }
@@ -28,6 +30,7 @@ class Shading {
 
  private:
   double given_ = 0;
+  bool moved_ = false;
   Vec3d normal_;       ///< of the last tick
   double force_ = 0;   ///< N, along it; 0: without contact
   double stored_ = 0;  ///< J in the spring then
