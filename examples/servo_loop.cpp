@@ -34,7 +34,7 @@ int main() {
   auto due = std::chrono::steady_clock::now();
   for (int tick = 0; tick < 2000 && (*device)->read(state); ++tick) {
     const relief::ServoSample sample = servo.step(reader.latest(), state);
-    if (!(*device)->write({sample.force, sample.torque})) break;
+    if (!(*device)->write(servo.command())) break;
     strongest = std::max(strongest, length(sample.force));
     std::this_thread::sleep_until(due += 1ms);
   }

@@ -29,6 +29,13 @@ struct Worst {
   }
 };
 
+/// J that the force of a tick did on the hand until the next. The force is along the model's axes, the way along the
+/// device's.
+double work_between(const RecordedTick& tick, const RecordedTick& next, const Replay& replay) {
+  const Workspace space = replay.settings()[tick.settings].workspace.with_unit_rotation();
+  return dot(space.turned_to_device(tick.sample.force), next.sample.device - tick.sample.device);
+}
+
 std::string worst_table(const std::vector<Worst>& worst) {
   std::string html =
       "<table><tr class=\"head\"><th>tick</th><th>t, s</th><th>compute, µs</th><th>late, µs</th><th>force, N</th>"
@@ -67,9 +74,7 @@ Status write_replay_page(Replay& replay, const std::filesystem::path& file) {
     depth.add(x, s.depth);
     // A force is held until the next tick, while the hand moves on.
     if (before && before->number + 1 == now.number)
-      if (const double share = dot(before->tick.sample.force, s.device - before->tick.sample.device);
-          std::isfinite(share))
-        done += share;
+      if (const double share = work_between(before->tick, now.tick, replay); std::isfinite(share)) done += share;
     work.add(x, done * 1e3);
     leak.add(x, s.leak * 1e3);
     if (s.compute_ns != 0) compute.add(s.compute_ns);

@@ -197,6 +197,11 @@ std::string text_of(const OutputEnd& end) {
                      end.status ? "" : ", and then it failed");
 }
 
+/// Into the JSON of a run that failed, or was stopped, and left something all the same.
+void add_error(ordered_json& json, const Status& ended) {
+  if (!ended) json["error"] = {{"code", name(ended.error().code)}, {"message", ended.error().message}};
+}
+
 /// What the run ends in, each output for itself: the first that failed, with what the others hold.
 Status end_of(const std::vector<OutputEnd>& outputs, const std::string& cancelled) {
   std::string rest;
@@ -269,8 +274,11 @@ Status run_path(const TouchOptions& o, const Context& context) {
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = settings.workspace.metres_per_unit;
   json["outputs"] = to_json(outputs);
+  Status ended =
+      end_of(outputs, cancelled ? fmt::format("stopped after {} of {} rows", summary.ticks, rows.size()) : "");
+  add_error(json, ended);
   say(context, json, summary);
-  return end_of(outputs, cancelled ? fmt::format("stopped after {} of {} rows", summary.ticks, rows.size()) : "");
+  return ended;
 }
 
 /// Tells of each loss of the device as it comes; `told` counts what was.
@@ -314,40 +322,62 @@ ordered_json to_json(const ServoTimes& times) {
           {"late_ns_max", times.late.max()}};
 }
 
+/// Waits until the time is over, the device has ended or is given up, or somebody stops it; returns how long that was,
+/// s. Without --seconds a recording is played to its end.
+double wait_for_end(const Session& session, const TouchOptions& o, const Context& context, std::size_t& told) {
+  const auto start = std::chrono::steady_clock::now();
+  for (double elapsed = 0;; std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
+    elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!session.running() || (o.seconds > 0 && elapsed >= o.seconds) || context.progress.cancelled()) return elapsed;
+    if (o.seconds > 0) context.progress("touch", elapsed / o.seconds);
+    if (!context.json) say_losses(session.losses(), told);
+  }
+}
+
+/// What a live run says when it is over.
+void say_live(const Context& context, const ordered_json& json, const Summary& summary, const ServoTimes& times,
+              const std::vector<OutputEnd>& outputs) {
+  say(context, json, summary);
+  if (context.json) return;
+  for (const OutputEnd& end : outputs) print(text_of(end) + "\n");
+  if (!times.note.empty()) print("servo: " + times.note + "\n");
+  if (times.dropped > 0)
+    print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", times.dropped));
+}
+
 Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
   HapticDevice& device = *opened.device;
   Session::Settings settings;
+  settings.loss = o.loss;
   std::vector<Vec3d> points;
   RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, opened.played, points));
-  settings.loss = o.loss;
   if (opened.played && !context.json) say_played(o, *opened.played, settings.servo.tool);
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, device.info()));
   std::unique_ptr<LiveForces> out;
   if (!o.out.empty()) {
     RELIEF_TRY(out, LiveForces::create(o.out, !points.empty()));
+    settings.on_tick = [&out](const ServoTick& tick) { out->take(tick); };
   }
-  if (out) settings.on_tick = [&out](const ServoTick& tick) { out->take(tick); };
   Session session(device, file.model().head, nullptr, settings, recorder ? &*recorder : nullptr);
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::size_t told = 0;
-  // Without --seconds a recording is played to its end.
-  while (session.running() && (o.seconds == 0 || elapsed() < o.seconds) && !context.progress.cancelled()) {
-    if (o.seconds > 0) context.progress("touch", elapsed() / o.seconds);
-    if (!context.json) say_losses(session.losses(), told);
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  const double seconds = wait_for_end(session, o, context, told);
   const bool gone = !session.running() && !device.ended();
-  static_cast<void>(session.stop());  // there is no file, and the recording's end is asked for below
-  const double seconds = elapsed();
+  static_cast<void>(session.stop());  // there is no file, and how the recording ended is asked for below
   const SessionStats& stats = session.stats();
   const std::vector<DeviceLoss> losses = session.losses();
+  if (!context.json) say_losses(losses, told);
   std::vector<OutputEnd> outputs;
   if (out) outputs.push_back(out->finish());
   if (recorder) outputs.push_back(end_of(o, *recorder, session.recorded()));
+  Status ended = end_of(outputs, context.progress.cancelled() ? fmt::format("stopped after {:.1f} s", seconds) : "");
+  if (ended && gone) {
+    const std::string why = losses.empty() ? stats.servo.note : losses.back().reason;
+    ended = fail(Errc::DeviceLost, fmt::format("{}: the device did not answer any more{}", printable(o.device),
+                                               why.empty() ? "" : ": " + printable(why)));
+  }
   const Summary summary = {.ticks = stats.samples,
                            .contact = stats.contact_samples,
                            .flagged = stats.flagged_samples,
@@ -362,19 +392,9 @@ Status run_live(const TouchOptions& o, const Context& context) {
   json["servo"] = to_json(stats.servo);
   json["losses"] = to_json(losses);
   json["outputs"] = to_json(outputs);
-  if (!context.json) say_losses(losses, told);
-  say(context, json, summary);
-  if (!context.json) {
-    for (const OutputEnd& end : outputs) print(text_of(end) + "\n");
-    if (!stats.servo.note.empty()) print("servo: " + stats.servo.note + "\n");
-    if (stats.servo.dropped > 0)
-      print(fmt::format("{} ticks are missing: the machine was too busy to take them all down\n", stats.servo.dropped));
-  }
-  RELIEF_CHECK(end_of(outputs, context.progress.cancelled() ? fmt::format("stopped after {:.1f} s", seconds) : ""));
-  if (!gone) return {};
-  const std::string why = losses.empty() ? stats.servo.note : losses.back().reason;
-  return fail(Errc::DeviceLost, fmt::format("{}: the device did not answer any more{}", printable(o.device),
-                                            why.empty() ? "" : ": " + printable(why)));
+  add_error(json, ended);
+  say_live(context, json, summary, stats.servo, outputs);
+  return ended;
 }
 
 Status run_touch(const TouchOptions& o, const Context& context) {

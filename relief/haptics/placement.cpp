@@ -1,32 +1,19 @@
 #include <relief/haptics/placement.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace relief {
 namespace {
 
-constexpr double kLoosen = 5e-3;     // s, in which the clutch takes hold of the damping, or lets it go
-constexpr double kLeastTurn = 1e-6;  // length of a quaternion that is taken for a rotation
-
-/// With a rotation of unit length; one that leads nowhere where there is none.
-Workspace made_sound(Workspace space) noexcept {
-  const Quatd q = space.rotation;
-  if (q == Quatd{}) return space;
-  const double size = std::sqrt(dot(q, q));
-  space.rotation = {q.w / size, q.x / size, q.y / size, q.z / size};
-  if (!(size >= kLeastTurn && std::isfinite(size))) space.metres_per_unit = 0;
-  return space;
-}
-
+constexpr double kLoosen = 5e-3;  // s, in which the clutch takes hold of the damping, or lets it go
 }  // namespace
 
 Placement::Placement(const Workspace& workspace, const Clutch& clutch) noexcept
-    : set_(made_sound(workspace)), applied_(set_), space_(set_), clutch_(clutch) {}
+    : set_(workspace.with_unit_rotation()), applied_(set_), space_(set_), clutch_(clutch) {}
 
 void Placement::set(const Workspace& workspace, const Clutch& clutch) noexcept {
-  set_ = made_sound(workspace);
+  set_ = workspace.with_unit_rotation();
   recentre_due_ = recentre_due_ || clutch_.recentre != clutch.recentre;
   clutch_ = clutch;
   due_ = true;

@@ -52,17 +52,15 @@ void Servo::workspace_changed(const Placement::Change& change) noexcept {
   const Vec3d before = was.to_model(change.device), after = now.to_model(change.device);
   const Quatd turned = now.rotation == was.rotation ? Quatd{} : now.rotation * was.rotation.conjugate();
   const bool touched = last_depth_ > 0 || blend_.blending();
-  const double leap = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);
+  const double leap = length(after - before) * std::max(was.metres_per_unit, now.metres_per_unit);  // m
   last_cursor_ = after;
   put_elsewhere_ = true;
   // What was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
   blend_.moved({shortened(spring_.force, limits_.max_force), spring_.torque}, turned);
   friction_.move(was.turned_to_model(change.device), now.turned_to_model(change.device), turned);
-  if (!(leap > kSurfaceJump)) return;
-  fade_.reset();
   // A tool in the open that lands in the solid has not gone in through its surface.
-  first_ = first_ || !touched;
+  first_ = first_ || (leap > kSurfaceJump && !touched);
 }
 
 void Servo::limit_settings() noexcept {
@@ -141,15 +139,11 @@ void Servo::limit_band(const Snapshot& model, Touched& felt) noexcept {
 }
 
 Vec3d Servo::shaded(const Touched& felt) noexcept {
-  // Where the surface at the point does not face the way out (the tool is through a thin part, near its rim), the way
-  // out holds.
-  const double exact = 0;
-  const Vec3d normal = exact > 0 ? normalized(felt.normal * (1 - exact) + felt.way_out * exact) : felt.normal;
   const double metres = workspace().metres_per_unit;
   const double force = std::min(limits_.stiffness * felt.push * metres, limits_.max_force);
   const double stored = in_spring(limits_.stiffness, felt.depth * metres);
   if (felt.settling) shading_.change(force, stored);
-  return shading_.step(normal, felt.way_out, force, stored, hand_.move() * metres, felt.turn);
+  return shading_.step(felt.normal, felt.way_out, force, stored, hand_.move() * metres, felt.turn);
 }
 
 Wrench Servo::spring(const Touched& felt, double stiffness, Vec3d hand_step, double dt) noexcept {

@@ -65,9 +65,8 @@ struct ServoSample {
   /// points together (PointShell), up to 1.54 times the deepest point's.
   double depth = 0;
   Vec3d contact_point;  ///< surface contact point, model units; the cursor without contact
-  /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with
-  /// exact_normals, and where the surface there does not face the tool, the way from the tool to that point. Zero
-  /// without contact.
+  /// Unit outwards, along which the spring pushes: the surface's at the contact point, interpolated; with exact_normals
+  /// the way from the tool to that point. Zero without contact.
   Vec3d normal;
   Vec3d force;                   ///< N, on the hand, after all limits, along the model's axes
   Vec3d torque;                  ///< N*m, likewise, about the device's position; zero for a point and a ball

@@ -37,6 +37,16 @@ Quatd rotation_to(const std::array<Vec3d, 3>& columns) noexcept {
 
 }  // namespace
 
+Workspace Workspace::with_unit_rotation() const noexcept {
+  constexpr double kLeastTurn = 1e-6;  // length of a quaternion that is taken for a rotation
+  Workspace space = *this;
+  if (rotation == Quatd{}) return space;
+  const double size = std::sqrt(dot(rotation, rotation));
+  space.rotation = {rotation.w / size, rotation.x / size, rotation.y / size, rotation.z / size};
+  if (!(size >= kLeastTurn && std::isfinite(size))) space.metres_per_unit = 0;
+  return space;
+}
+
 Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double size, Quatd rotation) noexcept {
   const double box_size = diagonal(model);
   if (!(box_size > 0) || !std::isfinite(box_size)) return {.rotation = rotation};

@@ -12,7 +12,7 @@ struct Workspace {
   double metres_per_unit = 1;
   Vec3d device_origin = {};  ///< m
   Vec3d model_origin = {};   ///< model units
-  Quatd rotation = {};       ///< unit; from the device's axes to the model's
+  Quatd rotation = {};       ///< unit, but in settings of any length; from the device's axes to the model's
 
   [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
     return turned_to_model(device - device_origin) / metres_per_unit + model_origin;
@@ -41,6 +41,8 @@ struct Workspace {
     moved.device_origin = device - turned_to_device((model - model_origin) * metres_per_unit);
     return moved;
   }
+  /// The same with a rotation of unit length; one that leads nowhere where there is none.
+  [[nodiscard]] Workspace with_unit_rotation() const noexcept;
   friend bool operator==(const Workspace&, const Workspace&) noexcept = default;
 };
 

@@ -42,6 +42,7 @@ struct Session::State {
         idle = false;
         if (recorder != nullptr) recorder->tick(tick);
         if (settings.on_tick) settings.on_tick(tick);
+        if (tick.model != nullptr) ++stats.samples;
         take(tick.sample);
       }
       if (ended) finish_stroke();
@@ -51,7 +52,6 @@ struct Session::State {
   }
 
   void take(const ServoSample& sample) {
-    ++stats.samples;
     stats.contact_samples += sample.contact ? 1U : 0U;
     stats.force_max = std::max(stats.force_max, length(sample.force));
     stats.depth_max = std::max(stats.depth_max, sample.depth);

@@ -17,7 +17,7 @@ namespace relief {
 /// What a session counted; taken after stop().
 struct SessionStats {
   ServoTimes servo;
-  std::uint64_t samples = 0;  ///< telemetry that reached the edit thread
+  std::uint64_t samples = 0;  ///< ticks with a reading that reached the edit thread
   std::uint64_t contact_samples = 0;
   std::uint64_t dabs = 0;
   std::uint64_t samples_edited = 0;

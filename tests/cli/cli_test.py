@@ -976,6 +976,7 @@ class Touch(Case):
             self.assertEqual(err.count("\n"), 1, err)
             self.assertIn("stopped.csv", err)
             report = json.loads(out)
+            self.assertEqual(report["error"]["code"], "Cancelled")
             ends = {pathlib.Path(end["file"]).name: end for end in report["outputs"]}
             rows = self.rows_of(forces)
             self.assertEqual(ends["stopped.csv"]["rows"], len(rows))

@@ -239,6 +239,13 @@ TEST(Recording, OneThatIsCutShortIsReadAsFarAsItIsWhole) {
     EXPECT_EQ(recording.cut()->bytes, size);
     EXPECT_EQ(recording.cut()->whole_bytes, sound.size());
   }
+  // A batch that is damaged besides is left out, as if it were cut off.
+  std::string damaged = sound.substr(0, sound.size() - 1);
+  damaged[sound.size() / 2 + 100] = static_cast<char>(damaged[sound.size() / 2 + 100] ^ 1);
+  write_file(file, damaged);
+  RELIEF_MUST(gappy, Recording::open(file));
+  EXPECT_EQ(gappy.runs().size(), 2U);
+  EXPECT_OK(read_all(file));
   write_file(file, sound);
   RELIEF_MUST(whole, Recording::open(file));
   EXPECT_FALSE(whole.cut());

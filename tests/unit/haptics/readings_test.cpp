@@ -111,6 +111,21 @@ TEST(NoNews, IsCountedInTheTicksOfAPushDevice) {
   EXPECT_NE(hand.at(0.05).flags & kLatched, 0U) << "20 ms at 4 kHz";
 }
 
+TEST(NoNews, AHeldForceIsACommandThatADelayedDeviceGets) {
+  // One tick late: the motor pushes with the first force once that has been held for a tick, so the hand, going in,
+  // puts in what the spring then holds, and nothing comes from nowhere.
+  const SnapshotPtr model = flat_plane();
+  DeviceInfo device = testing::strong_device();
+  device.delay_ticks = 1;
+  Servo servo({.workspace = kSpace, .force = {.damping = 0}}, device);
+  static_cast<void>(servo.step(*model, reading(0, {0.5, 1e-3, 0.5})));
+  static_cast<void>(servo.step(*model, reading(1e-3, {0.5, -5e-4, 0.5})));
+  const double leak = servo.step(*model, reading(1e-3, {0.5, -5e-4, 0.5})).leak;
+  const ServoSample felt = servo.step(*model, reading(2e-3, {0.5, -1e-3, 0.5}));
+  const double pressed = 400 * 5e-5 * 5e-5;  // J, the first force times the way
+  EXPECT_LT(felt.leak - leak, 0.7 * pressed);
+}
+
 TEST(NoNews, AHeldForceIsWithinLimitsThatWereLoweredMeanwhile) {
   Pressed hand;
   ServoSettings gentle = hand.servo.settings();

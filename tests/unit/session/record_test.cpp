@@ -9,15 +9,19 @@
 #include <relief/session/session.h>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <random>
 #include <thread>
 
 namespace relief {
@@ -319,6 +323,46 @@ TEST_F(Record, OneThatIsCutShortIsVerifiedAsFarAsItIsWhole) {
   }
   EXPECT_GE(last, 1250U) << "only the end of the last page is cut";
   EXPECT_LE(refused, 5) << "the head: what the ticks are made of";
+}
+
+TEST_F(Record, WhatComesAfterAFullDiskIsNotWritten) {
+  const SnapshotPtr model = ball();
+  auto made = recorder(model, Recorder::Pace::Live);
+  ASSERT_TRUE(made) << made.error().message;
+  Servo servo(settings(), DeviceInfo{});
+  std::mt19937_64 random(3);
+  std::uint64_t number = 0;
+  const auto run = [&](int ticks) {
+    for (int k = 0; k < ticks; ++k, ++number) {
+      ServoTick tick;
+      tick.number = number;
+      tick.clock_ns = random();  // does not pack
+      tick.model = model.get();
+      tick.reading = reading_at(static_cast<int>(number), {0, 0, 1.2 * kMetres});
+      tick.sample = servo.step(*model, tick.reading);
+      made->tick(tick);
+      if (k % 250 == 249) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  };
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit small{100'000, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+  run(10'000);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  run(1'000);
+  const Status finished = made->finish(nullptr);
+  ASSERT_FALSE(finished);
+  EXPECT_NE(finished.error().message.find("a.rlog"), std::string::npos) << finished.error().message;
+  auto replay = Replay::open(file_);
+  ASSERT_TRUE(replay) << replay.error().message;
+  EXPECT_EQ(replay->recording().tick_count(), made->kept());
+  ASSERT_EQ(replay->recording().runs().size(), 1U) << "no gap";
+  EXPECT_GT(made->kept(), 500U);
+  EXPECT_LT(made->kept(), 10'000U);
+  EXPECT_TRUE(verified(model).holds());
 }
 
 TEST_F(Record, ATickIsLeftOutWhoseSettingsWereCutOff) {
