@@ -46,11 +46,12 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, const B
   if (changed) memory_->forget();
   if (changed || !settled_) carry(surface, radius);
   Blend& blend = feeling_.blend();
-  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
-  blend.fade(ease, held_ ? 0 : length(move));
+  const Vec3d move = cursor - last_, before = own();
+  Vec3d offset = blend.offset();
+  blend.fade(ease, held_ || !by_hand ? 0 : length(move));
   last_ = cursor;
   go(surface, move, radius);
-  if (!by_hand) blend.absorb(own() - before);
+  if (!by_hand) feeling_.absorb(own() - before, offset);
   feeling_.tell(held_, own(), offset);
   return depth() > 0 && touches_;
 }

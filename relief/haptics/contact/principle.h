@@ -67,6 +67,11 @@ class Feeling {
   void reset() noexcept { *this = {}; }
   [[nodiscard]] Blend& blend() noexcept { return blend_; }
   [[nodiscard]] const Blend& blend() const noexcept { return blend_; }
+  /// It was not the hand that has changed the contact's own vector by so much, in a tick that began with `offset`.
+  void absorb(Vec3d change, Vec3d& offset) noexcept {
+    blend_.absorb(change);
+    offset -= change;
+  }
   /// The end of a tick that began with `offset`. `own`: of what is held, zero where nothing is.
   void tell(bool held, Vec3d own, Vec3d offset) noexcept {
     // What is not yet taken over never pulls inwards.

@@ -73,13 +73,14 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, b
   const bool changed = std::exchange(model_, model.number()) != model.number();
   if (changed || !settled_) carry(surface);
   Blend& blend = feeling_.blend();
-  const Vec3d move = cursor - last_, offset = blend.offset(), before = own();
+  const Vec3d move = cursor - last_, before = own();
+  Vec3d offset = blend.offset();
   travel_ = length(move);
-  blend.fade(ease, held_ ? 0 : travel_);
+  blend.fade(ease, held_ || !by_hand ? 0 : travel_);
   if (!held_) meet(surface, cursor);
   if (held_) pursue(surface, cursor, move, detail::budget(travel_, length(place_.position - cursor)));
   last_ = cursor;
-  if (!by_hand) blend.absorb(own() - before);
+  if (!by_hand) feeling_.absorb(own() - before, offset);
   feeling_.tell(held_, own(), offset);
   samples_placed_ = surface.placed();
   return depth() > 0;
