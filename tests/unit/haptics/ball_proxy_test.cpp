@@ -614,5 +614,25 @@ TEST(BallProxy, ALateBallInTheAirIsNoContact) {
   EXPECT_FALSE(ball.step(*model, {0.9, 1.2e-3, 0.5}, radius, kAtOnce));
 }
 
+TEST(BallProxy, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheCursor) {
+  const SnapshotPtr model = flat_plane();
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  const double radius = 0.05;
+  BallProxy ball;
+  ball.step(*model, {0.4, 0.1, 0.45}, radius, ease);
+  lead(ball, *model, {0.4, 0.1, 0.45}, {0.4, 0.03, 0.45}, radius, 100, ease);
+  ASSERT_NEAR(ball.depth(), 0.02, 1e-5);
+  Vec3d last = ball.way_out() * ball.depth();
+  for (const Vec3d to : {Vec3d{0.4, 0, 0.45}, Vec3d{0.5, 0.1, 0.5}, Vec3d{0.5, 0.02, 0.5}}) {
+    for (int k = 0; k < 400; ++k) {
+      ball.step(*model, to, radius, ease, k > 0);
+      const Vec3d now = ball.way_out() * ball.depth();
+      EXPECT_LE(length(now - last), ease.most * (1 + 1e-9) + 1e-8) << to.y << " " << k;
+      last = now;
+    }
+    EXPECT_NEAR(ball.depth(), std::max(0.0, radius - to.y), 1e-4) << "and it comes to what there is";
+  }
+}
+
 }  // namespace
 }  // namespace relief

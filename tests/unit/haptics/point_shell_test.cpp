@@ -286,5 +286,23 @@ TEST(PointShell, PointsBeyondTheMostAreLeftOut) {
   EXPECT_EQ(PointShell({}).size(), 0U);
 }
 
+TEST(PointShell, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheTool) {
+  const SnapshotPtr model = flat_plane();
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  const Vec3d own[] = {{}};
+  PointShell shell(own);
+  for (int k = 0; k <= 40; ++k) shell.step(*model, {{0.5, 0.02 - 1e-3 * k, 0.5}, {}}, ease);
+  ASSERT_NEAR(shell.depth(), 0.02, 1e-9);
+  double last = shell.depth();
+  for (const double y : {-0.06, -0.03, 0.05, -0.04}) {
+    for (int k = 0; k < 400; ++k) {
+      shell.step(*model, {{0.5, y, 0.5}, {}}, ease, k > 0);
+      EXPECT_LE(std::abs(shell.depth() - last), ease.most * (1 + 1e-9)) << y << " " << k;
+      last = shell.depth();
+    }
+    EXPECT_NEAR(shell.depth(), std::max(0.0, -y), 1e-6) << "and it comes to what there is";
+  }
+}
+
 }  // namespace
 }  // namespace relief
