@@ -71,6 +71,7 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
   settings_ = settings;
+  touch_->resize(settings.tool.radius);
   limit_settings();
   if (!moved && !other_law) return;
   let_go();

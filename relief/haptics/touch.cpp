@@ -21,15 +21,29 @@ void tell(Touched& now, const SurfacePoint& surface) noexcept {
   now.at = {surface.slab, surface.u, surface.v, surface.alpha};
 }
 
-class PointTouch final : public Touch {
+/// A point, or a ball: which of them may change without an allocation.
+class TipTouch final : public Touch {
  public:
-  [[nodiscard]] std::unique_ptr<Touch> clone() const override { return std::make_unique<PointTouch>(*this); }
-  void reset() noexcept override { proxy_.reset(); }
-  [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
-    return !inside(model, pose.origin, hint_);
+  explicit TipTouch(double radius) : radius_(radius) {}
+  [[nodiscard]] std::unique_ptr<Touch> clone() const override { return std::make_unique<TipTouch>(*this); }
+  void reset() noexcept override {
+    proxy_.reset();
+    ball_.reset();
   }
+  void resize(double radius) noexcept override { radius_ = radius; }
+  [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
+    LocateHint hint = hint_;
+    return !inside(model, pose.origin, hint) && (radius_ == 0 || BallProxy::clear(model, pose.origin, radius_));
+  }
+  [[nodiscard]] double reach() const noexcept override { return radius_; }
   [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
                              bool by_hand) noexcept override {
+    return radius_ > 0 ? ball(model, pose, ease, jump, by_hand) : point(model, pose, ease, jump, by_hand);
+  }
+
+ private:
+  [[nodiscard]] Touched point(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
+                              bool by_hand) noexcept {
     Touched now;
     now.touching = proxy_.step(model, pose.origin, ease, by_hand);
     now.jumped = proxy_.lost() ? inside(model, pose.origin, hint_) : proxy_.rise() > jump;
@@ -44,23 +58,8 @@ class PointTouch final : public Touch {
     now.grown = proxy_.grown();
     return now;
   }
-
- private:
-  Proxy proxy_;
-  LocateHint hint_;
-};
-
-class BallTouch final : public Touch {
- public:
-  explicit BallTouch(double radius) : radius_(radius) {}
-  [[nodiscard]] std::unique_ptr<Touch> clone() const override { return std::make_unique<BallTouch>(*this); }
-  void reset() noexcept override { ball_.reset(); }
-  [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
-    return !inside(model, pose.origin, hint_) && BallProxy::clear(model, pose.origin, radius_);
-  }
-  [[nodiscard]] double reach() const noexcept override { return radius_; }
-  [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
-                             bool by_hand) noexcept override {
+  [[nodiscard]] Touched ball(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
+                             bool by_hand) noexcept {
     Touched now;
     double to_go = 0;  // through the air to what it will touch
     now.touching = ball_.step(model, pose.origin, radius_, ease, by_hand);
@@ -83,8 +82,8 @@ class BallTouch final : public Touch {
     return now;
   }
 
- private:
   double radius_;
+  Proxy proxy_;
   BallProxy ball_;
   LocateHint hint_;
 };
@@ -181,8 +180,7 @@ class PaperTouch final : public Touch {
 
 std::unique_ptr<Touch> make_touch(const TouchTool& tool) {
   if (!tool.points.empty()) return std::make_unique<ShellTouch>(tool.points);
-  if (tool.radius > 0) return std::make_unique<BallTouch>(tool.radius);
-  return std::make_unique<PointTouch>();
+  return std::make_unique<TipTouch>(tool.radius);
 }
 
 std::unique_ptr<Touch> make_paper_touch() { return std::make_unique<PaperTouch>(); }

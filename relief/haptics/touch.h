@@ -58,6 +58,8 @@ class Touch {
   /// one that the hand could not have pressed.
   [[nodiscard]] virtual Touched step(const Snapshot& model, const ToolPose& pose, const Blend::Ease& ease, double jump,
                                      bool by_hand) noexcept = 0;
+  /// A ball of another radius, or a point; a tool made of points stays as it is. To be followed by reset().
+  virtual void resize(double /*radius*/) noexcept {}
   /// Whether the tool is outside the material.
   [[nodiscard]] virtual bool clear(const Snapshot& model, const ToolPose& pose) noexcept = 0;
   /// How many times as stiff as a single point the tool can be.

@@ -31,7 +31,6 @@ constexpr double kWithin = 1e-9;  // of a triangle: how far within it the ball i
 constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
 constexpr int kWork = 480;
-constexpr int kWorkAhead = 400;    // of that, to see where the ball would come to rest
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // what a triangle takes that is near
 constexpr int kMostWork = 4000;    // and where the model has changed
@@ -265,13 +264,14 @@ class Mover {
     bool settled = false;  ///< it came to rest
     bool straight = true;  ///< it never turned aside
     bool cut = false;      ///< there was no time to see
-    double length = 0;     ///< of the way that it went
+    double slid = 0;       ///< how far it went along the surface
   };
-  /// Where an advance ends: at the end of its reach, or where it would come to rest, the last place within reach being
-  /// kept.
-  enum class Until { Reach, Rest };
-  /// Towards the goal, in at most so many searches. `push`: what is within the ball is pushed out first. `work`: what
-  /// the tick may take by then as far as `reach`, and `ahead` beyond it.
+  /// Where an advance ends: at the end of its reach; where it would come to rest, the last place within reach being
+  /// kept; or where something is in the way, which it does not go along.
+  enum class Until { Reach, Rest, Touch };
+  /// Towards the goal, in at most so many searches: straight where nothing is in the way, else by `reach` at most along
+  /// what is. `push`: what is within the ball is pushed out first. `work`: what the tick may take by then as far as
+  /// `reach`, and `ahead` beyond it.
   Way advance(Vec3d goal, double reach, Until until, bool push, int searches, int work, int ahead) noexcept {
     const int before = searches_;
     searches += before;
@@ -285,10 +285,11 @@ class Mover {
     share_ = push ? 1 : 0;
     mind(share_);
     double stride = room_.walls.at(centre_) ? room_.walls.stride : kStride * radius_, rest = kRest * radius_;
-    while (searches_ < searches && (until == Until::Rest || reach > 0)) {
+    bool within = true;
+    while (searches_ < searches) {
       const bool pushed = share_ > 0;
       const Vec3d target = pushed ? Vec3d{} : goal - centre_;
-      auto step = nearest_in(spaces(), target, kSlack * radius_);
+      auto step = until == Until::Touch ? open_part(target) : nearest_in(spaces(), target, kSlack * radius_);
       const double wanted = step ? length(*step) : 0;
       if (pushed && !(wanted > kRest * radius_)) {  // it is out, or squeezed from two sides
         share_ = 0;
@@ -302,17 +303,20 @@ class Mover {
       }
       keep_stops(*step);
       const bool whole = *step == target;
+      const bool slides = !whole && !pushed && until != Until::Touch;
       way.straight = way.straight && whole;
       way.settled = !pushed && !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
+      within = within && !(slides && reach <= 0);
+      if (!within && until == Until::Reach) break;
       double longest = std::max(stride, here_->nearest - radius_);
-      const bool short_of = reach > 0 && reach < std::min(longest, wanted);  // what comes next may be as long
+      const bool short_of = slides && within && reach < std::min(longest, wanted);  // what comes next may be as long
       if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
       // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last,
       // and where that has found no more room, for none that needs a new list.
-      const int most = !arrived || reach > 0 ? work : ahead;
+      const int most = !arrived || within ? work : ahead;
       const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
       const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
       way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : list_work(next)) > most;
@@ -330,9 +334,11 @@ class Mover {
       if (barred) continue;
       arrive(next);
       arrived = true;
-      way.length += length(*step);
-      if (reach > 0) within_ = next;
-      reach -= std::min(wanted, longest);
+      if (within) within_ = next;
+      if (slides) {
+        way.slid += std::min(wanted, longest);
+        reach -= std::min(wanted, longest);
+      }
       if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
@@ -353,6 +359,13 @@ class Mover {
     else if (centre_ == within_)
       std::swap(there_, from_within_);
     centre_ = centre;
+  }
+  /// The part of a straight way that the half-spaces leave open.
+  [[nodiscard]] std::optional<Vec3d> open_part(Vec3d way) const noexcept {
+    double share = 1;
+    for (const HalfSpace& s : spaces())
+      if (const double speed = dot(s.normal, way); speed < 0) share = std::min(share, s.room({}) / -speed);
+    return share < 1 ? way * std::max(0.0, share) : way;
   }
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));

@@ -51,7 +51,7 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius, const B
   blend.fade(ease, held_ || !by_hand ? 0 : length(move));
   last_ = cursor;
   go(surface, move, radius);
-  if (!by_hand) feeling_.absorb(own() - before, offset);
+  if (!by_hand || !settled_) feeling_.absorb(own() - before, offset);
   feeling_.tell(held_, own(), offset);
   return depth() > 0 && touches_;
 }
@@ -75,7 +75,7 @@ void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     touches_ = now.has_value();
     surface_ = now.value_or(SurfacePoint{});
   }
-  const bool waits = held_ && past_the_middle(surface, last_, radius);
+  const bool waits = held_ && past_the_middle(surface.model(), last_, radius);
   const Vec3d goal = waits ? centre_ + with_it : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
@@ -84,12 +84,14 @@ void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   feeling_.blend().absorb(own() - before);
 }
 
-bool BallProxy::past_the_middle(MicroTriangles& surface, Vec3d cursor, double radius) const noexcept {
+bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept {
   // The body that holds the ball's centre reaches a radius farther: the line through the cursor comes out of that where
   // it has been out of the material for so long.
   const Vec3d in = cursor - centre_;
   const double depth = length(in), far = detail::kMiddle * depth - radius;
-  return far > 0 && Sweep(surface, centre_, centre_ + in * (far / depth), Crossing::Out).run().has_value();
+  if (!(far > 0)) return false;
+  MicroTriangles surface(model);  // what this takes is not the mover's
+  return Sweep(surface, centre_, centre_ + in * (far / depth), Crossing::Out).run().has_value();
 }
 
 void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept {
@@ -104,7 +106,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept 
     under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
     ledger_.clear();
   } else {
-    if (past_the_middle(surface, last_, radius)) {
+    if (past_the_middle(surface.model(), last_, radius)) {
       go_along(ball, move, work);
     } else {
       const double reach = std::max(detail::budget(length(move), depth), kRest * radius);
@@ -122,20 +124,28 @@ void BallProxy::go(MicroTriangles& surface, Vec3d move, double radius) noexcept 
 
 void BallProxy::go_along(Mover& ball, Vec3d move, int work) noexcept {
   const Vec3d out = centre_ - last_, own = detail::square_to(out, move);
-  const double way = length(own), depth2 = distance2(centre_, last_), depth = std::sqrt(depth2);
+  const double way = length(own), depth2 = dot(out, out), depth = std::sqrt(depth2);
+  const NearTriangle* barrier = that_pushes_most(ball.around(), out / depth, kAnywhere);
+  if (barrier == nullptr) {
+    // The straight way leads into the air.
+    static_cast<void>(ball.advance(last_, kAnywhere, Mover::Until::Touch, false, kSearches, work, work));
+    ledger_.clear();
+    return;
+  }
   if (!(way > 0)) return;
+  const Vec3d up = -normalized(barrier->nearest), past = detail::past(up, move);
   const Mover::Way ahead =
-      ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2, work, kWorkAhead);
+      ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2, work / 2, work / 2);
   const Vec3d rest = ball.centre();
-  const bool near = ahead.settled && ahead.length <= detail::kNear * depth && rest != last_;
+  const bool near = ahead.settled && ahead.slid <= detail::kNear * depth && rest != last_;
   if (near || length(rest - centre_ - own) <= detail::kOffMinimum * way) {
     ball.put_back_within();
     ledger_.settle();
     return;
   }
+  // To a minimum that is farther away the ball would run round the part: it stays over the hand.
   ball.put_back_to_start();
-  const Vec3d up = normalized(touches_ ? centre_ - surface_.position : out), past = detail::past(up, move);
-  const Vec3d beside = centre_ + past + ledger_.owed();
+  const Vec3d beside = centre_ + past + detail::square_to(up, ledger_.owed());
   const double far = length(past);
   static_cast<void>(
       ball.advance(beside - up * far, detail::kAlong * far, Mover::Until::Reach, false, kSearches / 2 - 2, work, work));

@@ -94,7 +94,7 @@ class BallProxy {
   /// Past the middle: by the hand's own way.
   void go_along(detail::ball::Mover& ball, Vec3d move, int work) noexcept;
   /// Whether the line from the centre through the cursor leaves the grown body within twice the depth.
-  [[nodiscard]] bool past_the_middle(MicroTriangles& surface, Vec3d cursor, double radius) const noexcept;
+  [[nodiscard]] bool past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept;
   /// The ball stays where its mover has come to.
   void arrive(detail::ball::Mover& ball, double radius) noexcept;
   /// Finds where it touches.

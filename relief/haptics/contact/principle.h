@@ -28,11 +28,11 @@ constexpr double kNear = 0.5;  // depths of way within which a minimum is near b
 }
 
 /// The hand's way past a surface with the normal `up`: the part of its move that is square to that, as far as it is
-/// longer than the part along it. Pressed on or pulled back, also aslant, or at rest, it is none.
+/// longer than the move into the surface. Pressed on, also aslant, or at rest, it is none.
 [[nodiscard]] inline Vec3d past(Vec3d up, Vec3d move) noexcept {
   const Vec3d sideways = square_to(up, move);
-  const double aside = length(sideways), along = length(move - sideways);
-  return aside > along ? sideways * (1 - along / aside) : Vec3d{};
+  const double aside = length(sideways), in = std::max(0.0, -dot(move, up));
+  return aside > in ? sideways * (1 - in / aside) : Vec3d{};
 }
 
 /// Keeps what is held past the middle from making energy, and over the hand. Its own moves may take it no farther from
@@ -74,9 +74,13 @@ class Feeling {
   }
   /// The end of a tick that began with `offset`. `own`: of what is held, zero where nothing is.
   void tell(bool held, Vec3d own, Vec3d offset) noexcept {
-    // What is not yet taken over never pulls inwards.
-    if (const Vec3d all = own + blend_.offset(); held && dot(all, own) < 0) blend_.absorb(all);
-    if (!held && dot(blend_.offset(), way_out_) < 0) blend_.reset();
+    // What is not yet taken over never turns the force round: a hand that goes out is not pulled in.
+    if (const Vec3d all = own + blend_.offset(); blend_.fading() && dot(all, way_out_) < 0) {
+      if (held)
+        blend_.absorb(all);
+      else
+        blend_.reset();
+    }
     const Vec3d felt = own + blend_.offset();
     depth_ = length(felt);
     if (depth_ > 0) way_out_ = felt / depth_;

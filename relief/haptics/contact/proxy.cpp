@@ -80,7 +80,7 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor, const Blend::Ease& ease, b
   if (!held_) meet(surface, cursor);
   if (held_) pursue(surface, cursor, move, detail::budget(travel_, length(place_.position - cursor)));
   last_ = cursor;
-  if (!by_hand) feeling_.absorb(own() - before, offset);
+  if (!by_hand || !settled_) feeling_.absorb(own() - before, offset);
   feeling_.tell(held_, own(), offset);
   samples_placed_ = surface.placed();
   return depth() > 0;
@@ -181,8 +181,7 @@ void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
 bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double budget) noexcept {
   const Vec3d out = place_.position - cursor;
   const double before = dot(out, out);
-  int tries = detail::kTries;
-  const detail::Descent descent = detail::descend(surface, place_, cursor, tries);
+  const detail::Descent descent = detail::descend(surface, place_, cursor);
   bool rests = descent.ended;
   if (descent.way > 0) {
     const Vec3d sideways = detail::square_to(out, move);

@@ -12,8 +12,6 @@ namespace {
 using Weights = std::array<double, 3>;
 
 constexpr double kGain = 1 - 1e-12;  // squared distance that another triangle must win: above rounding
-constexpr double kLip = 1.05;        // distances by which an edge may be farther than the place before it
-constexpr double kClose = 0.7;       // weight of a corner from which on all triangles around it count as next
 constexpr double kHair = 1e-7;       // of the fibre
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
@@ -54,61 +52,6 @@ void neighbours(MicroTriangles& surface, const SurfacePlace& place, Visit&& visi
   }
 }
 
-/// Calls look(triangle, a, b) for the triangles beside those that touch a place in which a walk has come to rest; the
-/// way there leads over the segment from a to b.
-template <typename Look>
-void look_further(MicroTriangles& surface, const SurfacePlace& place, Look&& look) noexcept {
-  const auto look_across = [&](const MicroTriangle& t, std::size_t k) noexcept {
-    const MicroTriangle other = surface.across(t, k);
-    if (other.slab != kNoSlab) look(other, t.positions[(k + 1) % 3], t.positions[(k + 2) % 3]);
-  };
-  const Feature feature(place.weights);
-  if (feature.zeros == 2) {
-    std::array<MicroTriangle, 16> ring;
-    std::size_t count = 0;
-    neighbours(surface, place, [&](const MicroTriangle& t) noexcept {
-      if (count < ring.size()) ring[count++] = t;
-    });
-    for (std::size_t k = 0; k < count; ++k) look_across(ring[k], 0);
-  } else if (const auto close = std::ranges::max_element(place.weights); *close > kClose) {
-    surface.around(place.triangle.slab, place.triangle.corners[std::size_t(close - place.weights.begin())],
-                   [&](const MicroTriangle& t) noexcept { look(t, t.positions[0], t.positions[0]); });
-  } else {
-    for (std::size_t k = 0; k < 3; ++k)
-      if (feature.zeros == 0 || k != feature.zero) look_across(place.triangle, k);
-    if (feature.zeros == 1) {
-      const MicroTriangle other = surface.across(place.triangle, feature.zero);
-      for (std::size_t k = 0; other.slab != kNoSlab && k < 3; ++k) look_across(other, k);
-    }
-  }
-}
-
-/// The place of a segment that is nearest to p.
-Vec3d nearest_on(Vec3d a, Vec3d b, Vec3d p) noexcept {
-  const Vec3d way = b - a;
-  const double length2 = dot(way, way);
-  return length2 > 0 ? a + way * std::clamp(dot(p - a, way) / length2, 0.0, 1.0) : a;
-}
-
-/// Moves a place in which a walk has come to rest to a nearer one over a low edge, where there is one.
-bool step_over(MicroTriangles& surface, SurfacePlace& place, Vec3d goal) noexcept {
-  const double here2 = distance2(place.position, goal);
-  double best = here2 * kGain;
-  std::optional<SurfacePlace> next;
-  look_further(surface, place, [&](const MicroTriangle& t, Vec3d a, Vec3d b) noexcept {
-    const Vec3d area = t.area();
-    const double off = dot(area, t.positions[0] - goal);
-    if (!(off > 0 && off * off < best * dot(area, area))) return;  // its plane is no nearer
-    const SurfacePlace there = nearest(t, goal);
-    const double d = distance2(there.position, goal);
-    if (!(d < best) || distance2(nearest_on(a, b, place.position), goal) > here2 * (kLip * kLip)) return;
-    best = d;
-    next = there;
-  });
-  if (next) place = *next;
-  return next.has_value();
-}
-
 }  // namespace
 
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept {
@@ -145,17 +88,10 @@ double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double rea
   return gone;
 }
 
-Descent descend(MicroTriangles& surface, const SurfacePlace& from, Vec3d goal, int& tries) noexcept {
-  Descent found;
-  found.rest = from;
+Descent descend(MicroTriangles& surface, const SurfacePlace& from, Vec3d goal) noexcept {
+  int tries = kTries;
+  Descent found = {from, 0, false};
   found.way = walk(surface, found.rest, goal, kAnywhere, tries);
-  for (SurfacePlace before = found.rest; tries > 0 && step_over(surface, found.rest, goal); before = found.rest) {
-    tries -= 3;
-    const double leap = length(found.rest.position - before.position);
-    // From between the two places it goes on to the second.
-    if (!found.over && length(found.rest.position - from.position) <= leap) found.over = found.rest;
-    found.way += leap + walk(surface, found.rest, goal, kAnywhere, tries);
-  }
   found.ended = tries > 0;
   return found;
 }
@@ -166,7 +102,7 @@ void follow(MicroTriangles& surface, SurfacePlace& place, const Descent& descent
     return;
   }
   int tries = kTries;
-  walk(surface, place, descent.over ? descent.over->position : goal, reach, tries);
+  walk(surface, place, goal, reach, tries);
 }
 
 Vec3d above(MicroTriangles& surface, const SurfacePlace& place) noexcept {

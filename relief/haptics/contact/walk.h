@@ -4,7 +4,6 @@
 #include <relief/core/micro_triangles.h>
 
 #include <limits>
-#include <optional>
 
 namespace relief::detail {
 
@@ -24,12 +23,8 @@ struct Descent {
   SurfacePlace rest;
   double way = 0;      ///< length of the walk
   bool ended = false;  ///< it comes to rest at `rest`; else there was no time to see where
-  /// The place beyond an edge to which it goes first, where that edge is a little farther from the goal than both.
-  std::optional<SurfacePlace> over;
 };
-/// A smooth surface has no edges. So that its facets do not hold the point back either, a walk also goes over an edge
-/// behind which a place is nearer, where the edge is farther by no more than a hundredth.
-[[nodiscard]] Descent descend(MicroTriangles& surface, const SurfacePlace& from, Vec3d goal, int& tries) noexcept;
+[[nodiscard]] Descent descend(MicroTriangles& surface, const SurfacePlace& from, Vec3d goal) noexcept;
 /// Moves a place along a descent from it, by `reach` at most.
 void follow(MicroTriangles& surface, SurfacePlace& place, const Descent& descent, Vec3d goal, double reach) noexcept;
 

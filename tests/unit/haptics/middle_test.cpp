@@ -305,8 +305,7 @@ TEST(ThinBodies, OverAClosedWayThePointsOwnMovesPutNothingIntoTheSpring) {
       held += led.proxy.held() ? 1 : 0;
     }
     EXPECT_GT(held, 3000) << body.name;
-    // Half-way over an edge that it steps over (Descent) it is a little farther.
-    EXPECT_LE(led.most_made, 1e-6 * led.deepest2) << body.name;
+    EXPECT_LE(led.most_made, 1e-12 * led.deepest2) << body.name;
   }
 }
 
