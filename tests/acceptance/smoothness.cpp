@@ -103,10 +103,8 @@ void force_continuity(Report& report) {
         slide(*model, way, usual(*model, 1, friction, held.tool()), held.radius, kSpeed, depth, ticks / 3 / held.dear,
               steps);
       const std::string what = name + (friction > 0 ? " with friction" : "") + held.name;
-      // Friction turns with the way.
-      const double friction_step = friction * kStiffness * kSpeed * kTick;
-      report.at_most(what + ": force step at 0.1 m/s", steps.quantile(1),
-                     1.5 * kStiffness * kSpeed * kTick + friction_step + 0.02, "N");
+      report.at_most(what + ": force step at 0.1 m/s", steps.quantile(1), 1.5 * kStiffness * kSpeed * kTick + 0.02,
+                     "N");
       report.shown("    of that p99.999", steps.quantile(0.99999), "N");
       report.at_most(what + ": turn per tick", steps.turn / kDegree, 5, "degrees");
     };

@@ -287,43 +287,103 @@ TEST(BallProxy, IsNotLateForLong) {
   EXPECT_LE(longest, 10);
 }
 
-/// A hand that comes from just above ground that is rough down to the cells, presses and slides, also with a ball in
-/// which there are thousands of its triangles: a tick costs no more than with a small one, from the first on.
+/// What ticks took, of a run.
+struct Work {
+  std::vector<int> all;
+  int felt = 0, late = 0;
+
+  [[nodiscard]] int quantile(double q) {
+    std::ranges::sort(all);
+    return all[static_cast<std::size_t>(q * static_cast<double>(all.size() - 1))];
+  }
+  [[nodiscard]] double mean() const {
+    double sum = 0;
+    for (const int one : all) sum += one;
+    return sum / static_cast<double>(all.size());
+  }
+};
+
+/// A hand that comes from just above ground that is rough down to the cells, presses and slides.
+Work press_and_slide(const Snapshot& model, double share) {
+  const double size = diagonal(model.slab_mesh().bounds()), radius = share * size;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Work work;
+  for (int place = 0; place < 8; ++place) {
+    SurfacePoint p;
+    do {
+      p = closest_point(model, Vec3d{normal(random), normal(random), normal(random)} * (0.5 * size));
+    } while (!BallProxy::clear(model, p.position + p.normal * (1.5 * radius), radius));
+    const Vec3d along = normalized(cross(p.normal, {0.2, 1, 0.4}));
+    BallProxy ball;
+    for (int k = 0; k < 1500; ++k) {
+      const double height = radius - std::min(0.01, 1e-4 * k - 0.015) * size;
+      const Vec3d slid = along * (1e-4 * size * std::max(0, k - 250));
+      const bool touches = ball.step(model, p.position + p.normal * height + slid, radius, kAtOnce);
+      work.felt += touches ? 1 : 0;
+      work.late += ball.held() && !touches ? 1 : 0;
+      work.all.push_back(ball.work());
+    }
+  }
+  return work;
+}
+
+/// Also of a ball in which there are thousands of the ground's triangles a tick costs no more than of one in which
+/// there are a few hundred, from the first on.
 TEST(BallProxy, ALargeOneCostsNoMoreThanASmallOne) {
   const SnapshotPtr model = displaced(torus_shell(48, 24, 128), [](Vec3d p) {
     return 0.5 + 0.1 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.02 * std::sin(90 * p.x) * std::sin(80 * p.y) +
            0.03 * std::sin(900 * p.x) * std::cos(700 * p.y + 500 * p.z);
   });
-  const double size = diagonal(model->slab_mesh().bounds());
-  for (const double share : {0.01, 0.03, 0.05}) {
-    const double radius = share * size;
-    std::mt19937 random(7);
-    std::normal_distribution<double> normal;
-    std::vector<int> work;
-    int felt = 0, late = 0;
-    for (int place = 0; place < 8; ++place) {
-      SurfacePoint p;
-      do {
-        p = closest_point(*model, Vec3d{normal(random), normal(random), normal(random)} * (0.5 * size));
-      } while (!BallProxy::clear(*model, p.position + p.normal * (1.5 * radius), radius));
-      const Vec3d along = normalized(cross(p.normal, {0.2, 1, 0.4}));
-      BallProxy ball;
-      for (int k = 0; k < 1500; ++k) {
-        const double height = radius - std::min(0.01, 1e-4 * k - 0.015) * size;
-        const Vec3d slid = along * (1e-4 * size * std::max(0, k - 250));
-        const bool touches = ball.step(*model, p.position + p.normal * height + slid, radius, kAtOnce);
-        felt += touches ? 1 : 0;
-        late += ball.held() && !touches ? 1 : 0;
-        work.push_back(ball.work());
-      }
-    }
-    EXPECT_GT(felt, 4000) << share;
-    EXPECT_LT(late, felt / 50) << share;
-    std::ranges::sort(work);
-    EXPECT_LT(work[work.size() / 2], 250) << share;
-    EXPECT_LT(work[work.size() * 99 / 100], 700) << share;
-    EXPECT_LT(work.back(), 4500) << share;  // a ball that is late may take more with each tick
+  Work small = press_and_slide(*model, 0.01);
+  EXPECT_GT(small.felt, 4000);
+  for (const double share : {0.03, 0.05}) {
+    Work large = press_and_slide(*model, share);
+    EXPECT_GT(large.felt, 4000) << share;
+    EXPECT_LT(large.late, large.felt / 50) << share;
+    EXPECT_LT(large.mean(), 2 * small.mean()) << share;  // it is felt, and moves, in more of the ticks
+    EXPECT_LT(large.quantile(0.9), 1.1 * small.quantile(0.9)) << share;
+    EXPECT_LT(large.quantile(0.99), 1.1 * small.quantile(0.99)) << share;
+    EXPECT_LT(large.quantile(1), 4500) << share;  // a ball that is late may take more with each tick
   }
+}
+
+/// On ground where a single look takes longer than a tick has, it does not wait for good: each tick that it waited
+/// gives it more time.
+TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
+  const SnapshotPtr model = displaced(torus_shell(48, 24, 128), [](Vec3d p) {
+    const double any = 4e4 * std::sin(1e4 * p.x + 3e4 * p.y + 7e4 * p.z);
+    return 0.5 + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.4 * (any - std::floor(any) - 0.5);
+  });
+  const double size = diagonal(model->slab_mesh().bounds()), radius = 0.03 * size;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  int longest = 0, waits = 0, dear = 0;
+  for (int place = 0; place < 3; ++place) {
+    SurfacePoint p;
+    do {
+      p = closest_point(*model, Vec3d{normal(random), normal(random), normal(random)} * (0.5 * size));
+    } while (!BallProxy::clear(*model, p.position + p.normal * (1.5 * radius), radius));
+    const Vec3d along = normalized(cross(p.normal, {0.2, 1, 0.4})), other = cross(p.normal, along);
+    BallProxy ball;
+    Vec3d last;
+    int still = 0;
+    for (int k = 0; k < 800; ++k) {
+      const double height = radius - std::min(0.01, 1e-4 * k - 0.015) * size, turn = 3e-3 * std::max(0, k - 250);
+      const Vec3d slid = (along * std::sin(turn) + other * std::sin(0.7 * turn)) * (0.1 * size);
+      const Vec3d hand = p.position + p.normal * height + slid;
+      ball.step(*model, hand, radius, kAtOnce);
+      const bool waiting = ball.held() && ball.centre() == last && length(hand - last) > 0.02 * radius;
+      still = waiting ? still + 1 : 0;
+      waits += waiting ? 1 : 0;
+      longest = std::max(longest, still);
+      last = ball.centre();
+      dear += ball.work() > 1000 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(waits, 500) << "there is something to see";
+  EXPECT_GT(dear, 10);
+  EXPECT_LE(longest, 50);
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
@@ -612,6 +672,26 @@ TEST(BallProxy, ALateBallInTheAirIsNoContact) {
   ball.step(*model, {0.1, 1.2e-3, 0.5}, radius, kAtOnce);
   EXPECT_FALSE(ball.held());
   EXPECT_FALSE(ball.step(*model, {0.9, 1.2e-3, 0.5}, radius, kAtOnce));
+}
+
+TEST(BallProxy, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheCursor) {
+  const SnapshotPtr model = flat_plane();
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  const double radius = 0.05;
+  BallProxy ball;
+  ball.step(*model, {0.4, 0.1, 0.45}, radius, ease);
+  lead(ball, *model, {0.4, 0.1, 0.45}, {0.4, 0.03, 0.45}, radius, 100, ease);
+  ASSERT_NEAR(ball.depth(), 0.02, 1e-5);
+  Vec3d last = ball.way_out() * ball.depth();
+  for (const Vec3d to : {Vec3d{0.4, 0, 0.45}, Vec3d{0.5, 0.1, 0.5}, Vec3d{0.5, 0.02, 0.5}}) {
+    for (int k = 0; k < 400; ++k) {
+      ball.step(*model, to, radius, ease, k > 0);
+      const Vec3d now = ball.way_out() * ball.depth();
+      EXPECT_LE(length(now - last), ease.most * (1 + 1e-9) + 1e-8) << to.y << " " << k;
+      last = now;
+    }
+    EXPECT_NEAR(ball.depth(), std::max(0.0, radius - to.y), 1e-4) << "and it comes to what there is";
+  }
 }
 
 }  // namespace

@@ -179,6 +179,42 @@ TEST(PointShell, NoPointWaitsLong) {
   }
 }
 
+/// Where there is no time for all in a tick, those that push come first and those that hardly do have one turn in four
+/// ticks: so what is felt is nearly what it would be if there were time for all.
+TEST(PointShell, PointsThatHardlyPushMakeRoomForThoseThatDo) {
+  const SnapshotPtr model = rough_torus();
+  const std::vector<Vec3d> points = sphere_points(1000, 0.3);
+  PointShell shell(points);
+  std::vector<Proxy> all(points.size());
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  Vec3d hand = {2, 1.4, 0}, way;
+  double off = 0;
+  int pushed = 0, waited = 0, left = 0;
+  for (int k = 0; k < 1500; ++k) {
+    way = way * 0.98 + Vec3d{normal(random), normal(random), normal(random)} * 2e-4 + (Vec3d{2, 0.9, 0} - hand) * 2e-5;
+    hand += way;
+    const double turn = 3e-4 * k;
+    const ToolPose pose = {hand, {std::cos(turn), 0, std::sin(turn), 0}};
+    shell.step(*model, pose, kAtOnce);
+    waited = std::max(waited, shell.waited());
+    left += shell.worked() < shell.held() ? 1 : 0;
+    double norm = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      all[i].step(*model, pose.place(points[i]), kAtOnce);
+      if (all[i].held()) norm += std::pow(all[i].depth(), 16);
+    }
+    if (norm == 0) continue;
+    ++pushed;
+    const double depth = std::pow(norm, 1.0 / 16);
+    off += std::abs(shell.depth() - depth) / depth;
+  }
+  EXPECT_GT(pushed, 500);
+  EXPECT_GT(left, 300) << "there was no time for all";
+  EXPECT_LT(off / pushed, 9e-4);
+  EXPECT_LE(waited, 6);
+}
+
 TEST(PointShell, ASurfaceThatRisesSlowlyPastRestingPointsIsFeltAndCountedOnce) {
   const auto mesh = testing::plane_shell(4, 8);
   PointShell shell(sphere_points(1000, 0.02));
@@ -284,6 +320,24 @@ TEST(PointShell, ASurfaceThatRisesPastFreePointsIsSeen) {
 TEST(PointShell, PointsBeyondTheMostAreLeftOut) {
   EXPECT_EQ(PointShell(sphere_points(1200, 1)).size(), TouchTool::kMostPoints);
   EXPECT_EQ(PointShell({}).size(), 0U);
+}
+
+TEST(PointShell, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheTool) {
+  const SnapshotPtr model = flat_plane();
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  const Vec3d own[] = {{}};
+  PointShell shell(own);
+  for (int k = 0; k <= 40; ++k) shell.step(*model, {{0.5, 0.02 - 1e-3 * k, 0.5}, {}}, ease);
+  ASSERT_NEAR(shell.depth(), 0.02, 1e-9);
+  double last = shell.depth();
+  for (const double y : {-0.06, -0.03, 0.05, -0.04}) {
+    for (int k = 0; k < 400; ++k) {
+      shell.step(*model, {{0.5, y, 0.5}, {}}, ease, k > 0);
+      EXPECT_LE(std::abs(shell.depth() - last), ease.most * (1 + 1e-9)) << y << " " << k;
+      last = shell.depth();
+    }
+    EXPECT_NEAR(shell.depth(), std::max(0.0, -y), 1e-6) << "and it comes to what there is";
+  }
 }
 
 }  // namespace

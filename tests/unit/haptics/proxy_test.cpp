@@ -219,8 +219,8 @@ SnapshotPtr finger() {
 /// Pressed beyond the middle of a thin part and led about in circles there, or trembling.
 struct DeepHand {
   Proxy proxy;
-  Vec3d start, last, cursor;
-  double made = 0;  ///< of the squared distance: what the point's own moves added to it since it is held
+  Vec3d start, cursor;
+  double made = 0;  ///< of the squared distance: what the point's own moves added to it after the tick of entry
   double most = 0;
 
   DeepHand(const Snapshot& model, Vec3d above, Vec3d way, double depth)
@@ -230,13 +230,12 @@ struct DeepHand {
   void to(const Snapshot& model, Vec3d next) {
     const bool held = proxy.held();
     const Vec3d before = held ? proxy.position() : Vec3d{};
-    last = cursor;
     cursor = next;
     if (!proxy.step(model, cursor, {})) {
       made = 0;
     } else if (held) {
-      const Vec3d middle = (cursor + last) * 0.5, now = proxy.position();
-      made += dot(now - middle, now - middle) - dot(before - middle, before - middle);
+      const Vec3d now = proxy.position();
+      made += dot(now - cursor, now - cursor) - dot(before - cursor, before - cursor);
       most = std::max(most, made);
     }
   }
@@ -255,7 +254,7 @@ TEST(Proxy, ItsOwnMovesPutNothingIntoTheSpringInAThinPart) {
         held += hand.proxy.held() ? 1 : 0;
       }
       EXPECT_GT(held, 0);
-      EXPECT_LT(hand.most, 1e-3 * 0.2 * 0.2) << x << " " << aside;
+      EXPECT_LT(hand.most, 1e-6 * 0.2 * 0.2) << x << " " << aside;
     }
 }
 
@@ -421,6 +420,54 @@ TEST(Proxy, SetsOffFromAPlaceInTheOpenOrOneThatTheSurfaceHasRisenPast) {
   EXPECT_TRUE(proxy.step(*high, {0.4, 0.01, 0.45}, {.share = 0.1}));
   EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
   EXPECT_LT(proxy.depth(), 0.003) << "taken over little by little";
+}
+
+/// The program moves the workspace: the cursor goes deeper, out, and in again, by much in one tick.
+TEST(Proxy, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheCursor) {
+  const SnapshotPtr model = testing::flat_plane();
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  Proxy proxy;
+  static_cast<void>(proxy.step(*model, {0.4, 0.01, 0.45}, ease));
+  for (int k = 0; k < 30; ++k) static_cast<void>(proxy.step(*model, {0.4, 0.009 - 1e-3 * k, 0.45}, ease));
+  ASSERT_NEAR(proxy.depth(), 0.02, 1e-9);
+  Vec3d last = proxy.felt();
+  for (const Vec3d to :
+       {Vec3d{0.4, -0.06, 0.45}, Vec3d{0.7, -0.03, 0.3}, Vec3d{0.5, 0.05, 0.5}, Vec3d{0.5, -0.04, 0.5}}) {
+    double grown = 0;
+    const double before = proxy.depth();
+    for (int k = 0; k < 400; ++k) {
+      static_cast<void>(proxy.step(*model, to, ease, k > 0));
+      EXPECT_LE(length(proxy.felt() - last), ease.most * (1 + 1e-9)) << to.y << " " << k;
+      last = proxy.felt();
+      grown += proxy.grown();
+    }
+    EXPECT_EQ(proxy.held(), to.y < 0);
+    EXPECT_NEAR(proxy.depth(), std::max(0.0, -to.y), 1e-6) << "and it comes to what there is";
+    EXPECT_NEAR(grown, proxy.depth() - before, 1e-9) << "which the hand has not made";
+  }
+}
+
+TEST(Proxy, WhatIsLeftOfAContactFadesByTheHandsWayNotByTheProgramsOwn) {
+  // A bump that held the tool is gone.
+  const auto mesh = plane_shell(4, 32);
+  const SnapshotPtr bump = displaced(
+      mesh, [](Vec3d p) { return 0.3 + 0.5 * std::exp(-40 * dot(p - Vec3d{0.5, 0, 0.5}, p - Vec3d{0.5, 0, 0.5})); });
+  const SnapshotPtr flat = displaced(mesh, [](Vec3d) { return 0.3; });
+  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
+  for (const bool by_hand : {true, false}) {
+    Proxy proxy;
+    for (int k = 0; k <= 50; ++k) static_cast<void>(proxy.step(*bump, {0.5, 0.08 - 1e-3 * k, 0.5}, ease));
+    ASSERT_GT(proxy.depth(), 0.02);
+    const Vec3d before = proxy.felt();
+    ASSERT_TRUE(proxy.step(*flat, {0.5, 0.03, 0.5}, ease));
+    ASSERT_FALSE(proxy.held());
+    static_cast<void>(proxy.step(*flat, {0.5, 0.04, 0.5}, ease, by_hand));
+    const double gone = length(before - proxy.felt());
+    if (by_hand)
+      EXPECT_NEAR(gone, 0.01 + 2 * ease.most, 1e-9);
+    else
+      EXPECT_LE(gone, 2 * ease.most * (1 + 1e-9));
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // What a hand feels on surfaces whose answer is known in closed form.
 #include "support/driver.h"
+#include "support/held_tools.h"
 
 #include <relief/haptics/servo.h>
 
@@ -270,6 +271,36 @@ TEST(Force, NormalsTurnNoFasterThanTheHandMovesOverDeepRelief) {
     }
   }
   EXPECT_GT(checked, 10'000);
+}
+
+TEST(Force, WhatTheSurfaceGivesIsNoLeak) {
+  // Under a tool that is held still, 0.01 deep, the ground rises by 0.01 and falls by 0.02: 1 and 2 mm in the hand.
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
+  const SnapshotPtr flat = level(0), raised = level(0.01), carved = level(-0.005);
+  for (const testing::HeldTool& held : testing::held_tools(0.05))
+    for (const bool exact : {false, true}) {
+      ServoSettings settings = settings_with(1000);
+      settings.force.guard = true;
+      settings.force.exact_normals = exact;
+      settings.tool = held.tool();
+      Driver hand(settings, DeviceInfo{.max_force = 20, .max_stiffness = 3000, .continuous_force = 10});
+      const auto at = [&](const Snapshot& model, double y) { return hand.at(model, {0.4, y + held.radius, 0.45}); };
+      for (int k = 0; k <= 200; ++k) static_cast<void>(at(*flat, 0.01 - 1e-4 * k));
+      for (int k = 0; k < 3000; ++k) static_cast<void>(at(*flat, -0.01));
+      const double before = at(*flat, -0.01).leak;
+      double rise = 0, most = 0;
+      for (const SnapshotPtr& model : {raised, carved})
+        for (int k = 0; k < 300; ++k) {
+          const ServoSample felt = at(*model, -0.01);
+          ASSERT_TRUE(felt.contact);
+          ASSERT_EQ(felt.flags, 0U) << held.name;
+          most = std::max(most, felt.leak);
+          rise = std::max(rise, felt.force.y);
+        }
+      EXPECT_GT(rise, 1.8) << held.name << " feels it";
+      EXPECT_LE(most, before + 1e-9) << held.name << (exact ? ", exact" : "");
+    }
 }
 
 TEST(Force, NeverPullsInWhenTheSurfaceTurnsUnderTheTool) {

@@ -194,5 +194,35 @@ TEST(Session, AStrokeIsKeptWhereTheDeviceEndsOrIsLost) {
   }
 }
 
+/// The hand feels nothing there, so the tip must not cut either, though it is in the material and the button is down.
+TEST(Session, InTheSafeStateNothingIsCut) {
+  enum class Case { Fine, StartsInside, Faults };
+  for (const Case now : {Case::Fine, Case::StartsInside, Case::Faults}) {
+    std::vector<DeviceState> readings;
+    double t = 0;
+    for (int k = 0; k < 300; ++k) {
+      const double reach = now == Case::StartsInside ? 0.95 : std::max(0.95, 1.25 - 0.005 * k);
+      t += now == Case::Faults && k == 90 ? 0.2 : 1e-3;  // a gap for which the servo lets go until the tip is outside
+      readings.push_back({.t = t, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 100 ? 1U : 0U});
+    }
+    EndingDevice device(readings, false);
+    const SnapshotPtr start = ball();
+    Session session(device, start, nullptr, settings());
+    session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+    for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_FALSE(session.running());
+    ASSERT_TRUE(session.stop());
+    const SessionStats& stats = session.stats();
+    EXPECT_GT(stats.contact_samples, 150U) << "the tip is in the material, " << int(now);
+    if (now == Case::Fine) {
+      EXPECT_GT(stats.dabs, 0U);
+      EXPECT_EQ(stats.strokes, 1U);
+    } else {
+      EXPECT_EQ(stats.dabs, 0U) << int(now);
+      EXPECT_EQ(session.head()->content_hash(), start->content_hash()) << int(now);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace relief
