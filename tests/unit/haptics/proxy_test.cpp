@@ -53,6 +53,37 @@ TEST(Proxy, NoTickTakesLongWhereverTheHandLeaps) {
   }
 }
 
+/// In the open a tick mostly places no sample at all: the cursor is in a ball that is known to be clear. A larger ball
+/// serves for longer and costs more to find, which a fast hand pays for.
+TEST(Proxy, InTheOpenATickCostsNextToNothing) {
+  const SnapshotPtr model = displaced(torus_shell(16, 10, 64), [](Vec3d p) {
+    return 0.5 + 0.25 * std::sin(9 * p.x) * std::cos(8 * p.z) + 0.1 * std::sin(21 * p.y);
+  });
+  const double size = diagonal(model->slab_mesh().bounds());
+  // 0.3 % of the diagonal above the highest of the relief.
+  const auto cost_at = [&](double speed) {
+    Proxy proxy;
+    std::vector<int> placed;
+    for (int k = 0; k < 4000; ++k) {
+      const double p = speed * size * k / 3, q = 0.6 * p;
+      const Vec3d middle = Vec3d{std::cos(p), 0, std::sin(p)} * 2.0;
+      const Vec3d out = {std::cos(q) * std::cos(p), std::sin(q), std::cos(q) * std::sin(p)};
+      static_cast<void>(proxy.step(*model, middle + out * (0.95 + 0.003 * size), {}));
+      EXPECT_FALSE(proxy.held());
+      placed.push_back(proxy.samples_placed());
+    }
+    std::ranges::sort(placed);
+    return placed;
+  };
+  const std::vector<int> slow = cost_at(1e-4), fast = cost_at(1e-3);  // 15 and 150 mm/s in the hand
+  EXPECT_EQ(slow[slow.size() * 9 / 10], 0);
+  EXPECT_EQ(fast[fast.size() * 9 / 10], 0);
+  double sum = 0;
+  for (const int one : slow) sum += one;
+  EXPECT_LT(sum / double(slow.size()), 2);
+  EXPECT_LT(fast[fast.size() * 99 / 100], 90);
+}
+
 TEST(Proxy, WhatAnEditTakesAwayGivesWayInBoundedTimeWhateverTheHandDoes) {
   // Pressed sideways into a thorn, which is then gone.
   const auto with_thorn = [](double high) {
