@@ -6,19 +6,24 @@
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/version.h>
 #include <embree3/rtcore.h>
 #include <malloc.h>
+#include <openvdb/math/Stencils.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace relief::bench {
 namespace {
@@ -33,32 +38,44 @@ std::size_t resident_bytes() {
   return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-Vec3d nearest_on(const Tessellation& surface, const Corners& t, Vec3d p, std::array<double, 3>& weights) {
-  const auto& at = surface.positions;
-  weights = nearest_in_triangle(p, at[t[0]], at[t[1]], at[t[2]]);
-  return at[t[0]] * weights[0] + at[t[1]] * weights[1] + at[t[2]] * weights[2];
-}
+struct Library {
+  std::string name;
+  double build_seconds = 0;
+  std::size_t bytes = 0;
+};
 
-/// The answer whose nearest point lies on this triangle.
-Nearest answer_on(const Tessellation& surface, const Corners& t, Vec3d p) {
-  std::array<double, 3> weights{};
-  const Vec3d nearest = nearest_on(surface, t, p, weights);
-  Vec3d normal;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3f n = surface.normals[t[k]];
-    normal += Vec3d{n.x, n.y, n.z} * weights[k];
-  }
-  normal = normalized(normal);
-  const double distance = length(p - nearest);
-  return {nearest, normal, dot(p - nearest, normal) < 0 ? -distance : distance};
-}
-
-class Embree final : public Peer {
+/// One of the two rows of a library.
+template <typename Library>
+class Row final : public Contestant {
  public:
-  explicit Embree(const Tessellation& surface) : surface_(surface) {
-    name = "embree closest point";
+  Row(std::shared_ptr<Library> library, const std::string& how, bool best) : library_(std::move(library)), best_(best) {
+    name = library_->name + ", " + how;
+    build_seconds = library_->build_seconds;
+    bytes = library_->bytes;
+  }
+  void approach(Vec3d /*first*/) override { library_->forget(); }
+  double ask(Vec3d cursor, bool coherent) override {
+    const Nearest found = nearest(cursor, coherent);
+    return found.point.x + found.normal.x + (found.inside ? 1 : 0);
+  }
+  std::optional<Nearest> answer(Vec3d cursor, bool coherent) override { return nearest(cursor, coherent); }
+
+ private:
+  [[nodiscard]] Nearest nearest(Vec3d cursor, bool coherent) {
+    return best_ ? library_->best(cursor, coherent) : library_->plain(cursor);
+  }
+  std::shared_ptr<Library> library_;
+  bool best_;
+};
+
+class Embree : public Library {
+ public:
+  explicit Embree(const Tessellation& surface) {
     const double start = process_cpu_seconds();
     device_ = rtcNewDevice("threads=2");
+    name = "Embree " + std::to_string(rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION_MAJOR)) + "." +
+           std::to_string(rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION_MINOR)) + "." +
+           std::to_string(rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION_PATCH));
     rtcSetDeviceMemoryMonitorFunction(
         device_,
         [](void* self, ssize_t change, bool) {
@@ -80,107 +97,150 @@ class Embree final : public Peer {
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene_);
+    Box3d box;
+    for (const Vec3d p : surface.positions) box.add(p);
+    size_ = static_cast<float>(diagonal(box));
+    // A query that reads these through the indices takes half as long again.
+    triangles_.reserve(surface.triangles.size());
+    normals_.reserve(surface.triangles.size());
+    for (const auto& [a, b, c] : surface.triangles) {
+      triangles_.push_back(
+          {to_float(surface.positions[a]), to_float(surface.positions[b]), to_float(surface.positions[c])});
+      normals_.push_back({surface.normals[a], surface.normals[b], surface.normals[c]});
+    }
     build_seconds = process_cpu_seconds() - start;
-    bytes = static_cast<std::size_t>(std::max<ssize_t>(0, used_));
+    bytes = static_cast<std::size_t>(std::max<ssize_t>(0, used_)) + triangles_.size() * 2 * sizeof(Three);
   }
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
-  ~Embree() override {
+  ~Embree() {
     rtcReleaseScene(scene_);
     rtcSetDeviceMemoryMonitorFunction(device_, nullptr, nullptr);
     rtcReleaseDevice(device_);
   }
 
-  Nearest nearest(Vec3d p, bool coherent) override {
-    Search search{.surface = &surface_, .p = p, .at = p};
-    double radius = std::numeric_limits<float>::max();
-    // The last answer is a point of the surface: none that is farther can be the nearest. The hair is for floats.
-    if (coherent && last_) radius = length(p - *last_) * (1 + 1e-6) + 1e-9;
-    RTCPointQuery query = {.x = static_cast<float>(p.x),
-                           .y = static_cast<float>(p.y),
-                           .z = static_cast<float>(p.z),
-                           .time = 0,
-                           .radius = static_cast<float>(radius)};
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_, &query, &context, closer, &search);
-    last_ = search.at;
-    return answer_on(surface_, surface_.triangles[search.triangle], p);
+  void forget() { last_.reset(); }
+  Nearest plain(Vec3d p) { return within(to_float(p), std::numeric_limits<float>::infinity()); }
+  /// The last answer is a point of the surface: none that is farther can be the nearest. The hair is for rounding.
+  Nearest best(Vec3d cursor, bool coherent) {
+    const Vec3f p = to_float(cursor);
+    float radius = std::numeric_limits<float>::infinity();
+    if (coherent && last_) radius = length(p - *last_) * (1 + 1e-5F) + size_ * 1e-6F;
+    const Nearest found = within(p, radius);
+    last_ = to_float(found.point);
+    return found;
   }
 
  private:
+  using Three = std::array<Vec3f, 3>;
   struct Search {
-    const Tessellation* surface = nullptr;
-    Vec3d p, at;
-    double best = std::numeric_limits<double>::max();
+    const Three* triangles = nullptr;
+    Vec3f p, nearest;
+    std::array<float, 3> weights{};
+    float best2 = std::numeric_limits<float>::max();
     std::uint32_t triangle = 0;
   };
+  Nearest within(Vec3f p, float radius) {
+    Search search{.triangles = triangles_.data(), .p = p, .nearest = p};
+    RTCPointQuery query = {.x = p.x, .y = p.y, .z = p.z, .time = 0, .radius = radius};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene_, &query, &context, closer, &search);
+    const auto& [a, b, c] = normals_[search.triangle];
+    const auto& w = search.weights;
+    const Vec3f normal = normalized(a * w[0] + b * w[1] + c * w[2]);
+    return {
+        .point = to_double(search.nearest), .normal = to_double(normal), .inside = dot(p - search.nearest, normal) < 0};
+  }
   static bool closer(RTCPointQueryFunctionArguments* call) {
     auto& search = *static_cast<Search*>(call->userPtr);
-    const Corners& t = search.surface->triangles[call->primID];
-    std::array<double, 3> weights{};
-    const Vec3d q = nearest_on(*search.surface, t, search.p, weights);
-    const double d = length(search.p - q);
-    if (d >= search.best) return false;
-    search.best = d;
-    search.at = q;
+    const auto& [a, b, c] = search.triangles[call->primID];
+    const std::array<float, 3> w = nearest_in_triangle(search.p, a, b, c);
+    const Vec3f q = a * w[0] + b * w[1] + c * w[2];
+    const float distance2 = dot(search.p - q, search.p - q);
+    if (!(distance2 < search.best2)) return false;
+    search.best2 = distance2;
+    search.nearest = q;
+    search.weights = w;
     search.triangle = call->primID;
-    call->query->radius = std::min(call->query->radius, static_cast<float>(d));
+    call->query->radius = std::min(call->query->radius, std::sqrt(distance2));
     return true;
   }
 
-  const Tessellation& surface_;
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
   ssize_t used_ = 0;
-  std::optional<Vec3d> last_;
+  std::vector<Three> triangles_, normals_;
+  float size_ = 0;
+  std::optional<Vec3f> last_;
 };
 
-class Vdb final : public Peer {
+class Vdb : public Library {
  public:
   explicit Vdb(const Tessellation& surface) {
-    name = "openvdb signed distance";
+    name = std::string("OpenVDB ") + OPENVDB_LIBRARY_VERSION_STRING;
     const double start = process_cpu_seconds();
     Box3d box;
     for (const Vec3d p : surface.positions) box.add(p);
-    const auto transform = openvdb::math::Transform::createLinearTransform(diagonal(box) / 256);
+    const double voxel = diagonal(box) / kVoxels;
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     std::vector<openvdb::Vec3s> points;
+    points.reserve(surface.positions.size());
     for (const Vec3d p : surface.positions) points.emplace_back(openvdb::Vec3d(p.x, p.y, p.z));
     std::vector<openvdb::Vec3I> triangles;
+    triangles.reserve(surface.triangles.size());
     for (const Corners& t : surface.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-    grid_ = openvdb::tools::meshToSignedDistanceField<openvdb::FloatGrid>(*transform, points, triangles, {}, 6, 6);
+    grid_ =
+        openvdb::tools::meshToSignedDistanceField<openvdb::FloatGrid>(*transform, points, triangles, {}, kBand, kBand);
     accessor_.emplace(grid_->getConstAccessor());
+    stencil_.emplace(*grid_);
+    per_voxel_ = 1 / voxel;
     build_seconds = process_cpu_seconds() - start;
     bytes = static_cast<std::size_t>(grid_->memUsage());
   }
 
-  Nearest nearest(Vec3d p, bool) override {
+  void forget() {}
+  Nearest plain(Vec3d p) {
     const openvdb::tools::GridSampler<openvdb::FloatGrid::ConstAccessor, openvdb::tools::BoxSampler> sampler(
         *accessor_, grid_->transform());
-    const double h = 0.5 * grid_->voxelSize()[0];
+    const double h = 0.5 / per_voxel_;
     const auto at = [&](double x, double y, double z) {
       return static_cast<double>(sampler.wsSample(openvdb::Vec3d(p.x + x, p.y + y, p.z + z)));
     };
-    const double d = at(0, 0, 0);
-    const Vec3d slope = {at(h, 0, 0) - at(-h, 0, 0), at(0, h, 0) - at(0, -h, 0), at(0, 0, h) - at(0, 0, -h)};
-    const Vec3d normal = length(slope) > 0 ? normalized(slope) : Vec3d{0, 0, 1};
-    return {p - normal * d, normal, d};
+    return answer(p, at(0, 0, 0), {at(h, 0, 0) - at(-h, 0, 0), at(0, h, 0) - at(0, -h, 0), at(0, 0, h) - at(0, 0, -h)});
+  }
+  Nearest best(Vec3d p, bool /*coherent*/) {
+    const openvdb::Vec3f at(static_cast<float>(p.x * per_voxel_), static_cast<float>(p.y * per_voxel_),
+                            static_cast<float>(p.z * per_voxel_));
+    stencil_->moveTo(at);
+    const auto slope = stencil_->gradient(at);
+    return answer(p, static_cast<double>(stencil_->interpolation(at)), to_double(Vec3f{slope[0], slope[1], slope[2]}));
   }
 
  private:
+  static constexpr double kVoxels = 256;  // along the diagonal
+  static constexpr float kBand = 6;       // voxels to either side of the surface: 2 % of the diagonal
+
+  static Nearest answer(Vec3d p, double distance, Vec3d slope) {
+    const Vec3d normal = length(slope) > 0 ? normalized(slope) : Vec3d{0, 0, 1};
+    return {.point = p - normal * distance, .normal = normal, .inside = distance < 0};
+  }
+
   openvdb::FloatGrid::Ptr grid_;
   std::optional<openvdb::FloatGrid::ConstAccessor> accessor_;
+  std::optional<openvdb::math::BoxStencil<openvdb::FloatGrid>> stencil_;
+  double per_voxel_ = 1;
 };
 
-class Cgal final : public Peer {
-  using Kernel = CGAL::Simple_cartesian<double>;
+class Cgal : public Library {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   using Triangles = std::vector<Kernel::Triangle_3>;
   using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
   using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
  public:
   explicit Cgal(const Tessellation& surface) : surface_(surface) {
-    name = "cgal tree";
+    name = std::string("CGAL ") + CGAL_VERSION_STR;
     const std::size_t before = resident_bytes();
     const double start = process_cpu_seconds();
     triangles_.reserve(surface.triangles.size());
@@ -191,35 +251,51 @@ class Cgal final : public Peer {
     for (const Corners& t : surface.triangles) triangles_.emplace_back(point(t[0]), point(t[1]), point(t[2]));
     tree_.insert(triangles_.cbegin(), triangles_.cend());
     tree_.build();
+    tree_.accelerate_distance_queries();
     build_seconds = process_cpu_seconds() - start;
     const std::size_t after = resident_bytes();
     bytes = after > before ? after - before : 0;
   }
 
-  Nearest nearest(Vec3d p, bool coherent) override {
-    const Kernel::Point_3 query(p.x, p.y, p.z);
-    const auto found =
-        coherent && last_ ? tree_.closest_point_and_primitive(query, *last_) : tree_.closest_point_and_primitive(query);
-    last_ = found;
-    const auto triangle = static_cast<std::size_t>(found.second - triangles_.cbegin());
-    return answer_on(surface_, surface_.triangles[triangle], p);
+  void forget() { last_.reset(); }
+  Nearest plain(Vec3d p) { return answer(p, tree_.closest_point_and_primitive(Kernel::Point_3(p.x, p.y, p.z))); }
+  Nearest best(Vec3d p, bool coherent) {
+    if (!coherent || !last_) {
+      last_ = tree_.closest_point_and_primitive(Kernel::Point_3(p.x, p.y, p.z));
+      return answer(p, *last_);
+    }
+    last_ = tree_.closest_point_and_primitive(Kernel::Point_3(p.x, p.y, p.z), *last_);
+    return answer(p, *last_);
   }
 
  private:
+  Nearest answer(Vec3d p, const Tree::Point_and_primitive_id& found) const {
+    const auto triangle = static_cast<std::size_t>(found.second - triangles_.cbegin());
+    return nearest_on(surface_, surface_.triangles[triangle], p);
+  }
+
   const Tessellation& surface_;
   Triangles triangles_;
   Tree tree_;
   std::optional<Tree::Point_and_primitive_id> last_;
 };
 
+template <typename Made>
+void add_rows(const Tessellation& surface, const char* plain, const char* best,
+              std::vector<std::unique_ptr<Contestant>>& rows) {
+  const auto library = std::make_shared<Made>(surface);
+  rows.push_back(std::make_unique<Row<Made>>(library, plain, false));
+  rows.push_back(std::make_unique<Row<Made>>(library, best, true));
+}
+
 }  // namespace
 
-std::vector<std::unique_ptr<Peer>> make_peers(const Tessellation& surface) {
-  std::vector<std::unique_ptr<Peer>> peers;
-  peers.push_back(std::make_unique<Embree>(surface));
-  peers.push_back(std::make_unique<Vdb>(surface));
-  peers.push_back(std::make_unique<Cgal>(surface));
-  return peers;
+std::vector<std::unique_ptr<Contestant>> make_peers(const Tessellation& surface) {
+  std::vector<std::unique_ptr<Contestant>> rows;
+  add_rows<Embree>(surface, "plain", "bounded", rows);
+  add_rows<Vdb>(surface, "plain", "one stencil", rows);
+  add_rows<Cgal>(surface, "plain", "last as hint", rows);
+  return rows;
 }
 
 }  // namespace relief::bench
