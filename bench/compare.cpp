@@ -34,7 +34,7 @@ ordered_json accuracy(Contestant& row, const Way& way, double scale) {
   auto truth = way.truths.begin();
   for (std::size_t k = 0; k < frames_of(row, way); ++k) {
     const Vec3d p = way.cursors[k];
-    if (way.begins_at(k)) row.approach(p);
+    if (way.begins_at(k)) row.approach(p, way.ups[k / way.section]);
     const std::optional<Nearest> found = row.answer(p, way.coherent);
     if (truth == way.truths.end() || truth->frame != k) continue;
     const Nearest& right = (truth++)->nearest;
@@ -58,7 +58,7 @@ ordered_json accuracy(Contestant& row, const Way& way, double scale) {
 std::vector<double> cold_times(Contestant& row, const Way& way, Eviction& eviction) {
   const CallTimer timer;
   std::vector<double> cold;
-  row.approach(way.cursors.front());
+  row.approach(way.cursors.front(), way.ups.front());
   for (std::size_t k = 0; k < std::min(kColdFrames, frames_of(row, way)); ++k) {
     eviction();
     cold.push_back(timer([&] { answers_sum = answers_sum + row.ask(way.cursors[k], way.coherent); }));
@@ -76,7 +76,7 @@ double LeastTimes::add_round(Contestant& row, const Way& way) {
   for (int pass = 0; pass < 3; ++pass) {
     double all = 0;
     for (std::size_t k = 0; k < frames; ++k) {
-      if (way.begins_at(k)) row.approach(way.cursors[k]);
+      if (way.begins_at(k)) row.approach(way.cursors[k], way.ups[k / way.section]);
       double answer = 0;
       const double took = timer([&] { answer = row.ask(way.cursors[k], way.coherent); });
       answers_sum = answers_sum + answer;
@@ -88,10 +88,10 @@ double LeastTimes::add_round(Contestant& row, const Way& way) {
   return best;
 }
 
-ordered_json compare_on(const Surface& surface, double build_seconds, const Repeats& repeats, Eviction* eviction) {
+ordered_json compare_on(const Surface& surface, double build_seconds, std::vector<Way> ways, const Repeats& repeats,
+                        Eviction* eviction) {
   const Tessellation drawn = tessellate(surface.model);
   const auto triangles = static_cast<double>(drawn.triangles.size());
-  std::vector<Way> ways = make_ways(surface, repeats.frames);
   find_truths(drawn, repeats.places, ways);
 
   std::vector<std::unique_ptr<Contestant>> rows = make_ours(surface, build_seconds);
@@ -123,7 +123,7 @@ ordered_json compare_on(const Surface& surface, double build_seconds, const Repe
   }
   if (eviction != nullptr)
     for (const auto& row : rows)
-      json["rows"][row->name]["cold_ns"] = percentiles(cold_times(*row, ways.front(), *eviction), 1e9);
+      if (row->cold) json["rows"][row->name]["cold_ns"] = percentiles(cold_times(*row, ways.front(), *eviction), 1e9);
   return json;
 }
 
@@ -181,7 +181,7 @@ std::string comparison_table(const ordered_json& on_surfaces) {
     for (const auto& [row, of] : all["rows"].items()) {
       times.push_back({row});
       for (const char* way : kWays) times.back().push_back(four(of["warm_ns"][way]));
-      if (cold) times.back().push_back(four(of["cold_ns"]));
+      if (cold) times.back().push_back(of.contains("cold_ns") ? four(of["cold_ns"]) : "");
       times.back().push_back(fmt::format("{:.1f}", of["bytes_per_triangle"].get<double>()));
       times.back().push_back(fmt::format("{:.1f}", of["build_cpu_seconds"].get<double>()));
       if (!of.contains("accuracy")) continue;

@@ -36,10 +36,11 @@ class LeastTimes {
 
 /// Relief's queries, its contact and its tick, the paper's query and the peers, on one surface and the same ways of the
 /// cursor. For each row and way percentiles in ns of thread CPU time, warm; over the ways that a hand can go, together;
-/// memory, build times and accuracy beside them. With an eviction also cold: everything is pushed out of the caches
-/// before each frame of the slide. `build_seconds`: CPU, of the conversion that made the model.
-[[nodiscard]] nlohmann::ordered_json compare_on(const Surface& surface, double build_seconds, const Repeats& repeats,
-                                                Eviction* eviction);
+/// memory, build times and accuracy beside them. `ways` as from make_ways(). With an eviction also cold: everything is
+/// pushed out of the caches before each frame of the slide. `build_seconds`: CPU, of the conversion that made the
+/// model.
+[[nodiscard]] nlohmann::ordered_json compare_on(const Surface& surface, double build_seconds, std::vector<Way> ways,
+                                                const Repeats& repeats, Eviction* eviction);
 
 /// What compare_on() found on one or more surfaces, by their names, as lines for people.
 [[nodiscard]] std::string comparison_table(const nlohmann::ordered_json& on_surfaces);

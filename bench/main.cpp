@@ -102,7 +102,7 @@ class Bench {
   /// The tracked query with and without normals, against the paper's own algorithm (15 bisections, slabs in sequence).
   Status query_times() {
     RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    const std::vector<Vec3d> path = slide_path({model}, 0.005, 1e-4, thorough_ ? 200'000 : 20'000);
+    const std::vector<Vec3d> path = slide({model}, 0.005, 1e-4, thorough_ ? 200'000 : 20'000).cursors;
     const CallTimer timer;
     std::vector<double> locates, probes, cold, theirs;
     LocateHint hint;
@@ -134,12 +134,12 @@ class Bench {
   /// Whole ticks with a point, on a slide.
   [[nodiscard]] ordered_json step_times(const Snapshot& model) const {
     const Surface surface = {model};
-    const std::vector<Vec3d> path = slide_path(surface, 0.005, 1e-4, thorough_ ? 200'000 : 20'000);
+    const Way way = slide(surface, 0.005, 1e-4, thorough_ ? 200'000 : 20'000);
     TickRow row(surface, {});
     const CallTimer timer;
     std::vector<double> steps;
-    row.approach(path.front());
-    for (const Vec3d p : path) steps.push_back(timer([&] { static_cast<void>(row.tick(p, true)); }));
+    row.approach(way.cursors.front(), way.ups.front());
+    for (const Vec3d p : way.cursors) steps.push_back(timer([&] { static_cast<void>(row.tick(p, true)); }));
     ordered_json json = percentiles(steps, 1e9);
     json["contact_share"] = static_cast<double>(row.touching()) / static_cast<double>(row.ticks());
     return json;
@@ -232,7 +232,8 @@ class Bench {
       editor.begin_stroke({.tool = Tool::Carve, .radius = 0.03 * scale});
       std::size_t samples = 0, dabs = 0;
       double dab_seconds = 0;
-      for (const Vec3d p : slide_path({head}, 0.004, 0.005, 400)) {
+      const Way way = slide({head}, 0.004, 0.005, 400);
+      for (const Vec3d p : way.cursors) {
         const SurfacePoint at = closest_point(*editor.head(), p);
         const double before = thread_cpu_seconds();
         samples += editor

@@ -12,12 +12,24 @@ namespace {
 constexpr double kHandMoves = 1e-3;  // s between two frames of a hand's way,
 constexpr double kJumps = 0.045;     // and of one that jumps: slow enough for the device's limits
 constexpr double kExtent = 0.15;     // m that the model's diagonal is for the hand
-constexpr std::size_t kFew = 500;    // frames, for what takes long
+constexpr std::size_t kFew = 100;    // frames, for what takes long
+
+constexpr double kAbove = 0.02;  // of the diagonal: where a hand starts to come down
+
+/// Calls tick(cursor) for a straight way down to a cursor, in 200 ticks.
+template <typename Tick>
+void come_down(Vec3d cursor, Vec3d above, Tick&& tick) {
+  constexpr int kTicks = 200;
+  for (int k = 0; k < kTicks; ++k) tick(cursor + above * (1 - static_cast<double>(k) / kTicks));
+}
 
 class TrackedQuery final : public Contestant {
  public:
-  explicit TrackedQuery(const Snapshot& model) : model_(model) { name = kTrackedQuery; }
-  void approach(Vec3d /*first*/) override { hint_ = {}; }
+  explicit TrackedQuery(const Snapshot& model) : model_(model) {
+    name = kTrackedQuery;
+    cold = true;
+  }
+  void approach(Vec3d /*first*/, Vec3d /*up*/) override { hint_ = {}; }
   double ask(Vec3d cursor, bool /*coherent*/) override {
     const std::optional<Contact> at = probe(model_, cursor, hint_);
     return at ? at->depth + at->surface.normal.x : 0;
@@ -52,10 +64,13 @@ class ClosestPoint final : public Contestant {
 
 class ContactPoint final : public Contestant {
  public:
-  explicit ContactPoint(const Surface& surface) : surface_(surface), touch_(make_touch({})) { name = kContactPoint; }
-  void approach(Vec3d first) override {
+  explicit ContactPoint(const Surface& surface) : surface_(surface), touch_(make_touch({})) {
+    name = kContactPoint;
+    cold = true;
+  }
+  void approach(Vec3d first, Vec3d up) override {
     touch_->reset();
-    come_down(surface_, first, [&](Vec3d p) { static_cast<void>(step(p)); });
+    come_down(first, up * (kAbove * surface_.size), [&](Vec3d p) { static_cast<void>(step(p)); });
   }
   double ask(Vec3d cursor, bool /*coherent*/) override { return step(cursor).depth; }
   std::optional<Nearest> answer(Vec3d cursor, bool /*coherent*/) override {
@@ -75,7 +90,7 @@ class ContactPoint final : public Contestant {
 class PaperQuery final : public Contestant {
  public:
   explicit PaperQuery(const Snapshot& model) : model_(model) { name = "the paper's query"; }
-  void approach(Vec3d /*first*/) override { last_ = kNoSlab; }
+  void approach(Vec3d /*first*/, Vec3d /*up*/) override { last_ = kNoSlab; }
   double ask(Vec3d cursor, bool coherent) override {
     const std::optional<Nearest> found = answer(cursor, coherent);
     return found ? found->point.x : 0;
@@ -100,12 +115,13 @@ TickRow::TickRow(const Surface& surface, const TouchTool& tool)
       settings_({.workspace = {.metres_per_unit = kExtent / surface.size, .model_origin = surface.box.centre()},
                  .tool = tool}) {
   name = kTick;
+  cold = true;
   has_nearest = tool.points.empty();
 }
 
-void TickRow::approach(Vec3d first) {
+void TickRow::approach(Vec3d first, Vec3d up) {
   servo_.emplace(settings_, DeviceInfo{});
-  come_down(surface_, first, [&](Vec3d p) { static_cast<void>(tick(p, true)); });
+  come_down(first, up * (kAbove * surface_.size), [&](Vec3d p) { static_cast<void>(tick(p, true)); });
 }
 
 ServoSample TickRow::tick(Vec3d cursor, bool coherent) {

@@ -22,8 +22,8 @@ class TickRow final : public Contestant {
  public:
   /// The surface and the points of the tool must outlive it.
   TickRow(const Surface& surface, const TouchTool& tool);
-  /// Comes down to the first cursor along the surface's normal, as a hand does.
-  void approach(Vec3d first) override;
+  /// Comes down to the first cursor from 2 % of the diagonal above it, as a hand does.
+  void approach(Vec3d first, Vec3d up) override;
   double ask(Vec3d cursor, bool coherent) override { return length(tick(cursor, coherent).force); }
   std::optional<Nearest> answer(Vec3d cursor, bool coherent) override;
 
@@ -43,15 +43,6 @@ class TickRow final : public Contestant {
   double t_ = 0;
   std::size_t ticks_ = 0, touching_ = 0, latched_ = 0;
 };
-
-/// Calls tick(cursor) for a straight way down to a cursor from 2 % of the diagonal above the surface there, in 200
-/// ticks.
-template <typename Tick>
-void come_down(const Surface& surface, Vec3d cursor, Tick&& tick) {
-  constexpr int kTicks = 200;
-  const Vec3d up = closest_point(surface.model, cursor).normal * (0.02 * surface.size);
-  for (int k = 0; k < kTicks; ++k) tick(cursor + up * (1 - static_cast<double>(k) / kTicks));
-}
 
 /// Bytes of the cage and the displacement, which is all that touch reads of a plain model.
 [[nodiscard]] std::size_t bytes_of(const Snapshot& model);

@@ -1,12 +1,12 @@
 #include "peers.h"
 
 #include <relief/base/cpu_time.h>
-#include <relief/base/triangle.h>
+#include <relief/base/lanes.h>
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Simple_cartesian.h>
 #include <CGAL/version.h>
 #include <embree3/rtcore.h>
 #include <malloc.h>
@@ -52,8 +52,9 @@ class Row final : public Contestant {
     name = library_->name + ", " + how;
     build_seconds = library_->build_seconds;
     bytes = library_->bytes;
+    cold = best;
   }
-  void approach(Vec3d /*first*/) override { library_->forget(); }
+  void approach(Vec3d /*first*/, Vec3d /*up*/) override { library_->forget(); }
   double ask(Vec3d cursor, bool coherent) override {
     const Nearest found = nearest(cursor, coherent);
     return found.point.x + found.normal.x + (found.inside ? 1 : 0);
@@ -66,6 +67,45 @@ class Row final : public Contestant {
   }
   std::shared_ptr<Library> library_;
   bool best_;
+};
+
+using detail::Four;
+
+float dot(Four a, Four b) {
+  const Four m = a * b;
+  return m[0] + m[1] + m[2];
+}
+
+/// Where in a triangle the point nearest to p is: v along ab and w along ac. As nearest_in_triangle(), from the fewest
+/// products of four numbers at a time.
+struct InTriangle {
+  float v = 0, w = 0;
+  InTriangle(Four ab, Four ac, Four ap) {
+    const float d1 = dot(ab, ap), d2 = dot(ac, ap), across = dot(ab, ac);
+    const float d3 = d1 - dot(ab, ab), d4 = d2 - across, d5 = d1 - across, d6 = d2 - dot(ac, ac);
+    if (d1 <= 0 && d2 <= 0) return;
+    if (d3 >= 0 && d4 <= d3) {
+      v = 1;
+      return;
+    }
+    if (d6 >= 0 && d5 <= d6) {
+      w = 1;
+      return;
+    }
+    const float vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+      v = d1 / (d1 - d3);
+    } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+      w = d2 / (d2 - d6);
+    } else if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+      w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+      v = 1 - w;
+    } else {
+      const float scale = 1 / (va + vb + vc);
+      v = vb * scale;
+      w = vc * scale;
+    }
+  }
 };
 
 class Embree : public Library {
@@ -104,12 +144,13 @@ class Embree : public Library {
     triangles_.reserve(surface.triangles.size());
     normals_.reserve(surface.triangles.size());
     for (const auto& [a, b, c] : surface.triangles) {
-      triangles_.push_back(
-          {to_float(surface.positions[a]), to_float(surface.positions[b]), to_float(surface.positions[c])});
+      const Four corner = four(surface.positions[a]);
+      triangles_.push_back({corner, four(surface.positions[b]) - corner, four(surface.positions[c]) - corner});
       normals_.push_back({surface.normals[a], surface.normals[b], surface.normals[c]});
     }
     build_seconds = process_cpu_seconds() - start;
-    bytes = static_cast<std::size_t>(std::max<ssize_t>(0, used_)) + triangles_.size() * 2 * sizeof(Three);
+    bytes =
+        static_cast<std::size_t>(std::max<ssize_t>(0, used_)) + triangles_.size() * (sizeof(Sides) + sizeof(Normals));
   }
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
@@ -120,48 +161,56 @@ class Embree : public Library {
   }
 
   void forget() { last_.reset(); }
-  Nearest plain(Vec3d p) { return within(to_float(p), std::numeric_limits<float>::infinity()); }
+  Nearest plain(Vec3d p) { return within(four(p), std::numeric_limits<float>::infinity()); }
   /// The last answer is a point of the surface: none that is farther can be the nearest. The hair is for rounding.
   Nearest best(Vec3d cursor, bool coherent) {
-    const Vec3f p = to_float(cursor);
+    const Four p = four(cursor);
     float radius = std::numeric_limits<float>::infinity();
-    if (coherent && last_) radius = length(p - *last_) * (1 + 1e-5F) + size_ * 1e-6F;
-    const Nearest found = within(p, radius);
-    last_ = to_float(found.point);
-    return found;
+    if (coherent && last_) radius = std::sqrt(dot(p - *last_, p - *last_)) * (1 + 1e-5F) + size_ * 1e-6F;
+    return within(p, radius);
   }
 
  private:
-  using Three = std::array<Vec3f, 3>;
+  /// A corner, and from there to the two others.
+  struct Sides {
+    Four a, ab, ac;
+  };
+  using Normals = std::array<Vec3f, 3>;
   struct Search {
-    const Three* triangles = nullptr;
-    Vec3f p, nearest;
-    std::array<float, 3> weights{};
+    const Sides* triangles = nullptr;
+    Four p, nearest;
+    float v = 0, w = 0;
     float best2 = std::numeric_limits<float>::max();
     std::uint32_t triangle = 0;
   };
-  Nearest within(Vec3f p, float radius) {
+  static Four four(Vec3d p) {
+    return Four{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0};
+  }
+  Nearest within(Four p, float radius) {
     Search search{.triangles = triangles_.data(), .p = p, .nearest = p};
-    RTCPointQuery query = {.x = p.x, .y = p.y, .z = p.z, .time = 0, .radius = radius};
+    RTCPointQuery query = {.x = p[0], .y = p[1], .z = p[2], .time = 0, .radius = radius};
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(scene_, &query, &context, closer, &search);
+    last_ = search.nearest;
     const auto& [a, b, c] = normals_[search.triangle];
-    const auto& w = search.weights;
-    const Vec3f normal = normalized(a * w[0] + b * w[1] + c * w[2]);
-    return {
-        .point = to_double(search.nearest), .normal = to_double(normal), .inside = dot(p - search.nearest, normal) < 0};
+    const Vec3f normal = normalized(a * (1 - search.v - search.w) + b * search.v + c * search.w);
+    const Four away = p - search.nearest, up = {normal.x, normal.y, normal.z, 0};
+    return {.point = to_double(Vec3f{search.nearest[0], search.nearest[1], search.nearest[2]}),
+            .normal = to_double(normal),
+            .inside = dot(away, up) < 0};
   }
   static bool closer(RTCPointQueryFunctionArguments* call) {
     auto& search = *static_cast<Search*>(call->userPtr);
-    const auto& [a, b, c] = search.triangles[call->primID];
-    const std::array<float, 3> w = nearest_in_triangle(search.p, a, b, c);
-    const Vec3f q = a * w[0] + b * w[1] + c * w[2];
-    const float distance2 = dot(search.p - q, search.p - q);
+    const auto& [a, ab, ac] = search.triangles[call->primID];
+    const InTriangle at(ab, ac, search.p - a);
+    const Four nearest = a + ab * at.v + ac * at.w, away = search.p - nearest;
+    const float distance2 = dot(away, away);
     if (!(distance2 < search.best2)) return false;
     search.best2 = distance2;
-    search.nearest = q;
-    search.weights = w;
+    search.nearest = nearest;
+    search.v = at.v;
+    search.w = at.w;
     search.triangle = call->primID;
     call->query->radius = std::min(call->query->radius, std::sqrt(distance2));
     return true;
@@ -170,9 +219,10 @@ class Embree : public Library {
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
   ssize_t used_ = 0;
-  std::vector<Three> triangles_, normals_;
+  std::vector<Sides> triangles_;
+  std::vector<Normals> normals_;
   float size_ = 0;
-  std::optional<Vec3f> last_;
+  std::optional<Four> last_;
 };
 
 class Vdb : public Library {
@@ -233,7 +283,7 @@ class Vdb : public Library {
 };
 
 class Cgal : public Library {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  using Kernel = CGAL::Simple_cartesian<double>;  // no slower than a kernel that filters, and as right for distances
   using Triangles = std::vector<Kernel::Triangle_3>;
   using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
   using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;

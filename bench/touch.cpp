@@ -48,7 +48,7 @@ struct Plan {
   std::vector<int> scan_intervals;
   std::optional<int> dense_intervals;  ///< of the pumpkin once more
   int tool_frames;
-  std::size_t evicted_ticks, paced_ticks;
+  int evicted_ticks, paced_ticks;
   std::vector<int> growth_levels;
   int growth_frames;
 };
@@ -140,7 +140,8 @@ class TouchBench {
     }
     // As convert makes a model by default, n differs from slab to slab.
     RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = plan_.scan_slabs}));
-    tools("pumpkin, n per slab", {*made.model.head});
+    const Surface surface = {*made.model.head};
+    tools("pumpkin, n per slab", surface, make_ways(surface, plan_.repeats.frames));
     return {};
   }
   Status scan(const std::string& scan, int n) {
@@ -166,7 +167,8 @@ class TouchBench {
     const double build_seconds = process_cpu_seconds() - start;
     const Surface surface = {*made.model.head};
     ordered_json& beside = out_["same_surface"][name];
-    beside = compare_on(surface, build_seconds, plan_.repeats, cold ? &eviction_ : nullptr);
+    const std::vector<Way> ways = make_ways(surface, plan_.repeats.frames);
+    beside = compare_on(surface, build_seconds, ways, plan_.repeats, cold ? &eviction_ : nullptr);
     const ordered_json& rows = beside["rows"];
     const ordered_json &query = rows[kTrackedQuery]["warm_ns"], &point = rows[kContactPoint]["warm_ns"];
     time("tracked query, median", name, query["slide"], "p50", at_most(0.1));
@@ -181,7 +183,7 @@ class TouchBench {
     const bool dense = plan_.dense_intervals && settings.intervals == *plan_.dense_intervals;
     figure("tracked query, times faster than Embree at its best", name, ratio, "times",
            name.starts_with("pumpkin") ? at_least(dense ? 30 : 10) : Goal{});
-    tools(name, surface);
+    tools(name, surface, ways);
     if (cold) {
       evicted(name, surface);
       paced(name, surface, false);
@@ -191,20 +193,19 @@ class TouchBench {
   }
 
   /// Whole ticks with balls and with rigid tools.
-  void tools(const std::string& name, const Surface& surface) {
-    const std::vector<Way> ways = make_ways(surface, plan_.repeats.frames);
+  void tools(const std::string& name, const Surface& surface, std::span<const Way> ways) {
     for (const auto& [percent, goal] : {std::pair{0.3, Goal{}}, {1.0, at_most(20)}, {3.0, Goal{}}}) {
       TickRow row(surface, {.radius = percent / 100 * surface.size});
       time(fmt::format("whole tick, ball of {} % of the diagonal, p99.9", percent), name,
-           by_hand(row, std::span(ways).first(kHandWays)), "p999", goal);
+           by_hand(row, ways.first(kHandWays)), "p999", goal);
       touched(row);
     }
     // A sphere of which half is in the surface, and one that is in it as a whole.
     const std::vector<Vec3d> half = testing::sphere_points(kPoints, 0.05 * surface.size);
     const std::vector<Vec3d> whole = testing::sphere_points(kPoints, 0.01 * surface.size);
     TickRow half_in(surface, {.points = half}), all_in(surface, {.points = whole});
-    const Way shallow = {.name = "slide", .cursors = slide_path(surface, 0.005, 1e-4, plan_.tool_frames)};
-    const Way deep = {.name = "slide", .cursors = slide_path(surface, 0.015, 1e-4, plan_.tool_frames)};
+    const Way shallow = slide(surface, 0.005, 1e-4, plan_.tool_frames);
+    const Way deep = slide(surface, 0.015, 1e-4, plan_.tool_frames);
     time(fmt::format("whole tick, rigid tool of {} points, all in, p99.9", kPoints), name,
          where_all_touch(all_in, whole, surface, deep), "p999", at_most(300));
     touched(all_in);
@@ -242,11 +243,11 @@ class TouchBench {
 
   void evicted(const std::string& name, const Surface& surface) {
     TickRow row(surface, {});
-    const std::vector<Vec3d> path = slide_path(surface, 0.005, 1e-4, static_cast<int>(plan_.evicted_ticks));
+    const Way way = slide(surface, 0.005, 1e-4, plan_.evicted_ticks);
     const CallTimer timer;
     std::vector<double> seconds;
-    row.approach(path.front());
-    for (const Vec3d p : path) {
+    row.approach(way.cursors.front(), way.ups.front());
+    for (const Vec3d p : way.cursors) {
       eviction_();
       seconds.push_back(timer([&] { static_cast<void>(row.tick(p, true)); }));
     }
@@ -256,7 +257,7 @@ class TouchBench {
   /// A loop at 1 kHz that sleeps between its ticks. `busy`: another thread reads and writes memory meanwhile.
   void paced(const std::string& name, const Surface& surface, bool busy) {
     TickRow row(surface, {});
-    const std::vector<Vec3d> path = slide_path(surface, 0.005, 1e-4, static_cast<int>(plan_.paced_ticks));
+    const Way way = slide(surface, 0.005, 1e-4, plan_.paced_ticks);
     std::atomic<bool> done = false;
     std::thread other;
     if (busy)
@@ -265,10 +266,10 @@ class TouchBench {
       });
     const CallTimer timer;
     std::vector<double> cpu, wall;
-    row.approach(path.front());
+    row.approach(way.cursors.front(), way.ups.front());
     timespec wake{};
     clock_gettime(CLOCK_MONOTONIC, &wake);
-    for (const Vec3d p : path) {
+    for (const Vec3d p : way.cursors) {
       constexpr long kSecond = 1'000'000'000, kPeriod = 1'000'000;  // ns
       wake.tv_nsec += kPeriod;
       if (wake.tv_nsec >= kSecond) {

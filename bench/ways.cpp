@@ -1,5 +1,6 @@
 #include "ways.h"
 
+#include <relief/base/assert.h>
 #include <relief/base/triangle.h>
 #include <relief/core/sweep.h>
 
@@ -15,6 +16,19 @@ namespace {
 
 constexpr int kAnchors = 2000;      // places below the great turn
 constexpr std::size_t kSpot = 100;  // frames that a tap or a press takes
+
+/// Where rays from a great turn around the model to its middle first meet the surface.
+std::vector<SurfacePoint> below_a_turn(const Surface& surface) {
+  const Vec3d centre = surface.box.centre();
+  std::vector<SurfacePoint> below;
+  for (int k = 0; k < kAnchors; ++k) {
+    const double turn = 2 * std::numbers::pi * k / kAnchors;
+    const Vec3d from = centre + Vec3d{std::sin(turn), 0.25 * std::sin(3 * turn), std::cos(turn)} * surface.size;
+    if (const auto hit = raycast(surface.model, {from, centre - from})) below.push_back(hit->point);
+  }
+  RELIEF_ASSERT(below.size() > 1);
+  return below;
+}
 
 }  // namespace
 
@@ -32,50 +46,50 @@ Nearest nearest_on(const Tessellation& surface, const std::array<std::uint32_t, 
   return found;
 }
 
-std::vector<Vec3d> slide_path(const Surface& surface, double depth, double step, int count) {
-  const Vec3d centre = surface.box.centre();
-  std::vector<Vec3d> anchors;
-  for (int k = 0; k < kAnchors; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kAnchors;
-    const Vec3d from = centre + Vec3d{std::sin(turn), 0.25 * std::sin(3 * turn), std::cos(turn)} * surface.size;
-    if (const auto hit = raycast(surface.model, {from, centre - from}))
-      anchors.push_back(hit->point.position - hit->point.normal * (depth * surface.size));
-  }
-  std::vector<Vec3d> path;
+Way slide(const Surface& surface, double depth, double step, int count) {
+  const std::vector<SurfacePoint> below = below_a_turn(surface);
+  const auto anchor = [&](std::size_t k) {
+    const SurfacePoint& at = below[k % below.size()];
+    return at.position - at.normal * (depth * surface.size);
+  };
+  const auto frames = static_cast<std::size_t>(count);
+  Way way = {.name = "slide", .cursors = {}, .section = frames, .ups = {below.front().normal}};
   double over = 0;  // of the step that leads from one stretch into the next
-  for (std::size_t k = 0; anchors.size() > 1 && path.size() < static_cast<std::size_t>(count); ++k) {
-    const Vec3d start = anchors[k % anchors.size()], way = anchors[(k + 1) % anchors.size()] - start;
-    const double long_ = length(way);
-    for (; over < long_; over += step * surface.size) path.push_back(start + way * (over / long_));
-    over -= long_;
+  for (std::size_t k = 0; way.cursors.size() < frames; ++k) {
+    const Vec3d start = anchor(k), stretch = anchor(k + 1) - start;
+    const double far = length(stretch);
+    for (; over < far && way.cursors.size() < frames; over += step * surface.size)
+      way.cursors.push_back(start + stretch * (over / far));
+    over -= far;
   }
-  path.resize(std::min(path.size(), static_cast<std::size_t>(count)));
-  return path;
+  return way;
 }
 
 std::vector<Way> make_ways(const Surface& surface, int frames) {
+  const auto count = static_cast<std::size_t>(frames);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  // Places for the other ways come from a whole turn.
-  const std::vector<Vec3d> turn = slide_path(surface, 0.005, 1e-3, 2000);
-  const auto near = [&](std::size_t k) { return closest_point(surface.model, turn[k * 7919 % turn.size()]); };
-  Way slide = {"slide", true, slide_path(surface, 0.005, 1e-4, frames)};
-  Way tap = {"tap", true, {}, kSpot}, press = {"press", true, {}, kSpot}, jump = {"jump", false, {}};
-  for (std::size_t k = 0; tap.cursors.size() < static_cast<std::size_t>(frames); ++k) {
-    const SurfacePoint at = near(k);
-    const Vec3d aside = normalized(cross(at.normal, std::abs(at.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
-    for (std::size_t i = 0; i < kSpot; ++i) {
-      const double along = static_cast<double>(i);
-      tap.cursors.push_back(
-          at.position +
-          at.normal * (0.01 * surface.size * std::cos(2 * std::numbers::pi * along / static_cast<double>(kSpot))));
-      press.cursors.push_back(at.position - at.normal * (0.01 * surface.size) +
-                              aside * (0.003 * surface.size * std::sin(0.1 * along)));
-      const SurfacePoint there = near(k * kSpot + i);
-      jump.cursors.push_back(there.position + there.normal * (0.005 * surface.size * unit(random)));
+  const std::vector<SurfacePoint> below = below_a_turn(surface);
+  const auto somewhere = [&](std::size_t k) -> const SurfacePoint& { return below[k * 7919 % below.size()]; };
+  const double depth = 0.01 * surface.size, aside = 0.003 * surface.size, near = 0.005 * surface.size;
+  Way tap = {.name = "tap", .cursors = {}, .section = kSpot, .ups = {}}, press = tap;
+  press.name = "press";
+  Way jump = {.name = "jump", .coherent = false, .cursors = {}, .section = count, .ups = {somewhere(0).normal}};
+  for (std::size_t k = 0; k < count; ++k) {
+    const SurfacePoint& at = somewhere(k / kSpot);
+    if (k % kSpot == 0) {
+      tap.ups.push_back(at.normal);
+      press.ups.push_back(at.normal);
     }
+    const auto frame = static_cast<double>(k % kSpot);
+    const Vec3d axis = std::abs(at.normal.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d along = normalized(cross(at.normal, axis));
+    tap.cursors.push_back(at.position +
+                          at.normal * (depth * std::cos(2 * std::numbers::pi * frame / static_cast<double>(kSpot))));
+    press.cursors.push_back(at.position - at.normal * depth + along * (aside * std::sin(0.1 * frame)));
+    jump.cursors.push_back(somewhere(k).position + somewhere(k).normal * (near * unit(random)));
   }
-  return {std::move(slide), std::move(tap), std::move(press), std::move(jump)};
+  return {slide(surface, 0.005, 1e-4, frames), std::move(tap), std::move(press), std::move(jump)};
 }
 
 void find_truths(const Tessellation& surface, std::size_t each, std::vector<Way>& ways) {

@@ -39,17 +39,16 @@ struct Way {
   std::string name;
   bool coherent = true;  ///< from frame to frame the cursor moves as a hand does
   std::vector<Vec3d> cursors;
-  std::size_t section = 0;         ///< frames after which it is elsewhere; 0: never
+  std::size_t section = 0;         ///< so many frames are one section; the next one begins elsewhere
+  std::vector<Vec3d> ups;          ///< the surface's unit normal where each section begins
   std::vector<Truth> truths = {};  ///< by frame
 
-  [[nodiscard]] bool begins_at(std::size_t frame) const noexcept {
-    return frame == 0 || (section != 0 && frame % section == 0);
-  }
+  [[nodiscard]] bool begins_at(std::size_t frame) const noexcept { return frame % section == 0; }
 };
 
 /// A way `depth` below the surface, at `step` per frame, shares of the model's diagonal: along the places below a great
 /// turn around the model, again and again.
-[[nodiscard]] std::vector<Vec3d> slide_path(const Surface& surface, double depth, double step, int count);
+[[nodiscard]] Way slide(const Surface& surface, double depth, double step, int count);
 
 /// Four ways of so many frames. Slide: 0.5 % of the diagonal deep, 1e-4 of the diagonal per frame, which at 1 kHz is
 /// 0.1 diagonals a second. Tap: in to 1 % and out again in a tenth of a second, each time elsewhere. Press: 1 % deep,
