@@ -1,10 +1,12 @@
 // relief-bench: measures this build on this machine. Every figure is thread CPU time unless its name says otherwise.
-#include "compare.h"
+#include "growth.h"
+#include "ours.h"
 #include "paper/paper_algorithm.h"
 #include "support/data.h"
 #include "support/shells.h"
-#include "support/tools.h"
 #include "timing.h"
+#include "touch.h"
+#include "ways.h"
 
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
@@ -49,13 +51,15 @@ std::vector<Subject> paper_subjects(std::size_t triangles) {
 
 class Bench {
  public:
-  explicit Bench(bool thorough) : thorough_(thorough) {}
+  explicit Bench(Extent extent) : extent_(extent), thorough_(extent == Extent::Long) {}
 
   Status run(const std::string& what) {
     const bool all = what == "all";
     if (all || what == "convert") RELIEF_CHECK(convert_times());
     if (all || what == "query") RELIEF_CHECK(query_times());
-    if (all || what == "touch") RELIEF_CHECK(touch_times());
+    if (all || what == "touch") {
+      RELIEF_TRY(out_["touch"], measure_touch(extent_));
+    }
     if (all || what == "dab") dab_times();
     if (all || what == "render") RELIEF_CHECK(render_times());
     if (all || what == "paper") RELIEF_CHECK(paper_table());
@@ -98,7 +102,7 @@ class Bench {
   /// The tracked query with and without normals, against the paper's own algorithm (15 bisections, slabs in sequence).
   Status query_times() {
     RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    const std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
+    const std::vector<Vec3d> path = slide({model}, 0.005, 1e-4, thorough_ ? 200'000 : 20'000).cursors;
     const CallTimer timer;
     std::vector<double> locates, probes, cold, theirs;
     LocateHint hint;
@@ -123,96 +127,21 @@ class Bench {
                      {"locate_from_nothing_ns", percentiles(cold, 1e9)},
                      {"paper_in_sequence_ns", percentiles(theirs, 1e9)},
                      {"check", sum}};
-    out_["query"]["growth"] = ordered_json::object();
-    for (const int levels : thorough_ ? std::vector{3, 5, 7, 9} : std::vector{3, 7})
-      out_["query"]["growth"].update(growth(levels));
-    RELIEF_TRY(out_["query"]["same_surface"], same_surface());
+    out_["query"]["growth"] = growth(thorough_ ? std::vector{2, 4, 6, 8} : std::vector{2, 6}, 20'000);
     return {};
   }
 
-  /// The tracked query on spheres of more and more slabs, each a micro-triangle, 1e-4 of the diagonal per frame: of
-  /// each frame the least of three passes.
-  ordered_json growth(int levels) {
-    const SnapshotPtr model = testing::displaced(testing::sphere_shell(levels, 1, 0.97, 1.03), [](Vec3d p) {
-      return 0.5 + 0.05 * std::sin(7 * p.x) * std::cos(5 * p.y);
-    });
-    const double size = diagonal(model->slab_mesh().bounds());
-    const CallTimer timer;
-    LocateHint located, probed;
-    std::vector<double> locates(20'000, 1), probes(locates.size(), 1);
-    double sum = 0;
-    for (int pass = 0; pass < 3; ++pass)
-      for (std::size_t k = 0; k < locates.size(); ++k) {
-        const double a = static_cast<double>(k) * 1e-4 * size;
-        const Vec3d way = normalized(Vec3d{std::cos(a), 0.3 * std::sin(1.7 * a), std::sin(a)});
-        const Vec3d p = way * (1 - 0.003 * size);
-        locates[k] =
-            std::min(locates[k], timer([&] { sum += locate(model->slab_mesh(), p, located).has_value() ? 1 : 0; }));
-        probes[k] = std::min(probes[k], timer([&] { sum += probe(*model, p, probed).has_value() ? 1 : 0; }));
-      }
-    return {{fmt::format("{} slabs", model->slab_mesh().slab_count()),
-             {{"locate_ns", percentiles(locates, 1e9)},
-              {"probe_with_normal_ns", percentiles(probes, 1e9)},
-              {"check", sum}}}};
-  }
-
-  /// One whole tick of the force law, where all slabs have one n and where each has its own, as convert gives it by
-  /// default; and contact on the same surfaces as the peers.
-  Status touch_times() {
-    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    out_["touch"] = {{"model", "pumpkin, 200 slabs, n = 64"}, {"step_ns", step_times(model)}};
-    RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", 200'000));
-    RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = 200}));
-    const Snapshot& own = *made.model.head;
-    const double scale = diagonal(surface_bounds(own));
-    const std::vector<Vec3d> points = testing::sphere_points(TouchTool::kMostPoints, 0.05 * scale);
-    out_["touch"]["n_per_slab"] = {{"model", "pumpkin, 200 slabs, n by the default error"},
-                                   {"triangles", tessellate(own).triangles.size()},
-                                   {"step_ns", step_times(own)},
-                                   {"step_with_ball_ns", step_times(own, {.radius = 0.01 * scale})},
-                                   {"step_with_1000_points_ns", step_times(own, {.points = points})}};
-    RELIEF_TRY(out_["touch"]["same_surface"], same_surface());
-    return {};
-  }
-
-  /// Relief and its peers on the same surfaces, from a quarter of a million triangles to sixteen. Measured once.
-  Result<ordered_json> same_surface() {
-    if (!same_surface_.is_null()) return same_surface_;
-    RELIEF_TRY(const TriangleMesh mesh, make_sample("pumpkin", 300'000));
-    for (const int n : thorough_ ? std::vector{16, 32, 64, 128} : std::vector{16, 32}) {
-      const double start = process_cpu_seconds();
-      RELIEF_TRY(const Conversion made, convert(mesh, {.slabs = 1000, .intervals = n, .mode = Mode::Preview}));
-      same_surface_[fmt::format("n = {}", n)] =
-          compare_on(*made.model.head, process_cpu_seconds() - start, thorough_ ? 20'000 : 4'000);
-    }
-    return same_surface_;
-  }
-
-  ordered_json step_times(const Snapshot& model, const TouchTool& tool = {}) {
-    std::vector<Vec3d> path = slide_path(model, 0.005, thorough_ ? 200'000 : 20'000);
-    if (!tool.points.empty()) path.resize(std::min<std::size_t>(path.size(), 2'000));
-    const DeviceInfo device;
-    const Workspace workspace = fit_workspace(device, model.slab_mesh().bounds());
-    Servo servo({.workspace = workspace, .force = {}, .tool = tool}, device);
+  /// Whole ticks with a point, on a slide.
+  [[nodiscard]] ordered_json step_times(const Snapshot& model) const {
+    const Surface surface = {model};
+    const Way way = slide(surface, 0.005, 1e-4, thorough_ ? 200'000 : 20'000);
+    TickRow row(surface, {});
     const CallTimer timer;
     std::vector<double> steps;
-    std::size_t contact = 0;
-    double t = 0;
-    // Come from outside, as a hand does.
-    const Vec3d centre = model.slab_mesh().bounds().centre();
-    for (int k = 0; k <= 200 && !path.empty(); ++k)
-      static_cast<void>(
-          servo.step(model, {.t = t += 1e-3,
-                             .position = workspace.to_device(path[0] + (path[0] - centre) * (0.5 - k / 400.0)),
-                             .velocity = {}}));
-    for (const Vec3d p : path) {
-      const DeviceState reading = {.t = t += 1e-3, .position = workspace.to_device(p), .velocity = {}};
-      ServoSample sample;
-      steps.push_back(timer([&] { sample = servo.step(model, reading); }));
-      contact += sample.contact ? 1U : 0U;
-    }
+    row.approach(way.cursors.front(), way.ups.front());
+    for (const Vec3d p : way.cursors) steps.push_back(timer([&] { static_cast<void>(row.tick(p, true)); }));
     ordered_json json = percentiles(steps, 1e9);
-    json["contact_share"] = path.empty() ? 0.0 : static_cast<double>(contact) / static_cast<double>(path.size());
+    json["contact_share"] = static_cast<double>(row.touching()) / static_cast<double>(row.ticks());
     return json;
   }
 
@@ -303,7 +232,8 @@ class Bench {
       editor.begin_stroke({.tool = Tool::Carve, .radius = 0.03 * scale});
       std::size_t samples = 0, dabs = 0;
       double dab_seconds = 0;
-      for (const Vec3d p : slide_path(head, 0.004, 400)) {
+      const Way way = slide({head}, 0.004, 0.005, 400);
+      for (const Vec3d p : way.cursors) {
         const SurfacePoint at = closest_point(*editor.head(), p);
         const double before = thread_cpu_seconds();
         samples += editor
@@ -337,21 +267,21 @@ class Bench {
     return std::cref(*pumpkin_);
   }
 
+  Extent extent_;
   bool thorough_;
   SnapshotPtr pumpkin_;
-  ordered_json same_surface_;
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, the comparison with the peers as tables, for people.
+/// Nested objects as indented lines, percentiles in one line, what touch() found as a table, for people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
-    if (key == "same_surface") {
-      std::fputs((line + "\n" + comparison_table(value)).c_str(), stdout);
+    if (key == "touch") {
+      std::fputs((line + "\n" + touch_text(value)).c_str(), stdout);
       continue;
     }
     if (value.contains("p50")) {
@@ -366,14 +296,15 @@ void print_lines(const ordered_json& object, int indent) {
 
 int main_inner(int argc, char** argv) {
   std::string what = "all";
-  bool thorough = false, json = false;
-  CLI::App app("Measures Relief on this machine. Times are CPU times; tails include preemption.");
+  bool thorough = false, form = false, json = false;
+  CLI::App app("Measures Relief on this machine. Times are CPU times.");
   app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
   app.add_flag("--long", thorough, "More repeats, larger models");
+  app.add_flag("--form", form, "With touch: next to nothing, to see the form of what it says")->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
   CLI11_PARSE(app, argc, argv);
-  Bench bench(thorough);
+  Bench bench(form ? Extent::Form : thorough ? Extent::Long : Extent::Usual);
   if (const Status status = bench.run(what); !status) {
     std::fputs(("relief-bench: " + status.error().message + "\n").c_str(), stderr);
     return 1;

@@ -1,35 +1,20 @@
-// Other ways to answer "which point of the surface is nearest, on which side of it are we, and what is the normal
-// there": all on the same triangles.
+// Other libraries that answer "which point of the surface is nearest, on which side of it are we, and what is the
+// normal there": all on the same triangles.
 #pragma once
 
-#include <relief/core/tessellate.h>
+#include "contestant.h"
 
-#include <cstddef>
 #include <memory>
-#include <string>
 #include <vector>
 
 namespace relief::bench {
 
-struct Nearest {
-  Vec3d point;
-  Vec3d normal;         ///< unit, interpolated
-  double distance = 0;  ///< negative inside
-};
-
-/// One library with what it built over the surface, which must outlive it.
-class Peer {
- public:
-  virtual ~Peer() = default;
-  /// `coherent`: the last answer may help to find this one, as from one tick to the next.
-  [[nodiscard]] virtual Nearest nearest(Vec3d p, bool coherent) = 0;
-  std::string name;
-  double build_seconds = 0;  ///< CPU, all threads
-  std::size_t bytes = 0;     ///< beyond the triangles
-};
-
-/// Embree's point query, bounded by the last answer where that is coherent; OpenVDB's signed distance field with 256
-/// voxels along the diagonal, read by trilinear interpolation; CGAL's tree of triangles, with the last answer as hint.
-[[nodiscard]] std::vector<std::unique_ptr<Peer>> make_peers(const Tessellation& surface);
+/// Each in two rows: as a program uses it that follows the library's own example, and at its best.
+/// Embree: point queries on triangles in single precision, in a tree of high build quality; best: no farther than the
+/// last answer. OpenVDB: a signed distance field with 256 voxels along the diagonal, 6 voxels to either side; seven
+/// trilinear samples; best: value and gradient from the eight voxels of one stencil, which stays while the cell is the
+/// same. CGAL: a tree of triangles with its own tree of hints (accelerate_distance_queries); best: the last answer as
+/// hint. The surface must outlive them.
+[[nodiscard]] std::vector<std::unique_ptr<Contestant>> make_peers(const Tessellation& surface);
 
 }  // namespace relief::bench

@@ -12,13 +12,11 @@
 
 namespace relief::testing {
 
-/// A sphere of slabs: an octahedron, each face cut into 4 `levels` times; 8 * 4^levels slabs. Fibres run radially from
-/// the inner to the outer radius around `centre`.
-inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2,
-                                                    Vec3d centre = {}) {
-  std::vector<Vec3d> points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  std::vector<std::array<FibreId, 3>> faces = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
-                                               {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+/// A sphere of slabs: a polyhedron with its corners on the unit sphere and triangles counter-clockwise seen from
+/// outside, each face cut into 4 `levels` times. Fibres run radially from the inner to the outer radius around
+/// `centre`.
+inline std::shared_ptr<const SlabMesh> round_shell(std::vector<Vec3d> points, std::vector<std::array<FibreId, 3>> faces,
+                                                   int levels, int n, double inner, double outer, Vec3d centre) {
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<FibreId, FibreId>, FibreId> middles;
     const auto middle = [&](FibreId a, FibreId b) {
@@ -41,6 +39,27 @@ inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double in
   for (const auto& f : faces) slabs.push_back({f, n});
   auto mesh = SlabMesh::make(std::move(fibres), slabs);
   return mesh ? std::make_shared<const SlabMesh>(*std::move(mesh)) : nullptr;
+}
+
+/// An octahedron made round: 8 * 4^levels slabs.
+inline std::shared_ptr<const SlabMesh> sphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2,
+                                                    Vec3d centre = {}) {
+  return round_shell({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+                     {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}, levels,
+                     n, inner, outer, centre);
+}
+
+/// An icosahedron made round: 20 * 4^levels slabs of nearly one size.
+inline std::shared_ptr<const SlabMesh> icosphere_shell(int levels, int n, double inner = 0.8, double outer = 1.2) {
+  const double g = (1 + std::sqrt(5.0)) / 2;
+  std::vector<Vec3d> points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                               {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  for (Vec3d& p : points) p = normalized(p);
+  return round_shell(std::move(points),
+                     {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}},
+                     levels, n, inner, outer, {});
 }
 
 /// A flat open sheet of 2 * cells * cells slabs over [0,1]^2, y up: inner at y = -depth, outer at y = +depth;
