@@ -16,7 +16,6 @@ constexpr double kForesight = 3;         // lengths of its way for which a point
 constexpr double kReach = 0.02;          // radii of the tool: and so far at least
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
-constexpr double kSteepest = 4;          // lengths of a way by which the push may change along it
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kLook = 300;  // samples that are placed to tell a point that it is clear
 constexpr int kCheck = 32, kFirst = 200, kStep = 10;
@@ -145,7 +144,6 @@ void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
 void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
   const bool other = model.number() != model_;
   model_ = model.number();
-  travel_ = 0;
   for (Point& point : points_) {
     point.old_model = point.old_model || other;
     if (other && !point.held) {
@@ -153,8 +151,7 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
       point.room = 0;
       point.close = 0;
     }
-    const Vec3d before = std::exchange(point.now, pose.place(point.own));
-    travel_ = std::max(travel_, length(point.now - before));
+    point.now = pose.place(point.own);
     point.light = point.held && point.depth_now() < kLight * most_depth_;
   }
 }
@@ -163,8 +160,7 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
   rise_ = depth_ = 0;
   lost_ = false;
   held_ = worked_ = work_ = waited_ = 0;
-  const Vec3d push_before = std::exchange(push_, Vec3d{});
-  twist_ = {};
+  push_ = twist_ = {};
   ++tick_;
   if (!started_) {
     start(model, pose);
@@ -189,7 +185,6 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
   deal_with(false, next_);
   deal_with(true, next_light_);
   sum(pose.origin);
-  settling_ = settling_ || length(push_ - push_before) > kSteepest * travel_;
   if (depth_ > 0) surface_ = proxies_[deepest_].surface(model);
   return held_ > 0;
 }

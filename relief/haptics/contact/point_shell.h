@@ -46,8 +46,7 @@ class PointShell {
   /// point was let go because its slab was exchanged.
   [[nodiscard]] double rise() const noexcept { return rise_; }
   [[nodiscard]] bool lost() const noexcept { return lost_; }
-  /// The push has changed by more than the tool's way may change it: the model has changed, and maybe not all points
-  /// have been dealt with since; or a point that slipped off a rim leaves the push to others or to none.
+  /// The model has changed, and maybe not all points have been dealt with since.
   [[nodiscard]] bool settling() const noexcept { return settling_; }
   /// How many points are held, and how many were worked on in this tick.
   [[nodiscard]] int held() const noexcept { return held_; }
@@ -114,7 +113,6 @@ class PointShell {
   std::size_t deepest_ = 0;
   bool lost_ = false, settling_ = false;
   int held_ = 0, worked_ = 0, work_ = 0, waited_ = 0;
-  double travel_ = 0;  ///< how far the point that moved farthest went in this tick
   Vec3d push_, twist_, touched_;
   double spread_ = 0;
   SurfacePoint surface_;
