@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <utility>
 
 namespace relief {
 
@@ -44,9 +43,8 @@ class TipTouch final : public Touch {
  private:
   [[nodiscard]] Touched point(const Snapshot& model, const ToolPose& pose, double jump) noexcept {
     Touched now;
-    now.settling = std::exchange(model_, model.number()) != model.number();
     now.touching = proxy_.step(model, pose.origin) && proxy_.depth() > 0;
-    now.settling = now.settling || proxy_.settling();
+    now.settling = proxy_.settling();
     now.jumped = proxy_.lost() ? inside(model, pose.origin, hint_) : proxy_.rise() > jump;
     if (!now.touching) return now;
     const Proxy::Description there = proxy_.describe(model);
@@ -61,9 +59,8 @@ class TipTouch final : public Touch {
   [[nodiscard]] Touched ball(const Snapshot& model, const ToolPose& pose, double jump) noexcept {
     Touched now;
     double to_go = 0;  // through the air to what it will touch
-    now.settling = std::exchange(model_, model.number()) != model.number();
     now.touching = ball_.step(model, pose.origin, radius_);
-    now.settling = now.settling || ball_.settling();
+    now.settling = ball_.settling();
     now.jumped = ball_.lost() || ball_.rise() > jump;
     SurfacePoint surface = ball_.surface();
     if (!now.touching && ball_.held()) {
@@ -86,7 +83,6 @@ class TipTouch final : public Touch {
   Proxy proxy_;
   BallProxy ball_;
   LocateHint hint_;
-  std::uint64_t model_ = 0;  ///< number of the last tick's
 };
 
 class ShellTouch final : public Touch {

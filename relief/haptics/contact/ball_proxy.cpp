@@ -34,7 +34,7 @@ bool BallProxy::clear(const Snapshot& model, Vec3d centre, double radius) noexce
 bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcept {
   rise_ = 0;
   searches_ = work_ = 0;
-  lost_ = false;
+  lost_ = settling_ = false;
   const bool changed = std::exchange(model_, model.number()) != model.number();
   if (!std::exchange(known_, true)) {
     last_ = centre_ = cursor;
@@ -42,7 +42,11 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcep
   }
   MicroTriangles surface(model);
   if (changed) memory_->forget();
-  if (changed || !settled_) carry(surface, radius);
+  if (changed || !settled_) {
+    const bool was_held = held_;
+    carry(surface, radius);
+    settling_ = was_held || held_;
+  }
   go(surface, cursor, radius);
   depth_ = length(centre_ - cursor);
   if (depth_ > 0) way_out_ = (centre_ - cursor) / depth_;

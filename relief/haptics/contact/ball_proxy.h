@@ -44,8 +44,8 @@ class BallProxy {
   [[nodiscard]] bool held() const noexcept { return held_; }
   /// It is so only because it follows in the open.
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
-  /// It is not yet where a change of the model lets it come to rest.
-  [[nodiscard]] bool settling() const noexcept { return !settled_; }
+  /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
+  [[nodiscard]] bool settling() const noexcept { return settling_; }
   /// Searches that the last tick took.
   [[nodiscard]] int searches() const noexcept { return searches_; }
   /// What the last tick took, in the time of a sample that is placed, some 25 ns.
@@ -100,6 +100,7 @@ class BallProxy {
   OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.2 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool settled_ = true;      ///< it has come to rest after the last change of the surface
+  bool settling_ = false;
   bool touches_ = false;     ///< surface_ is a place
   bool under_way_ = false;   ///< in the open, to a cursor too far away for one tick
   int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches

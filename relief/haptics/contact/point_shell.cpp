@@ -121,7 +121,8 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
   point.held = proxy.step(surface.model(), point.now);
   point.last = point.now;
   point.room = 0;
-  point.old_model = proxy.settling();
+  point.old_model = false;
+  settling_ = settling_ || proxy.settling();
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
   const int samples = proxy.samples_placed();

@@ -61,7 +61,7 @@ void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoo
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor) noexcept {
   rise_ = 0;
-  lost_ = fresh_ = has_left_ = false;
+  lost_ = fresh_ = has_left_ = settling_ = false;
   if (!std::exchange(known_, true)) {
     last_ = cursor;
     model_ = model.number();
@@ -70,7 +70,11 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor) noexcept {
   }
   MicroTriangles surface(model);
   const bool changed = std::exchange(model_, model.number()) != model.number();
-  if (changed || !settled_) carry(surface);
+  if (changed || !settled_) {
+    const bool was_held = held_;
+    carry(surface);
+    settling_ = was_held || held_;
+  }
   const Vec3d move = cursor - last_;
   travel_ = length(move);
   if (!held_) meet(surface, cursor);

@@ -30,8 +30,8 @@ class Proxy {
   bool step(const Snapshot& model, Vec3d cursor) noexcept;
 
   [[nodiscard]] bool held() const noexcept { return held_; }
-  /// It is not yet where a change of the model lets it come to rest: there was no time to see where that is.
-  [[nodiscard]] bool settling() const noexcept { return !settled_; }
+  /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
+  [[nodiscard]] bool settling() const noexcept { return settling_; }
   /// The place at which the point last left the surface for a free way to the cursor: in this tick, if has_left().
   [[nodiscard]] bool has_left() const noexcept { return has_left_; }
   [[nodiscard]] Vec3d left_at() const noexcept { return left_at_; }
@@ -107,6 +107,7 @@ class Proxy {
   bool held_ = false;
   bool fresh_ = false;   ///< held since this tick
   bool settled_ = true;  ///< it has come to rest after the last change of the surface
+  bool settling_ = false;
   bool lost_ = false, has_left_ = false;
   Vec3d last_;  ///< the last cursor
   Vec3d left_at_;
