@@ -1,4 +1,4 @@
-// Draws what holds the surface contact point: at an edge, past the middle of a thin part, and beside a rim. Each
+// Draws what holds the surface contact point: at an edge, past the middle of a thin part, and beside its edge. Each
 // picture is a section through a body that lies along z. Outlines, contact points and forces are the libraries' own
 // answers; grey is what another rule would do. Writes contact-*.svg into the folder that is named, or where it is
 // started.
@@ -274,8 +274,8 @@ bool thin(const std::filesystem::path& folder) {
                       "The tool is pressed through a plate; the contact point stays on the face that it went in by");
 }
 
-/// A rounded finger, pressed near its middle and beside its rim.
-bool rim(const std::filesystem::path& folder) {
+/// A rounded finger, pressed near its middle and beside its edge.
+bool side(const std::filesystem::path& folder) {
   std::vector<std::array<double, 2>> oval;
   for (int k = 0; k < 64; ++k) oval.push_back({0.2 * std::cos(k * kPi / 32), 0.13 * std::sin(k * kPi / 32)});
   const SnapshotPtr finger = solid(oval, 0.4, 1);
@@ -286,16 +286,16 @@ bool rim(const std::filesystem::path& folder) {
   draw(picture, led(*finger, {at(-0.05, 0.19), at(-0.05, -0.16)}, 4e-4), 5, 10);
   draw(picture, led(*finger, {at(0.14, 0.19), at(0.14, -0.16)}, 4e-4), 7, 10);
   picture.text(at(-0.36, 0.16), "held on the face pressed");
-  picture.text(at(0.17, 0.16), "rolls round the rim");
+  picture.text(at(0.17, 0.16), "rolls round the edge");
   picture.text(at(0.22, -0.007), "middle");
   picture.legend("");
-  return picture.save(folder / "contact-rim.svg",
-                      "Pressed near the middle the contact point holds; beside the rim it goes to the other side");
+  return picture.save(folder / "contact-side.svg",
+                      "Pressed near the middle the contact point holds; beside the edge it goes to the other side");
 }
 
 }  // namespace
 
 int main(int count, char** words) {
   const std::filesystem::path folder = count > 1 ? words[1] : ".";
-  return edge(folder) && thin(folder) && rim(folder) ? 0 : 1;
+  return edge(folder) && thin(folder) && side(folder) ? 0 : 1;
 }
