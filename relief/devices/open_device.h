@@ -48,7 +48,7 @@ struct DeviceListing {
 [[nodiscard]] std::vector<DeviceListing> list_devices();
 
 /// "sim:hand", "sim:hand:PRESET", or "sim:hand:FILE.json" with the figures of plant, limits and hand in a file
-/// (docs/haptics.md). `script` is what the simulated hand does. Errors: NotFound, listing the known names, or of the
+/// (docs/command-line.md). `script` is what the simulated hand does. Errors: NotFound, listing the known names, or of the
 /// file; Io; Corrupt, naming the figure that is wrong.
 [[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
 
