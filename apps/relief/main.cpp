@@ -139,7 +139,7 @@ int main_inner(int argc, char** argv) {
       "A scan becomes slabs with displacement maps (convert), which a device, a path or a simulated hand touches "
       "(touch),\n"
       "tools shape (sculpt), and other programs read again (export). Lengths are in the units of the source file.\n"
-      "Exit status: 0 done, 1 the input or the world failed, 2 wrong usage, 130 cancelled.");
+      "Exit status: 0 done, 1 failed (standard error says why), 2 wrong usage, 130 cancelled.");
   app.name("relief");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("relief ") + RELIEF_VERSION);

@@ -437,94 +437,114 @@ Workspace workspace_for(const Model& model, const DeviceInfo& device, double met
 }
 
 void add_force_options(CLI::App& command, ForceSettings& force) {
-  command.add_option("--stiffness", force.stiffness, "N/m at the hand (default 400; the device's limit holds)")
-      ->check(in_range(0, 1e6));
-  command.add_option("--damping", force.damping, "N*s/m along the normal (default 1)")->check(in_range(0, 1e4));
-  command.add_option("--friction", force.friction, "Coulomb coefficient, 0 to 4 (default 0: off)")
-      ->check(in_range(0, 4));
+  command.add_option("--stiffness", force.stiffness, "N/m at the hand, at most the device's [default 400]")
+      ->check(in_range(0, 1e6))
+      ->type_name("N");
+  command.add_option("--damping", force.damping, "N*s/m along the normal, at most the device's [default 1]")
+      ->check(in_range(0, 1e4))
+      ->type_name("N");
+  command.add_option("--friction", force.friction, "Coulomb coefficient [0 to 4, default 0: off]")
+      ->check(in_range(0, 4))
+      ->type_name("N");
   command
       .add_option("--static-friction", force.static_friction,
-                  "That of a tip at rest, 0 to 4 (default: as --friction, and never less)")
-      ->check(in_range(0, 4));
-  command.add_option("--max-force", force.max_force, "Largest force, N (default and at most: the device's)")
-      ->check(in_range(0, 1e9));
+                  "That of a tool at rest, never less than --friction [0 to 4, default: as --friction]")
+      ->check(in_range(0, 4))
+      ->type_name("N");
+  command.add_option("--max-force", force.max_force, "Largest force, N [default and at most: the device's]")
+      ->check(in_range(0, 1e9))
+      ->type_name("N");
   CLI::Option* exact =
       command.add_flag("--exact-normals", force.exact_normals,
-                       "Push straight towards the surface contact point instead of along the interpolated normal");
+                       "Push straight towards the contact point instead of along the interpolated normal");
   command
       .add_flag("--paper-contact", force.paper_contact,
-                "Contact as the paper has it: a function of the tip's place alone, lost below the slabs")
+                "Contact as the paper has it: a function of the tool's place alone, lost below the slabs")
       ->excludes(exact);
   CLI::Option* on = command.add_flag(
       "--guard", force.guard,
-      "Passivity controller, limits on lasting force, work and speed, gentle first contact (touch: live they "
-      "are on, along a path off)");
-  command.add_flag_callback("--no-guard", [&force] { force.guard = false; }, "None of these")->excludes(on);
+      "Passivity control, limits on lasting force, work and speed, gentle first contact [touch: live on]");
+  command
+      .add_flag_callback(
+          "--no-guard", [&force] { force.guard = false; }, "Switch these off [touch: along a path off]")
+      ->excludes(on);
 }
 
 bool names_guard(const CLI::App& command) { return command.count("--guard") + command.count("--no-guard") > 0; }
 
 void add_touch(CLI::App& app, Context& context) {
   auto o = std::make_shared<TouchOptions>();
-  CLI::App* c =
-      app.add_subcommand("touch",
-                         "Feel a model along a path, or live with a device.\n"
-                         "P.csv has the header t,x,y,z (s; model units), one row per tick. F.csv has a row "
-                         "per row: position as read, contact 0/1,\n"
-                         "slab, u, v of the surface contact point, alpha, depth (model units), that point p,\n"
-                         "unit normal n outwards there, force f on the hand (N), and\n"
-                         "flags: 1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 "
-                         "rate clamped, 64 setting clamped,\n"
-                         "128 start inside, 256 device lost, 512 overrun, 1024 sample dropped, 2048 surface jumped,\n"
-                         "4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled, 65536 late ticks,\n"
-                         "131072 no news, 262144 looks uncalibrated, 524288 reconnected, 1048576 forces off.");
-  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
-  CLI::Option* path = c->add_option("--path", o->path, "P.csv: the tip's path")->check(names_file);
-  CLI::Option* out = c->add_option("-o,--output", o->out, "F.csv: where the forces go")->check(names_file);
+  CLI::App* c = app.add_subcommand("touch", "Feel a model along a path, or live with a device");
+  c->footer(
+      "Examples:\n"
+      "  relief touch pumpkin.relief --path press.csv -o force.csv\n"
+      "  relief touch pumpkin.relief --device sim:hand --seconds 5 -o live.csv --record live.rlog\n"
+      "  relief touch pumpkin.relief --device replay:live.rlog -o again.csv\n\n"
+      "P.csv: header t,x,y,z (s; model units), one row per tick, each a reading of the device.\n"
+      "F.csv: a row per row: position as read, contact 0/1, slab,u,v,alpha and depth (model units), contact point p,\n"
+      "unit normal n outwards, force f on the hand (N), and flags, a sum of:\n"
+      "  1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 rate clamped,\n"
+      "  64 stiffness clamped, 128 start inside, 256 device lost, 512 overrun, 1024 sample dropped,\n"
+      "  2048 surface jumped, 4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled,\n"
+      "  65536 late ticks, 131072 no news, 262144 looks uncalibrated, 524288 reconnected, 1048576 forces off");
+  c->add_option("MODEL", o->model, "The model")->required()->check(names_file)->type_name("");
+  CLI::Option* path = c->add_option("--path", o->path, "The tool's path, P.csv")->check(names_file)->type_name("FILE");
+  CLI::Option* out =
+      c->add_option("-o,--output", o->out, "Where the forces go, F.csv")->check(names_file)->type_name("FILE");
   CLI::Option* device = c->add_option("--device", o->device,
-                                      "sim:hand, or another name that `relief devices` lists (sim:hand:FILE.json: its "
-                                      "figures from a file): live with --seconds "
-                                      "(replay:REC.rlog also without, to its "
-                                      "end); with --path its limits hold")
+                                      "A name that `relief devices` lists, such as sim:hand: live for --seconds, "
+                                      "a recording also to its end;\nwith --path its limits hold")
+                            ->type_name("NAME")
                             ->check([](const std::string& name) -> std::string {
                               if (name.empty()) return "takes the name of a device, and the one given is empty";
                               return name == kReplayDevice ? names_file("") : std::string();
                             });
-  CLI::Option* seconds =
-      c->add_option("--seconds", o->seconds, "Live: how long, 0.01 to 3600 s")->check(in_range(0.01, 3600));
+  CLI::Option* seconds = c->add_option("--seconds", o->seconds, "Live: how long [0.01 to 3600]")
+                             ->check(in_range(0.01, 3600))
+                             ->type_name("SECONDS");
   c->add_option("--metres-per-unit", o->metres_per_unit,
-                "Metres of the hand per model unit (default: the model's diagonal becomes 0.15 m)")
-      ->check(in_range(1e-12, 1e12));
+                "Metres of the hand per model unit [default: the diagonal is 0.15 m, or what fits the device]")
+      ->check(in_range(1e-12, 1e12))
+      ->type_name("METRES");
   auto axes = std::make_shared<std::string>();
-  c->add_option(
-       "--axes", *axes,
-       "Which axis of the device is the model's x, y and z, such as y,-x,z (default x,y,z; a mirror is refused)")
+  c->add_option("--axes", *axes,
+                "Which device axis is the model's x, y and z, such as y,-x,z; no mirror [default x,y,z]")
+      ->type_name("MAP")
       ->check([](const std::string& map) {
         const auto rotation = rotation_of_axes(map);
         return rotation ? std::string() : rotation.error().message;
       });
   add_force_options(*c, o->force);
   c->add_option("--debounce", o->readings.debounce,
-                "Live: s for which a button must be up before it counts as released (default 0.02)")
-      ->check(in_range(0, 1));
+                "Live: how long a button must be up before it counts as released [0 to 1, default 0.02]")
+      ->check(in_range(0, 1))
+      ->type_name("SECONDS");
   c->add_option("--clutch-button", o->clutch_button,
-                "Live: while this button, 1 to 8, is held the device moves and the tool stays in its place")
-      ->check(CLI::Range(1, 8));
-  c->add_option(
-       "--retry", o->loss.give_up_after,
-       "Live: s for which a device that does not answer is tried again, and after 1 s opened again (default 30)")
+                "Live: while this button is down, the device moves and the tool and its force stay [1 to 8]")
+      ->check([](const std::string& text) {
+        const bool known = text.size() == 1 && text[0] >= '1' && text[0] <= '8';
+        return known ? std::string() : "takes a button from 1 to 8, not \"" + printable(text, 40) + "\"";
+      })
+      ->type_name("K");
+  c->add_option("--retry", o->loss.give_up_after,
+                "Live: how long a device that does not answer is tried again; it is reopened after 1 s [default 30]")
+      ->type_name("SECONDS")
       ->check(in_range(0, 1e9));
   c->get_option("--static-friction")->needs("--friction");
-  CLI::Option* radius = c->add_option("--tool-radius", o->tool_radius,
-                                      "A ball for a tip: its radius in model units, at most 5 % of the diagonal")
-                            ->check(in_range(0, 1e300));
+  CLI::Option* radius =
+      c->add_option("--tool-radius", o->tool_radius,
+                    "A ball: its radius in model units, at most 5 % of the diagonal [default: a point]")
+          ->check(in_range(0, 1e300))
+          ->type_name("R");
   c->add_option("--tool-points", o->tool_points,
-                "A rigid tool for a tip: a CSV file x,y,z of its points (at most 1000; model units, the device's place "
-                "being 0,0,0).\nP.csv may then have the header t,x,y,z,qw,qx,qy,qz, and F.csv ends in the torque "
-                "tx,ty,tz (N*m)")
+                "A rigid tool: a CSV file x,y,z of at most 1000 points, model units, 0,0,0 being the device's place;\n"
+                "P.csv may have the header t,x,y,z,qw,qx,qy,qz, and F.csv ends in the torque tx,ty,tz (N*m)")
+      ->type_name("FILE")
       ->excludes(radius)
       ->check(names_file);
-  c->add_option("--record", o->record, "REC.rlog: every tick's input and output, for relief replay")->check(names_file);
+  c->add_option("--record", o->record, "Record every tick's input and output, REC.rlog, for relief replay")
+      ->check(names_file)
+      ->type_name("FILE");
   path->excludes(seconds)->needs(out);
   seconds->needs(device);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });

@@ -48,8 +48,8 @@ struct DeviceListing {
 [[nodiscard]] std::vector<DeviceListing> list_devices();
 
 /// "sim:hand", "sim:hand:PRESET", or "sim:hand:FILE.json" with the figures of plant, limits and hand in a file
-/// (docs/haptics.md). `script` is what the simulated hand does. Errors: NotFound, listing the known names, or of the
-/// file; Io; Corrupt, naming the figure that is wrong.
+/// (docs/command-line.md). `script` is what the simulated hand does. Errors: NotFound, listing the known names, or of
+/// the file; Io; Corrupt, naming the figure that is wrong.
 [[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
 
 /// The default script for a model nobody scripted: presses and strokes all over its surface, the first one within a

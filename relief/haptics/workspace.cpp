@@ -87,7 +87,7 @@ Result<Quatd> rotation_of_axes(std::string_view map) {
     columns[which][k] = back ? -1 : 1;
   }
   if (dot(cross(columns[0], columns[1]), columns[2]) < 0)
-    return refuse("is a mirror, in which torques would turn the wrong way: change the sign of one axis");
+    return refuse("is a mirror, in which torques turn the wrong way; change the sign of one axis");
   return rotation_to(columns);
 }
 

@@ -1,5 +1,5 @@
 // What a point and a ball have in common: how far they may go in a tick, and by what they are held past the middle of a
-// part. docs/haptics.md has the principle.
+// part. docs/decisions/0009-contact.md has the principle.
 #pragma once
 
 #include <relief/base/vec.h>

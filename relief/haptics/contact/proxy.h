@@ -14,7 +14,7 @@ namespace relief {
 /// by bounded steps, wherever a continuous way over the surface leads on which its distance to the cursor falls; so it
 /// rounds every edge that the nearest place rounds. Only past the middle of the body behind it, where the straight way
 /// from it through the cursor comes out within twice the depth, does it go by the hand's own sideways way alone, so
-/// that a part can be thinner than the hand is deep. docs/haptics.md has the principle, with its proof. Cost per tick:
+/// that a part can be thinner than the hand is deep. docs/decisions/0009-contact.md has the principle. Cost per tick:
 /// usually a few micro-triangles, at most detail::kTries of them, one ray and one sweep.
 class Proxy {
  public:
