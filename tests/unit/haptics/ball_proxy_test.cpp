@@ -579,6 +579,32 @@ TEST(BallProxy, RoughGroundThatRisesPushesItOutToo) {
   }
 }
 
+/// Ground that rises by more than the ball goes at a time, and not evenly.
+TEST(BallProxy, AConeThatRisesDeepIntoItPushesItOutAtOnce) {
+  const auto mesh = plane_shell(4, 32);
+  const auto cone = [&](double height) {
+    return displaced(
+        mesh, [=](Vec3d p) { return 0.5 + height / 0.2 * std::max(0.0, 1 - 5 * std::hypot(p.x - 0.46, p.z - 0.45)); });
+  };
+  const double radius = 0.04;
+  for (const double share : {0.3, 0.57, 0.9})
+    for (const double aside : {0.0, 0.01, 0.04}) {
+      const SnapshotPtr flat = cone(0), raised = cone(share * radius);
+      const Vec3d hand = {0.46 + aside, radius - 0.02, 0.45};
+      BallProxy ball;
+      ball.step(*flat, hand + Vec3d{0, 0.1, 0}, radius);
+      lead(ball, *flat, hand + Vec3d{0, 0.1, 0}, hand, radius, 100);
+      ASSERT_TRUE(ball.step(*raised, hand, radius));
+      EXPECT_FALSE(ball.lost());
+      EXPECT_GT(ball.rise(), 0.5 * share * radius);
+      EXPECT_LT(ball.overlap(), 1e-5 * radius) << share << " " << aside;
+      int ticks = 0;  // in which it comes to rest
+      for (; ball.settling() && ticks < 10; ++ticks) ASSERT_TRUE(ball.step(*raised, hand, radius));
+      EXPECT_LE(ticks, 2) << share << " " << aside;
+      EXPECT_TRUE(BallProxy::clear(*raised, ball.centre(), (1 - 1e-5) * radius));
+    }
+}
+
 TEST(BallProxy, IsLetDownWhereTheGroundIsTakenAway) {
   const auto mesh = plane_shell(4, 8);
   const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };

@@ -86,8 +86,9 @@ TEST(Proxy, InTheOpenATickCostsNextToNothing) {
 
 TEST(Proxy, WhatAnEditTakesAwayLetsGoAtOnce) {
   // Pressed sideways into a thorn, which is then gone.
-  const auto with_thorn = [](double high) {
-    return displaced(plane_shell(4, 32), [=](Vec3d p) {
+  const auto mesh = plane_shell(4, 32);
+  const auto with_thorn = [&](double high) {
+    return displaced(mesh, [=](Vec3d p) {
       const double x = p.x - 0.5, z = p.z - 0.5;
       return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
     });
