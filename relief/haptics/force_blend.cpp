@@ -1,5 +1,6 @@
 #include <relief/haptics/force_blend.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,9 +13,9 @@ constexpr double kUnfelt = 1e-3;  // N
 
 }  // namespace
 
-void ForceBlend::moved(const Wrench& last, Quatd turned) noexcept {
+void ForceBlend::moved(const Wrench& last) noexcept {
   pending_ = true;
-  last_ = {turned.turn(last.force), turned.turn(last.torque)};
+  last_ = last;
 }
 
 Wrench ForceBlend::step(const Wrench& law, Vec3d by_hand, double dt) noexcept {
@@ -25,8 +26,9 @@ Wrench ForceBlend::step(const Wrench& law, Vec3d by_hand, double dt) noexcept {
   lacking_ *= share;
   const Vec3d change = law.force + lacking_ - from_;
   if (const double most = length(change); most > kMost) lacking_ -= change * (1 - kMost / most);
-  // A hand that goes out is not pulled in by what is not yet taken over.
-  if (const Vec3d all = law.force + lacking_; dot(all, from_) <= 0 && dot(all, law.force) <= 0) lacking_ = -law.force;
+  // A hand that goes out is not pulled in by what is not yet taken over: against the law goes no more than before.
+  const double against = -dot(law.force + lacking_, law.force), before = std::max(0.0, -dot(last_.force, law.force));
+  if (against > before) lacking_ += law.force * ((against - before) / dot(law.force, law.force));
   last_ = {law.force + lacking_, law.torque + (last_.torque - law.torque) * share};
   return last_;
 }

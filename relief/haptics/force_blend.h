@@ -11,9 +11,8 @@ namespace relief {
 /// meanwhile. A small state, no allocation.
 class ForceBlend {
  public:
-  /// Something else than the hand has changed what is felt since the last tick, in which this was given; what touches
-  /// has turned with it.
-  void moved(const Wrench& last, Quatd turned = {}) noexcept;
+  /// Something else than the hand has changed what is felt since the last tick, in which this was given.
+  void moved(const Wrench& last) noexcept;
   /// Whether something is left of a change.
   [[nodiscard]] bool blending() const noexcept { return pending_ || lacking_ != Vec3d{}; }
   /// One tick while blending(): what the law asks for, and how much of its change the hand itself has made; what to

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRoughest = 4;        // greatest coefficient of friction
 constexpr double kSurfaceJump = 3e-3;  // m
-constexpr double kUnfelt = 1e-4;       // N; texture whose force is less from top to bottom is none
+constexpr double kUnfelt = 1e-4;       // N; less is none, also of texture from top to bottom
 
 /// v, shortened to length `limit` where it is longer.
 Vec3d shortened(Vec3d v, double limit) noexcept {
@@ -57,10 +57,15 @@ void Servo::workspace_changed(const Placement::Change& change) noexcept {
   put_elsewhere_ = true;
   // What was felt goes on from where it was, and friction holds as it held.
   if (turned != Quatd{}) guard_.turn(turned);
-  blend_.moved({shortened(spring_.force, limits_.max_force), spring_.torque}, turned);
+  for (Wrench* felt : {&spring_, &rubbed_}) *felt = {turned.turn(felt->force), turned.turn(felt->torque)};
+  lead_over(spring_.force, spring_.torque);
   friction_.move(was.turned_to_model(change.device), now.turned_to_model(change.device), turned);
   // A tool in the open that lands in the solid has not gone in through its surface.
   first_ = first_ || (leap > kSurfaceJump && !touched);
+}
+
+void Servo::lead_over(Vec3d force, Vec3d torque) noexcept {
+  blend_.moved({shortened(force, limits_.max_force), torque});
 }
 
 void Servo::limit_settings() noexcept {
@@ -117,8 +122,10 @@ Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
   Touched felt = touch_->step(model, at, jump);
   felt.settling = felt.settling || put_elsewhere_;
   put_elsewhere_ = put_elsewhere_ && hand_.late();
-  if (felt.settling) blend_.moved({shortened(spring_.force, limits_.max_force), spring_.torque});
+  if (felt.settling) lead_over(spring_.force, spring_.torque);
   if (!felt.touching) {
+    // Friction goes with what it held on to, and that no faster.
+    if (felt.settling) lead_over(spring_.force + rubbed_.force, spring_.torque + rubbed_.torque);
     fade_.reset();
     shading_.rest();
     return felt;
@@ -206,7 +213,7 @@ void Servo::hold(const Readings::Judged& now, const DeviceState& reading) noexce
 }
 
 void Servo::give_nothing() noexcept {
-  spring_ = {};
+  spring_ = rubbed_ = {};
   blend_.rest();
   friction_.let_go();
   guard_.restart();
@@ -214,6 +221,7 @@ void Servo::give_nothing() noexcept {
 
 void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, double gift) noexcept {
   friction_.let_go();
+  rubbed_ = {};
   spring_ = blend_.blending() ? blend_.step({}, {}, dt) : Wrench{};
   // It is felt on the surface that is left.
   MicroTriangles surface(model);
@@ -323,11 +331,12 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   const bool blended = blend_.blending();
   spring_ = spring(felt, stiffness, at.clutched ? Vec3d{} : at.step, now.dt);
   const double pushes = length(spring_.force);
-  const Vec3d along = blended && pushes > 0 ? spring_.force / pushes : felt.normal;
+  const Vec3d along = blended && pushes > kUnfelt ? spring_.force / pushes : felt.normal;
   const double outwards = pushes - limits_.damping * (1 - at.loose) * dot(at.velocity, along);
   const double normal_force = std::max(0.0, outwards);
   const Friction::Given sideways = friction(model, felt, along, stiffness, normal_force, at);
   last_stored_ = sideways.stored;
+  rubbed_ = {sideways.force, cross(felt.arm * workspace().metres_per_unit, sideways.force) + sideways.torque};
   if (limits_.clamped) sample.flags |= bit(ServoFault::StiffnessClamped);
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
 
@@ -335,14 +344,13 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   const auto held = [&](double force) noexcept { return stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0; };
   const double in = blended ? held(pushes) : in_spring(stiffness, last_depth_);
   const double given_in = blended ? in - held(length(blend_.from())) : 0;
-  const Wrench given = guard_.wrench(
-      {.force = along * normal_force + sideways.force,
-       .torque = spring_.torque + cross(felt.arm * workspace().metres_per_unit, sideways.force) + sideways.torque,
-       .normal = along,
-       .stored = in + sideways.stored,
-       .gift = gift + given_in,
-       .moved = blended && (felt.settling || !blend_.blending())},
-      sample.flags);
+  const Wrench given = guard_.wrench({.force = along * normal_force + rubbed_.force,
+                                      .torque = spring_.torque + rubbed_.torque,
+                                      .normal = along,
+                                      .stored = in + sideways.stored,
+                                      .gift = gift + given_in,
+                                      .moved = blended && (felt.settling || !blend_.blending())},
+                                     sample.flags);
   sample.force = given.force;
   sample.torque = given.torque;
   sample.leak = guard_.leak();

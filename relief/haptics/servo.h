@@ -114,6 +114,8 @@ class Servo {
   void workspace_changed(const Placement::Change& change) noexcept;
   /// The last answer again, for a reading that is the last one again.
   void hold(const Readings::Judged& now, const DeviceState& reading) noexcept;
+  /// What is felt goes on from there, though something else than the hand has changed it.
+  void lead_over(Vec3d force, Vec3d torque) noexcept;
   /// The answer to a reading.
   [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
                                  const Readings::Judged& now) noexcept;
@@ -169,6 +171,7 @@ class Servo {
   Friction friction_;
   ForceGuard guard_;
   Wrench spring_;     ///< that of the last tick, as it was blended
+  Wrench rubbed_;     ///< friction's share of the last tick's answer
   ServoSample last_;  ///< of the last tick
   Placement placement_;
   bool put_elsewhere_ = false;  ///< something else than the hand has moved the tool, which has not yet followed

@@ -313,6 +313,7 @@ class Mover {
       const bool short_of = slides && within && reach < std::min(longest, wanted);  // what comes next may be as long
       if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
+      if (pushed) share_ = std::min(1.0, longest / wanted);
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
       // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last,
       // and where that has found no more room, for none that needs a new list.
@@ -342,9 +343,9 @@ class Mover {
       if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;
-      share_ = 0;
+      share_ = pushed ? 1 : 0;
       stride = std::min(2 * stride, kStride * radius_);
-      mind(0);
+      mind(share_);
     }
     cut_ = way.cut;
     return way;
@@ -519,7 +520,7 @@ class Mover {
       return std::nullopt;
     const HalfSpace space = beyond(here, radius_, share_);
     if (space.room(tried_) >= -2 * kSlack * radius_) return std::nullopt;
-    return space;
+    return share_ > 0 ? beyond(here, radius_, 1) : space;
   }
 
   MicroTriangles& surface_;
@@ -538,7 +539,7 @@ class Mover {
   bool stops_minded_ = false, cut_ = false, blind_ = false;  ///< blind_: not all around the ball is known
   bool behind_ = false;  ///< here the ball is in a sheet that it came to from behind
   Vec3d tried_;          ///< this step
-  double share_ = 0;     ///< 1 while what is within the ball is pushed out
+  double share_ = 0;     ///< of what the ball is in, by which this step pushes it out; 0: it is not being pushed out
 };
 
 }  // namespace relief::detail::ball

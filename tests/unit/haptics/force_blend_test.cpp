@@ -16,7 +16,7 @@ Wrench force(double x, double y = 0) { return {{x, y, 0}, {}}; }
 TEST(ForceBlend, ComesToTheLawWithFifteenMilliseconds) {
   ForceBlend blend;
   EXPECT_FALSE(blend.blending());
-  blend.moved({{0.3, 0, 0}, {0, 0, 0.03}}, {});
+  blend.moved({{0.3, 0, 0}, {0, 0, 0.03}});
   EXPECT_TRUE(blend.blending());
   Wrench given;
   for (int k = 1; k <= 15; ++k) given = blend.step({}, {}, kTick);
@@ -31,7 +31,7 @@ TEST(ForceBlend, ComesToTheLawWithFifteenMilliseconds) {
 
 TEST(ForceBlend, ChangesByLessThanAFingerNotices) {
   ForceBlend blend;
-  blend.moved(force(3), {});
+  blend.moved(force(3));
   double last = 3, law = -1;
   int ticks = 0;
   for (; blend.blending() && ticks < 1000; ++ticks) {
@@ -44,13 +44,66 @@ TEST(ForceBlend, ChangesByLessThanAFingerNotices) {
   EXPECT_EQ(last, law);
 }
 
-TEST(ForceBlend, TheHandIsFeltAtOnceAndTurnsGoAlong) {
+TEST(ForceBlend, TheHandIsFeltAtOnce) {
   ForceBlend blend;
-  const double half = std::sqrt(0.5);
-  blend.moved(force(1), {half, 0, 0, half});  // x becomes y
+  blend.moved(force(0, 1));
   const Vec3d given = blend.step(force(0, 1.2), {0, 0.2, 0}, kTick).force;
   EXPECT_NEAR(given.x, 0, 1e-12);
   EXPECT_NEAR(given.y, 1.2, 1e-12) << "0.2 of it by the hand";
+}
+
+TEST(ForceBlend, AHandThatGoesOutIsNotPulledIn) {
+  // The surface has risen by as much as bends the spring by 1 N; the hand goes out past where it was before.
+  ForceBlend blend;
+  blend.moved(force(0, 0.5));
+  double law = 1.5;
+  int none = 0;
+  for (int k = 0; k < 30; ++k) {
+    law = std::max(0.01, law - 0.05);
+    const Vec3d given = blend.step(force(0, law), {0, -0.05, 0}, kTick).force;
+    ASSERT_GE(given.y, -1e-15) << k;
+    ASSERT_LE(given.y, 0.5) << k;
+    none += given.y < 1e-15 ? 1 : 0;
+  }
+  EXPECT_GT(none, 0);
+}
+
+TEST(ForceBlend, WhatIsLeftOfALostContactFadesTheWayThatItPushed) {
+  ForceBlend blend;
+  blend.moved(force(0.3, 0.6));
+  double last = length(Vec3d{0.3, 0.6, 0});
+  for (int k = 0; blend.blending() && k < 500; ++k) {
+    const Vec3d given = blend.step({}, {}, kTick).force;
+    ASSERT_NEAR(given.x * 2, given.y, 1e-12) << k;
+    ASSERT_GE(given.y, 0);
+    ASSERT_LT(length(given), last);
+    last = length(given);
+  }
+  EXPECT_EQ(last, 0);
+}
+
+TEST(ForceBlend, AnotherChangeGoesOnFromWhatIsGiven) {
+  ForceBlend blend;
+  blend.moved(force(1));
+  double last = 1, law = 0;
+  for (int k = 0; k < 200; ++k) {
+    if (k % 7 == 0) {
+      law = 1 - law;
+      blend.moved(force(last));
+    }
+    const double now = blend.step(force(law), {}, kTick).force.x;
+    ASSERT_LE(std::abs(now - last), 0.045 + 1e-12) << k;
+    last = now;
+  }
+}
+
+TEST(ForceBlend, AtRestThereIsNothingToLeadOver) {
+  ForceBlend blend;
+  blend.moved(force(1));
+  static_cast<void>(blend.step({}, {}, kTick));
+  EXPECT_TRUE(blend.blending());
+  blend.rest();
+  EXPECT_FALSE(blend.blending());
 }
 
 }  // namespace

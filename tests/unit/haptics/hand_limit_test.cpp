@@ -103,7 +103,7 @@ TEST(HandLimit, NothingTunnelsWhileALeapIsCaughtUpWith) {
     testing::Leaps leaps(*model);
     LocateHint hint;
     const Box3d& box = model->slab_mesh().bounds();
-    static_cast<void>(proxy.step(*model, limit.follow({box.centre() + box.extent(), {}}, 0, size).origin, {}));
+    static_cast<void>(proxy.step(*model, limit.follow({box.centre() + box.extent(), {}}, 0, size).origin));
     int late = 0, held = 0, landed = 0;
     for (int k = 0; k < 400; ++k) {
       const Vec3d hand = leaps.next();
@@ -112,7 +112,7 @@ TEST(HandLimit, NothingTunnelsWhileALeapIsCaughtUpWith) {
       Vec3d cursor;
       for (int tick = 0; tick < most; ++tick) {
         cursor = limit.follow({hand, {}}, 0, size).origin;
-        static_cast<void>(proxy.step(*model, cursor, {}));
+        static_cast<void>(proxy.step(*model, cursor));
         const testing::Fault fault = judge.judge(proxy, cursor);
         ASSERT_EQ(fault, testing::Fault::None) << k << " " << tick << " " << testing::name(fault);
         held += proxy.held() ? 1 : 0;
@@ -150,14 +150,14 @@ TEST(HandLimit, ASurfaceThatRisesPastACursorThatCatchesUpTakesItAlong) {
     const Vec3d start = closest_point(*low, out * 10.0).position + out * 0.02;
     Proxy proxy;
     HandLimit limit;
-    static_cast<void>(proxy.step(*low, limit.follow({start, {}}, 0, size).origin, {}));
+    static_cast<void>(proxy.step(*low, limit.follow({start, {}}, 0, size).origin));
     const Vec3d hand = start + along * (k % 2 == 0 ? 1.0 : 0.3);
     const Vec3d cursor = limit.follow({hand, {}}, 0, size).origin;
     ASSERT_TRUE(limit.late());
-    static_cast<void>(proxy.step(*low, cursor, {}));
+    static_cast<void>(proxy.step(*low, cursor));
     if (proxy.held() || !inside(*high, cursor, hint)) continue;
     ++risen;
-    static_cast<void>(proxy.step(*high, limit.follow({hand, {}}, 0, size).origin, {.share = 0.1, .most = 0.01}));
+    static_cast<void>(proxy.step(*high, limit.follow({hand, {}}, 0, size).origin));
     EXPECT_TRUE(proxy.held() || proxy.has_left()) << k;
     EXPECT_GT(proxy.rise(), 0) << k;
   }

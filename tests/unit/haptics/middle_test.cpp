@@ -83,7 +83,7 @@ struct Led {
   void to(Vec3d next) {
     const bool was_held = proxy.held();
     const Vec3d before = proxy.position();
-    static_cast<void>(proxy.step(model, next, {}));
+    static_cast<void>(proxy.step(model, next));
     cursor = next;
     lost += proxy.held() ? 0 : 1;
     if (!was_held) {
@@ -101,7 +101,7 @@ struct Led {
   }
   void begin(Vec3d at) {
     proxy.reset();
-    static_cast<void>(proxy.step(model, cursor = at, {}));
+    static_cast<void>(proxy.step(model, cursor = at));
     lost = 0;
   }
 };
@@ -319,7 +319,7 @@ TEST(ThinBodies, ABallsOwnMovesPutNothingIntoTheSpringEither) {
     const auto to = [&](Vec3d next) {
       const bool was_held = ball.held() && !ball.under_way();
       const Vec3d before = ball.centre() - next;
-      static_cast<void>(ball.step(*body.model, next, radius, {}));
+      static_cast<void>(ball.step(*body.model, next, radius));
       cursor = next;
       const Vec3d off = ball.centre() - next;
       if (!was_held)
@@ -330,7 +330,7 @@ TEST(ThinBodies, ABallsOwnMovesPutNothingIntoTheSpringEither) {
       deepest2 = std::max(deepest2, dot(off, off));
       held += ball.held() ? 1 : 0;
     };
-    static_cast<void>(ball.step(*body.model, cursor, radius, {}));
+    static_cast<void>(ball.step(*body.model, cursor, radius));
     for (const Vec3d place : testing::straight_ways({body.outside, body.deep}, 5e-4)) to(place);
     for (int k = 0; k < 9000; ++k) {
       const double turn = 2 * kPi * k / 3000;

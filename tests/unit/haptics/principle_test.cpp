@@ -41,28 +41,39 @@ TEST(Past, IsWhatTheHandGoesMoreSidewaysThanIn) {
 
 TEST(Past, WhereThereIsNoWayOutAllIsSideways) { EXPECT_EQ(square_to({}, {1, 2, 3}), (Vec3d{1, 2, 3})); }
 
+/// A place so far from the middle of the cursor's way.
+Vec3d at(double distance2) { return {0, std::sqrt(distance2), 0}; }
+
 TEST(Ledger, AllowsWhatWasBroughtAndNoMore) {
   Ledger ledger;
-  EXPECT_TRUE(ledger.allows(1, 1));
-  EXPECT_FALSE(ledger.allows(1, 1 + 1e-9)) << "nothing was brought yet";
-  ledger.book(1, 0.75);
-  EXPECT_TRUE(ledger.allows(0.75, 1));
-  EXPECT_FALSE(ledger.allows(0.75, 1 + 1e-9));
-  ledger.book(0.75, 0.875);
-  EXPECT_TRUE(ledger.allows(0.875, 1));
-  EXPECT_FALSE(ledger.allows(0.875, 1 + 1e-9)) << "what was spent is gone";
+  EXPECT_TRUE(ledger.allows(at(1), at(1), {}));
+  EXPECT_FALSE(ledger.allows(at(1), at(1 + 1e-9), {})) << "nothing was brought yet";
+  ledger.book(at(1), at(0.75), {});
+  EXPECT_TRUE(ledger.allows(at(0.75), at(1 - 1e-12), {}));
+  EXPECT_FALSE(ledger.allows(at(0.75), at(1 + 1e-9), {}));
+  ledger.book(at(0.75), at(0.875), {});
+  EXPECT_TRUE(ledger.allows(at(0.875), at(1 - 1e-12), {}));
+  EXPECT_FALSE(ledger.allows(at(0.875), at(1 + 1e-9), {})) << "what was spent is gone";
   ledger.clear();
-  EXPECT_FALSE(ledger.allows(0.875, 0.875 + 1e-9));
+  EXPECT_FALSE(ledger.allows(at(0.875), at(0.875 + 1e-9), {}));
+}
+
+TEST(Ledger, CountsFromTheMiddleOfTheCursorsWay) {
+  Ledger ledger;
+  const Vec3d middle = {3, -1, 2};
+  ledger.book(middle + at(1), middle + at(0.75), middle);
+  EXPECT_TRUE(ledger.allows(middle + at(0.5), middle + at(0.75 - 1e-12), middle));
+  EXPECT_FALSE(ledger.allows(middle + at(0.5), middle + at(0.75 + 1e-9), middle));
 }
 
 TEST(Ledger, HoldsNoMoreThanTheSquaredDepth) {
   // Brought while the hand was deep; now it is not.
   Ledger ledger;
-  for (int k = 0; k < 10; ++k) ledger.book(1, 0.5);
-  EXPECT_TRUE(ledger.allows(0.5, 1.5));
-  EXPECT_FALSE(ledger.allows(0.5, 1.5 + 1e-9)) << "a squared depth of 1 was the most that it came from";
-  ledger.book(0.01, 0.01);
-  EXPECT_FALSE(ledger.allows(0.01, 0.02 + 1e-9));
+  for (int k = 0; k < 10; ++k) ledger.book(at(1), at(0.5), {});
+  EXPECT_TRUE(ledger.allows(at(0.5), at(1.5 - 1e-12), {}));
+  EXPECT_FALSE(ledger.allows(at(0.5), at(1.5 + 1e-9), {})) << "a squared depth of 1 was the most that it came from";
+  ledger.book(at(0.01), at(0.01), {});
+  EXPECT_FALSE(ledger.allows(at(0.01), at(0.02 + 1e-9), {}));
 }
 
 TEST(Ledger, AtACursorAtRestAllMovesTogetherOnlyTakeFromTheSpring) {
@@ -75,12 +86,11 @@ TEST(Ledger, AtACursorAtRestAllMovesTogetherOnlyTakeFromTheSpring) {
     const double first2 = dot(place, place);
     for (int k = 0; k < 200; ++k) {
       const Vec3d next = place + Vec3d{normal(random), normal(random), normal(random)} * 0.1;
-      const double before2 = dot(place, place), after2 = dot(next, next);
-      if (!ledger.allows(before2, after2)) {
+      if (!ledger.allows(place, next, {})) {
         ++refused;
         continue;
       }
-      ledger.book(before2, after2);
+      ledger.book(place, next, {});
       place = next;
       ++gone;
       ASSERT_LE(dot(place, place), first2 * (1 + 1e-12));

@@ -39,7 +39,7 @@ TEST(Proxy, NoTickTakesLongWhereverTheHandLeaps) {
     for (int k = 0; k < 500; ++k) {
       const Vec3d hand = leaps.next();
       do {
-        held += proxy.step(*model, limit.follow({hand, {}}, 0, size).origin, {}) ? 1 : 0;
+        held += proxy.step(*model, limit.follow({hand, {}}, 0, size).origin) ? 1 : 0;
         placed.push_back(proxy.samples_placed());
       } while (limit.late());
     }
@@ -49,7 +49,7 @@ TEST(Proxy, NoTickTakesLongWhereverTheHandLeaps) {
                 placed[placed.size() * 99 / 100], placed.back(), placed.size());
     EXPECT_LT(placed[placed.size() / 2], 300);
     EXPECT_LT(placed[placed.size() * 99 / 100], 350);
-    EXPECT_LT(placed.back(), 1600);
+    EXPECT_LT(placed.back(), 2500);  // all but 130 of them of one ray that grazes the rough: 60 us of the tick
   }
 }
 
@@ -68,7 +68,7 @@ TEST(Proxy, InTheOpenATickCostsNextToNothing) {
       const double p = speed * size * k / 3, q = 0.6 * p;
       const Vec3d middle = Vec3d{std::cos(p), 0, std::sin(p)} * 2.0;
       const Vec3d out = {std::cos(q) * std::cos(p), std::sin(q), std::cos(q) * std::sin(p)};
-      static_cast<void>(proxy.step(*model, middle + out * (0.95 + 0.003 * size), {}));
+      static_cast<void>(proxy.step(*model, middle + out * (0.95 + 0.003 * size)));
       EXPECT_FALSE(proxy.held());
       placed.push_back(proxy.samples_placed());
     }
@@ -84,37 +84,29 @@ TEST(Proxy, InTheOpenATickCostsNextToNothing) {
   EXPECT_LT(fast[fast.size() * 99 / 100], 90);
 }
 
-TEST(Proxy, WhatAnEditTakesAwayGivesWayInBoundedTimeWhateverTheHandDoes) {
+TEST(Proxy, WhatAnEditTakesAwayLetsGoAtOnce) {
   // Pressed sideways into a thorn, which is then gone.
-  const auto with_thorn = [](double high) {
-    return displaced(plane_shell(4, 32), [=](Vec3d p) {
+  const auto mesh = plane_shell(4, 32);
+  const auto with_thorn = [&](double high) {
+    return displaced(mesh, [=](Vec3d p) {
       const double x = p.x - 0.5, z = p.z - 0.5;
       return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
     });
   };
   const SnapshotPtr before = with_thorn(0.5), after = with_thorn(0);
-  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
-  for (const int moves_every : {0, 1, 2, 10})
-    for (const Vec3d way : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
-      Proxy proxy;
-      Vec3d hand = {0.4, 0, 0.5};
-      for (; hand.x < 0.48; hand.x += 1e-3) static_cast<void>(proxy.step(*before, hand, ease));
-      for (int k = 0; k < 100; ++k) static_cast<void>(proxy.step(*before, hand, ease));
-      ASSERT_TRUE(proxy.held());
-      double depth = proxy.depth();
-      ASSERT_GT(depth, 0.015);
-      int ticks = 0, fading = 0;
-      for (bool felt = true; felt && ticks < 400; ++ticks) {
-        const double travel = moves_every > 0 && ticks % moves_every == 0 ? 2e-4 : 0;
-        hand += way * travel;
-        felt = proxy.step(*after, hand, ease);
-        EXPECT_LE(std::abs(proxy.depth() - depth), (ease.most + 2 * travel) * (1 + 1e-9)) << ticks;
-        depth = proxy.depth();
-        fading += felt && !proxy.held() ? 1 : 0;
-      }
-      EXPECT_LT(ticks, 240) << "a millionth is left after 224 ticks at most; moves every " << moves_every;
-      EXPECT_GT(fading, 20) << "it is let go at once, and felt for a while";
-    }
+  Proxy proxy;
+  Vec3d hand = {0.4, 0, 0.5};
+  for (; hand.x < 0.48; hand.x += 1e-3) static_cast<void>(proxy.step(*before, hand));
+  for (int k = 0; k < 100; ++k) static_cast<void>(proxy.step(*before, hand));
+  ASSERT_TRUE(proxy.held());
+  ASSERT_GT(proxy.depth(), 0.015);
+  EXPECT_FALSE(proxy.step(*after, hand));
+  EXPECT_TRUE(proxy.has_left());
+  EXPECT_FALSE(proxy.lost());
+  EXPECT_FALSE(proxy.settling());
+  EXPECT_EQ(proxy.depth(), 0);
+  EXPECT_LT(proxy.rise(), -0.01);
+  EXPECT_FALSE(proxy.step(*after, hand + Vec3d{1e-3, 0, 0}));
 }
 
 TEST(Proxy, StaysOnTheSurfaceAtTheNearestPlace) {
@@ -122,13 +114,13 @@ TEST(Proxy, StaysOnTheSurfaceAtTheNearestPlace) {
     return (1 / length(p) - 0.8) / 0.4 + 0.02 * std::sin(20 * p.x) * std::cos(17 * p.y);
   });
   Proxy proxy;
-  EXPECT_FALSE(proxy.step(*model, {0, 0, 1.1}, {}));
+  EXPECT_FALSE(proxy.step(*model, {0, 0, 1.1}));
   double worst = 0;
   for (int k = 0; k < 5000; ++k) {
     const double turn = 1.3e-3 * k;
     const Vec3d way = normalized(Vec3d{std::sin(turn), 0.4 * std::sin(3 * turn), std::cos(turn)});
     const Vec3d cursor = way * (k < 60 ? 1.1 - 0.0025 * k : 0.95);
-    const bool held = proxy.step(*model, cursor, {});
+    const bool held = proxy.step(*model, cursor);
     if (k < 100) continue;
     ASSERT_TRUE(held) << k;
     const Vec3d at = proxy.position();
@@ -148,12 +140,12 @@ TEST(Proxy, ComesNearerInEveryTickUnderARestingCursor) {
     const SurfacePoint p =
         closest_point(*model, normalized(Vec3d{unit(random), 0.3 * unit(random), unit(random)}) * 3.2);
     Proxy proxy;
-    static_cast<void>(proxy.step(*model, p.position + p.normal * 0.05, {}));
+    static_cast<void>(proxy.step(*model, p.position + p.normal * 0.05));
     const Vec3d cursor = p.position - p.normal * 0.05 + Vec3d{unit(random), unit(random), unit(random)} * 0.02;
-    ASSERT_TRUE(proxy.step(*model, cursor, {}));
+    ASSERT_TRUE(proxy.step(*model, cursor));
     double last = proxy.depth();
     for (int k = 0; k < 100; ++k) {
-      ASSERT_TRUE(proxy.step(*model, cursor, {}));
+      ASSERT_TRUE(proxy.step(*model, cursor));
       EXPECT_LE(proxy.depth(), last);
       last = proxy.depth();
     }
@@ -165,7 +157,7 @@ TEST(Proxy, HoldsBelowTheSlabsAndLetsGoWhereItCameIn) {
   Proxy proxy;
   for (int k = 0; k <= 200; ++k) {
     const double y = 0.05 - 0.005 * (k <= 100 ? k : 200 - k);
-    const bool held = proxy.step(*model, {0.4, y, 0.45}, {});
+    const bool held = proxy.step(*model, {0.4, y, 0.45});
     if (std::abs(y) > 1e-9) {
       EXPECT_EQ(held, y < 0) << y;
     }
@@ -178,27 +170,27 @@ TEST(Proxy, HoldsBelowTheSlabsAndLetsGoWhereItCameIn) {
 TEST(Proxy, LetsGoBeyondAnOpenEdgeAndDoesNotCatchFromBelow) {
   const SnapshotPtr model = displaced(plane_shell(4, 8), [](Vec3d) { return 0.5; });
   Proxy proxy;
-  static_cast<void>(proxy.step(*model, {0.8, 0.02, 0.5}, {}));
+  static_cast<void>(proxy.step(*model, {0.8, 0.02, 0.5}));
   for (double x = 0.8; x < 1.2; x += 0.01) {
-    const bool held = proxy.step(*model, {x, -0.03, 0.5}, {});
+    const bool held = proxy.step(*model, {x, -0.03, 0.5});
     EXPECT_EQ(held, x < 1) << x;
     if (held) {
       EXPECT_NEAR(proxy.depth(), 0.03, 1e-9);
     }
   }
   // Back under the sheet, and up through it: nothing there holds a tool that comes from behind.
-  for (double x = 1.2; x > 0.5; x -= 0.01) EXPECT_FALSE(proxy.step(*model, {x, -0.2, 0.5}, {}));
-  for (double y = -0.2; y < 0.1; y += 0.01) EXPECT_FALSE(proxy.step(*model, {0.5, y, 0.5}, {}));
-  EXPECT_TRUE(proxy.step(*model, {0.5, -0.01, 0.5}, {}));
+  for (double x = 1.2; x > 0.5; x -= 0.01) EXPECT_FALSE(proxy.step(*model, {x, -0.2, 0.5}));
+  for (double y = -0.2; y < 0.1; y += 0.01) EXPECT_FALSE(proxy.step(*model, {0.5, y, 0.5}));
+  EXPECT_TRUE(proxy.step(*model, {0.5, -0.01, 0.5}));
 }
 
 TEST(Proxy, SlidesOverAnEdgeAndIsFreeBeyondIt) {
   // A step of 0.16 down at x = 0.5, over one sample.
   const SnapshotPtr model = displaced(plane_shell(4, 32), [](Vec3d p) { return p.x < 0.5 ? 0.9 : 0.1; });
   Proxy proxy;
-  static_cast<void>(proxy.step(*model, {0.3, 0.1, 0.3}, {}));
+  static_cast<void>(proxy.step(*model, {0.3, 0.1, 0.3}));
   for (double x = 0.3; x < 0.6; x += 0.002) {
-    const bool held = proxy.step(*model, {x, 0.07, 0.3}, {});
+    const bool held = proxy.step(*model, {x, 0.07, 0.3});
     if (x < 0.49 || x > 0.52) {
       EXPECT_EQ(held, x < 0.5) << x;
     }
@@ -223,7 +215,7 @@ TEST(Proxy, IsNotLetGoWhereItIsPressedStraightPastARim) {
       double slipped_at = 1e300;
       for (int k = 0; k <= 400; ++k) {
         const double depth = 0.19 - 0.2 * std::cos(2 * 3.14159265 * k / 400);
-        const bool held = proxy.step(*model, start + way * depth, {});
+        const bool held = proxy.step(*model, start + way * depth);
         if (depth < 0.02) continue;
         ++pressed;
         if (held) continue;
@@ -262,7 +254,7 @@ struct DeepHand {
     const bool held = proxy.held();
     const Vec3d before = held ? proxy.position() : Vec3d{};
     cursor = next;
-    if (!proxy.step(model, cursor, {})) {
+    if (!proxy.step(model, cursor)) {
       made = 0;
     } else if (held) {
       const Vec3d now = proxy.position();
@@ -309,7 +301,7 @@ TEST(Proxy, ATremblingHandDoesNotWorkItOffAThinPart) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST(Proxy, WhatIsFeltOfAnEditChangesByNoMoreThanItMay) {
+TEST(Proxy, AfterAnEditItRestsWhereTheNewSurfaceLetsIt) {
   // A bump rises under the tip, or goes, so steep that the nearest place of the new surface is elsewhere.
   const auto mesh = plane_shell(4, 32);
   const auto bump = [&](double height) {
@@ -317,33 +309,57 @@ TEST(Proxy, WhatIsFeltOfAnEditChangesByNoMoreThanItMay) {
         mesh, [=](Vec3d p) { return 0.5 + height * std::max(0.0, 1 - 5 * std::hypot(p.x - 0.46, p.z - 0.45)) / 0.2; });
   };
   const SnapshotPtr flat = bump(0), raised = bump(0.06);
-  const Blend::Ease ease = {.share = 0.065, .most = 2e-3};
   for (const double depth : {0.01, 0.05, 0.1}) {
     Proxy proxy;
     const Vec3d cursor = {0.5, -depth, 0.45};
-    Vec3d shaded;
-    const auto feel = [&](const Snapshot& model, Vec3d at) {
-      const bool feels = proxy.step(model, at, ease);
-      shaded = feels ? proxy.describe(model, ease.most).normal * proxy.depth() : Vec3d{};
-      return feels;
-    };
-    for (int k = 0; k < 300; ++k) static_cast<void>(feel(*flat, cursor + Vec3d{0, std::max(0.0, 2e-3 * (100 - k)), 0}));
+    for (int k = 0; k < 300; ++k)
+      static_cast<void>(proxy.step(*flat, cursor + Vec3d{0, std::max(0.0, 2e-3 * (100 - k)), 0}));
     ASSERT_TRUE(proxy.held());
-    Vec3d last = proxy.felt(), last_shaded = shaded;
-    const Vec3d first = last;
-    double farthest = 0;
-    for (int k = 0; k < 800; ++k) {
-      ASSERT_TRUE(feel(k < 400 ? *raised : *flat, cursor)) << k;
-      const Vec3d now = proxy.felt();
-      EXPECT_LE(length(now - last), ease.most * (1 + 1e-9)) << depth << " " << k;
-      EXPECT_LE(length(shaded - last_shaded), 1.1 * ease.most) << depth << " " << k;
-      last = now;
-      last_shaded = shaded;
-      farthest = std::max(farthest, length(now - first));
+    const Vec3d first = proxy.position();
+    for (const SnapshotPtr& model : {raised, flat}) {
+      ASSERT_TRUE(proxy.step(*model, cursor));
+      EXPECT_FALSE(proxy.settling());
+      EXPECT_GT(std::abs(proxy.rise()), 0.01);
+      const Vec3d now = proxy.position();
+      EXPECT_LT(length(closest_point(*model, now).position - now), 1e-9);
+      if (model == raised) {
+        EXPECT_GT(length(now - first), 0.01);
+      } else {
+        EXPECT_LT(length(now - first), 2e-3) << depth;
+      }
+      for (int k = 0; k < 50; ++k) ASSERT_TRUE(proxy.step(*model, cursor));
+      EXPECT_EQ(proxy.position(), now) << "there is nothing left to do";
     }
-    EXPECT_GT(farthest, 0.01) << "the change was felt";
-    EXPECT_LT(length(last - first), 2e-3) << "and is gone again";
   }
+}
+
+TEST(Proxy, SettlesOverTicksWhereTheWayToRestIsLong) {
+  // The whole ground leans after the edit, and the way down over its triangles is longer than a tick may look.
+  const auto mesh = plane_shell(4, 64);
+  const auto leaning = [&](double slope) {
+    return displaced(mesh, [=](Vec3d p) { return 0.5 + slope * (p.x - 0.5); });
+  };
+  const SnapshotPtr level = leaning(0), slope = leaning(0.9);
+  Proxy proxy;
+  const Vec3d cursor = {0.5, -0.6, 0.5};
+  static_cast<void>(proxy.step(*level, {0.5, 0.01, 0.5}));
+  for (int k = 1; k <= 61; ++k) ASSERT_TRUE(proxy.step(*level, {0.5, 0.01 - 0.01 * k, 0.5}));
+  for (int k = 0; k < 400; ++k) ASSERT_TRUE(proxy.step(*level, cursor));
+  EXPECT_FALSE(proxy.settling());
+  double last = 1e300;
+  int ticks = 0;
+  for (; ticks < 100; ++ticks) {
+    ASSERT_TRUE(proxy.step(*slope, cursor));
+    EXPECT_LE(proxy.depth(), last) << ticks;
+    last = proxy.depth();
+    if (!proxy.settling()) break;
+  }
+  EXPECT_GE(ticks, 1);
+  EXPECT_LT(ticks, 20);
+  EXPECT_NEAR(proxy.depth(), length(closest_point(*slope, cursor).position - cursor), 1e-6);
+  const Vec3d rest = proxy.position();
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(proxy.step(*slope, cursor));
+  EXPECT_EQ(proxy.position(), rest);
 }
 
 TEST(Proxy, LetsGoOfAFastCursorThatComesOutAtAGrazingAngle) {
@@ -353,11 +369,11 @@ TEST(Proxy, LetsGoOfAFastCursorThatComesOutAtAGrazingAngle) {
       return Vec3d{std::sin(turn), std::cos(turn), 0.01} * (1 + height);
     };
     Proxy proxy;
-    static_cast<void>(proxy.step(*model, at(0, 0.01), {}));
-    for (int k = 1; k <= 100; ++k) static_cast<void>(proxy.step(*model, at(1e-3 * k, 0.01 - 1.5e-4 * k), {}));
+    static_cast<void>(proxy.step(*model, at(0, 0.01)));
+    for (int k = 1; k <= 100; ++k) static_cast<void>(proxy.step(*model, at(1e-3 * k, 0.01 - 1.5e-4 * k)));
     ASSERT_TRUE(proxy.held());
     int held = 0;
-    for (int k = 1; k <= 20; ++k) held += proxy.step(*model, at(0.1 + step * k, 0.005 * step * k), {}) ? 1 : 0;
+    for (int k = 1; k <= 20; ++k) held += proxy.step(*model, at(0.1 + step * k, 0.005 * step * k)) ? 1 : 0;
     EXPECT_LE(held, 2) << step;
   }
 }
@@ -366,27 +382,19 @@ TEST(Proxy, FollowsASurfaceThatRisesAndFalls) {
   const auto mesh = plane_shell(4, 8);
   const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
   const SnapshotPtr flat = level(0), raised = level(0.02), carved = level(-0.02);
-  const Blend::Ease ease = {.share = 0.1, .most = 1};
   Proxy proxy;
-  static_cast<void>(proxy.step(*flat, {0.4, 0.01, 0.45}, ease));
-  static_cast<void>(proxy.step(*flat, {0.4, -0.03, 0.45}, ease));
+  static_cast<void>(proxy.step(*flat, {0.4, 0.01, 0.45}));
+  static_cast<void>(proxy.step(*flat, {0.4, -0.03, 0.45}));
   EXPECT_NEAR(proxy.depth(), 0.03, 1e-6);
-  double last = proxy.depth();
-  EXPECT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}, ease));
+  EXPECT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}));
   EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
+  EXPECT_NEAR(proxy.depth(), 0.05, 1e-6);
   EXPECT_NEAR(proxy.position().y, 0.02, 1e-6);
-  for (int k = 0; k < 100; ++k) {
-    EXPECT_LE(std::abs(proxy.depth() - last), 0.0021) << "taken over by a tenth per tick";
-    last = proxy.depth();
-    ASSERT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}, ease));
-  }
-  EXPECT_NEAR(proxy.depth(), 0.05, 1e-4);
-  for (int k = 0; k < 100; ++k) {
-    ASSERT_TRUE(proxy.step(*carved, {0.4, -0.03, 0.45}, ease));
-    EXPECT_LE(std::abs(proxy.depth() - last), 0.0041);
-    last = proxy.depth();
-  }
-  EXPECT_NEAR(proxy.depth(), 0.01, 1e-4);
+  ASSERT_TRUE(proxy.step(*raised, {0.4, -0.03, 0.45}));
+  EXPECT_EQ(proxy.rise(), 0);
+  ASSERT_TRUE(proxy.step(*carved, {0.4, -0.03, 0.45}));
+  EXPECT_NEAR(proxy.rise(), -0.04, 1e-6);
+  EXPECT_NEAR(proxy.depth(), 0.01, 1e-6);
   EXPECT_NEAR(proxy.position().y, -0.02, 1e-6);
 }
 
@@ -394,20 +402,20 @@ TEST(Proxy, IsCaughtByASurfaceThatRisesPastARestingCursor) {
   const auto mesh = plane_shell(4, 8);
   const auto level = [&](double height) { return displaced(mesh, [=](Vec3d) { return 0.5 + height / 0.2; }); };
   Proxy proxy;
-  EXPECT_FALSE(proxy.step(*level(0), {0.4, 0.01, 0.45}, {.share = 0.1}));
-  EXPECT_TRUE(proxy.step(*level(0.03), {0.4, 0.01, 0.45}, {.share = 0.1}));
-  EXPECT_LT(proxy.depth(), 0.003) << "from nothing";
-  for (int k = 0; k < 100; ++k) ASSERT_TRUE(proxy.step(*level(0.03), {0.4, 0.01, 0.45}, {.share = 0.1}));
-  EXPECT_NEAR(proxy.depth(), 0.02, 1e-4);
+  EXPECT_FALSE(proxy.step(*level(0), {0.4, 0.01, 0.45}));
+  EXPECT_TRUE(proxy.step(*level(0.03), {0.4, 0.01, 0.45}));
+  EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
+  EXPECT_NEAR(proxy.depth(), 0.02, 1e-6);
+  EXPECT_FALSE(proxy.settling());
 }
 
 TEST(Proxy, OtherSlabsUnderItAreReported) {
   const SnapshotPtr one = displaced(sphere_shell(2, 8), [](Vec3d) { return 0.5; });
   const SnapshotPtr two = displaced(sphere_shell(2, 8, 0.7, 1.3), [](Vec3d) { return 0.5; });
   Proxy proxy;
-  static_cast<void>(proxy.step(*one, {0, 0, 1.1}, {}));
-  ASSERT_TRUE(proxy.step(*one, {0, 0, 0.9}, {}));
-  EXPECT_FALSE(proxy.step(*two, {0, 0, 0.9}, {}));
+  static_cast<void>(proxy.step(*one, {0, 0, 1.1}));
+  ASSERT_TRUE(proxy.step(*one, {0, 0, 0.9}));
+  EXPECT_FALSE(proxy.step(*two, {0, 0, 0.9}));
   EXPECT_TRUE(proxy.lost());
 }
 
@@ -418,11 +426,11 @@ TEST(Proxy, AskedForItsNormalOrNotItGoesTheSameWay) {
   int held = 0;
   for (int k = 0; k < 5000; ++k) {
     const Vec3d hand = wandering.next();
-    const bool feels = told.step(*model, hand, {});
-    bare.step(*model, hand, {});
+    const bool feels = told.step(*model, hand);
+    bare.step(*model, hand);
     ASSERT_EQ(told.held(), bare.held()) << k;
     if (!feels) continue;
-    const SurfacePoint at = told.describe(*model, 1).surface;
+    const SurfacePoint at = told.describe(*model).surface;
     ++held;
     ASSERT_EQ(told.depth(), bare.depth());
     ASSERT_EQ(told.way_out(), bare.way_out());
@@ -442,63 +450,15 @@ TEST(Proxy, SetsOffFromAPlaceInTheOpenOrOneThatTheSurfaceHasRisenPast) {
   const SnapshotPtr low = level(0), high = level(0.03);
   Proxy proxy;
   proxy.start(*mesh, {0.4, 0.01, 0.45});
-  EXPECT_TRUE(proxy.step(*low, {0.4, -0.02, 0.45}, {}));
+  EXPECT_TRUE(proxy.step(*low, {0.4, -0.02, 0.45}));
   EXPECT_NEAR(proxy.depth(), 0.02, 1e-6);
   LocateHint hint;
   const auto below = probe(*high, {0.4, 0.01, 0.45}, hint);
   ASSERT_TRUE(below && below->touching());
   proxy.start(*mesh, {0.4, 0.01, 0.45}, below->at);
-  EXPECT_TRUE(proxy.step(*high, {0.4, 0.01, 0.45}, {.share = 0.1}));
+  EXPECT_TRUE(proxy.step(*high, {0.4, 0.01, 0.45}));
   EXPECT_NEAR(proxy.rise(), 0.02, 1e-6);
-  EXPECT_LT(proxy.depth(), 0.003) << "taken over little by little";
-}
-
-/// The program moves the workspace: the cursor goes deeper, out, and in again, by much in one tick.
-TEST(Proxy, WhatIsFeltDoesNotJumpWithAProgramThatMovesTheCursor) {
-  const SnapshotPtr model = testing::flat_plane();
-  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
-  Proxy proxy;
-  static_cast<void>(proxy.step(*model, {0.4, 0.01, 0.45}, ease));
-  for (int k = 0; k < 30; ++k) static_cast<void>(proxy.step(*model, {0.4, 0.009 - 1e-3 * k, 0.45}, ease));
-  ASSERT_NEAR(proxy.depth(), 0.02, 1e-9);
-  Vec3d last = proxy.felt();
-  for (const Vec3d to :
-       {Vec3d{0.4, -0.06, 0.45}, Vec3d{0.7, -0.03, 0.3}, Vec3d{0.5, 0.05, 0.5}, Vec3d{0.5, -0.04, 0.5}}) {
-    double grown = 0;
-    const double before = proxy.depth();
-    for (int k = 0; k < 400; ++k) {
-      static_cast<void>(proxy.step(*model, to, ease, k > 0));
-      EXPECT_LE(length(proxy.felt() - last), ease.most * (1 + 1e-9)) << to.y << " " << k;
-      last = proxy.felt();
-      grown += proxy.grown();
-    }
-    EXPECT_EQ(proxy.held(), to.y < 0);
-    EXPECT_NEAR(proxy.depth(), std::max(0.0, -to.y), 1e-6) << "and it comes to what there is";
-    EXPECT_NEAR(grown, proxy.depth() - before, 1e-9) << "which the hand has not made";
-  }
-}
-
-TEST(Proxy, WhatIsLeftOfAContactFadesByTheHandsWayNotByTheProgramsOwn) {
-  // A bump that held the tool is gone.
-  const auto mesh = plane_shell(4, 32);
-  const SnapshotPtr bump = displaced(
-      mesh, [](Vec3d p) { return 0.3 + 0.5 * std::exp(-40 * dot(p - Vec3d{0.5, 0, 0.5}, p - Vec3d{0.5, 0, 0.5})); });
-  const SnapshotPtr flat = displaced(mesh, [](Vec3d) { return 0.3; });
-  const Blend::Ease ease = {.share = 0.06, .most = 5e-4};
-  for (const bool by_hand : {true, false}) {
-    Proxy proxy;
-    for (int k = 0; k <= 50; ++k) static_cast<void>(proxy.step(*bump, {0.5, 0.08 - 1e-3 * k, 0.5}, ease));
-    ASSERT_GT(proxy.depth(), 0.02);
-    const Vec3d before = proxy.felt();
-    ASSERT_TRUE(proxy.step(*flat, {0.5, 0.03, 0.5}, ease));
-    ASSERT_FALSE(proxy.held());
-    static_cast<void>(proxy.step(*flat, {0.5, 0.04, 0.5}, ease, by_hand));
-    const double gone = length(before - proxy.felt());
-    if (by_hand)
-      EXPECT_NEAR(gone, 0.01 + 2 * ease.most, 1e-9);
-    else
-      EXPECT_LE(gone, 2 * ease.most * (1 + 1e-9));
-  }
+  EXPECT_NEAR(proxy.depth(), 0.02, 1e-6);
 }
 
 }  // namespace
