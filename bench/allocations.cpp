@@ -1,10 +1,11 @@
-// Stands before glibc's malloc in the whole program.
+// Stands before glibc's malloc in the whole program; not under the sanitizers, which bring their own.
 #include "allocations.h"
 
 namespace {
 thread_local std::size_t allocated = 0;
 }  // namespace
 
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" {
 
 // glibc's own, under the names that it keeps for those who replace the public ones.
@@ -33,6 +34,7 @@ void* __libc_memalign(std::size_t alignment, std::size_t size);
 }
 
 }  // extern "C"
+#endif
 
 namespace relief::bench {
 

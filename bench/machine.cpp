@@ -58,8 +58,9 @@ double load_average() {
   return load;
 }
 
-Eviction::Eviction(const Machine& machine)
-    : buffer_(machine.last_level_cache > 0 ? machine.last_level_cache + machine.last_level_cache / 2 : kUnknownCache) {}
+std::size_t more_than_all_caches(const Machine& machine) noexcept {
+  return machine.last_level_cache > 0 ? machine.last_level_cache + machine.last_level_cache / 2 : kUnknownCache;
+}
 
 void Eviction::operator()() noexcept {
   for (std::size_t i = 0; i < buffer_.size(); i += kLine) ++buffer_[i];

@@ -18,13 +18,16 @@ struct Machine {
 /// Threads that ran or waited for a core, mean of the last minute.
 [[nodiscard]] double load_average();
 
-/// Pushes everything out of the caches.
+/// Bytes of memory that are more than all caches hold: one and a half times the last level, or 64 MiB where the system
+/// does not say how large that is.
+[[nodiscard]] std::size_t more_than_all_caches(const Machine& machine) noexcept;
+
+/// Pushes what was used before out of the caches of the core that calls it, and, where it is large, of all.
 class Eviction {
  public:
-  /// A buffer of one and a half times the last level of cache, or of 64 MiB where the system does not say how large
-  /// that is. Its pages are of the usual size, so the translations of addresses go as well.
-  explicit Eviction(const Machine& machine);
-  /// Reads and changes each line of the buffer: what was there before is in no cache any more, the core's own included.
+  /// A buffer of so many bytes. Its pages are of the usual size, so the translations of addresses go as well.
+  explicit Eviction(std::size_t bytes) : buffer_(bytes) {}
+  /// Reads and changes each line of the buffer, so that all must be written back before their room is used again.
   void operator()() noexcept;
   [[nodiscard]] std::size_t bytes() const noexcept { return buffer_.size(); }
 

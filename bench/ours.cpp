@@ -5,6 +5,8 @@
 #include <relief/core/query.h>
 #include <relief/haptics/touch.h>
 
+#include <limits>
+
 namespace relief::bench {
 
 namespace {
@@ -15,6 +17,8 @@ constexpr double kExtent = 0.15;     // m that the model's diagonal is for the h
 constexpr std::size_t kFew = 100;    // frames, for what takes long
 
 constexpr double kAbove = 0.02;  // of the diagonal: where a hand starts to come down
+constexpr double kNoJump =
+    std::numeric_limits<double>::infinity();  // no rise of the surface counts as one: it stays as it is
 
 /// Calls tick(cursor) for a straight way down to a cursor, in 200 ticks.
 template <typename Tick>
@@ -80,8 +84,7 @@ class ContactPoint final : public Contestant {
   }
 
  private:
-  [[nodiscard]] Touched step(Vec3d cursor) { return touch_->step(surface_.model, {cursor, {}}, {}, kNoJump, true); }
-  static constexpr double kNoJump = std::numeric_limits<double>::infinity();
+  [[nodiscard]] Touched step(Vec3d cursor) { return touch_->step(surface_.model, {cursor, {}}, kNoJump); }
   const Surface& surface_;
   std::unique_ptr<Touch> touch_;
 };

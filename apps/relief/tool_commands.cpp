@@ -133,7 +133,10 @@ void add_bench(CLI::App& app, Context& context) {
   auto what = std::make_shared<std::string>();
   auto thorough = std::make_shared<bool>(false);
   CLI::App* c = app.add_subcommand("bench", "Measure this build on this machine");
-  c->add_option("WHAT", *what, "convert, query, touch, dab, render, paper (the paper's own table), or all")
+  c->add_option(
+       "WHAT", *what,
+       "convert, query, touch (each goal beside its figure, and peers on the same surfaces), dab, render, paper "
+       "(the paper's own table), or all")
       ->required()
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
   c->add_flag("--long", *thorough, "Take the time that steady figures need");

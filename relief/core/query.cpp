@@ -386,6 +386,25 @@ void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit)
   }
 }
 
+/// The normal at a sample inside the slab, from the six around it: shared_normal() where nothing is a hole.
+Vec3d inner_normal(const SlabCorners& corners, const float* d, int n, GridPoint at) noexcept {
+  const auto& o = corners.order;
+  const std::array inner = {corners.inner[o[0]], corners.inner[o[1]], corners.inner[o[2]]};
+  const std::array outer = {corners.outer[o[0]], corners.outer[o[1]], corners.outer[o[2]]};
+  const bool exact = (n & (n - 1)) == 0;
+  const double step = 1.0 / n;
+  const auto position = [&](GridPoint p) {
+    // As SlabCorners::point(), to the bit; a power of two divides as its inverse multiplies.
+    const std::array<int, 3> k = weights(n, p);
+    const auto weight = [&](std::uint8_t corner) { return exact ? k[corner] * step : double(k[corner]) / n; };
+    const double a = weight(o[0]), b = weight(o[1]), c = weight(o[2]);
+    const Vec3d in = (inner[0] * a + inner[1] * b) + inner[2] * c, out = (outer[0] * a + outer[1] * b) + outer[2] * c;
+    return in + (out - in) * double{d[sample_index(n, p)]};
+  };
+  return normalized(
+      ring_sum(at, position, [](GridPoint) { return true; }, [](const std::array<GridPoint, 3>&) { return false; }));
+}
+
 /// The normals at the three samples of a cell whose samples all lie inside the slab, from the samples around them.
 std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, const float* d, int n,
                                    const std::array<GridPoint, 3>& cell) noexcept {
@@ -488,7 +507,10 @@ const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId
     made.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
   else
     for (std::size_t k = 0; k < 3; ++k)
-      if (!have[k]) made.normals[k] = shading_normal(model, slab, cell[k]);
+      if (!have[k])
+        made.normals[k] = inside(cell[k]) && !model.has(Layer::Void)
+                              ? inner_normal(model.slab_mesh().corners(slab), model.displacement(slab), n, cell[k])
+                              : shading_normal(model, slab, cell[k]);
   known = made;
   return known.normals;
 }
