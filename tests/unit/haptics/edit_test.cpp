@@ -72,6 +72,27 @@ TEST(Edit, ABumpThatRisesAndGoesUnderTheToolIsFeltWithoutAStep) {
     }
 }
 
+TEST(Edit, ARiseOfMoreThanThreeMillimetresIsASafeStateAndNoForce) {
+  const auto mesh = plane_shell(4, 8);
+  const auto level = [&](double metres) {
+    return displaced(mesh, [=](Vec3d) { return 0.5 + metres / kMetres / 0.2; });
+  };
+  for (const Case& with : cases())
+    for (const double rise : {2.9e-3, 3.1e-3}) {
+      Driver hand = driver(with);
+      const Vec3d rest = {0.45, with.held.radius - 0.005, 0.45};
+      for (int k = 0; k < 100; ++k) static_cast<void>(hand.at(*level(0), rest + Vec3d{0, 1e-4 * (99 - k), 0}));
+      const ServoSample now = hand.at(*level(rise), rest);
+      const std::uint32_t latched = bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched);
+      EXPECT_EQ(now.flags & latched, rise > 3e-3 ? latched : 0U) << with.held.name << " " << rise;
+      if (rise > 3e-3) {
+        EXPECT_EQ(now.force, Vec3d{});
+      } else {
+        EXPECT_GT(length(now.force), 0.1);
+      }
+    }
+}
+
 /// Pressed sideways into a thorn, which is then gone: what held the tool fades, whatever the hand does.
 TEST(Edit, WhatItTakesAwayIsOverInBoundedTimeWithoutAStep) {
   const auto mesh = plane_shell(4, 32);

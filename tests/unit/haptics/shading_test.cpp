@@ -34,6 +34,7 @@ TEST(Shading, NormalsThatAlwaysLeanForwardsAreLedBack) {
   EXPECT_GT(shading.step(leaning(20), kUp, kForce, 0, {}, kAny).x, 0.3) << "at first they are as they were given";
   const double work = slide(shading, leaning(20), 100'000, kStep);  // a metre: 0.68 J without
   EXPECT_LT(work, 2 * kSlack * kForce + 4e-4 * kForce * 1.0);
+  EXPECT_GT(work, 3e-4 * kForce * 1.0) << "so much may be given for good";
   EXPECT_LT(shading.step(leaning(20), kUp, kForce, 0, {}, kAny).x, 0.1);
 }
 
@@ -74,6 +75,14 @@ TEST(Shading, NormalsThatLeanBackwardsAreLeftAsTheyAre) {
     ASSERT_EQ(shading.step(leaning(-20), kUp, kForce, 0, {kStep, 0, 0}, kAny), leaning(-20));
   // And what they took is not given back for more than a little.
   EXPECT_LT(slide(shading, leaning(20), 100'000, kStep), 3 * kSlack * kForce + 4e-4 * kForce * 1.0);
+}
+
+TEST(Shading, TheAccountHoldsATenthOfAMillimetreTimesTheForceOrThreeTenthsOfANewton) {
+  for (const double force : {0.1, 0.3, 2.0}) {
+    Shading shading;
+    static_cast<void>(slide(shading, leaning(-20), 10'000, kStep, force));
+    EXPECT_NEAR(shading.given(), -kSlack * std::max(0.3, force), 1e-12) << force;
+  }
 }
 
 TEST(Shading, ASpringAlongTheWayOutOwesNothing) {
