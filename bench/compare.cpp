@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kColdFrames = 200;
+constexpr std::size_t kColdFrames = 100;
 
 /// Keeps the optimiser honest.
 volatile double answers_sum = 0;

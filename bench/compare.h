@@ -16,7 +16,7 @@ namespace relief::bench {
 class Contestant;
 
 struct Repeats {
-  int frames = 4'000;        ///< of each way
+  int frames = 3'000;        ///< of each way
   std::size_t places = 100;  ///< of each way at which answers are compared with all triangles
   int rounds = 2;            ///< in each of which every row goes each way three times; the first time only warms up
 };

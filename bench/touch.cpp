@@ -51,6 +51,7 @@ struct Plan {
   int scan_slabs;
   std::vector<int> scan_intervals;
   std::optional<int> dense_intervals;  ///< of the pumpkin once more
+  bool all_tools;                      ///< also on the surfaces whose n is another than `intervals`
   int tool_frames;
   int evicted_ticks, paced_ticks;
   std::vector<int> growth_levels;
@@ -66,14 +67,16 @@ Plan plan_of(Extent extent) {
                .scan_slabs = 200,
                .scan_intervals = {32, 64},
                .dense_intervals = std::nullopt,
+               .all_tools = false,
                .tool_frames = 1'000,
-               .evicted_ticks = 1'000,
-               .paced_ticks = 3'000,
+               .evicted_ticks = 1'200,
+               .paced_ticks = 2'000,
                .growth_levels = {2, 4, 6},
                .growth_frames = 20'000};
   if (extent == Extent::Long) {
     plan.repeats = {.frames = 20'000, .places = 300, .rounds = 3};
     plan.dense_intervals = 128;
+    plan.all_tools = true;
     plan.tool_frames = 5'000;
     plan.evicted_ticks = plan.paced_ticks = 10'000;
     plan.growth_levels = {2, 4, 6, 8};
@@ -85,6 +88,7 @@ Plan plan_of(Extent extent) {
             .scan_slabs = 150,
             .scan_intervals = {4},
             .dense_intervals = 16,
+            .all_tools = false,
             .tool_frames = 50,
             .evicted_ticks = 20,
             .paced_ticks = 50,
@@ -187,7 +191,7 @@ class TouchBench {
     const bool dense = plan_.dense_intervals && settings.intervals == *plan_.dense_intervals;
     figure("tracked query, times faster than Embree at its best", name, ratio, "times",
            name.starts_with("pumpkin") ? at_least(dense ? 30 : 10) : Goal{});
-    tools(name, surface, ways);
+    if (plan_.all_tools || settings.intervals == plan_.intervals) tools(name, surface, ways);
     if (cold) {
       evicted(name, surface, "core's own caches evicted", own_);
       evicted(name, surface, "all caches evicted", all_);
