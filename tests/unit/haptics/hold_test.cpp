@@ -156,8 +156,7 @@ bool wide(const Snapshot& model, const SurfacePoint& p, double reach) {
 /// Whether a plain god-object on the bare triangles, pressed straight in, leaves the face while the cursor is on its
 /// side of the part: the way from the contact point through the cursor, as far again, does not come out of the solid.
 /// Lobes and rims are like that. Off such a face a contact rolls before there is another side to be kept from.
-bool rolls_off(const testing::BareTriangles& bare, const Place& place) {
-  const double size = bare.diagonal();
+bool rolls_off(const testing::BareTriangles& bare, const Place& place, double size) {
   testing::GodObject oracle(bare, 1);
   bool past_the_middle = false;
   for (double depth = -0.01 * size; depth <= 0.04 * size; depth += 2e-5 * size) {
@@ -230,7 +229,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
       thin += place.thickness < 0.03 * size && !rim ? 1 : 0;
       const Straying straying = {6.28 * unit(random), 0.005 * size * unit(random)};
       rims += rim ? 1 : 0;
-      if (rim && rolls_off(bare, place)) {
+      if (rim && rolls_off(bare, place, size)) {
         ++rolling;
         continue;
       }
@@ -252,7 +251,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
     EXPECT_EQ(straight.lost + straight.wrong, 0);
     if (!kShares) continue;
     EXPECT_LE(rolling, 0.05 * rims);
-    EXPECT_LE(with_the_hand.share(), 0.04);
+    EXPECT_LE(with_the_hand.share(), 0.035);
   }
 }
 
@@ -270,6 +269,7 @@ TEST_P(HoldOnScans, PushesOutwardsWhereverAGodObjectDoesNotRollOff) {
   RELIEF_DATA_FILE(file, std::string("a_models/") + GetParam() + ".ply");
   const Made made = made_of(import_mesh(file), {});
   const testing::BareTriangles bare = bare_triangles(*made.model);
+  const double size = diagonal(made.model->slab_mesh().bounds());
   for (const std::uint32_t seed : seeds()) {
     Places places(made, seed);
     Pressed done, done_exact;
@@ -277,7 +277,7 @@ TEST_P(HoldOnScans, PushesOutwardsWhereverAGodObjectDoesNotRollOff) {
     for (int k = 0; k < kPresses; ++k) {
       const auto place = places.next_thin(100'000);
       ASSERT_TRUE(place) << "no thin place";
-      if (rolls_off(bare, *place)) {
+      if (rolls_off(bare, *place, size)) {
         ++rolling;
         continue;
       }
