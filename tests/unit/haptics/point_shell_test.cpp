@@ -233,7 +233,7 @@ TEST(PointShell, ASurfaceThatRisesSlowlyPastRestingPointsIsFelt) {
   EXPECT_GT(shell.depth(), 0.0125);
 }
 
-TEST(PointShell, WherePushGoesFasterThanTheToolItSaysThatItSettles) {
+TEST(PointShell, SaysThatItSettlesForAsLongAsAnEditMovesIt) {
   const auto mesh = torus_shell(24, 12, 24);
   std::vector<SnapshotPtr> models;
   for (const double high : {0.0, 0.03, -0.05})
@@ -241,18 +241,11 @@ TEST(PointShell, WherePushGoesFasterThanTheToolItSaysThatItSettles) {
         mesh, [=](Vec3d p) { return 0.5 + high * std::cos(40 * p.x) + 0.2 * std::sin(9 * p.x) * std::cos(8 * p.z); }));
   PointShell shell(sphere_points(60, 0.08));
   testing::WanderingHand wandering;
-  Vec3d last = wandering.next(), push;
-  shell.step(*models[0], {last, {}});
+  shell.step(*models[0], {wandering.next(), {}});
   int pushed = 0, settling = 0, long_after = 0;
   for (int k = 0; k < 6000; ++k) {
     const Snapshot& model = *models[std::size_t(k / 40) % 3];
-    const Vec3d hand = wandering.next();
-    const bool now = shell.step(model, {hand, {}});
-    const double most = 4 * length(hand - std::exchange(last, hand));
-    const double change = length(shell.push() - std::exchange(push, shell.push()));
-    if (!shell.settling()) {
-      ASSERT_LE(change, most * (1 + 1e-9)) << k;
-    }
+    const bool now = shell.step(model, {wandering.next(), {}});
     settling += shell.settling() ? 1 : 0;
     long_after += shell.settling() && k % 40 > 10 ? 1 : 0;
     ASSERT_EQ(now, shell.held() > 0) << k;
@@ -264,30 +257,24 @@ TEST(PointShell, WherePushGoesFasterThanTheToolItSaysThatItSettles) {
   }
   EXPECT_GT(pushed, 1000);
   EXPECT_GE(settling, 149) << "in each tick in which the surface is another";
-  EXPECT_LT(long_after, 100);
+  EXPECT_EQ(long_after, 0);
 }
 
-TEST(PointShell, WhereAllPointsComeOutPastARimItSaysSo) {
+TEST(PointShell, LetsGoWhereTheHandTakesItOutPastARim) {
   const SnapshotPtr disc = displaced(
       testing::mapped_shell(*testing::sphere_shell(2, 24), [](Vec3d p) { return Vec3d{p.x, 0.02 * p.y, p.z}; }),
       [](Vec3d) { return 0.5; });
   PointShell shell(sphere_points(20, 0.02));
-  Vec3d hand = {0.7, 0.1, 0}, push;
+  Vec3d hand = {0.7, 0.1, 0};
   shell.step(*disc, {hand, {}});
   double deepest = 0;
-  int slipped = 0;
   for (int k = 0; k < 800; ++k) {
-    const Vec3d move = k < 200 ? Vec3d{0, -1e-3, 0} : Vec3d{1e-3, 0, 0};  // down through the disc, and out past its rim
-    hand += move;
+    hand += k < 200 ? Vec3d{0, -1e-3, 0} : Vec3d{1e-3, 0, 0};  // down through the disc, and out past its rim
     shell.step(*disc, {hand, {}});
-    if (length(shell.push() - std::exchange(push, shell.push())) > 4 * length(move)) {
-      ++slipped;
-      EXPECT_TRUE(shell.settling()) << k;
-    }
+    EXPECT_FALSE(shell.settling()) << "it is the hand that lets go, " << k;
     deepest = std::max(deepest, shell.depth());
   }
   EXPECT_GT(deepest, 0.05);
-  EXPECT_GT(slipped, 0);
   EXPECT_EQ(shell.push(), (Vec3d{}));
 }
 
