@@ -13,16 +13,19 @@ namespace relief {
 /// reading that leaps is caught up with in a few ticks.
 class HandLimit {
  public:
-  static constexpr double kMost = 0.02;  ///< of the diagonal
+  static constexpr double kMost = 0.02;  ///< of the diagonal, where the hand moves
+  static constexpr double kLed = 0.005;  ///< and where a program has put the tool elsewhere, which has time
 
   void reset() noexcept { known_ = false; }
-  /// The pose to which the tool goes in this tick. `reach`: of the tool from its origin; `diagonal`: of the model.
-  [[nodiscard]] ToolPose follow(const ToolPose& hand, double reach, double diagonal) noexcept {
+  /// The pose to which the tool goes in this tick. `reach`: of the tool from its origin; `diagonal`: of the model;
+  /// `led`: it is on its way to where a program has put it.
+  [[nodiscard]] ToolPose follow(const ToolPose& hand, double reach, double diagonal, bool led = false) noexcept {
     const Vec3d from = known_ ? at_.origin : hand.origin;
     if (!known_) at_ = hand;
     known_ = true;
     const double cosine = std::min(1.0, std::abs(dot(at_.orientation, hand.orientation)));
-    const double way = length(hand.origin - at_.origin) + reach * 2 * std::acos(cosine), most = kMost * diagonal;
+    const double way = length(hand.origin - at_.origin) + reach * 2 * std::acos(cosine),
+                 most = (led ? kLed : kMost) * diagonal;
     late_ = way > most;
     at_ = late_ ? between(at_, hand, most / way) : hand;
     move_ = at_.origin - from;

@@ -118,7 +118,7 @@ void Servo::start_contact_anew() noexcept {
 
 Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
   const double jump = kSurfaceJump / workspace().metres_per_unit;
-  const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()));
+  const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()), put_elsewhere_);
   Touched felt = touch_->step(model, at, jump);
   felt.settling = felt.settling || put_elsewhere_;
   put_elsewhere_ = put_elsewhere_ && hand_.late();

@@ -19,6 +19,15 @@ Quatd turned(Vec3d axis, double angle) {
 }
 double angle_between(Quatd a, Quatd b) { return 2 * std::acos(std::min(1.0, std::abs(dot(a, b)))); }
 
+/// What a program has put elsewhere has time: the contact is led there at 0.75 m/s where the diagonal is 0.15 m.
+TEST(HandLimit, LeadsWhatAProgramMovesMoreSlowly) {
+  HandLimit limit;
+  static_cast<void>(limit.follow({{0, 0, 0}, {}}, 0, 2));
+  EXPECT_NEAR(limit.follow({{1, 0, 0}, {}}, 0, 2, true).origin.x, 0.01, 1e-12);
+  EXPECT_TRUE(limit.late());
+  EXPECT_NEAR(limit.follow({{1, 0, 0}, {}}, 0, 2).origin.x, 0.05, 1e-12);
+}
+
 TEST(HandLimit, FollowsAHandToTheBitThatIsNoFaster) {
   std::mt19937 random(9);
   std::normal_distribution<double> normal;
