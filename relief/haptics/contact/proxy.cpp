@@ -17,10 +17,10 @@ using detail::kAnywhere;
 constexpr int kHeights = 3;      // times that the place that the hand has gone to is brought to the surface's height
 constexpr double kStill = 1e-9;  // of the depth: a way that is none, but for rounding
 constexpr double kSteep = 0.25;  // squared cosine from a triangle to a normal that is followed into its plane
-constexpr double kGain = 1 - 1e-12;      // squared distance that a landing must win: above rounding
-constexpr double kClearWays = 16;        // ways like the last one for which a clear ball is looked for
-constexpr int kClearSamples = 64;        // that may be placed to find one
-constexpr double kFarthestOff = 1.0472;  // rad that a normal may be off the way out: half of its force pushes out
+constexpr double kGain = 1 - 1e-12;  // squared distance that a landing must win: above rounding
+constexpr double kClearWays = 16;    // ways like the last one for which a clear ball is looked for
+constexpr int kClearSamples = 64;    // that may be placed to find one
+constexpr double kFacing = 0.5;      // cosine from a normal to the way out, at least: so much of its force pushes out
 
 bool same(const SlabCorners& a, const SlabCorners& b) noexcept {
   return a.inner == b.inner && a.outer == b.outer && a.order == b.order;
@@ -48,6 +48,15 @@ Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& norm
   n = normalized(n);
   const double turn2 = distance2(n, normal), most2 = distance2(out / std::sqrt(depth2), normal);
   return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
+}
+
+/// A normal, led towards the way out where it does not face it. All are unit.
+Vec3d facing(Vec3d way_out, Vec3d normal) noexcept {
+  const double cosine = dot(normal, way_out);
+  if (cosine >= kFacing) return normal;
+  const Vec3d aside = normal - way_out * cosine;
+  const double size = length(aside);
+  return size > 0 ? way_out * kFacing + aside * (std::sqrt(1 - kFacing * kFacing) / size) : way_out;
 }
 
 }  // namespace
@@ -258,8 +267,7 @@ SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
 Proxy::Description Proxy::describe(const Snapshot& model) noexcept {
   Description now;
   now.surface = surface(model);
-  const Vec3d leading =
-      turned_by(way_out_, leading_normal(place_, normals_.normals, now.surface.normal, last_), kFarthestOff);
+  const Vec3d leading = facing(way_out_, leading_normal(place_, normals_.normals, now.surface.normal, last_));
   // What is felt changes by no more than the point may go, in depth and direction together.
   const double may = detail::budget(travel_, depth()), deeper = depth() - described_;
   now.turn = fresh_ || !(depth() > 0) ? kAnywhere : std::sqrt(std::max(0.0, may * may - deeper * deeper)) / depth();
