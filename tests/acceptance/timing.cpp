@@ -243,7 +243,8 @@ void calls_of_steps(Report& report, const testing::HeldTool& held, const std::ve
   SnapshotChannel channel(models.front());
   SimulatedHand hand = roaming_hand(held);
   Servo servo(roaming_settings(held), hand.info());
-  const int warm = 2'000, ticks = (report.long_form() ? 3'000'000 : 30'000) / held.dear;
+  // Until each branch of a tick has been taken: its code is then in memory, as in the loop, which locks it there.
+  const int warm = 10'000, ticks = (report.long_form() ? 3'000'000 : 30'000) / held.dear;
   testing::ForbiddenCalls calls;
   int touched = 0, changes = 0, breaches = 0;
   rusage before{}, after{};
