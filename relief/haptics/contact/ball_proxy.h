@@ -99,7 +99,7 @@ class BallProxy {
 
   OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.2 MiB
   bool known_ = false, held_ = false, lost_ = false;
-  bool settled_ = true;      ///< it has come to rest after the last change of the surface
+  bool settled_ = true;  ///< it has come to rest after the last change of the surface
   bool settling_ = false;
   bool touches_ = false;     ///< surface_ is a place
   bool under_way_ = false;   ///< in the open, to a cursor too far away for one tick
