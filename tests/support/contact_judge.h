@@ -222,6 +222,7 @@ enum class Fault {
   TooFast,       ///< further than it may go for the cursor's motion
   LetGoInside,   ///< let go although the way from the point to the cursor leads through the surface, or inside
   Overlaps,      ///< a ball in the material
+  TooDeep,       ///< deeper than a plain god-object in its place, where nothing is thin
 };
 [[nodiscard]] inline std::string_view name(Fault fault) {
   switch (fault) {
@@ -241,6 +242,8 @@ enum class Fault {
       return "let go inside";
     case Fault::Overlaps:
       return "overlaps";
+    case Fault::TooDeep:
+      return "too deep";
   }
   return "unknown";
 }

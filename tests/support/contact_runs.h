@@ -1,17 +1,23 @@
 // Runs of scripted hands over a model, each tick of which is judged.
 #pragma once
 
+#include "support/bare_triangles.h"
 #include "support/contact_judge.h"
+#include "support/god_object.h"
 
 #include <relief/core/query.h>
+#include <relief/core/tessellate.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/hand_limit.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace relief::testing {
 
@@ -77,10 +83,11 @@ class ScriptedHand {
 /// What was judged.
 struct ContactRuns {
   long pressed = 0, ticks = 0;
-  long thin = 0;                 ///< places where the part is thinner than 3 % of the diagonal
-  std::array<long, 8> faults{};  ///< by Fault
-  double overlap = 0;            ///< by how much a ball was in a triangle at most, of its radius
-  std::string first;             ///< the first fault and where it was
+  long thin = 0;                  ///< places where the part is thinner than 3 % of the diagonal
+  long compared = 0, deeper = 0;  ///< with a god-object, but for jumps and rushes; over 1.05 times as deep
+  std::array<long, 9> faults{};   ///< by Fault
+  double overlap = 0;             ///< by how much a ball was in a triangle at most, of its radius
+  std::string first;              ///< the first fault and where it was
   [[nodiscard]] long bad() const {
     long sum = 0;
     for (std::size_t k = 1; k < faults.size(); ++k) sum += faults[k];
@@ -93,20 +100,71 @@ inline bool is_closed(const SlabMesh& mesh) {
                               [](const Slab& s) { return std::ranges::count(s.neighbours, kNoSlab) > 0; });
 }
 
+/// Outside thin places a contact point is to be no deeper than a plain god-object on the bare triangles that was where
+/// it was, and has followed the cursor since. Thin is a place from which the line through the cursor comes out of the
+/// solid within twice the depth: of the point's own, or of the god-object's. There, and where either lets go, the
+/// comparison ends, and begins again from where the point is.
+class DepthJudge {
+ public:
+  explicit DepthJudge(const BareTriangles& bare) : bare_(bare), oracle_(bare, 1) {}
+  /// How many times as deep the point is as the god-object was at most in the last 60 ticks; none where the two are not
+  /// compared. 1e-4 of the diagonal is let pass.
+  [[nodiscard]] std::optional<double> judge(const Proxy& proxy, Vec3d cursor) {
+    if (!proxy.held() || thin(proxy.position(), cursor)) {
+      following_ = false;
+      return {};
+    }
+    const bool begins = !std::exchange(following_, true);
+    if (begins) {
+      const auto place = bare_.nearest_within(proxy.position(), 1e-6 * bare_.diagonal());
+      following_ = place.has_value();
+      if (!place) return {};
+      oracle_.hold(*place, cursor);
+      depths_.assign(1, length(place->position - cursor));
+      return {};
+    }
+    const OracleTick oracle = oracle_.move(cursor);
+    if (!oracle.held || thin(oracle.point, cursor)) {
+      following_ = false;
+      return {};
+    }
+    depths_.push_back(oracle.depth);
+    if (depths_.size() > kTicks) depths_.erase(depths_.begin());
+    const double most = *std::ranges::max_element(depths_);
+    return std::max(0.0, proxy.depth() - 1e-4 * bare_.diagonal()) / std::max(most, 1e-300);
+  }
+
+ private:
+  static constexpr std::size_t kTicks = 60;
+  [[nodiscard]] bool thin(Vec3d point, Vec3d cursor) const {
+    return bare_.entry(point + (cursor - point) * 2, point).has_value();
+  }
+
+  const BareTriangles& bare_;
+  GodObject oracle_;
+  bool following_ = false;
+  std::vector<double> depths_;
+};
+
 /// A point or a ball, and its judge.
 class JudgedPoint {
  public:
-  JudgedPoint(const TriangleSoup& soup, bool closed) : judge_(soup, closed) {}
+  JudgedPoint(const TriangleSoup& soup, const BareTriangles& bare, bool closed) : judge_(soup, closed), depth_(bare) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     static_cast<void>(proxy_.step(model, cursor));
-    return judge_.judge(proxy_, cursor);
+    const Fault fault = judge_.judge(proxy_, cursor);
+    times_ = depth_.judge(proxy_, cursor);
+    return fault == Fault::None && times_ > 1.5 ? Fault::TooDeep : fault;
   }
   [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
   [[nodiscard]] double overlap() const noexcept { return 0; }
+  [[nodiscard]] std::optional<double> times_as_deep() const noexcept { return times_; }
 
  private:
   Proxy proxy_;
   ContactJudge judge_;
+  DepthJudge depth_;
+  std::optional<double> times_;
 };
 class JudgedBall {
  public:
@@ -117,6 +175,7 @@ class JudgedBall {
   }
   [[nodiscard]] bool held() const noexcept { return ball_.held(); }
   [[nodiscard]] double overlap() const noexcept { return judge_.most_overlap(); }
+  [[nodiscard]] std::optional<double> times_as_deep() const noexcept { return {}; }
 
  private:
   BallProxy ball_;
@@ -162,6 +221,10 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
       const Fault fault = judged.step(model, cursor);
       ++done.ticks;
       done.pressed += judged.held() ? 1 : 0;
+      if (const auto times = judged.times_as_deep(); times && motion < static_cast<std::size_t>(Motion::Jump)) {
+        ++done.compared;
+        done.deeper += *times > 1.05 ? 1 : 0;
+      }
       if (fault == Fault::None) continue;
       ++done.faults[static_cast<std::size_t>(fault)];
       if (done.first.empty())
@@ -175,7 +238,10 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
 
 /// Of a point.
 inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
-  return judged_runs(model, wanted, seed, 0, [&](const TriangleSoup& soup, int) { return JudgedPoint(soup, closed); });
+  const Tessellation surface = tessellate(model);
+  const BareTriangles bare(surface.positions, surface.triangles);
+  return judged_runs(model, wanted, seed, 0,
+                     [&](const TriangleSoup& soup, int) { return JudgedPoint(soup, bare, closed); });
 }
 /// Of a ball, on a closed model.
 inline ContactRuns judged_ball_runs(const Snapshot& model, double radius, long wanted, unsigned seed = 8) {

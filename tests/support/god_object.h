@@ -32,7 +32,12 @@ class GodObject {
   /// `parts`: of the cursor's straight way in a tick, each of which is a step of its own.
   explicit GodObject(const BareTriangles& surface, int parts = 20) : surface_(surface), parts_(parts) {}
 
-  /// The cursor has moved straight to `cursor`; it begins in the air.
+  /// It is held at a place of the surface, under a cursor.
+  void hold(const BareTriangles::Place& place, Vec3d cursor) {
+    held_ = place;
+    cursor_ = cursor;
+  }
+  /// The cursor has moved straight to `cursor`; it begins in the air, or where it is held.
   [[nodiscard]] OracleTick move(Vec3d cursor) {
     const bool begins = !cursor_;
     const Vec3d start = cursor_.value_or(cursor), from = held_ ? held_->position : start;
