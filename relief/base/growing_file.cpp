@@ -60,10 +60,10 @@ Status GrowingFile::flush() {
   while (status_ && done < buffer_.size()) {
     const ssize_t written = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    const int error = errno;
+    const int error = written < 0 ? errno : ENOSPC;
     const std::string_view now =
         std::string_view(buffer_).substr(0, done + static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
-    if (written < 0) {
+    if (written <= 0) {
       const std::size_t whole = now.rfind('\n') + 1;  // 0 where there is none
       lines_ += static_cast<std::uint64_t>(std::ranges::count(now.substr(0, whole), '\n'));
       bytes_ += static_cast<std::int64_t>(whole);

@@ -126,7 +126,7 @@ class HapticDevice {
   /// Finds the device and takes hold of it, its forces off. After close(), or where it was lost, the same one again.
   /// May take seconds. Errors: DeviceUnavailable, saying what is missing and the remedy.
   [[nodiscard]] virtual Status open() { return {}; }
-  /// May lock and take milliseconds; never called within a tick.
+  /// May lock and take milliseconds. The loop asks it only where the device has just been lost.
   [[nodiscard]] virtual DeviceStatus status() const {
     return {.connected = true, .powered = true, .forces_on = true, .to_do = {}, .force_off = {}, .trouble = {}};
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 namespace relief {
@@ -38,7 +39,9 @@ void Servo::set(const ServoSettings& settings) noexcept {
   const bool other_law =
       settings_.force.paper_contact != settings.force.paper_contact || settings_.tool.radius != settings.tool.radius;
   placement_.set(settings.workspace, settings.clutch);
+  const std::span<const Vec3d> points = settings_.tool.points;  // for good
   settings_ = settings;
+  settings_.tool.points = points;
   touch_->resize(settings.tool.radius);
   readings_.set(settings.readings);
   limit_settings();
@@ -138,7 +141,7 @@ Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
 
 void Servo::limit_band(const Snapshot& model, Touched& felt) noexcept {
   const TextureFade::Fade fade = fade_.step(model, felt.surface, felt.normal, depth_for(kUnfelt));
-  if (!(fade.share > 0)) return;
+  if (!(fade.share > 0 && felt.depth > 0)) return;
   const double before = felt.depth, off = fade.share * dot(fade.above, felt.way_out);
   felt.depth = std::clamp(before - off, 0.0, 2 * before);
   felt.push *= felt.depth / before;
@@ -234,13 +237,13 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
     guard_.rest();
     return;
   }
-  const double force = length(spring_.force);
+  const double force = length(spring_.force), stiffness = limits_.stiffness;
   sample.contact = true;
   sample.at = {place->slab, place->u, place->v, place->alpha};
   sample.normal = spring_.force / force;
-  sample.depth = depth_for(force);
+  sample.depth = stiffness > 0 ? depth_for(force) : 0;
   sample.contact_point = place->position;
-  const double stored = in_spring(limits_.stiffness, force / limits_.stiffness);
+  const double stored = stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0;
   const Wrench given = guard_.wrench({.force = spring_.force,
                                       .torque = spring_.torque,
                                       .normal = sample.normal,

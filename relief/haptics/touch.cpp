@@ -35,7 +35,6 @@ class TipTouch final : public Touch {
     LocateHint hint = hint_;
     return !inside(model, pose.origin, hint) && (radius_ == 0 || BallProxy::clear(model, pose.origin, radius_));
   }
-  [[nodiscard]] double reach() const noexcept override { return radius_; }
   [[nodiscard]] Touched step(const Snapshot& model, const ToolPose& pose, double jump) noexcept override {
     return radius_ > 0 ? ball(model, pose, jump) : point(model, pose, jump);
   }

@@ -39,7 +39,6 @@ struct Touched {
   Vec3d way_out;      ///< unit, straight from the tool to where it is held
   double depth = 0;   ///< model units, of which the spring holds energy
   double push = 0;    ///< model units, by which the spring pushes
-  double grown = 0;   ///< model units of the depth that the surface added in this tick, not the hand
   double turn = 0;    ///< rad that the normal may have turned by in this tick
   Vec3d twist;        ///< torque of the spring about the tool's origin at stiffness 1, model units squared
   Vec3d arm;          ///< from there to where it touches, model units

@@ -141,9 +141,8 @@ class Judge {
     found_.lost += !felt.contact && held_for_ > kMemory ? 1 : 0;
     found_.stuck += felt.contact && length(felt.force) > 0.01 && free_for_ > kMemory ? 1 : 0;
     if (smooth_for_ > kMemory) {
-      // Friction turns with the rest of the force.
       double& step = hand_.speed > 0.2 ? found_.fast_step : found_.slow_step;
-      step = std::max(step, length(felt.force - last_) / (1 + hand_.friction));
+      step = std::max(step, length(felt.force - last_));
     }
     last_ = felt.force;
   }

@@ -13,15 +13,15 @@
 namespace relief {
 
 /// A point shell (after McNeely, Puterbaugh and Troy 1999): each point of the tool that goes into the surface has a
-/// surface contact point of its own, which keeps to the side that the point came from. Together they push with the
-/// gradient of half the square of one depth, the 16-norm of theirs, without a step where a point comes in or goes out.
-/// Of m points that are equally deep and pushed the same way that depth is m^(1/16) times theirs, and the push m^(1/8)
-/// times (1.54 and 2.37 times for 1,000). After construction it neither allocates nor locks. Cost per tick: next to
-/// nothing for points that are known to be away from the surface, one or two microseconds every now and then to know
-/// it, a third of a microsecond in contact and five where it begins, until kWork is done; what is left is dealt with
-/// first in the next tick, and until then pushed along the way that it last was. Points that hardly push come last, but
-/// every fourth tick like any other, so that none waits for longer than all of them take: of 1,000 points in rough
-/// ground, 30 ticks where a hand shakes the tool at a quarter of a metre per second, 100 at one.
+/// surface contact point of its own (Proxy). Together they push with the gradient of half the square of one depth, the
+/// 16-norm of theirs, without a step where a point comes in or goes out. Of m points that are equally deep and pushed
+/// the same way that depth is m^(1/16) times theirs, and the push m^(1/8) times (1.54 and 2.37 times for 1,000). After
+/// construction it neither allocates nor locks. Cost per tick: next to nothing for points that are known to be away
+/// from the surface, one or two microseconds every now and then to know it, a third of a microsecond in contact and
+/// five where it begins, until kWork is done; what is left is dealt with first in the next tick, and until then pushed
+/// along the way that it last was. Points that hardly push come last, but every fourth tick like any other, so that
+/// none waits for longer than all of them take: of 1,000 points in rough ground, 30 ticks where a hand shakes the tool
+/// at a quarter of a metre per second, 100 at one.
 class PointShell {
  public:
   static constexpr std::size_t kMostPoints = TouchTool::kMostPoints;

@@ -15,7 +15,7 @@ namespace relief {
 /// rounds every edge that the nearest place rounds. Only past the middle of the body behind it, where the straight way
 /// from it through the cursor comes out within twice the depth, does it go by the hand's own sideways way alone, so
 /// that a part can be thinner than the hand is deep. docs/decisions/0009-contact.md has the principle. Cost per tick:
-/// usually a few micro-triangles, at most detail::kTries of them, one ray and one sweep.
+/// usually a few micro-triangles; at most a few walks of detail::kTries of them each, and two sweeps.
 class Proxy {
  public:
   /// Lets go. The next cursor is taken to be in the open.
