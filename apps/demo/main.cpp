@@ -159,12 +159,19 @@ class Demo {
     null_thread.join();
     RELIEF_CHECK(drawn);
     RELIEF_CHECK(stopped);
-    for (const ServoSample& s : report_.trace) report_.force_max = std::max(report_.force_max, length(s.force));
+    double clamped_since = 0;
+    bool clamped = false;
+    for (const ServoSample& s : report_.trace) {
+      report_.force_max = std::max(report_.force_max, length(s.force));
+      if (!std::exchange(clamped, (s.flags & bit(ServoFault::ForceClamped)) != 0)) clamped_since = s.t;
+      if (clamped) report_.stuck_for = std::max(report_.stuck_for, s.t - clamped_since);
+    }
     const SessionStats& stats = session_->stats();
-    say(fmt::format(
-        "felt {} ticks ({} in contact, up to {:.2f} N), {} strokes, {} dabs, {} samples edited, {} frames drawn",
-        stats.samples, stats.contact_samples, report_.force_max, stats.strokes, stats.dabs, stats.samples_edited,
-        report_.frames));
+    say(
+        fmt::format("felt {} ticks ({} in contact, up to {:.2f} N, at the largest force for {:.0f} ms at a time), {} "
+                    "strokes, {} dabs, {} samples edited, {} frames drawn",
+                    stats.samples, stats.contact_samples, report_.force_max, 1e3 * report_.stuck_for, stats.strokes,
+                    stats.dabs, stats.samples_edited, report_.frames));
     return cancelled();
   }
 

@@ -90,8 +90,10 @@ Status write_report(const Report& r, const std::filesystem::path& file) {
   html += "</table>";
 
   html += "<h2>Force</h2>" + force_trace(r.trace);
-  html += fmt::format("<p>Largest force {:.2f} N; {} of {} ticks in contact.</p>", r.force_max, s.contact_samples,
-                      s.samples);
+  html += fmt::format(
+      "<p>Largest force {:.2f} N, at most {:.0f} ms at a time at the device's own limit; {} of {} ticks in "
+      "contact.</p>",
+      r.force_max, 1e3 * r.stuck_for, s.contact_samples, s.samples);
 
   html +=
       "<h2>Servo, 1 kHz</h2><p class=\"key\">The null loop sleeps to the same schedule at the same time and does "

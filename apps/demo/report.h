@@ -21,6 +21,7 @@ struct Report {
   ConvertReport conversion;
   double convert_seconds = 0;  ///< CPU, all threads
   double force_max = 0;        ///< N
+  double stuck_for = 0;        ///< s, longest time at the largest force that the device gives
   const SessionStats* stats = nullptr;
   std::vector<ServoSample> trace;  ///< of every tick
   ServoTimes null_loop;
