@@ -941,6 +941,30 @@ class Touch(Case):
         self.assertEqual(sum(int(row["flags"]) & 131072 != 0 for row in rows), 300)
         self.assertGreater(sum(row["contact"] == "1" for row in rows), 2900)
 
+    def test_the_edges_of_the_prism_of_a_report_hold_nobody(self):
+        """The hand goes round a hexagonal prism of radius 0.5, just below its faces."""
+        scan, path = DATA / "reports/touch/n6.ply", DATA / "reports/touch/n6_0.003.csv"
+        if not scan.exists() or not path.exists():
+            self.skipTest("skipped: no test data")
+        model, forces = self.folder / "n6.relief", self.folder / "n6.csv"
+        self.ok("convert", scan, "-o", model)
+        self.ok("touch", model, "--path", path, "-o", forces)
+        rows = list(csv.DictReader(forces.read_text().splitlines()))
+        normals = [(math.cos(k * math.pi / 3 + math.pi / 6), math.sin(k * math.pi / 3 + math.pi / 6)) for k in range(6)]
+        below = [math.sqrt(3) / 4 - max(x * float(row["x"]) + y * float(row["y"]) for x, y in normals) for row in rows]
+        entered = next(k for k, row in enumerate(rows) if row["contact"] == "1")
+        self.assertLess(below[entered], 1e-4, "as soon as the hand is in")
+        self.assertEqual([k for k in range(entered, len(rows)) if rows[k]["contact"] != "1"], [])
+        # On a face the tool is straight above the hand. Before it turns an edge by 60 degrees it lags until the pull
+        # is square to the next face but for half the turn: h (1 + tan 30 tan 60) = 2 h.
+        h = max(below)
+        self.assertAlmostEqual(h, 0.003 * math.sqrt(1 + 0.75 + 0.6**2), delta=1e-4)
+        depth = [float(row["depth"]) for row in rows]
+        self.assertGreater(min(depth[k] for k in range(len(rows)) if below[k] > 0.99 * h), 0.9 * h)
+        self.assertLess(max(depth), 1.05 * 2 * h)
+        force = [[float(row[k]) for k in ("fx", "fy", "fz")] for row in rows]
+        self.assertLess(max(map(math.dist, force, force[1:])), 0.1, "N in a tick")
+
     def test_axes_of_the_device_are_turned_and_a_mirror_is_refused(self):
         straight, _ = self.touch(self.press())
         turned, _ = self.touch(self.press(), "--axes", "y,-x,z")
@@ -960,6 +984,22 @@ class Touch(Case):
         rows = list(csv.DictReader(text.splitlines()))
         self.assertTrue(all(None not in row.values() for row in rows))
         return rows
+
+    def test_debounce_and_clutch_button_are_taken_and_refused_out_of_range(self):
+        for name, good, wrong, words in (
+                ("--debounce", (0, 0.05, 1), (-0.01, 1.01, "nan", "long"), ("0 to 1",)),
+                ("--clutch-button", (1, 2, 8), (0, 9, 1.5, "left"), ("1 to 8",))):
+            for value in good:
+                forces = self.folder / "taken.csv"
+                run = Run(*self.live("--seconds", 0.05, "-o", forces, name, value)[1:])
+                self.assertEqual(run.status, 0, run.err)
+                self.assertEqual(run.err, "")
+                self.assertGreater(len(self.rows_of(forces)), 0)
+            for value in wrong:
+                forces = self.folder / "refused.csv"
+                run = Run(*self.live("--seconds", 0.05, "-o", forces, f"{name}={value}")[1:])
+                self.assert_failed(run, 2, name, *words, f'"{value}"')
+                self.assertFalse(forces.exists())
 
     def test_ctrl_c_is_stop_and_save(self):
         for sign in signal.SIGINT, signal.SIGTERM:
