@@ -129,6 +129,47 @@ TEST(Edit, WhatItTakesAwayIsOverInBoundedTimeWithoutAStep) {
     }
 }
 
+bool all_finite(const ServoSample& s) {
+  const bool vectors = is_finite(s.device) && is_finite(s.cursor) && is_finite(s.velocity) &&
+                       is_finite(s.contact_point) && is_finite(s.normal) && is_finite(s.force) && is_finite(s.torque);
+  return vectors && std::isfinite(s.at.u) && std::isfinite(s.at.v) && std::isfinite(s.at.alpha) &&
+         std::isfinite(s.depth) && std::isfinite(s.leak);
+}
+
+/// What is left of a force then has neither a surface nor a spring that it could be measured by.
+TEST(Edit, GroundAndStiffnessThatGoInOneMomentLeaveNoForceAndNoNumberThatIsNone) {
+  const auto mesh = plane_shell(4, 8);
+  const SnapshotPtr ground = displaced(mesh, [](Vec3d) { return 0.5; });
+  const SnapshotPtr gone = displaced(mesh, [](Vec3d) { return 0.5 - 0.08 / 0.2; });
+  for (const Case& with : cases())
+    for (const bool guard : {false, true}) {
+      ServoSettings settings = testing::settings_with(kStiffness, 1, 0.5, kMetres);
+      settings.force.exact_normals = with.exact;
+      settings.force.guard = guard;
+      settings.tool = with.held.tool();
+      Driver hand(settings, testing::strong_device());
+      const Vec3d rest = {0.45, with.held.radius - 0.03, 0.45};
+      ServoSample last;
+      for (int k = 0; k < 300; ++k) last = hand.at(*ground, rest + Vec3d{0, std::max(0.0, 1e-3 * (100 - k)), 0});
+      ASSERT_GT(last.force.y, 0.5) << with.held.name;
+      settings.force.stiffness = 0;
+      hand.servo().set(settings);
+      int felt = 0;
+      for (int k = 0; k < 400; ++k) {
+        const ServoSample now = hand.at(*gone, rest);
+        felt += length(now.force) > 0 ? 1 : 0;
+        ASSERT_TRUE(all_finite(now)) << with.held.name << " " << k;
+        ASSERT_LE(length(now.force), length(last.force) * (1 + 1e-9)) << with.held.name << " " << k;
+        ASSERT_LE(now.depth, last.depth) << with.held.name << " " << k;
+        last = now;
+      }
+      EXPECT_GT(felt, 20) << with.held.name;
+      EXPECT_EQ(last.force, Vec3d{}) << with.held.name;
+      EXPECT_EQ(last.torque, Vec3d{}) << with.held.name;
+      EXPECT_FALSE(last.contact) << with.held.name;
+    }
+}
+
 /// The surface becomes another again and again under a hand that goes in and out of it.
 TEST(Edit, WhateverTheHandDoesMeanwhileTheForceGoesNoFasterThanItMay) {
   const auto mesh = testing::torus_shell(24, 12, 24);

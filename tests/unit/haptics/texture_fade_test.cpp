@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -71,6 +74,44 @@ TEST(TextureFade, ItEndsWhereTheTipSlowsDown) {
   };
   EXPECT_EQ(go(kPitch / 1.3, 55), 1);
   EXPECT_EQ(go(1e-5, 60), 0);
+}
+
+/// Amplitude in N, under a Hann window, of what waves of a pitch in m make of the force at a speed in m/s, 200 ms on.
+double felt_of_waves(const Snapshot& model, double edge, std::span<const Vec3d> tool, double pitch, double speed) {
+  ServoSettings settings = testing::settings_with(400, 0, 0, edge);
+  settings.tool.points = tool;
+  testing::Driver hand(settings, testing::strong_device());
+  const double down = -20e-6 / edge, step = 1e-3 * speed / edge;
+  static_cast<void>(hand.at(model, {0.1, 1e-3 / edge, 0.4}));
+  for (int k = 0; k < 100; ++k) static_cast<void>(hand.at(model, {0.1, down, 0.4}));
+  std::vector<double> force;
+  for (int k = 0; k < 320; ++k) {
+    const double felt = hand.at(model, {0.1 + k * step, down, 0.4 + 1e-4 * k}).force.y;
+    if (k >= 200) force.push_back(felt);
+  }
+  const double count = double(force.size()), mean = std::reduce(force.begin(), force.end()) / count;
+  double c = 0, s = 0;
+  for (std::size_t k = 0; k < force.size(); ++k) {
+    const double window = 1 - std::cos(2 * std::numbers::pi * (double(k) + 0.5) / count);
+    const double phase = 2 * std::numbers::pi * double(k) * 1e-3 * speed / pitch;
+    c += window * (force[k] - mean) * std::cos(phase);
+    s += window * (force[k] - mean) * std::sin(phase);
+  }
+  return 2 * std::hypot(c, s) / count;
+}
+
+TEST(TextureFade, ARigidToolThatTouchesWithOnePointFeelsNothingOfWhatGoesByTooFast) {
+  constexpr double kEdge = 0.08, kHigh = 0.4e-6;  // m
+  const std::vector<Vec3d> tool = {{0, 0, 0}, {0.01, 0.01, 0}, {-0.01, 0.01, 0.01}};
+  const auto mesh = testing::plane_shell(16, 128, 0.02);
+  for (const double pitch : {0.25e-3, 0.3e-3, 0.38e-3}) {
+    const SnapshotPtr model = testing::displaced(mesh, [&](Vec3d p) {
+      return 0.5 + kHigh / kEdge / 0.04 * std::sin(2 * std::numbers::pi * p.x * kEdge / pitch);
+    });
+    const double slow = felt_of_waves(*model, kEdge, tool, pitch, 0.0131);
+    EXPECT_NEAR(slow, 400 * kHigh, 0.1 * 400 * kHigh) << pitch;
+    EXPECT_LT(felt_of_waves(*model, kEdge, tool, pitch, 0.2), 0.1 * slow) << pitch;
+  }
 }
 
 }  // namespace

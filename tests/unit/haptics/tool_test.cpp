@@ -231,5 +231,34 @@ TEST(Tool, ARigidToolIsNeverStifferThanTheDeviceAllows) {
   EXPECT_TRUE(s.flags & bit(ServoFault::StiffnessClamped));
 }
 
+/// The points of a rigid tool are for good, so settings that name none of them are those of the same tool.
+TEST(Tool, SettingsWithADefaultToolLeaveARigidToolAsItWas) {
+  const SnapshotPtr model = testing::displaced(
+      testing::plane_shell(4, 32), [](Vec3d p) { return 0.5 + 0.05 * std::sin(20 * p.x) * std::cos(17 * p.z); });
+  Bar bar;
+  bar.settings.force.friction = 0.4;
+  bar.settings.force.guard = true;
+  Driver left_alone(bar.settings, strong_device()), set_anew(bar.settings, strong_device());
+  bar.settings.tool = {};
+  int felt = 0, turned = 0;
+  for (int k = 0; k < 600; ++k) {
+    if (k % 50 == 25) set_anew.servo().set(bar.settings);
+    const Vec3d cursor = {0.4 + 2e-4 * k, std::max(-0.01, 0.1 - 1e-3 * k), 0.5 - 1e-4 * k};
+    const double half = 2e-4 * k;
+    const Quatd q = {std::cos(half), 0, std::sin(half), 0};
+    const ServoSample a = left_alone.at(*model, cursor, q), b = set_anew.at(*model, cursor, q);
+    ASSERT_EQ(a.contact, b.contact) << k;
+    ASSERT_EQ(a.depth, b.depth) << k;
+    ASSERT_EQ(a.contact_point, b.contact_point) << k;
+    ASSERT_EQ(a.force, b.force) << k;
+    ASSERT_EQ(a.torque, b.torque) << k;
+    ASSERT_EQ(a.flags, b.flags) << k;
+    felt += length(a.force) > 0 ? 1 : 0;
+    turned += length(a.torque) > 0 ? 1 : 0;
+  }
+  EXPECT_GT(felt, 400);
+  EXPECT_GT(turned, 400);
+}
+
 }  // namespace
 }  // namespace relief
