@@ -436,5 +436,30 @@ TEST(Servo, SurvivesTheExchangeOfTheModelForOneWithFewerSlabs) {
   }
 }
 
+/// A button that is down, drops out for one tick and is down again.
+TEST(Servo, ButtonsAreDebouncedAsTheLatestSettingsSay) {
+  const SnapshotPtr model = flat_plane();
+  ServoSettings settings = settings_with(400);
+  settings.readings.debounce = 0;
+  Servo servo(settings, strong_device());
+  int tick = 0;
+  const auto in_the_gap = [&] {
+    std::uint32_t held = 0;
+    for (const std::uint32_t buttons : {1U, 0U, 1U}) {
+      const DeviceState state = {.t = ++tick * 1e-3, .position = {0, 0.01, 0}, .velocity = {}, .buttons = buttons};
+      const ServoSample sample = servo.step(*model, state);
+      if (buttons == 0) held = sample.buttons;
+    }
+    return held;
+  };
+  EXPECT_EQ(in_the_gap(), 0U);
+  settings.readings.debounce = 5e-3;
+  servo.set(settings);
+  EXPECT_EQ(in_the_gap(), 1U);
+  settings.readings.debounce = 0;
+  servo.set(settings);
+  EXPECT_EQ(in_the_gap(), 0U);
+}
+
 }  // namespace
 }  // namespace relief
