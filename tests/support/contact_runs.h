@@ -152,9 +152,8 @@ class JudgedPoint {
   JudgedPoint(const TriangleSoup& soup, const BareTriangles& bare, bool closed) : judge_(soup, closed), depth_(bare) {}
   [[nodiscard]] Fault step(const Snapshot& model, Vec3d cursor) {
     static_cast<void>(proxy_.step(model, cursor));
-    const Fault fault = judge_.judge(proxy_, cursor);
     times_ = depth_.judge(proxy_, cursor);
-    return fault == Fault::None && times_ > 1.5 ? Fault::TooDeep : fault;
+    return judge_.judge(proxy_, cursor);
   }
   [[nodiscard]] bool held() const noexcept { return proxy_.held(); }
   [[nodiscard]] double overlap() const noexcept { return 0; }
@@ -218,12 +217,13 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
       const Vec3d cursor = limit.follow({hand.next(), {}}, 0, soup.size()).origin;
       // A ball begins where it has room, and that in the open: so far above one part may be within another.
       if (k == 0 && radius > 0 && (soup.distance(cursor, radius) < radius || soup.inside(cursor))) break;
-      const Fault fault = judged.step(model, cursor);
+      Fault fault = judged.step(model, cursor);
       ++done.ticks;
       done.pressed += judged.held() ? 1 : 0;
       if (const auto times = judged.times_as_deep(); times && motion < static_cast<std::size_t>(Motion::Jump)) {
         ++done.compared;
         done.deeper += *times > 1.05 ? 1 : 0;
+        if (fault == Fault::None && *times > 1.5) fault = Fault::TooDeep;
       }
       if (fault == Fault::None) continue;
       ++done.faults[static_cast<std::size_t>(fault)];
