@@ -7,17 +7,12 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
 namespace relief {
 
 namespace {
 constexpr std::size_t kBuffer = 1U << 16U;
-
-std::unexpected<Error> io_error(const std::filesystem::path& target, const char* what, int error) {
-  return fail(Errc::Io, printable(target.string()) + ": " + what + ": " + std::strerror(error));
-}
 }  // namespace
 
 std::filesystem::path behind_links(std::filesystem::path file) {
@@ -33,12 +28,12 @@ std::filesystem::path behind_links(std::filesystem::path file) {
 
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(target, ignored)) return io_error(target, "cannot be written", EISDIR);
+  if (std::filesystem::is_directory(target, ignored)) return io_error(target.native(), "cannot be written", EISDIR);
   const std::filesystem::path real = behind_links(target);
   if (std::filesystem::exists(real, ignored) && !std::filesystem::is_regular_file(real, ignored)) {
     // A device or a pipe is written as it is; replacing it would destroy it.
     const int direct = ::open(real.c_str(), O_WRONLY | O_CLOEXEC);
-    if (direct < 0) return io_error(target, "cannot be written", errno);
+    if (direct < 0) return io_error(target.native(), "cannot be written", errno);
     return AtomicFile(real, {}, direct, true);
   }
   // The rights that the target has, or that a new file would get.
@@ -54,7 +49,7 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& target) {
     temporary = real.string() + ".XXXXXX.part";
     descriptor = ::mkostemps(temporary.data(), 5, O_CLOEXEC);
   }
-  if (descriptor < 0) return io_error(target, "cannot be written", errno);
+  if (descriptor < 0) return io_error(target.native(), "cannot be written", errno);
   static_cast<void>(::fchmod(descriptor, mode));
   return AtomicFile(real, temporary, descriptor, false);
 }
@@ -80,7 +75,7 @@ Status AtomicFile::flush() {
   while (!rest.empty()) {
     const ssize_t written = ::write(descriptor_, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return io_error(target_, "cannot be written", errno);
+    if (written < 0) return io_error(target_.native(), "cannot be written", errno);
     rest.remove_prefix(static_cast<std::size_t>(written));
   }
   buffer_.clear();
@@ -111,20 +106,20 @@ Status AtomicFile::give_name() {
   }
   const int error = errno;
   temporary_.clear();
-  return io_error(target_, "cannot be written", error);
+  return io_error(target_.native(), "cannot be written", error);
 }
 
 Status AtomicFile::commit() {
   RELIEF_CHECK(flush());
   if (direct_) return {};
-  if (::fsync(descriptor_) != 0) return io_error(target_, "cannot be written", errno);
+  if (::fsync(descriptor_) != 0) return io_error(target_.native(), "cannot be written", errno);
   if (temporary_.empty()) RELIEF_CHECK(give_name());
   // From here on the destructor has only the name to remove.
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) {
     const int error = errno;
     ::unlink(temporary_.c_str());
-    return io_error(target_, closed != 0 ? "cannot be written" : "cannot be replaced", error);
+    return io_error(target_.native(), closed != 0 ? "cannot be written" : "cannot be replaced", error);
   }
   sync_folder_of(target_);
   return {};

@@ -1,6 +1,7 @@
 #include <relief/base/error.h>
 
 #include <array>
+#include <cstring>
 
 namespace relief {
 
@@ -67,6 +68,10 @@ std::string printable(std::string_view text, std::size_t limit) {
     }
   }
   return out;
+}
+
+std::unexpected<Error> io_error(std::string_view file, std::string_view what, int error) {
+  return fail(Errc::Io, printable(file).append(": ").append(what).append(": ").append(std::strerror(error)));
 }
 
 }  // namespace relief

@@ -45,4 +45,7 @@ using Status = Result<void>;
 /// that are not UTF-8 become \xNN, and what is longer than `limit` bytes is cut with "...".
 [[nodiscard]] std::string printable(std::string_view text, std::size_t limit = 200);
 
+/// Errc::Io: "FILE: what: why", the reason being the system's for `error` (errno); the name is made printable.
+[[nodiscard]] std::unexpected<Error> io_error(std::string_view file, std::string_view what, int error);
+
 }  // namespace relief

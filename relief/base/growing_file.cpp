@@ -6,22 +6,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
-#include <cstring>
 #include <utility>
 
 namespace relief {
 
 namespace {
 constexpr std::size_t kBuffer = 1U << 16U;
-
-std::unexpected<Error> io_error(const std::filesystem::path& target, int error) {
-  return fail(Errc::Io, printable(target.string()) + ": cannot be written: " + std::strerror(error));
-}
 }  // namespace
 
 Result<GrowingFile> GrowingFile::create(const std::filesystem::path& target) {
   const int descriptor = ::open(target.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) return io_error(target, errno);
+  if (descriptor < 0) return io_error(target.native(), "cannot be written", errno);
   return GrowingFile(target, descriptor);
 }
 
@@ -46,7 +41,7 @@ Status GrowingFile::failed(int error) {
   // What came of a line that did not fit goes again; a pipe or a device keeps it.
   static_cast<void>(::ftruncate(descriptor_, bytes_));
   buffer_.clear();
-  return status_ = io_error(target_, error);
+  return status_ = io_error(target_.native(), "cannot be written", error);
 }
 
 Status GrowingFile::write(std::string_view lines) {
@@ -57,22 +52,19 @@ Status GrowingFile::write(std::string_view lines) {
 
 Status GrowingFile::flush() {
   std::size_t done = 0;
-  while (status_ && done < buffer_.size()) {
+  int error = 0;
+  while (status_ && error == 0 && done < buffer_.size()) {
     const ssize_t written = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    const int error = written < 0 ? errno : ENOSPC;
-    const std::string_view now =
-        std::string_view(buffer_).substr(0, done + static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
-    if (written <= 0) {
-      const std::size_t whole = now.rfind('\n') + 1;  // 0 where there is none
-      lines_ += static_cast<std::uint64_t>(std::ranges::count(now.substr(0, whole), '\n'));
-      bytes_ += static_cast<std::int64_t>(whole);
-      return failed(error);
-    }
-    done = now.size();
+    if (written > 0)
+      done += static_cast<std::size_t>(written);
+    else if (written == 0 || errno != EINTR)
+      error = written < 0 ? errno : ENOSPC;
   }
-  lines_ += static_cast<std::uint64_t>(std::ranges::count(buffer_, '\n'));
-  bytes_ += static_cast<std::int64_t>(buffer_.size());
+  const std::string_view now = std::string_view(buffer_).substr(0, done);
+  const std::string_view whole = now.substr(0, now.rfind('\n') + 1);  // none where there is no line
+  lines_ += static_cast<std::uint64_t>(std::ranges::count(whole, '\n'));
+  bytes_ += static_cast<std::int64_t>(whole.size());
+  if (error != 0) return failed(error);
   buffer_.clear();
   return status_;
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 namespace relief {
 
@@ -91,6 +92,12 @@ struct Quatd {
   friend constexpr bool operator==(Quatd, Quatd) noexcept = default;
 };
 [[nodiscard]] constexpr double dot(Quatd a, Quatd b) noexcept { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }
+/// q at unit length; none where it is shorter than 1e-6 or not finite, and is taken for no rotation.
+[[nodiscard]] inline std::optional<Quatd> unit(Quatd q) noexcept {
+  const double size = std::sqrt(dot(q, q));
+  if (!(size >= 1e-6 && std::isfinite(size))) return std::nullopt;
+  return Quatd{q.w / size, q.x / size, q.y / size, q.z / size};
+}
 
 /// Axis-aligned box; empty until something is added.
 struct Box3d {

@@ -39,11 +39,9 @@ class HandLimit {
  private:
   [[nodiscard]] static ToolPose between(const ToolPose& a, const ToolPose& b, double share) noexcept {
     const double sign = dot(a.orientation, b.orientation) < 0 ? -1 : 1, rest = 1 - share, more = share * sign;
-    Quatd q = {rest * a.orientation.w + more * b.orientation.w, rest * a.orientation.x + more * b.orientation.x,
-               rest * a.orientation.y + more * b.orientation.y, rest * a.orientation.z + more * b.orientation.z};
-    const double size = std::sqrt(dot(q, q));
-    q = size > 0 ? Quatd{q.w / size, q.x / size, q.y / size, q.z / size} : b.orientation;
-    return {a.origin + (b.origin - a.origin) * share, q};
+    const Quatd q = {rest * a.orientation.w + more * b.orientation.w, rest * a.orientation.x + more * b.orientation.x,
+                     rest * a.orientation.y + more * b.orientation.y, rest * a.orientation.z + more * b.orientation.z};
+    return {a.origin + (b.origin - a.origin) * share, unit(q).value_or(b.orientation)};
   }
 
   bool known_ = false, late_ = false;

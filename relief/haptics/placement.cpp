@@ -7,6 +7,7 @@ namespace relief {
 namespace {
 
 constexpr double kLoosen = 5e-3;  // s, in which the clutch takes hold of the damping, or lets it go
+
 }  // namespace
 
 Placement::Placement(const Workspace& workspace, const Clutch& clutch) noexcept

@@ -26,7 +26,6 @@ constexpr double kInTime = 1.25e-3;       // s; a device's max_stiffness is good
 constexpr double kSlowStep = 2e-4;        // s, by which one late tick may move the estimate
 constexpr double kRare = 1e-3;            // share of ticks that may be later than it
 constexpr double kSoften = 5e-3;          // of the device's stiffness, per tick, while the limit moves with the ticks
-constexpr double kLeastTurn = 1e-6;       // length of a quaternion that is taken for a rotation
 constexpr double kStill = 2;              // s without a step of the encoders; hands tremble by more
 constexpr double kTurned = 0.1;           // rad of the pen in that time, which no wrist does without moving the arm
 constexpr std::uint32_t kButtons = 0xff;  // of the word of buttons; above it stands a number
@@ -134,10 +133,8 @@ void Readings::judge_orientation(const DeviceState& reading, Judged& now) noexce
     orientation_ = {};
     return;
   }
-  const Quatd q = reading.orientation;
-  const double size = std::sqrt(dot(q, q));
-  if (size >= kLeastTurn && std::isfinite(size))
-    orientation_ = {q.w / size, q.x / size, q.y / size, q.z / size};
+  if (const auto q = unit(reading.orientation))
+    orientation_ = *q;
   else
     now.faults |= bit(ServoFault::BadPosition);
 }

@@ -120,9 +120,8 @@ void Servo::start_contact_anew() noexcept {
 }
 
 Touched Servo::touch(const Snapshot& model, const ToolPose& tool) noexcept {
-  const double jump = kSurfaceJump / workspace().metres_per_unit;
   const ToolPose at = hand_.follow(tool, touch_->reach(), diagonal(model.slab_mesh().bounds()), put_elsewhere_);
-  Touched felt = touch_->step(model, at, jump);
+  Touched felt = touch_->step(model, at, kSurfaceJump / workspace().metres_per_unit);
   felt.settling = felt.settling || put_elsewhere_;
   put_elsewhere_ = put_elsewhere_ && hand_.late();
   if (felt.settling) lead_over(spring_.force, spring_.torque);
@@ -193,6 +192,10 @@ double Servo::in_spring(double stiffness, double depth) const noexcept {
   return stiffness * bent * (depth - 0.5 * bent);
 }
 
+double Servo::in_spring_of(double stiffness, double force) const noexcept {
+  return stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0;
+}
+
 ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexcept {
   const Readings::Judged now = readings_.judge(reading, placement_.next_workspace());
   follow_period();
@@ -243,11 +246,10 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
   sample.normal = spring_.force / force;
   sample.depth = stiffness > 0 ? depth_for(force) : 0;
   sample.contact_point = place->position;
-  const double stored = stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0;
   const Wrench given = guard_.wrench({.force = spring_.force,
                                       .torque = spring_.torque,
                                       .normal = sample.normal,
-                                      .stored = stored,
+                                      .stored = in_spring_of(stiffness, force),
                                       .gift = gift,
                                       .moved = true},
                                      sample.flags);
@@ -344,9 +346,8 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   if (limits_.lowered) sample.flags |= bit(ServoFault::LateTicks);
 
   // What the springs hold, and how much of that the hand did not put in.
-  const auto held = [&](double force) noexcept { return stiffness > 0 ? in_spring(stiffness, force / stiffness) : 0; };
-  const double in = blended ? held(pushes) : in_spring(stiffness, last_depth_);
-  const double given_in = blended ? in - held(length(blend_.from())) : 0;
+  const double in = blended ? in_spring_of(stiffness, pushes) : in_spring(stiffness, last_depth_);
+  const double given_in = blended ? in - in_spring_of(stiffness, length(blend_.from())) : 0;
   const Wrench given = guard_.wrench({.force = along * normal_force + rubbed_.force,
                                       .torque = spring_.torque + rubbed_.torque,
                                       .normal = along,

@@ -143,6 +143,8 @@ class Servo {
   [[nodiscard]] double depth_for(double force) const noexcept;
   /// J in the spring at a depth in m.
   [[nodiscard]] double in_spring(double stiffness, double depth) const noexcept;
+  /// J in a spring that pushes so hard, below the greatest force.
+  [[nodiscard]] double in_spring_of(double stiffness, double force) const noexcept;
 
   /// Copied with the servo.
   class Contact {

@@ -31,19 +31,17 @@ Quatd rotation_to(const std::array<Vec3d, 3>& columns) noexcept {
                                       {z.x - x.z, x.y + y.x, 1 - x.x + y.y - z.z, y.z + z.y},
                                       {x.y - y.x, z.x + x.z, y.z + z.y, 1 - x.x - y.y + z.z}}};
   const Quatd q = *std::ranges::max_element(rows, {}, [](Quatd row) { return dot(row, row); });
-  const double size = std::sqrt(dot(q, q));
-  return {q.w / size, q.x / size, q.y / size, q.z / size};
+  return unit(q).value_or(Quatd{});
 }
 
 }  // namespace
 
 Workspace Workspace::with_unit_rotation() const noexcept {
-  constexpr double kLeastTurn = 1e-6;  // length of a quaternion that is taken for a rotation
   Workspace space = *this;
   if (rotation == Quatd{}) return space;
-  const double size = std::sqrt(dot(rotation, rotation));
-  space.rotation = {rotation.w / size, rotation.x / size, rotation.y / size, rotation.z / size};
-  if (!(size >= kLeastTurn && std::isfinite(size))) space.metres_per_unit = 0;
+  const auto turn = unit(rotation);
+  space.rotation = turn.value_or(Quatd{});
+  if (!turn) space.metres_per_unit = 0;
   return space;
 }
 

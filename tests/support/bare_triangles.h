@@ -157,6 +157,11 @@ class BareTriangles {
               });
     return best;
   }
+  /// Whether the line from a place of the surface through a point in the solid comes out of it within twice their
+  /// distance: the point is past the middle of the part.
+  [[nodiscard]] bool past_the_middle(Vec3d place, Vec3d point) const {
+    return entry(place + (point - place) * 2, place).has_value();
+  }
   /// How thick the material is below a place of the surface, straight against its normal; `most` where it is thicker.
   [[nodiscard]] double thickness(const Place& place, double most) const {
     const Vec3d in = -pseudo_normal(place);

@@ -1,12 +1,11 @@
 // Runs of scripted hands over a model, each tick of which is judged.
 #pragma once
 
-#include "support/bare_triangles.h"
 #include "support/contact_judge.h"
+#include "support/exported.h"
 #include "support/god_object.h"
 
 #include <relief/core/query.h>
-#include <relief/core/tessellate.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/hand_limit.h>
 
@@ -110,7 +109,7 @@ class DepthJudge {
   /// How many times as deep the point is as the god-object was at most in the last 60 ticks; none where the two are not
   /// compared. 1e-4 of the diagonal is let pass.
   [[nodiscard]] std::optional<double> judge(const Proxy& proxy, Vec3d cursor) {
-    if (!proxy.held() || thin(proxy.position(), cursor)) {
+    if (!proxy.held() || bare_.past_the_middle(proxy.position(), cursor)) {
       following_ = false;
       return {};
     }
@@ -124,7 +123,7 @@ class DepthJudge {
       return {};
     }
     const OracleTick oracle = oracle_.move(cursor);
-    if (!oracle.held || thin(oracle.point, cursor)) {
+    if (!oracle.held || bare_.past_the_middle(oracle.point, cursor)) {
       following_ = false;
       return {};
     }
@@ -136,9 +135,6 @@ class DepthJudge {
 
  private:
   static constexpr std::size_t kTicks = 60;
-  [[nodiscard]] bool thin(Vec3d point, Vec3d cursor) const {
-    return bare_.entry(point + (cursor - point) * 2, point).has_value();
-  }
 
   const BareTriangles& bare_;
   GodObject oracle_;
@@ -238,8 +234,7 @@ ContactRuns judged_runs(const Snapshot& model, long wanted, unsigned seed, doubl
 
 /// Of a point.
 inline ContactRuns judged_runs(const Snapshot& model, bool closed, long wanted, unsigned seed = 8) {
-  const Tessellation surface = tessellate(model);
-  const BareTriangles bare(surface.positions, surface.triangles);
+  const BareTriangles bare = bare_triangles(model);
   return judged_runs(model, wanted, seed, 0,
                      [&](const TriangleSoup& soup, int) { return JudgedPoint(soup, bare, closed); });
 }

@@ -159,6 +159,14 @@ SnapshotPtr displaced(std::shared_ptr<const SlabMesh> mesh, Field&& field) {
   return draft.finish();
 }
 
+/// A plane_shell() with a thorn in its middle, `high` of the slabs' depth.
+inline SnapshotPtr with_thorn(std::shared_ptr<const SlabMesh> plane, double high) {
+  return displaced(std::move(plane), [=](Vec3d p) {
+    const double x = p.x - 0.5, z = p.z - 0.5;
+    return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
+  });
+}
+
 /// The model with a hole where is_void(p).
 template <typename Where>
 SnapshotPtr with_hole(const SnapshotPtr& model, Where&& is_void) {

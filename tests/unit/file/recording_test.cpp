@@ -160,13 +160,23 @@ TEST(Recording, ItGrowsWhileItIsRead) {
   EXPECT_EQ(recording.tick_count(), 20U);
 }
 
+/// A recording that is whole: its file, the bytes of that, and the ticks in them.
+struct Sound {
+  Folder folder;
+  std::filesystem::path file = folder / "a.rlog";
+  std::string bytes;
+  std::vector<std::byte> ticks;
+
+  Sound() {
+    make(file);
+    bytes = read_file(file);
+    EXPECT_OK(read_all(file, &ticks));
+  }
+};
+
 TEST(Recording, DamagedBytesAreFoundOrHarmless) {
-  const Folder folder;
-  const auto file = folder / "a.rlog";
-  make(file);
-  const std::string sound = read_file(file);
-  std::vector<std::byte> wanted;
-  EXPECT_OK(read_all(file, &wanted));
+  const Sound made;
+  const auto& [folder, file, sound, wanted] = made;
   int refused = 0;
   for (std::size_t at = 0; at < sound.size(); at += 61) {
     std::string bytes = sound;
@@ -252,12 +262,8 @@ TEST(Recording, OneThatIsCutShortIsReadAsFarAsItIsWhole) {
 }
 
 TEST(Recording, EveryCutIsReadOrRefusedWithASentence) {
-  const Folder folder;
-  const auto file = folder / "a.rlog";
-  make(file);
-  const std::string sound = read_file(file);
-  std::vector<std::byte> wanted;
-  EXPECT_OK(read_all(file, &wanted));
+  const Sound made;
+  const auto& [folder, file, sound, wanted] = made;
   int last = -1, refused = 0;
   for (std::size_t size = 0; size < sound.size(); size += 97) {
     const int ticks = whole_ticks(file, std::string_view(sound).substr(0, size), wanted, kWidth);
@@ -270,12 +276,8 @@ TEST(Recording, EveryCutIsReadOrRefusedWithASentence) {
 }
 
 TEST(Recording, DamagedBytesOfACutFileAreFoundOrHarmless) {
-  const Folder folder;
-  const auto file = folder / "a.rlog";
-  make(file);
-  const std::string sound = read_file(file);
-  std::vector<std::byte> wanted;
-  EXPECT_OK(read_all(file, &wanted));
+  const Sound made;
+  const auto& [folder, file, sound, wanted] = made;
   for (std::size_t at = 0; at + 600 < sound.size(); at += 13) {
     std::string bytes = sound.substr(0, sound.size() - 600);
     bytes[at] = static_cast<char>(bytes[at] ^ (1 << (at % 8)));

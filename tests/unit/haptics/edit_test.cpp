@@ -96,13 +96,7 @@ TEST(Edit, ARiseOfMoreThanThreeMillimetresIsASafeStateAndNoForce) {
 /// Pressed sideways into a thorn, which is then gone: what held the tool fades, whatever the hand does.
 TEST(Edit, WhatItTakesAwayIsOverInBoundedTimeWithoutAStep) {
   const auto mesh = plane_shell(4, 32);
-  const auto with_thorn = [&](double high) {
-    return displaced(mesh, [=](Vec3d p) {
-      const double x = p.x - 0.5, z = p.z - 0.5;
-      return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
-    });
-  };
-  const SnapshotPtr before = with_thorn(0.5), after = with_thorn(0);
+  const SnapshotPtr before = testing::with_thorn(mesh, 0.5), after = testing::with_thorn(mesh, 0);
   const Case point = cases().front();
   for (const int moves_every : {0, 1, 2, 10})
     for (const Vec3d way : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {

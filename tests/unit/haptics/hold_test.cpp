@@ -1,10 +1,9 @@
 // Contact that holds: presses deeper than the part is thick, over rims and through thin walls, on converted models.
-#include "support/bare_triangles.h"
 #include "support/data.h"
+#include "support/exported.h"
 #include "support/god_object.h"
 
 #include <relief/convert/convert.h>
-#include <relief/core/tessellate.h>
 #include <relief/haptics/servo.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
@@ -56,12 +55,6 @@ Made made_of(Result<TriangleMesh> source, const ConvertSettings& options) {
 }
 Made converted(const std::string& sample) {
   return made_of(make_sample(sample, 30'000), {.slabs = 200, .intervals = 32});
-}
-
-/// The displaced surface as the program exports it.
-testing::BareTriangles bare_triangles(const Snapshot& model) {
-  const Tessellation bare = tessellate(model);
-  return {bare.positions, bare.triangles};
 }
 
 /// The diagonal is 0.15 m.
@@ -164,7 +157,7 @@ bool rolls_off(const testing::BareTriangles& bare, const Place& place, double si
     const testing::OracleTick felt = oracle.move(cursor);
     if (depth < 1e-4 * size) continue;
     if (!(felt.held && dot(felt.point - cursor, place.at.normal) > 0.5 * felt.depth)) return !past_the_middle;
-    past_the_middle = bare.entry(felt.point + (cursor - felt.point) * 2, felt.point).has_value();
+    past_the_middle = bare.past_the_middle(felt.point, cursor);
   }
   return false;
 }
@@ -213,7 +206,7 @@ TEST_P(Hold, NeverLetsGoOfThePressedFace) {
   const auto [sample, exact] = GetParam();
   const Made made = converted(sample);
   const Snapshot& model = *made.model;
-  const testing::BareTriangles bare = bare_triangles(model);
+  const testing::BareTriangles bare = testing::bare_triangles(model);
   const double size = diagonal(model.slab_mesh().bounds());
   for (const std::uint32_t seed : seeds()) {
     Places places(made, seed);
@@ -268,7 +261,7 @@ class HoldOnScans : public ::testing::TestWithParam<const char*> {};
 TEST_P(HoldOnScans, PushesOutwardsWhereverAGodObjectDoesNotRollOff) {
   RELIEF_DATA_FILE(file, std::string("a_models/") + GetParam() + ".ply");
   const Made made = made_of(import_mesh(file), {});
-  const testing::BareTriangles bare = bare_triangles(*made.model);
+  const testing::BareTriangles bare = testing::bare_triangles(*made.model);
   const double size = diagonal(made.model->slab_mesh().bounds());
   for (const std::uint32_t seed : seeds()) {
     Places places(made, seed);

@@ -87,13 +87,7 @@ TEST(Proxy, InTheOpenATickCostsNextToNothing) {
 TEST(Proxy, WhatAnEditTakesAwayLetsGoAtOnce) {
   // Pressed sideways into a thorn, which is then gone.
   const auto mesh = plane_shell(4, 32);
-  const auto with_thorn = [&](double high) {
-    return displaced(mesh, [=](Vec3d p) {
-      const double x = p.x - 0.5, z = p.z - 0.5;
-      return 0.3 + high * std::exp(-(x * x + z * z) / 0.002);
-    });
-  };
-  const SnapshotPtr before = with_thorn(0.5), after = with_thorn(0);
+  const SnapshotPtr before = testing::with_thorn(mesh, 0.5), after = testing::with_thorn(mesh, 0);
   Proxy proxy;
   Vec3d hand = {0.4, 0, 0.5};
   for (; hand.x < 0.48; hand.x += 1e-3) static_cast<void>(proxy.step(*before, hand));
