@@ -22,8 +22,8 @@ struct Scene {
   SnapshotPtr model;
   double depth;
   /// The surface is nowhere more curved than the ways are deep, so there is one nearest place. Elsewhere (at a crease,
-  /// a bump, a border between coarse and fine micro-triangles) the contact point may keep to the side that it came
-  /// from, and give way later: work is lost there, but none is gained.
+  /// a bump, a border between coarse and fine micro-triangles) the contact point gives way to a nearer place: work is
+  /// lost there, but none is gained.
   bool one_nearest = true;
 };
 
