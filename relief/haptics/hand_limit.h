@@ -24,8 +24,8 @@ class HandLimit {
     if (!known_) at_ = hand;
     known_ = true;
     const double cosine = std::min(1.0, std::abs(dot(at_.orientation, hand.orientation)));
-    const double way = length(hand.origin - at_.origin) + reach * 2 * std::acos(cosine),
-                 most = (led ? kLed : kMost) * diagonal;
+    const double turned = reach > 0 ? reach * 2 * std::acos(cosine) : 0;
+    const double way = length(hand.origin - at_.origin) + turned, most = (led ? kLed : kMost) * diagonal;
     late_ = way > most;
     at_ = late_ ? between(at_, hand, most / way) : hand;
     move_ = at_.origin - from;
