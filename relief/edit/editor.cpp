@@ -45,14 +45,6 @@ TilePtr blank_tile(Layer layer, int intervals) {
   return tile;
 }
 
-/// tan of the angle between a ball of the radius and a plane at the rim of the cut, at most 4: beyond it the walls of
-/// the cut stand so steep that only smaller spacings help.
-float rim_slope(double radius, double depth) noexcept {
-  const double below = radius - std::min(depth, radius),
-               rim = std::sqrt(std::max(radius * radius - below * below, 0.0));
-  return static_cast<float>(below * 4 > rim ? rim / below : 4.0);
-}
-
 }  // namespace
 
 struct Editor::State {
@@ -62,6 +54,7 @@ struct Editor::State {
         tiles(head->slab_mesh()),
         spacings(head->slab_mesh().fibres().size(), 0.0F),
         known(head->slab_mesh().slab_count()),
+        normals(head->slab_mesh().slab_count()),
         covers(head->slab_mesh().slab_count()),
         beyond(head->slab_mesh().slab_count()) {}
 
@@ -107,6 +100,8 @@ struct Editor::State {
   std::vector<Known> known;
   std::vector<SlabId> fine_slabs;  ///< whose `fine` is there
   static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
+  std::vector<std::unique_ptr<Tile>> normals;  ///< by slab: of the surface at the start of a stroke that cuts
+  std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> covers;  ///< by slab: the open stroke's own plane, see Action::Cover
   std::vector<SlabId> cover_slabs;
   std::vector<std::vector<std::uint8_t>> beyond;  ///< by slab: samples that the open stroke would have taken too far
@@ -184,20 +179,21 @@ struct Editor::State {
     fine_slabs.clear();
   }
 
+  /// Of a slab's samples, model units.
+  double own_spacing(SlabId s) {
+    const SlabCorners k = head->slab_mesh().corners(s);
+    double edges = 0;
+    for (std::size_t e = 0; e < 3; ++e)
+      edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
+    return edges / 3 / head->slab_mesh().intervals(s);
+  }
   /// Of the samples around a fibre: that of the coarsest slab there.
   float spacing(FibreId f) {
-    float& known_spacing = spacings[f];
-    if (known_spacing > 0) return known_spacing;
-    const SlabMesh& mesh = head->slab_mesh();
-    double most = 0;
-    for (const SlabCorner c : mesh.fan(f)) {
-      const SlabCorners k = mesh.corners(c.slab);
-      double edges = 0;
-      for (std::size_t e = 0; e < 3; ++e)
-        edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
-      most = std::max(most, edges / 3 / mesh.intervals(c.slab));
-    }
-    return known_spacing = static_cast<float>(most);
+    float& found = spacings[f];
+    if (found > 0) return found;
+    for (const SlabCorner c : head->slab_mesh().fan(f))
+      found = std::max(found, static_cast<float>(own_spacing(c.slab)));
+    return found;
   }
 
   /// The most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
@@ -222,6 +218,30 @@ struct Editor::State {
     for (std::size_t k = 0; k < 3; ++k)
       spaces[k] = spacing(mesh.slabs()[s].fibres[k]) / static_cast<float>(brush.radius);
     return {mesh.corners(s), origin, brush.radius, grid(n), spaces};
+  }
+
+  /// Unit normals of the slab's samples at the stroke's start. At its border those of its own triangles alone: this
+  /// is for blends, which the seams make one.
+  const Tile& start_normals(SlabId s) {
+    auto& found = normals[s];
+    if (found) return *found;
+    const Tile& tile = start_tile(s);
+    const int n = tile.intervals();
+    found = std::make_unique<Tile>(n, 3, 0.0F);
+    normal_slabs.push_back(s);
+    Tile at(n, 3, 0.0F);
+    const SlabCorners corners = head->slab_mesh().corners(s);
+    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n), {});
+    kernels.positions(f, tile.plane(), at.plane(0), at.plane(1), at.plane(2), tile.size());
+    const detail::Neighbours surface = {at.plane(0), at.plane(1), at.plane(2)};
+    kernels.normals(n, surface, found->plane(0), found->plane(1), found->plane(2));
+    for (int edge = 0; edge < 3; ++edge)
+      for (int t = 0; t < n; ++t) {
+        const GridPoint p = edge_point(n, edge, t);
+        const Vec3f normal = normalized(detail::umbrella_at(n, p, surface).normal);
+        for (int c = 0; c < 3; ++c) found->plane(c)[sample_index(n, p)] = normal[static_cast<std::size_t>(c)];
+      }
+    return *found;
   }
 
   Tile* cover_of(SlabId s, int n) {
@@ -250,6 +270,8 @@ struct Editor::State {
     spare.reset();
     blank.reset();
     forget_fine();
+    for (const SlabId s : normal_slabs) normals[s].reset();
+    normal_slabs.clear();
     for (const SlabId s : cover_slabs) covers[s].reset();
     cover_slabs.clear();
     for (const SlabId s : beyond_slabs) beyond[s] = {};
@@ -322,8 +344,9 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
 std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
   const Tile& base = base_tile(s);
   const int n = base.intervals();
-  kernels.cut(frame(s, origin, n), cutter, start_tile(s).plane(), protection(s, n), base.plane(), result.plane(),
-              base.size());
+  const Tile& upright = start_normals(s);
+  const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
+  kernels.cut(frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
   return kernels.count_changes(base.plane(), std::as_const(result).plane(), base.stride(), 1, base.size());
 }
 
@@ -462,7 +485,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
       const detail::SlabFrame f = frame(s, origin, base.intervals());
       find_change(s, f);
       share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
-                                           base.plane(), base.size()));
+                                           start_tile(s).plane(), base.plane(), base.size()));
     }
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
@@ -526,7 +549,7 @@ DabResult Editor::State::apply(const Dab& dab) {
   const double radius = brush.radius;
   const double strength = unit_range(brush.strength);
   const double driven = strength * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
-  const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e9));
+  const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e6));
   // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
   const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
   Dab at = dab;
@@ -535,19 +558,16 @@ DabResult Editor::State::apply(const Dab& dab) {
   const Sphere ball = {cuts ? lowest + up * radius : dab.contact, radius};
   const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
   const Sphere sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
-  const detail::Cutter cutter = {
-      .up = to_float(up),
-      .along = to_float(sweep / radius),
-      .blend = cuts && !brush.exact ? rim_slope(radius, std::max(dot(dab.contact - lowest, up), 0.0)) : 0.0F};
+  const detail::Cutter cutter = {.up = to_float(up), .along = to_float(sweep / radius), .exact = brush.exact};
 
   const auto reached = region.grow(mesh, dab.slab, sphere, up, [&](SlabId s) {
-    if (!cuts || cutter.blend == 0) return highest(s);
+    if (!cuts || brush.exact) return highest(s);
     // A blend takes something off samples that lie below the ball, too, but for less than this part of their fibre.
     const SlabCorners corners = mesh.corners(s);
     double widest = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      widest = std::max(
-          widest, static_cast<double>(cutter.blend * spacing(mesh.slabs()[s].fibres[k])) / length(corners.fibre(k)));
+      widest = std::max(widest, static_cast<double>(detail::kSteepestRim * spacing(mesh.slabs()[s].fibres[k])) /
+                                    length(corners.fibre(k)));
     return std::min(highest(s) + widest, 1.0);
   });
 

@@ -154,24 +154,40 @@ Sweep sweep_of(Vec3f along) noexcept {
   return {along / size, 1 / size};
 }
 
+/// tan of the angle between the start's surface at a point and the ball that is nearest to it; at most kSteepestRim.
+[[gnu::always_inline]] inline float rim_slope(Vec3f point, Vec3f normal, const Cutter& cutter,
+                                              const Sweep& sweep) noexcept {
+  const Vec3f from_centre = point - cutter.up;
+  const float share = smaller(larger(dot(from_centre, sweep.axis) * sweep.per_length, 0.0F), 1.0F);
+  const Vec3f out = from_centre - cutter.along * share;
+  const float size = std::sqrt(dot(out, out));
+  const float cosine = -dot(out, normal) / larger(size, 1e-9F);
+  const float sine = std::sqrt(larger(1.0F - cosine * cosine, 0.0F));
+  return smaller(sine / larger(cosine, 0.1F / kSteepestRim), kSteepestRim);
+}
+
 [[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
-                                            const float* __restrict start, const float* __restrict protect,
+                                            const Start& start, const float* __restrict protect,
                                             const float* __restrict from, float* __restrict to,
                                             std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Vec3f up = cutter.up, along = cutter.along, axis = sweep.axis;
-  const float per_length = sweep.per_length, blend = cutter.blend;
+  const Cutter ball = cutter;
+  const Sweep way = sweep;
+  const float* __restrict alpha = start.displacement;
+  const float* __restrict nx = start.x, * __restrict ny = start.y, * __restrict nz = start.z;
+  const float blend = cutter.exact ? 0.0F : 1.0F;
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, up, along, axis, per_length);
-    const float fibre = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = start[k];
+    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
+    const float size = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = alpha[k];
+    const float slope = rim_slope(f.inner + f.along * a, {nx[k], ny[k], nz[k]}, ball, way);
     // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
     const float fits = smaller(larger((1.0F - 4.0F * space) / (2.0F * space), 0.0F), 1.0F);
-    const float width = blend * fits * space / fibre;
-    const float between = entry.at > a ? entry.at - a : a - entry.at;
+    const float width = blend * fits * slope * space / size;
+    const float gap = entry.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
     const float lowest = smaller(a, entry.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = fade_of(a, space, fibre);
+    const float fade = fade_of(a, space, size);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
@@ -267,16 +283,15 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   for (std::size_t k = 0; k < count; ++k) change[k] *= amount * weight[k];
 }
 
-// Eight minima side by side, then one of them: the same in vectors of any length.
 [[gnu::always_inline]] inline float room_body(const SlabFrame& frame, const float* __restrict weight,
-                                              const float* __restrict change, const float* __restrict from,
-                                              std::size_t count) noexcept {
+                                              const float* __restrict change, const float* __restrict start,
+                                              const float* __restrict from, std::size_t count) noexcept {
   const FrameReader read(frame);
   float least = 1;
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     const float left = 1.0F - from[k];
-    const float fade = larger(kFadeShare, kFadeSpacings * read.space(k) / std::sqrt(dot(along, along)));
+    const float fade = larger(fade_of(1.0F - start[k], read.space(k), std::sqrt(dot(along, along))), 1e-9F);
     const float ended = larger(1.0F - left / fade, 0.0F);
     const float share = change[k] > 0 ? 1.0F - weight[k] * ended : 1.0F;
     least = smaller(least, share);
@@ -328,6 +343,26 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   const float least = kSteepest * area * std::sqrt(dot(fibre, fibre));
   const float up = swell ? area : dot(pull, normal) / larger(count, 1.0F);
   return climb > least ? up / climb : 0.0F;
+}
+
+[[gnu::always_inline]] inline void normals_body(int n, const Neighbours& at, float* __restrict nx, float* __restrict ny,
+                                                float* __restrict nz) noexcept {
+  for (int j = 1; j < n - 1; ++j) {
+    const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
+                      below = sample_index(n, {0, j - 1});
+    const auto inside = static_cast<std::size_t>(n - j);
+    const float *x = at.x, *y = at.y, *z = at.z;
+    for (std::size_t i = 1; i < inside; ++i) {
+      const auto place = [&](std::size_t k) { return Vec3f{x[k], y[k], z[k]}; };
+      const Vec3f a = place(row + i + 1), b = place(above + i), c = place(above + i - 1), d = place(row + i - 1),
+                  e = place(below + i), f = place(below + i + 1);
+      const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
+      const float one = 1.0F / larger(std::sqrt(dot(normal, normal)), 1e-30F);
+      nx[row + i] = normal.x * one;
+      ny[row + i] = normal.y * one;
+      nz[row + i] = normal.z * one;
+    }
+  }
 }
 
 [[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
@@ -407,7 +442,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 // The kernels as one build has them: the bodies above, compiled for it.
 #define RELIEF_KERNEL_BUILD(space, ...)                                                                               \
   namespace space {                                                                                                   \
-  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,        \
+  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
                        const float* from, float* to, std::size_t count) {                                             \
     cut_body(frame, cutter, sweep_of(cutter.along), start, protect, from, to, count);                                 \
   }                                                                                                                   \
@@ -433,9 +468,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   __VA_ARGS__ void scale(float amount, const float* weight, float* change, std::size_t count) {                       \
     scale_body(amount, weight, change, count);                                                                        \
   }                                                                                                                   \
-  __VA_ARGS__ float room(const SlabFrame& frame, const float* weight, const float* change, const float* from,         \
-                         std::size_t count) {                                                                         \
-    return room_body(frame, weight, change, from, count);                                                             \
+  __VA_ARGS__ float room(const SlabFrame& frame, const float* weight, const float* change, const float* start,        \
+                         const float* from, std::size_t count) {                                                      \
+    return room_body(frame, weight, change, start, from, count);                                                      \
   }                                                                                                                   \
   __VA_ARGS__ std::size_t settle(const float* from, const float* change, float share, float* to, std::uint8_t* over,  \
                                  std::size_t count) {                                                                 \
@@ -454,6 +489,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                              std::size_t count) {                                                                     \
     positions_body(frame, displacement, x, y, z, count);                                                              \
   }                                                                                                                   \
+  __VA_ARGS__ void normals(int n, const Neighbours& at, float* x, float* y, float* z) {                               \
+    normals_body(n, at, x, y, z);                                                                                     \
+  }                                                                                                                   \
   __VA_ARGS__ void around(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change) {           \
     around_body(frame, n, swell, at, change);                                                                         \
   }                                                                                                                   \
@@ -469,8 +507,8 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
     return count_body(a, b, stride, planes, count);                                                                   \
   }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut,   lift, weigh, raise,     flatten, approach, scale,    room,          settle,        \
-                            cover, mix,  lay,   positions, around,  mean,     resample, count_changes, largest};      \
+  constexpr Kernels kAll = {cut, lift, weigh,     raise,   flatten, approach, scale,    room,          settle, cover, \
+                            mix, lay,  positions, normals, around,  mean,     resample, count_changes, largest};      \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )

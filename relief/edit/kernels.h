@@ -43,7 +43,14 @@ struct SlabFrame {
 struct Cutter {
   Vec3f up;     ///< unit: from the lowest point to the centre
   Vec3f along;  ///< the way to the other end; zero for a ball that is not swept
-  float blend;  ///< tan of the angle between ball and surface at the rim; 0 for an exact cut
+  bool exact;   ///< the ball itself, to the sample
+};
+/// tan between cutter and surface: walls that stand steeper need smaller spacings, not a wider blend.
+inline constexpr float kSteepestRim = 4;
+
+/// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
+struct Start {
+  const float *displacement, *x, *y, *z;
 };
 
 /// The plane of Flatten and Clay: through `point` with the unit normal.
@@ -63,9 +70,9 @@ struct Lift {
   std::size_t limited = 0;
 };
 
-/// Where samples lie, and what they get from all around them.
+/// Where samples lie.
 struct Neighbours {
-  const float *x, *y, *z;  ///< positions in the frame
+  const float *x, *y, *z;  ///< in the frame
 };
 
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
@@ -73,7 +80,7 @@ struct Neighbours {
 struct Kernels {
   /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-clean-cuts.md. What
   /// `protect` names stays in proportion.
-  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect, const float* from,
+  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
@@ -92,7 +99,8 @@ struct Kernels {
   void (*scale)(float amount, const float* weight, float* change, std::size_t count);
   /// The least of 1 - weight * (1 - room / fade) over the samples that rise, where room is what is left above them and
   /// fade where it begins to end; 1 where there is room for all.
-  float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* from, std::size_t count);
+  float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* start, const float* from,
+                std::size_t count);
   /// from + change * share, kept within 0..1; how many would have gone beyond with all of the change, 1 in `over`.
   std::size_t (*settle)(const float* from, const float* change, float share, float* to, std::uint8_t* over,
                         std::size_t count);
@@ -103,6 +111,8 @@ struct Kernels {
   /// height * cover along the fibre, as a displacement.
   void (*lay)(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count);
   void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
+  /// Inside the slab (not at its border): unit normals of the surface.
+  void (*normals)(int n, const Neighbours& at, float* x, float* y, float* z);
   /// Inside the slab (not at its border): how far the mean of the six neighbours lies above each sample, along its
   /// fibre; or with `swell` what one radius along the surface's normal is along the fibre.
   void (*around)(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change);
