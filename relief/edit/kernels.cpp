@@ -71,6 +71,13 @@ Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept {
 
 namespace {
 
+// No two arrays of a kernel overlap: the compiler need not ask.
+#if defined(__clang__)
+#define RELIEF_VECTORS _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define RELIEF_VECTORS _Pragma("GCC ivdep")
+#endif
+
 /// Three weighted corners, in a fixed order.
 [[gnu::always_inline]] inline Vec3f mix3(const std::array<Vec3f, 3>& ends, float a, float b, float c) noexcept {
   return (ends[0] * a + ends[1] * b) + ends[2] * c;
@@ -117,7 +124,7 @@ struct FrameReader {
 /// Where a fibre first meets the cutter, as a share of it, perhaps below 0; and whether it does.
 struct Entry {
   float at;
-  bool hit;
+  int hit;
 };
 // The swept ball is a capsule. Where the fibre enters the endless cylinder around its axis says which of the balls it
 // meets first: the one whose centre lies beside that place, or the nearer end. Being off a little there changes the
@@ -139,7 +146,7 @@ struct Entry {
   const float c = dot(o, o) - 2 * dot(o, up);
   const float square = b * b - a * c;
   const float root = std::sqrt(larger(square, 0.0F));
-  const bool hit = (static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0))) != 0;
+  const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
   return {c / larger(root - b, 1e-30F), hit};
 }
 
@@ -176,6 +183,7 @@ Sweep sweep_of(Vec3f along) noexcept {
   const float* __restrict alpha = start.displacement;
   const float* __restrict nx = start.x, * __restrict ny = start.y, * __restrict nz = start.z;
   const float blend = cutter.exact ? 0.0F : 1.0F;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
@@ -191,7 +199,7 @@ Sweep sweep_of(Vec3f along) noexcept {
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
-    const bool cut = (static_cast<int>(entry.hit) & static_cast<int>(part < from[k])) != 0;
+    const bool cut = (entry.hit & static_cast<int>(part < from[k])) != 0;
     to[k] = cut ? part : from[k];
   }
 }
@@ -200,19 +208,26 @@ Sweep sweep_of(Vec3f along) noexcept {
                                              const float* __restrict start, const float* __restrict protect,
                                              std::uint8_t* __restrict over, std::size_t count) noexcept {
   const FrameReader read(frame);
-  Lift found;
+  const Cutter ball = cutter;
+  const Sweep way = sweep;
+  std::int32_t most = 0;  // lifts are not negative, so their bits sort as they do, and integers may come in any order
+  std::uint32_t limited = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, cutter.up, cutter.along, sweep.axis, sweep.per_length);
-    const bool cuts = entry.hit && entry.at < start[k] && protect[k] < 1;
-    over[k] = static_cast<std::uint8_t>(cuts && entry.at < 0);
-    found.limited += over[k];
+    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
+    const int cuts = entry.hit & static_cast<int>(entry.at < start[k]) & static_cast<int>(protect[k] < 1);
+    const int beyond = cuts & static_cast<int>(entry.at < 0);
+    over[k] = static_cast<std::uint8_t>(beyond);
+    limited += static_cast<std::uint32_t>(beyond);
     const float fade = fade_of(start[k], read.space(k), std::sqrt(dot(f.along, f.along)));
-    if (!cuts || !(entry.at < fade)) continue;
-    const float kept = fade * fade / (2.0F * fade - entry.at);
-    found.lift = larger(found.lift, (kept - entry.at) * dot(f.along, cutter.up) * (1.0F - protect[k]));
+    const float kept = fade * fade / larger(2.0F * fade - entry.at, 1e-9F);
+    const float lift = (kept - entry.at) * dot(f.along, ball.up) * (1.0F - protect[k]);
+    const bool late = (cuts & static_cast<int>(entry.at < fade)) != 0;
+    const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
+    most = bits > most ? bits : most;
   }
-  return found;
+  return {std::bit_cast<float>(most), limited};
 }
 
 template <Falloff kFalloff>
@@ -228,6 +243,7 @@ template <Falloff kFalloff>
                                             const float* __restrict protect, float* __restrict to,
                                             std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -247,6 +263,7 @@ template <Falloff kFalloff>
 [[gnu::always_inline]] inline void raise_body(const SlabFrame& frame, float amount, const float* __restrict weight,
                                               float* __restrict change, std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     change[k] = amount * weight[k] / std::sqrt(dot(along, along));
@@ -263,6 +280,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   const Vec3f point = plane.point, normal = plane.normal;
   const float most = plane.raises ? std::numeric_limits<float>::max() : 0.0F;
   const float least = plane.lowers ? -std::numeric_limits<float>::max() : 0.0F;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -275,11 +293,13 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 
 [[gnu::always_inline]] inline void approach_body(float amount, const float* __restrict weight, float* __restrict change,
                                                  std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) change[k] *= share_of(amount * weight[k]);
 }
 
 [[gnu::always_inline]] inline void scale_body(float amount, const float* __restrict weight, float* __restrict change,
                                               std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) change[k] *= amount * weight[k];
 }
 
@@ -287,22 +307,25 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                               const float* __restrict change, const float* __restrict start,
                                               const float* __restrict from, std::size_t count) noexcept {
   const FrameReader read(frame);
-  float least = 1;
+  auto least = std::bit_cast<std::int32_t>(1.0F);  // shares are not negative: see lift_body
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     const float left = 1.0F - from[k];
     const float fade = larger(fade_of(1.0F - start[k], read.space(k), std::sqrt(dot(along, along))), 1e-9F);
     const float ended = larger(1.0F - left / fade, 0.0F);
-    const float share = change[k] > 0 ? 1.0F - weight[k] * ended : 1.0F;
-    least = smaller(least, share);
+    const float rises = change[k] > 0 ? weight[k] : 0.0F;
+    const auto bits = std::bit_cast<std::int32_t>(larger(1.0F - rises * ended, 0.0F));
+    least = bits < least ? bits : least;
   }
-  return least;
+  return std::bit_cast<float>(least);
 }
 
 [[gnu::always_inline]] inline std::size_t settle_body(const float* __restrict from, const float* __restrict change,
                                                       float share, float* __restrict to, std::uint8_t* __restrict over,
                                                       std::size_t count) noexcept {
   std::uint32_t limited = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const float all = from[k] + change[k], some = from[k] + change[k] * share;
     to[k] = smaller(larger(some, 0.0F), 1.0F);
@@ -316,11 +339,13 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 [[gnu::always_inline]] inline void cover_body(float amount, const float* __restrict weight,
                                               const float* __restrict from, float* __restrict to,
                                               std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = from[k] + (1.0F - from[k]) * share_of(amount * weight[k]);
 }
 
 [[gnu::always_inline]] inline void mix_body(const float* __restrict cover, float value, const float* __restrict start,
                                             float* __restrict to, std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = start[k] * (1.0F - cover[k]) + value * cover[k];
 }
 
@@ -328,6 +353,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                   float* __restrict x, float* __restrict y, float* __restrict z,
                                                   std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -337,11 +363,12 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   }
 }
 
-[[gnu::always_inline]] inline float change_of(Vec3f normal, Vec3f pull, float count, Vec3f fibre, bool swell) noexcept {
+template <bool kSwell>
+[[gnu::always_inline]] inline float change_of(Vec3f normal, Vec3f pull, float count, Vec3f fibre) noexcept {
   const float climb = dot(fibre, normal);
   const float area = std::sqrt(dot(normal, normal));
   const float least = kSteepest * area * std::sqrt(dot(fibre, fibre));
-  const float up = swell ? area : dot(pull, normal) / larger(count, 1.0F);
+  const float up = kSwell ? area : dot(pull, normal) / larger(count, 1.0F);
   return climb > least ? up / climb : 0.0F;
 }
 
@@ -352,6 +379,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                       below = sample_index(n, {0, j - 1});
     const auto inside = static_cast<std::size_t>(n - j);
     const float *x = at.x, *y = at.y, *z = at.z;
+    RELIEF_VECTORS
     for (std::size_t i = 1; i < inside; ++i) {
       const auto place = [&](std::size_t k) { return Vec3f{x[k], y[k], z[k]}; };
       const Vec3f a = place(row + i + 1), b = place(above + i), c = place(above + i - 1), d = place(row + i - 1),
@@ -365,25 +393,35 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   }
 }
 
-[[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
-                                               float* __restrict change) noexcept {
-  const FrameReader read(frame);
-  for (int j = 1; j < n - 1; ++j) {
-    const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
-                      below = sample_index(n, {0, j - 1});
-    const auto inside = static_cast<std::size_t>(n - j);
-    const float *x = at.x, *y = at.y, *z = at.z;
-    for (std::size_t i = 1; i < inside; ++i) {
-      const auto place = [&](std::size_t k) { return Vec3f{x[k], y[k], z[k]}; };
-      const Vec3f p = place(row + i);
-      const Vec3f a = place(row + i + 1) - p, b = place(above + i) - p, c = place(above + i - 1) - p,
-                  d = place(row + i - 1) - p, e = place(below + i) - p, f = place(below + i + 1) - p;
-      // The hexagon around it as two quadrangles, each with the cross product of its diagonals as twice its area.
-      const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
-      const Vec3f pull = ((a + d) + (b + e)) + (c + f);
-      change[row + i] = change_of(normal, pull, 6.0F, read.fibre(row + i).along, swell);
-    }
+template <bool kSwell>
+[[gnu::always_inline]] inline void around_row(const FrameReader& read, int n, int j, const Neighbours& at,
+                                              float* __restrict change) noexcept {
+  const std::size_t row = sample_index(n, {0, j});
+  const std::size_t above = sample_index(n, {0, j + 1}) - row, below = row - sample_index(n, {0, j - 1});
+  const float *x = at.x, *y = at.y, *z = at.z;
+  const std::size_t last = row + static_cast<std::size_t>(n - j);
+  RELIEF_VECTORS
+  for (std::size_t k = row + 1; k < last; ++k) {
+    const Vec3f p = {x[k], y[k], z[k]};
+    const Vec3f a = Vec3f{x[k + 1], y[k + 1], z[k + 1]} - p, d = Vec3f{x[k - 1], y[k - 1], z[k - 1]} - p;
+    const Vec3f b = Vec3f{x[k + above], y[k + above], z[k + above]} - p;
+    const Vec3f c = Vec3f{x[k + above - 1], y[k + above - 1], z[k + above - 1]} - p;
+    const Vec3f e = Vec3f{x[k - below], y[k - below], z[k - below]} - p;
+    const Vec3f f = Vec3f{x[k - below + 1], y[k - below + 1], z[k - below + 1]} - p;
+    // The hexagon around it as two quadrangles, each with the cross product of its diagonals as twice its area.
+    const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
+    const Vec3f pull = ((a + d) + (b + e)) + (c + f);
+    change[k] = change_of<kSwell>(normal, pull, 6.0F, read.fibre(k).along);
   }
+}
+[[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
+                                               float* change) noexcept {
+  const FrameReader read(frame);
+  for (int j = 1; j < n - 1; ++j)
+    if (swell)
+      around_row<true>(read, n, j, at, change);
+    else
+      around_row<false>(read, n, j, at, change);
 }
 
 // Eight sums side by side in a fixed order, so that every build adds up alike.
@@ -416,6 +454,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                  float* __restrict to, std::size_t count) noexcept {
   const std::int32_t *ia = table.index[0].data(), *ib = table.index[1].data(), *ic = table.index[2].data();
   const float *wa = table.weight[0].data(), *wb = table.weight[1].data(), *wc = table.weight[2].data();
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = (from[ia[k]] * wa[k] + from[ib[k]] * wb[k]) + from[ic[k]] * wc[k];
 }
 
@@ -423,6 +462,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                      std::size_t stride, int planes, std::size_t count) noexcept {
   const std::size_t second = planes == 3 ? stride : 0, third = 2 * second;
   std::uint32_t changes = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k)
     changes += static_cast<std::uint32_t>(a[k] != b[k]) | static_cast<std::uint32_t>(a[k + second] != b[k + second]) |
                static_cast<std::uint32_t>(a[k + third] != b[k + third]);
@@ -432,6 +472,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 // Values are not negative, so their bits sort as they do, and integers may be taken in any order.
 [[gnu::always_inline]] inline float largest_body(const float* __restrict values, std::size_t count) noexcept {
   std::int32_t most = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const auto bits = std::bit_cast<std::int32_t>(values[k]);
     most = bits > most ? bits : most;
@@ -516,11 +557,13 @@ RELIEF_KERNEL_BUILD(baseline, )
 RELIEF_KERNEL_BUILD(avx2, [[gnu::target("avx2")]])
 #endif
 #undef RELIEF_KERNEL_BUILD
+#undef RELIEF_VECTORS
 
 }  // namespace
 
 float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept {
-  return change_of(all.normal, all.pull, all.count, fibre, swell);
+  return swell ? change_of<true>(all.normal, all.pull, all.count, fibre)
+               : change_of<false>(all.normal, all.pull, all.count, fibre);
 }
 
 const Kernels& baseline_kernels() noexcept { return baseline::kAll; }
