@@ -20,6 +20,27 @@ GridTables::GridTables(int n) : weights(n, 3, 0.0F) {
       edges[static_cast<std::size_t>(k)].push_back(static_cast<std::uint16_t>(sample_index(n, edge_point(n, k, t))));
 }
 
+BorderTables::BorderTables(int n) {
+  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  for (int edge = 0; edge < 3; ++edge)
+    for (int t = 0; t < n; ++t) {
+      const GridPoint p = edge_point(n, edge, t);
+      std::size_t first = 0;
+      while (inside(p + kWays[(first + 5) % 6]) || !inside(p + kWays[first])) ++first;
+      std::vector<std::int32_t> found;
+      for (std::size_t k = first; k < first + 6 && inside(p + kWays[k % 6]); ++k)
+        found.push_back(static_cast<std::int32_t>(sample_index(n, p + kWays[k % 6])));
+      const std::array<float, 4> shares =
+          found.size() == 4 ? std::array<float, 4>{1, 2, 2, 1} : std::array<float, 4>{1, 1, 0, 0};
+      own.push_back(static_cast<std::int32_t>(sample_index(n, p)));
+      for (std::size_t k = 0; k < 4; ++k) {
+        ring[k].push_back(found[std::min(k, found.size() - 1)]);
+        share[k].push_back(shares[k]);
+      }
+    }
+}
+
 Resampling::Resampling(int n, int m) {
   for (int j = 0; j <= m; ++j)
     for (int i = 0; i + j <= m; ++i) {
@@ -47,26 +68,6 @@ SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, co
     spacing[k] = spacings[corner];
     weight[k] = grid.weights.plane(static_cast<int>(corner));
   }
-}
-
-Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept {
-  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
-  const auto position = [&](GridPoint p) {
-    const std::size_t k = sample_index(n, p);
-    return Vec3f{surface.x[k], surface.y[k], surface.z[k]};
-  };
-  const Vec3f middle = position(at);
-  Umbrella sum;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const GridPoint a = at + kWays[k], b = at + kWays[(k + 1) % 6];
-    if (!inside(a) || !inside(b)) continue;
-    const Vec3f to_a = position(a) - middle, to_b = position(b) - middle;
-    sum.normal += cross(to_a, to_b);
-    sum.pull += to_a + to_b;
-    sum.count += 2;
-  }
-  return sum;
 }
 
 namespace {
@@ -424,6 +425,53 @@ template <bool kSwell>
       around_row<false>(read, n, j, at, change);
 }
 
+[[gnu::always_inline]] inline void border_body(const BorderTables& table, const Neighbours& at,
+                                               float* __restrict sums) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t *own = table.own.data(), *r0 = table.ring[0].data(), *r1 = table.ring[1].data(),
+                     *r2 = table.ring[2].data(), *r3 = table.ring[3].data();
+  const float *w0 = table.share[0].data(), *w1 = table.share[1].data(), *w2 = table.share[2].data(),
+              *w3 = table.share[3].data();
+  const float *x = at.x, *y = at.y, *z = at.z;
+  float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3f p = {x[own[k]], y[own[k]], z[own[k]]};
+    const Vec3f a = Vec3f{x[r0[k]], y[r0[k]], z[r0[k]]} - p, b = Vec3f{x[r1[k]], y[r1[k]], z[r1[k]]} - p;
+    const Vec3f c = Vec3f{x[r2[k]], y[r2[k]], z[r2[k]]} - p, d = Vec3f{x[r3[k]], y[r3[k]], z[r3[k]]} - p;
+    const Vec3f normal = (cross(a, b) + cross(b, c)) + cross(c, d);
+    const Vec3f pull = (a * w0[k] + b * w1[k]) + (c * w2[k] + d * w3[k]);
+    nx[k] = normal.x;
+    ny[k] = normal.y;
+    nz[k] = normal.z;
+    px[k] = pull.x;
+    py[k] = pull.y;
+    pz[k] = pull.z;
+  }
+}
+
+template <bool kSwell>
+[[gnu::always_inline]] inline void border_change_by(const SlabFrame& frame, const BorderTables& table,
+                                                    const float* __restrict sums, const float* __restrict ways,
+                                                    float* __restrict change) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t* own = table.own.data();
+  const FrameReader read(frame);
+  const float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto at = static_cast<std::size_t>(own[k]);
+    change[k] = change_of<kSwell>({nx[k], ny[k], nz[k]}, {px[k], py[k], pz[k]}, ways[k], read.fibre(at).along);
+  }
+}
+[[gnu::always_inline]] inline void border_change_body(const SlabFrame& frame, const BorderTables& table, bool swell,
+                                                      const float* sums, const float* ways, float* change) noexcept {
+  if (swell)
+    border_change_by<true>(frame, table, sums, ways, change);
+  else
+    border_change_by<false>(frame, table, sums, ways, change);
+}
+
 // Eight sums side by side in a fixed order, so that every build adds up alike.
 [[gnu::always_inline]] inline std::array<double, 4> mean_body(const float* __restrict weight, const float* __restrict x,
                                                               const float* __restrict y, const float* __restrict z,
@@ -536,6 +584,13 @@ template <bool kSwell>
   __VA_ARGS__ void around(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change) {           \
     around_body(frame, n, swell, at, change);                                                                         \
   }                                                                                                                   \
+  __VA_ARGS__ void border(const BorderTables& table, const Neighbours& at, float* sums) {                             \
+    border_body(table, at, sums);                                                                                     \
+  }                                                                                                                   \
+  __VA_ARGS__ void border_change(const SlabFrame& frame, const BorderTables& table, bool swell, const float* sums,    \
+                                 const float* ways, float* change) {                                                  \
+    border_change_body(frame, table, swell, sums, ways, change);                                                      \
+  }                                                                                                                   \
   __VA_ARGS__ std::array<double, 4> mean(const float* weight, const float* x, const float* y, const float* z,         \
                                          std::size_t count) {                                                         \
     return mean_body(weight, x, y, z, count);                                                                         \
@@ -548,8 +603,9 @@ template <bool kSwell>
     return count_body(a, b, stride, planes, count);                                                                   \
   }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut, lift, weigh,     raise,   flatten, approach, scale,    room,          settle, cover, \
-                            mix, lay,  positions, normals, around,  mean,     resample, count_changes, largest};      \
+  constexpr Kernels kAll = {cut,    lift,   weigh,         raise, flatten,  approach,      scale,                     \
+                            room,   settle, cover,         mix,   lay,      positions,     normals,                   \
+                            around, border, border_change, mean,  resample, count_changes, largest};                  \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )
@@ -560,11 +616,6 @@ RELIEF_KERNEL_BUILD(avx2, [[gnu::target("avx2")]])
 #undef RELIEF_VECTORS
 
 }  // namespace
-
-float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept {
-  return swell ? change_of<true>(all.normal, all.pull, all.count, fibre)
-               : change_of<false>(all.normal, all.pull, all.count, fibre);
-}
 
 const Kernels& baseline_kernels() noexcept { return baseline::kAll; }
 

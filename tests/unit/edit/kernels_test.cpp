@@ -62,6 +62,15 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
     kernels.around(frame, n, swell, {one.plane(0), one.plane(1), one.plane(2)}, to.plane());
     keep(to);
   }
+  const detail::BorderTables table(n);
+  const auto border = static_cast<std::size_t>(3 * n);
+  std::vector<float> sums(6 * border), ways(border, 6), at_border(border);
+  for (const bool swell : {false, true}) {
+    kernels.border(table, {one.plane(0), one.plane(1), one.plane(2)}, sums.data());
+    all.insert(all.end(), sums.begin(), sums.end());
+    kernels.border_change(frame, table, swell, sums.data(), ways.data(), at_border.data());
+    all.insert(all.end(), at_border.begin(), at_border.end());
+  }
   for (const double sum : kernels.mean(weight.plane(), one.plane(0), one.plane(1), one.plane(2), count))
     all.push_back(static_cast<float>(sum));
   Tile coarse(17, 1, 0);
