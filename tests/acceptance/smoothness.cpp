@@ -279,7 +279,7 @@ void ground_taken_away(const SnapshotPtr& model, Report& report) {
         static_cast<void>(editor.end_stroke());
         rest();
         freed += felt.contact ? 0 : 1;
-        static_cast<void>(editor.undo());
+        editor.set_head(model);
         rest();
       }
       const std::string what =
