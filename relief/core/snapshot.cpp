@@ -37,10 +37,14 @@ PageTable pages_of(const SlabMesh& mesh, TileOf&& tile_of) {
 }
 
 /// A tile that was in a snapshot before knows its bounds; the others were made as mutable ones, and nobody has seen
-/// them.
-void know_bounds(const Tile& tile) {
+/// them. `before` is what stood in its place, if anything.
+void know_bounds(const Tile& tile, const Tile* before) {
   if (tile.bounds_known()) return;
-  const_cast<Tile&>(tile).find_bounds();
+  auto& mutable_tile = const_cast<Tile&>(tile);
+  if (before != nullptr && before->intervals() == tile.intervals())
+    mutable_tile.find_bounds(*before);
+  else
+    mutable_tile.find_bounds();
   tile.rest();
 }
 
@@ -136,12 +140,22 @@ bool Tile::same_values(const Tile& other) const noexcept {
          std::memcmp(values_, other.values_, bytes()) == 0;
 }
 
-void Tile::find_bounds() {
+SampleBounds& Tile::make_bounds() {
   if (bounds_ == nullptr) {
     std::pmr::memory_resource* const memory = &resource(memory_);
     bounds_ = std::pmr::polymorphic_allocator<>(memory).new_object<SampleBounds>(intervals_, memory);
   }
-  bounds_->update(values_);
+  return *bounds_;
+}
+
+void Tile::find_bounds() {
+  make_bounds().update(values_);
+  bounded_ = true;
+}
+
+void Tile::find_bounds(const Tile& before) {
+  RELIEF_ASSERT(before.bounds_known());
+  make_bounds().update(values_, before.bounds(), before.values_);
   bounded_ = true;
 }
 
@@ -186,7 +200,7 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
         TilePtr tile = displacement(s);
         RELIEF_ASSERT(tile && tile->intervals() == slab_mesh->intervals(s));
         RELIEF_ASSERT(tile->channel_count() == channels(Layer::Displacement));
-        know_bounds(*tile);
+        know_bounds(*tile, nullptr);
         return tile;
       }));
   made->slab_mesh_ = std::move(slab_mesh);
@@ -288,8 +302,12 @@ SnapshotPtr SnapshotDraft::finish() {
     const OwnLayer& own = own_[static_cast<std::size_t>(layer)];
     for (const std::size_t p : own.own_pages) {
       const OwnPage& page = own.pages[p];
-      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1)
-        know_bounds(*page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))]);
+      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1) {
+        const int t = std::countr_zero(left);
+        const auto s = static_cast<SlabId>(p) * kTilesPerPage + static_cast<SlabId>(t);
+        know_bounds(*page.page->tiles[static_cast<std::size_t>(t)],
+                    base_->has(layer) ? &base_->tile(layer, s) : nullptr);
+      }
     }
   }
   SnapshotPtr finished = next_;

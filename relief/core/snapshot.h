@@ -90,6 +90,8 @@ class Tile {
   /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() and
   /// Snapshot::make() mend it.
   void find_bounds();
+  /// The same, fast where the two differ little: `before` knows its bounds and has the same intervals.
+  void find_bounds(const Tile& before);
   [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
   /// Where its values and bounds lie, and it too if make() made it; null: in ordinary memory.
@@ -99,6 +101,8 @@ class Tile {
   void rest(std::size_t tiles = 1) const noexcept;
 
  private:
+  [[nodiscard]] SampleBounds& make_bounds();
+
   std::int16_t intervals_;
   std::int8_t channel_count_;
   bool bounded_ = false;

@@ -7,8 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -40,6 +42,35 @@ TEST(Snapshot, DraftCopiesOnlyWhatItWrites) {
   const SnapshotPtr third = draft.finish();
   EXPECT_EQ(second->displacement(100)[3], 0.25F);
   EXPECT_EQ(third->displacement(100)[3], 0.125F);
+}
+
+TEST(Snapshot, BoundsOfEditedAndPutTilesAreThoseOfTheirSamples) {
+  const auto mesh = sphere_shell(2, 16);
+  SnapshotDraft draft(Snapshot::make(mesh));
+  const auto check = [](const Tile& tile) {
+    Tile anew(tile);
+    anew.find_bounds();
+    ASSERT_TRUE(tile.bounds_known());
+    EXPECT_EQ(tile.bounds().range(), anew.bounds().range());
+    for (int level = 0; level < anew.bounds().levels(); ++level) {
+      const auto a = tile.bounds().between(level, 0, 0), b = anew.bounds().between(level, 0, 0);
+      EXPECT_EQ(a.low, b.low);
+      EXPECT_EQ(a.high, b.high);
+    }
+  };
+  for (int k = 0; k < 4; ++k) {
+    if (k == 1) draft.add_layer(Layer::Void, kOwnIntervals, 0);
+    const Layer layer = k < 2 ? Layer::Displacement : Layer::Void;
+    draft.edit(layer, 5).plane()[static_cast<std::size_t>(3 + k)] = 0.25F;
+    // A tile that was in use before, with the bounds of other samples.
+    const auto put = std::make_shared<Tile>(16, 1, 0.125F);
+    put->find_bounds();
+    std::ranges::copy(std::vector<float>(put->size(), 0.5F), put->plane());
+    put->plane()[static_cast<std::size_t>(9 * k)] = 0.75F;
+    draft.put(layer, 70, put);
+    const SnapshotPtr model = draft.finish();
+    for (const SlabId s : {5, 70}) check(model->tile(layer, s));
+  }
 }
 
 TEST(Snapshot, IsMadeOfTilesThatLieInAMemoryOfTheirOwn) {
