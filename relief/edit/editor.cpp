@@ -232,7 +232,7 @@ struct Editor::Scratch {
   }
 
   Known& know(const Snapshot& model, SlabId s) {
-    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+    const TilePtr& tile = model.shared_tile(Layer::Displacement, s);
     Known& entry = known[s];
     if (entry.tile.owner_before(tile) || tile.owner_before(entry.tile))
       entry = {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -15,6 +16,7 @@
 namespace relief {
 namespace {
 
+using testing::icosphere_shell;
 using testing::sphere_shell;
 
 TEST(Snapshot, DraftCopiesOnlyWhatItWrites) {
@@ -93,9 +95,44 @@ TEST(Snapshot, IsMadeOfTilesThatLieInAMemoryOfTheirOwn) {
     EXPECT_NEAR(tile.bounds().range()[1], 0.75, 1e-4);
   }
   // The last tile takes its memory with it.
-  const TilePtr last = model->pages(Layer::Displacement).front()->tiles.front();
+  const TilePtr last = model->shared_tile(Layer::Displacement, 0);
   model.reset();
   EXPECT_EQ(last->plane()[1], 0.75F);
+}
+
+TEST(Snapshot, ADraftThatEditsOneTileMakesANodeAndAPage) {
+  const SnapshotPtr first = Snapshot::make(icosphere_shell(6, 1));
+  ASSERT_EQ(first->slab_mesh().slab_count(), 81'920U);
+  SnapshotDraft add(first);
+  add.add_layer(Layer::Mask, 1, 0);
+  const SnapshotPtr masked = add.finish();
+  const PageTable &before = masked->table(Layer::Displacement), &mask = masked->table(Layer::Mask);
+  EXPECT_EQ(before.size(), 20U);
+  EXPECT_EQ(&before, &first->table(Layer::Displacement)) << "a layer that nobody wrote is copied";
+
+  SnapshotDraft draft(masked);
+  for (const SlabId s : {SlabId{0}, SlabId{50'000}, SlabId{81'919}}) {
+    const SnapshotPtr from = draft.finish();
+    for (int k = 0; k < 3; ++k) draft.edit(Layer::Displacement, s).plane()[0] = 0.25F;
+    const SnapshotPtr to = draft.finish();
+    const PageTable &a = from->table(Layer::Displacement), &b = to->table(Layer::Displacement);
+    int nodes = 0, pages = 0, tiles = 0;
+    for (std::size_t n = 0; n < a.size(); ++n) {
+      nodes += a[n] != b[n];
+      for (SlabId p = 0; p < kPagesPerNode; ++p) {
+        pages += a[n]->pages[p] != b[n]->pages[p];
+        for (SlabId t = 0; a[n]->pages[p] && t < kTilesPerPage; ++t)
+          tiles += a[n]->pages[p]->tiles[t] != b[n]->pages[p]->tiles[t];
+      }
+    }
+    EXPECT_EQ((std::array{nodes, pages, tiles}), (std::array{1, 1, 1})) << s;
+    EXPECT_EQ(&to->table(Layer::Mask), &mask);
+    std::vector<SlabId> changed;
+    for_each_change(*from, *to, [&](Layer, SlabId slab) { changed.push_back(slab); });
+    EXPECT_EQ(changed, std::vector{s});
+    EXPECT_EQ(to->displacement(s)[0], 0.25F);
+    EXPECT_EQ(from->displacement(s)[0], 0.5F);
+  }
 }
 
 TEST(Snapshot, LayersComeAndAreFound) {
