@@ -109,7 +109,8 @@ struct Editor::State {
   std::vector<SlabId> beyond_slabs;
   static constexpr std::size_t kMost = Tile::padded(kMaxIntervals);
   Tile zeros{kMaxIntervals, 1, 0.0F}, mask{kMaxIntervals, 1, 0.0F}, voids{kMaxIntervals, 1, 0.0F},
-      guard{kMaxIntervals, 1, 0.0F}, change{kMaxIntervals, 1, 0.0F}, weight{kMaxIntervals, 1, 0.0F};
+      guard{kMaxIntervals, 1, 0.0F}, change{kMaxIntervals, 1, 0.0F}, weight{kMaxIntervals, 1, 0.0F},
+      places{kMaxIntervals, 3, 0.0F}, outwards{kMaxIntervals, 3, 0.0F};
   std::vector<std::uint8_t> over = std::vector<std::uint8_t>(kMost);
 
   /// What Action::Even, Swell and Plane know of a slab beside its samples.
@@ -247,12 +248,12 @@ struct Editor::State {
     const int n = tile.intervals();
     found = std::make_unique<Tile>(n, 3, 0.0F);
     normal_slabs.push_back(s);
-    Tile at(n, 3, 0.0F);
     const SlabCorners corners = head->slab_mesh().corners(s);
     const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n), {});
-    kernels.positions(f, tile.plane(), at.plane(0), at.plane(1), at.plane(2), tile.size());
-    const detail::Neighbours surface = {at.plane(0), at.plane(1), at.plane(2)};
-    kernels.normals(n, surface, found->plane(0), found->plane(1), found->plane(2));
+    kernels.positions(f, tile.plane(), places.plane(0), places.plane(1), places.plane(2), tile.size());
+    const detail::Neighbours surface = {places.plane(0), places.plane(1), places.plane(2)};
+    kernels.normals(n, surface, outwards.plane(0), outwards.plane(1), outwards.plane(2));
+    for (int c = 0; c < 3; ++c) std::copy_n(std::as_const(outwards).plane(c), tile.size(), found->plane(c));
     const detail::BorderTables& table = border_table(n);
     const std::size_t count = table.own.size();
     border_sums.resize(6 * count);

@@ -117,114 +117,101 @@ struct FrameReader {
 [[gnu::always_inline]] inline float larger(float a, float b) noexcept { return a > b ? a : b; }
 [[gnu::always_inline]] inline float smaller(float a, float b) noexcept { return a < b ? a : b; }
 
-/// How much of a fibre is the last of what was `all` at the stroke's start.
-[[gnu::always_inline]] inline float fade_of(float all, float space, float fibre) noexcept {
-  return smaller(larger(kFadeShare * all, kFadeSpacings * space / fibre), 0.5F * all);
+/// How much of a fibre is the last of what was `all` at the stroke's start; `cell`: the spacing as a share of the
+/// fibre.
+[[gnu::always_inline]] inline float fade_of(float all, float cell) noexcept {
+  return smaller(larger(kFadeShare * all, kFadeSpacings * cell), 0.5F * all);
 }
 
-/// Where a fibre first meets the cutter, as a share of it, perhaps below 0; and whether it does.
-struct Entry {
-  float at;
-  int hit;
+/// The cutter at one sample.
+struct Meeting {
+  Vec3f out;  ///< from the centre of the ball that is nearest to the start's surface there
+  float at;   ///< where the fibre enters that ball, as a share of it, perhaps below 0
+  int hit;    ///< whether it does
 };
-// The swept ball is a capsule. Where the fibre enters the endless cylinder around its axis says which of the balls it
-// meets first: the one whose centre lies beside that place, or the nearer end. Being off a little there changes the
-// entry by the square of that. With o = inner end - lowest point and D the fibre, a ball is met where
-// A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool cuts, and
-// C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
-[[gnu::always_inline]] inline Entry entry_of(const SampleFibre& f, Vec3f up, Vec3f along, Vec3f axis,
-                                             float per_length) noexcept {
-  const Vec3f from_centre = f.inner - up;
-  const float start = dot(from_centre, axis), climb = dot(f.along, axis);
-  const Vec3f aside = from_centre - axis * start, way = f.along - axis * climb;
-  const float ca = dot(way, way) + 1e-12F, cb = dot(aside, way), cc = dot(aside, aside) - 1.0F;
-  const float inside = cb * cb - ca * cc;
-  const float meets = (-cb - std::sqrt(larger(inside, 1e-12F))) / ca;
-  const float share = smaller(larger((start + meets * climb) * per_length, 0.0F), 1.0F);
-  const Vec3f o = f.inner - along * share;
-  const float a = dot(f.along, f.along);
+// Of a swept ball, that one counts whose centre lies beside the start's surface at the sample, or the nearer end; those
+// beside it in the other dabs of the stroke make up for a fibre that leans. With o = inner end - lowest point and D the
+// fibre, a ball is met where A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool
+// cuts, and C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
+[[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float square_of_fibre, float start, Vec3f up,
+                                           Vec3f along, Vec3f per_way) noexcept {
+  const Vec3f from_centre = f.inner + f.along * start - up;
+  const float share = smaller(larger(dot(from_centre, per_way), 0.0F), 1.0F);
+  const Vec3f sweep = along * share, o = f.inner - sweep;
   const float b = dot(o, f.along) - dot(f.along, up);
   const float c = dot(o, o) - 2 * dot(o, up);
-  const float square = b * b - a * c;
+  const float square = b * b - square_of_fibre * c;
   const float root = std::sqrt(larger(square, 0.0F));
   const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
-  return {c / larger(root - b, 1e-30F), hit};
+  return {from_centre - sweep, c / larger(root - b, 1e-30F), hit};
 }
 
-/// The axis of the sweep and one over its length; zero for a ball that stands.
-struct Sweep {
-  Vec3f axis;
-  float per_length;
-};
-Sweep sweep_of(Vec3f along) noexcept {
-  const float size = length(along);
-  if (!(size > 1e-6F)) return {{0, 0, 0}, 0};
-  return {along / size, 1 / size};
+/// The way of the sweep over the square of its length; zero for a ball that stands.
+Vec3f per_way(Vec3f along) noexcept {
+  const float square = dot(along, along);
+  return square > 1e-12F ? along / square : Vec3f{};
 }
 
-/// tan of the angle between the start's surface at a point and the ball that is nearest to it; at most kSteepestRim.
-[[gnu::always_inline]] inline float rim_slope(Vec3f point, Vec3f normal, const Cutter& cutter,
-                                              const Sweep& sweep) noexcept {
-  const Vec3f from_centre = point - cutter.up;
-  const float share = smaller(larger(dot(from_centre, sweep.axis) * sweep.per_length, 0.0F), 1.0F);
-  const Vec3f out = from_centre - cutter.along * share;
-  const float size = std::sqrt(dot(out, out));
-  const float cosine = -dot(out, normal) / larger(size, 1e-9F);
-  const float sine = std::sqrt(larger(1.0F - cosine * cosine, 0.0F));
-  return smaller(sine / larger(cosine, 0.1F / kSteepestRim), kSteepestRim);
+/// tan of the angle between the start's surface and the ball, at most kSteepestRim.
+[[gnu::always_inline]] inline float rim_slope(Vec3f out, Vec3f normal) noexcept {
+  const float down = -dot(out, normal);
+  const float side = std::sqrt(larger(dot(out, out) - down * down, 0.0F));
+  const float slope = side / larger(down, 1e-9F);
+  return smaller(slope, kSteepestRim);
 }
 
-[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
-                                            const Start& start, const float* __restrict protect,
-                                            const float* __restrict from, float* __restrict to,
-                                            std::size_t count) noexcept {
+[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
+                                            const float* __restrict protect, const float* __restrict from,
+                                            float* __restrict to, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Cutter ball = cutter;
-  const Sweep way = sweep;
+  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
   const float* __restrict alpha = start.displacement;
-  const float* __restrict nx = start.x, * __restrict ny = start.y, * __restrict nz = start.z;
-  const float blend = cutter.exact ? 0.0F : 1.0F;
+  const float* __restrict nx = start.x;
+  const float* __restrict ny = start.y;
+  const float* __restrict nz = start.z;
+  // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
+  std::array<float, 3> blends{};
+  for (std::size_t k = 0; k < 3; ++k)
+    blends[k] = cutter.exact ? 0.0F : read.spacing[k] * smaller(larger(0.5F / read.spacing[k] - 2.0F, 0.0F), 1.0F);
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
-    const float size = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = alpha[k];
-    const float slope = rim_slope(f.inner + f.along * a, {nx[k], ny[k], nz[k]}, ball, way);
-    // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
-    const float fits = smaller(larger((1.0F - 4.0F * space) / (2.0F * space), 0.0F), 1.0F);
-    const float width = blend * fits * slope * space / size;
-    const float gap = entry.at - a, between = gap > 0 ? gap : -gap;
+    const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
+    const Meeting met = meet(f, square, a, up, along, way);
+    const float blend = (blends[0] * read.wa[k] + blends[1] * read.wb[k]) + blends[2] * read.wc[k];
+    const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}) * per_fibre;
+    const float gap = met.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
-    const float lowest = smaller(a, entry.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = fade_of(a, space, size);
+    const float lowest = smaller(a, met.at) - over * over * (0.25F / larger(width, 1e-9F));
+    const float fade = fade_of(a, read.space(k) * per_fibre);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
-    const bool cut = (entry.hit & static_cast<int>(part < from[k])) != 0;
+    const bool cut = (met.hit & static_cast<int>(part < from[k])) != 0;
     to[k] = cut ? part : from[k];
   }
 }
 
-[[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
+[[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter,
                                              const float* __restrict start, const float* __restrict protect,
                                              std::uint8_t* __restrict over, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Cutter ball = cutter;
-  const Sweep way = sweep;
+  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
   std::int32_t most = 0;  // lifts are not negative, so their bits sort as they do, and integers may come in any order
   std::uint32_t limited = 0;
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
-    const int cuts = entry.hit & static_cast<int>(entry.at < start[k]) & static_cast<int>(protect[k] < 1);
-    const int beyond = cuts & static_cast<int>(entry.at < 0);
+    const float square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
+    const Meeting met = meet(f, square, start[k], up, along, way);
+    const int cuts = met.hit & static_cast<int>(met.at < start[k]) & static_cast<int>(protect[k] < 1);
+    const int beyond = cuts & static_cast<int>(met.at < 0);
     over[k] = static_cast<std::uint8_t>(beyond);
     limited += static_cast<std::uint32_t>(beyond);
-    const float fade = fade_of(start[k], read.space(k), std::sqrt(dot(f.along, f.along)));
-    const float kept = fade * fade / larger(2.0F * fade - entry.at, 1e-9F);
-    const float lift = (kept - entry.at) * dot(f.along, ball.up) * (1.0F - protect[k]);
-    const bool late = (cuts & static_cast<int>(entry.at < fade)) != 0;
+    const float fade = fade_of(start[k], read.space(k) * per_fibre);
+    const float kept = fade * fade / larger(2.0F * fade - met.at, 1e-9F);
+    const float lift = (kept - met.at) * dot(f.along, up) * (1.0F - protect[k]);
+    const bool late = (cuts & static_cast<int>(met.at < fade)) != 0;
     const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
     most = bits > most ? bits : most;
   }
@@ -313,7 +300,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     const float left = 1.0F - from[k];
-    const float fade = larger(fade_of(1.0F - start[k], read.space(k), std::sqrt(dot(along, along))), 1e-9F);
+    const float fade = larger(fade_of(1.0F - start[k], read.space(k) / std::sqrt(dot(along, along))), 1e-9F);
     const float ended = larger(1.0F - left / fade, 0.0F);
     const float rises = change[k] > 0 ? weight[k] : 0.0F;
     const auto bits = std::bit_cast<std::int32_t>(larger(1.0F - rises * ended, 0.0F));
@@ -373,12 +360,18 @@ template <bool kSwell>
   return climb > least ? up / climb : 0.0F;
 }
 
+/// Rows are short: they are gone through in whole vectors, a little into the next row, which comes after and puts that
+/// right, or into the border, which others fill.
+[[gnu::always_inline]] inline std::size_t whole_vectors(int samples) noexcept {
+  return (static_cast<std::size_t>(samples) + kOverrun - 1) / kOverrun * kOverrun;
+}
+
 [[gnu::always_inline]] inline void normals_body(int n, const Neighbours& at, float* __restrict nx, float* __restrict ny,
                                                 float* __restrict nz) noexcept {
   for (int j = 1; j < n - 1; ++j) {
     const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
                       below = sample_index(n, {0, j - 1});
-    const auto inside = static_cast<std::size_t>(n - j);
+    const std::size_t inside = 1 + whole_vectors(n - j - 1);
     const float *x = at.x, *y = at.y, *z = at.z;
     RELIEF_VECTORS
     for (std::size_t i = 1; i < inside; ++i) {
@@ -400,7 +393,7 @@ template <bool kSwell>
   const std::size_t row = sample_index(n, {0, j});
   const std::size_t above = sample_index(n, {0, j + 1}) - row, below = row - sample_index(n, {0, j - 1});
   const float *x = at.x, *y = at.y, *z = at.z;
-  const std::size_t last = row + static_cast<std::size_t>(n - j);
+  const std::size_t last = row + 1 + whole_vectors(n - j - 1);
   RELIEF_VECTORS
   for (std::size_t k = row + 1; k < last; ++k) {
     const Vec3f p = {x[k], y[k], z[k]};
@@ -533,11 +526,11 @@ template <bool kSwell>
   namespace space {                                                                                                   \
   __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
                        const float* from, float* to, std::size_t count) {                                             \
-    cut_body(frame, cutter, sweep_of(cutter.along), start, protect, from, to, count);                                 \
+    cut_body(frame, cutter, start, protect, from, to, count);                                                         \
   }                                                                                                                   \
   __VA_ARGS__ Lift lift(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,       \
                         std::uint8_t* over, std::size_t count) {                                                      \
-    return lift_body(frame, cutter, sweep_of(cutter.along), start, protect, over, count);                             \
+    return lift_body(frame, cutter, start, protect, over, count);                                                     \
   }                                                                                                                   \
   __VA_ARGS__ void weigh(const SlabFrame& frame, Falloff falloff, const float* displacement, const float* protect,    \
                          float* to, std::size_t count) {                                                              \

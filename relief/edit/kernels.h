@@ -89,6 +89,9 @@ struct Neighbours {
   const float *x, *y, *z;  ///< in the frame
 };
 
+/// normals() and around() read and write up to so many numbers beyond the last sample, and leave junk at the border.
+inline constexpr std::size_t kOverrun = 8;
+
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
 struct Kernels {

@@ -16,7 +16,8 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
                               const Tile& protect) {
   const std::size_t count = sample_count(n);
   std::vector<float> all;
-  Tile one(n, 3, 0), weight(n, 1, 0), to(n, 1, 0);
+  // Room for what the kernels read and write beyond the tile.
+  Tile one(kMaxIntervals, 3, 0), weight(n, 1, 0), to(kMaxIntervals, 1, 0);
   std::vector<std::uint8_t> over(count);
   const auto keep = [&](const Tile& tile, int planes = 1) {
     for (int c = 0; c < planes; ++c) all.insert(all.end(), tile.plane(c), tile.plane(c) + count);
@@ -55,7 +56,7 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
   keep(to);
   kernels.positions(frame, now, one.plane(0), one.plane(1), one.plane(2), count);
   keep(one, 3);
-  Tile normals(n, 3, 0);
+  Tile normals(kMaxIntervals, 3, 0);
   kernels.normals(n, {one.plane(0), one.plane(1), one.plane(2)}, normals.plane(0), normals.plane(1), normals.plane(2));
   keep(normals, 3);
   for (const bool swell : {false, true}) {
