@@ -142,13 +142,17 @@ std::uint64_t all_tiles(const SlabMesh& mesh, SlabId page) {
   return ~std::uint64_t{0} >> (kTilesPerPage - tiles_in_page(mesh, page));
 }
 
-/// One layer as it lies in the file: since which stroke, and with how many intervals.
+/// One layer as it lies in the file: since which stroke, with how many intervals, and what its samples are there.
 struct LayerEntry {
   std::int64_t stroke = 0;
   std::int64_t intervals = kOwnIntervals;
+  SampleType type = SampleType::F32;
   friend bool operator==(const LayerEntry&, const LayerEntry&) = default;
 };
 using LayerTable = std::array<std::optional<LayerEntry>, kLayerCount>;
+
+/// Up to format 2, colours were floats.
+SampleType type_in_file(Layer layer, std::int64_t format) { return format < 3 ? SampleType::F32 : sample_type(layer); }
 
 int intervals_of(const LayerEntry& entry, const SlabMesh& mesh, SlabId s) {
   return entry.intervals == kOwnIntervals ? mesh.intervals(s) : static_cast<int>(entry.intervals);
@@ -168,7 +172,7 @@ struct PageLayout {
     for (SlabId t = 0; t < kTilesPerPage; ++t) {
       begin[t + 1] = begin[t];
       if (has(t))
-        begin[t + 1] += detail::tile_bytes(intervals_of(entry, mesh, page * kTilesPerPage + t), channels(layer));
+        begin[t + 1] += detail::tile_bytes(layer, intervals_of(entry, mesh, page * kTilesPerPage + t), entry.type);
     }
   }
   [[nodiscard]] bool has(SlabId t) const { return (mask >> t & 1U) != 0; }
@@ -245,13 +249,13 @@ class Rows {
       if (!layout.has(t)) continue;
       const SlabId s = change.page * kTilesPerPage + t;
       const auto samples = layout.tile(std::span(raw), t);
-      detail::copy_samples(now.tile(change.layer, s), samples);
+      detail::copy_samples(now.tile(change.layer, s), entry.type, samples);
       if (change.whole) continue;
       old.resize(samples.size());
-      detail::copy_samples(before->tile(change.layer, s), old);
+      detail::copy_samples(before->tile(change.layer, s), entry.type, old);
       detail::exclusive_or(samples, old);
     }
-    const std::vector<std::byte> blob = detail::pack(raw, sizeof(float));
+    const std::vector<std::byte> blob = detail::pack(raw, bytes(entry.type));
     const std::int64_t whole = change.whole ? 1 : 0;
     const auto tiles = std::bit_cast<std::int64_t>(mask);
     RELIEF_TRY(Statement put, database_.prepare("INSERT INTO pages VALUES(?, ?, ?, ?, ?, ?, ?)"));
@@ -369,7 +373,7 @@ class Rows {
   }
 
   /// The layers in effect at a stroke.
-  [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke) const {
+  [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke, std::int64_t format) const {
     LayerTable table;
     RELIEF_TRY(
         Statement rows,
@@ -379,8 +383,9 @@ class Rows {
       RELIEF_TRY(const bool row, rows.step());
       if (!row) break;
       const auto layer = layer_from_name(rows.text(0));
-      const LayerEntry entry{.stroke = rows.integer(1), .intervals = rows.integer(2)};
       if (!layer) return damaged("it has a layer that does not exist");
+      const LayerEntry entry{
+          .stroke = rows.integer(1), .intervals = rows.integer(2), .type = type_in_file(*layer, format)};
       if (rows.integer(3) != hash_of(name(*layer), {}, entry.stroke, entry.intervals))
         return damaged("its layers fail their checksum");
       const bool sound = *layer == Layer::Displacement   ? entry.intervals == kOwnIntervals && entry.stroke == 0
@@ -474,7 +479,7 @@ class Rows {
           (row.tiles & ~layout.mask) != 0 || !detail::may_hold(row.data, changed.bytes()))
         return page_damage(layer, page, row.stroke, "does not fit the cage");
       part.resize(changed.bytes());
-      if (!detail::unpack(row.data, sizeof(float), part))
+      if (!detail::unpack(row.data, bytes(entry.type), part))
         return page_damage(layer, page, row.stroke, "cannot be unpacked");
       if (first) {
         all.swap(part);
@@ -487,7 +492,8 @@ class Rows {
     std::array<TilePtr, kTilesPerPage> tiles;
     for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
       const int n = intervals_of(entry, mesh, page * kTilesPerPage + t);
-      tiles[t] = detail::tile_from(layout.tile(Bytes(all), t), n, channels(layer));
+      tiles[t] = detail::tile_from(layout.tile(Bytes(all), t), entry.type, layer, n);
+      if (!tiles[t]) return page_damage(layer, page, stroke, "holds values outside its range");
       if (t > 0 && tiles[t]->same_values(*tiles[t - 1])) tiles[t] = tiles[t - 1];
     }
     return tiles;
@@ -695,7 +701,8 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
   LayerTable layers;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto layer = static_cast<Layer>(k);
-    if (model.head->has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(*model.head, layer)};
+    if (model.head->has(layer))
+      layers[k] = {.stroke = 0, .intervals = intervals_of(*model.head, layer), .type = sample_type(layer)};
   }
   {
     RELIEF_TRY(Replacement replacement, Replacement::make(file, kKind));
@@ -723,7 +730,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_o
   RELIEF_TRY(state->meta, rows.read_meta());
   RELIEF_CHECK(rows.check_journal(state->meta));
   RELIEF_TRY(const auto mesh, rows.read_cage(state->meta));
-  RELIEF_TRY(state->layers, rows.read_layers(state->meta.current));
+  RELIEF_TRY(state->layers, rows.read_layers(state->meta.current, state->meta.format));
   RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
   state->model.info = state->meta.info;
   if (read_only) state->database.roll_back();
@@ -780,14 +787,14 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
     const auto layer = static_cast<Layer>(k);
     if (layer == Layer::Displacement) continue;
     if (!head->has(layer)) {
-      if (layers[k]) layer_rows.emplace_back(layer, LayerEntry{number, kLayerGone});
+      if (layers[k]) layer_rows.emplace_back(layer, LayerEntry{.stroke = number, .intervals = kLayerGone});
       layers[k].reset();
       continue;
     }
     const std::int64_t intervals = intervals_of(*head, layer);
     fresh[k] = !layers[k] || layers[k]->intervals != intervals;
     if (!fresh[k]) continue;
-    layers[k] = {.stroke = number, .intervals = intervals};
+    layers[k] = {.stroke = number, .intervals = intervals, .type = type_in_file(layer, state.meta.format)};
     layer_rows.emplace_back(layer, *layers[k]);
   }
 
@@ -816,11 +823,14 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
     if (state.meta.current < state.meta.last) RELIEF_CHECK(rows.drop_strokes_after(state.meta.current));
     for (const auto& [layer, entry] : layer_rows) RELIEF_CHECK(rows.write_layer(layer, entry));
     for (PageChange& change : changes) {
+      const LayerEntry& entry = *layers[static_cast<std::size_t>(change.layer)];
+      // What the file has as another type was rounded when it was read: a difference would not lead back to it.
+      change.whole = change.whole || entry.type != sample_type(change.layer);
       if (!change.whole) {
         RELIEF_TRY(const std::int64_t earlier, rows.changes_since_whole(change.layer, change.page));
         change.whole = earlier >= kWholeEvery;
       }
-      RELIEF_CHECK(rows.write_page(change, *layers[static_cast<std::size_t>(change.layer)], number, &before, *head));
+      RELIEF_CHECK(rows.write_page(change, entry, number, &before, *head));
     }
     RELIEF_CHECK(rows.write_stroke(record, static_cast<std::int64_t>(changes.size() + layer_rows.size())));
     return rows.write_place(meta);
@@ -850,7 +860,7 @@ Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke) {
   SnapshotPtr moved;
   const auto write = [&]() -> Status {
     if (stroke == meta.current) return {};
-    RELIEF_TRY(moved_layers, rows.read_layers(stroke));
+    RELIEF_TRY(moved_layers, rows.read_layers(stroke, meta.format));
     auto found = moved_layers == layers ? move(rows, model.head, layers, meta.current, stroke)
                                         : load(rows, model.head->shared_slab_mesh(), moved_layers, stroke);
     if (!found) return std::unexpected(std::move(found).error());

@@ -268,7 +268,7 @@ void expect_refused(const std::string& sql, Errc code, const char* word) {
 }
 
 TEST(ForgedFile, IsRefusedWithAReason) {
-  expect_refused("PRAGMA user_version = 3", Errc::NewerVersion, "newer");
+  expect_refused("PRAGMA user_version = 4", Errc::NewerVersion, "newer");
   expect_refused("PRAGMA user_version = 0", Errc::Corrupt, "version");
   expect_refused("PRAGMA application_id = 7", Errc::UnsupportedFormat, "not a .relief");
   expect_refused("DROP TABLE strokes", Errc::Corrupt, "table");
@@ -402,6 +402,27 @@ TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   };
   EXPECT_NE(fibre(std::numeric_limits<double>::infinity()).find("fibre 13"), std::string::npos);
   EXPECT_NE(fibre(std::nan("")).find("fibre 13"), std::string::npos);
+}
+
+TEST(ForgedFile, ColoursOfFormat2AreCheckedBeforeTheyAreRounded) {
+  const Folder folder;
+  for (const float value : {std::nanf(""), 1.0001F, -0.0001F}) {
+    const auto options = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-2.relief",
+                               folder / "a.relief", options);
+    {
+      Forger forger(folder / "a.relief");
+      std::vector<std::byte> raw(32 * 3 * sample_count(3) * sizeof value);
+      ASSERT_TRUE(detail::unpack(forger.blob("SELECT data FROM pages WHERE layer = 'colour'"), sizeof value, raw));
+      std::memcpy(raw.data() + 5 * sizeof value, &value, sizeof value);
+      forger.put("pages", "layer = 'colour'", detail::pack(raw, sizeof value));
+    }
+    const auto opened = ModelFile::open(folder / "a.relief");
+    ASSERT_FALSE(opened.has_value()) << value;
+    EXPECT_EQ(opened.error().code, Errc::Corrupt);
+    EXPECT_NE(opened.error().message.find("page 0 of colour"), std::string::npos) << opened.error().message;
+    EXPECT_NE(opened.error().message.find("outside its range"), std::string::npos) << opened.error().message;
+  }
 }
 
 TEST(ForgedFile, ConstrainedSamplesAreCheckedToTheLastBit) {
