@@ -465,28 +465,6 @@ TEST(ModelFile, FilesOfFormat2Open) {
   expect_opens("format-2.relief", {0x8779eecc947d4b97U, 0x280ef61723429632U, 0x235ba4748d3c6d41U});
 }
 
-TEST(ModelFile, FilesOfFormat2TakeStrokesOfPaint) {
-  const Folder folder;
-  std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-2.relief",
-                             folder / "a.relief");
-  std::vector<std::uint64_t> hashes;
-  {
-    RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
-    for (const SlabId s : {7, 8, 7}) {
-      SnapshotDraft draft(file.model().head);
-      dab(draft, Layer::Colour, s, 0.3F * static_cast<float>(hashes.size() + 1));
-      hashes.push_back(file.model().head->content_hash());
-      EXPECT_OK(file.commit(draft.finish(), {.label = "paint"}));
-    }
-    hashes.push_back(file.model().head->content_hash());
-  }
-  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
-  for (std::size_t k = hashes.size(); k-- > 0;) {
-    EXPECT_EQ(file.model().head->content_hash(), hashes[k]) << k;
-    EXPECT_OK(file.undo());
-  }
-}
-
 /// The first with colours of 16 bits.
 TEST(ModelFile, FilesOfFormat3Open) {
   if (std::getenv("RELIEF_WRITE_GOLDEN") != nullptr) {
