@@ -59,7 +59,7 @@ class Blanks {
   [[nodiscard]] const TilePtr& of(int n) {
     TilePtr& tile = tiles_[static_cast<std::size_t>(n)];
     if (!tile) {
-      auto made = std::make_shared<Tile>(n, channels(layer_), value_);
+      auto made = std::make_shared<Tile>(layer_, n, value_);
       if (layer_ == Layer::Displacement || layer_ == Layer::Void) made->find_bounds();
       tile = std::move(made);
     }
@@ -110,24 +110,37 @@ LayerRange range(Layer layer) noexcept {
   return layer == Layer::StaticFriction || layer == Layer::DynamicFriction ? LayerRange{0, 4} : LayerRange{0, 1};
 }
 
-Tile::Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory)
+Tile::Tile(int intervals, int channel_count, SampleType type, float value, std::shared_ptr<PagedMemory> memory)
     : intervals_(static_cast<std::int16_t>(intervals)),
       channel_count_(static_cast<std::int8_t>(channel_count)),
-      values_(static_cast<float*>(resource(memory).allocate(bytes(), kLine))),
+      type_(type),
+      values_(resource(memory).allocate(bytes(), kLine)),
       memory_(std::move(memory)) {
   std::memset(values_, 0, bytes());
-  for (int c = 0; c < channel_count_; ++c) std::fill_n(plane(c), size(), value);
+  for (int c = 0; c < channel_count_; ++c) {
+    if (type_ == SampleType::U16)
+      std::fill_n(plane16(c), size(), to_u16(value));
+    else
+      std::fill_n(plane(c), size(), value);
+  }
 }
 
-std::shared_ptr<Tile> Tile::make(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory) {
+Tile::Tile(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory)
+    : Tile(intervals, channels(layer), sample_type(layer), value, std::move(memory)) {}
+
+Tile::Tile(int intervals, int channel_count, float value)
+    : Tile(intervals, channel_count, SampleType::F32, value, nullptr) {}
+
+std::shared_ptr<Tile> Tile::make(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory) {
   const Keeper<Tile> keeper(memory);
-  return std::allocate_shared<Tile>(keeper, intervals, channel_count, value, std::move(memory));
+  return std::allocate_shared<Tile>(keeper, layer, intervals, value, std::move(memory));
 }
 
 Tile::Tile(const Tile& other)
     : intervals_(other.intervals_),
       channel_count_(other.channel_count_),
-      values_(static_cast<float*>(resource(nullptr).allocate(other.bytes(), kLine))) {
+      type_(other.type_),
+      values_(resource(nullptr).allocate(other.bytes(), kLine)) {
   std::memcpy(values_, other.values_, bytes());
 }
 
@@ -137,11 +150,22 @@ Tile::~Tile() {
   rest();
 }
 
-std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::size_t>(channel_count_) * sizeof(float); }
+std::size_t Tile::bytes() const noexcept {
+  return stride() * static_cast<std::size_t>(channel_count_) * relief::bytes(type_);
+}
+
+bool Tile::same_shape(const Tile& other) const noexcept {
+  return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ && type_ == other.type_;
+}
 
 bool Tile::same_values(const Tile& other) const noexcept {
-  return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ &&
-         std::memcmp(values_, other.values_, bytes()) == 0;
+  return same_shape(other) && std::memcmp(values_, other.values_, bytes()) == 0;
+}
+
+void Tile::copy_values(const Tile& other) noexcept {
+  RELIEF_ASSERT(same_shape(other));
+  std::memcpy(values_, other.values_, bytes());
+  bounded_ = false;
 }
 
 SampleBounds& Tile::make_bounds() {
@@ -153,13 +177,13 @@ SampleBounds& Tile::make_bounds() {
 }
 
 void Tile::find_bounds() {
-  make_bounds().update(values_);
+  make_bounds().update(std::as_const(*this).plane());
   bounded_ = true;
 }
 
 void Tile::find_bounds(const Tile& before) {
   RELIEF_ASSERT(before.bounds_known());
-  make_bounds().update(values_, before.bounds(), before.values_);
+  make_bounds().update(std::as_const(*this).plane(), before.bounds(), before.plane());
   bounded_ = true;
 }
 
@@ -204,6 +228,7 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
         TilePtr tile = displacement(s);
         RELIEF_ASSERT(tile && tile->intervals() == slab_mesh->intervals(s));
         RELIEF_ASSERT(tile->channel_count() == channels(Layer::Displacement));
+        RELIEF_ASSERT(tile->type() == sample_type(Layer::Displacement));
         know_bounds(*tile, nullptr);
         return tile;
       }));
@@ -221,7 +246,12 @@ std::uint64_t Snapshot::content_hash() const noexcept {
     for (SlabId s = 0; s < slab_mesh_->slab_count(); ++s) {
       const Tile& t = tile(layer, s);
       hash.add(static_cast<std::uint64_t>(t.intervals()));
-      for (int c = 0; c < t.channel_count(); ++c) hash.add_values(std::span(t.plane(c), t.size()));
+      for (int c = 0; c < t.channel_count(); ++c) {
+        if (t.type() == SampleType::U16)
+          hash.add_values(std::span(t.plane16(c), t.size()));
+        else
+          hash.add_values(std::span(t.plane(c), t.size()));
+      }
     }
   }
   return hash.value();
@@ -298,7 +328,7 @@ void SnapshotDraft::add_layer(Layer layer, int m, float value) {
 
 void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
   RELIEF_ASSERT(next_->has(layer));
-  RELIEF_ASSERT(tile->channel_count() == channels(layer));
+  RELIEF_ASSERT(tile->channel_count() == channels(layer) && tile->type() == sample_type(layer));
   RELIEF_ASSERT(tile->intervals() == next_->tile(layer, s).intervals());
   OwnPage& own = page_for_writing(layer, s);
   own.page->tiles[s % kTilesPerPage] = std::move(tile);

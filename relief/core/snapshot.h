@@ -1,6 +1,7 @@
 // One immutable version of a model: the cage and, layer by layer, the tiles.
 #pragma once
 
+#include <relief/base/assert.h>
 #include <relief/core/sample_bounds.h>
 #include <relief/core/slab_mesh.h>
 
@@ -51,15 +52,34 @@ struct LayerRange {
 };
 [[nodiscard]] LayerRange range(Layer layer) noexcept;
 
-/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 floats, each plane padded to a whole number
+/// What a sample is kept as: a float, or 0..65535 for 0..1.
+enum class SampleType : std::uint8_t { F32, U16 };
+/// Colour needs no more than 16 bits, and has three channels.
+[[nodiscard]] constexpr SampleType sample_type(Layer layer) noexcept {
+  return layer == Layer::Colour ? SampleType::U16 : SampleType::F32;
+}
+[[nodiscard]] constexpr std::size_t bytes(SampleType type) noexcept {
+  return type == SampleType::U16 ? sizeof(std::uint16_t) : sizeof(float);
+}
+/// The nearest of 16 bits to 0..1; the nearer end for what is beyond, 0 for what is no number. A colour of 8 bits, k /
+/// 255, becomes 257 k.
+[[nodiscard]] constexpr std::uint16_t to_u16(float value) noexcept {
+  return static_cast<std::uint16_t>((value > 0 ? value < 1 ? value : 1.0F : 0.0F) * 65535.0F + 0.5F);
+}
+/// 0..1; to_u16() gives it back.
+[[nodiscard]] constexpr float from_u16(std::uint16_t sample) noexcept { return sample / 65535.0F; }
+
+/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 samples, each plane padded to a whole number
 /// of 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
 class Tile {
  public:
-  /// Its values in ordinary memory, or in that given.
-  Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory = nullptr);
+  /// As a layer has them, in ordinary memory, or the values in that given.
+  Tile(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory = nullptr);
   /// The same, but all of it is in that memory.
-  [[nodiscard]] static std::shared_ptr<Tile> make(int intervals, int channel_count, float value,
+  [[nodiscard]] static std::shared_ptr<Tile> make(Layer layer, int intervals, float value,
                                                   std::shared_ptr<PagedMemory> memory);
+  /// Floats of no layer, to compute with.
+  Tile(int intervals, int channel_count, float value);
   /// In ordinary memory.
   Tile(const Tile& other);
   Tile& operator=(const Tile&) = delete;
@@ -69,24 +89,44 @@ class Tile {
 
   [[nodiscard]] int intervals() const noexcept { return intervals_; }
   [[nodiscard]] int channel_count() const noexcept { return channel_count_; }
+  [[nodiscard]] SampleType type() const noexcept { return type_; }
   [[nodiscard]] std::size_t size() const noexcept { return sample_count(intervals_); }
   /// Samples per plane including the padding.
-  [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_); }
-  [[nodiscard]] const float* plane(int channel = 0) const noexcept {
-    return values_ + static_cast<std::size_t>(channel) * stride();
+  [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_, type_); }
+  [[nodiscard]] static constexpr std::size_t padded(int n, SampleType type = SampleType::F32) noexcept {
+    const std::size_t in_line = 64 / relief::bytes(type);
+    return (sample_count(n) + in_line - 1) / in_line * in_line;
   }
+  /// The samples of a channel; asserts that they are of that type.
+  [[nodiscard]] const float* plane(int channel = 0) const noexcept { return plane_as<float>(channel); }
   [[nodiscard]] float* plane(int channel = 0) noexcept {
     bounded_ = false;
-    return values_ + static_cast<std::size_t>(channel) * stride();
+    return plane_as<float>(channel);
   }
-  [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
+  [[nodiscard]] const std::uint16_t* plane16(int channel) const noexcept { return plane_as<std::uint16_t>(channel); }
+  [[nodiscard]] std::uint16_t* plane16(int channel) noexcept { return plane_as<std::uint16_t>(channel); }
+  /// A sample as a number in the layer's range, whatever it is kept as; exact.
+  [[nodiscard]] float value(int channel, std::size_t k) const noexcept {
+    return type_ == SampleType::U16 ? from_u16(plane16(channel)[k]) : plane(channel)[k];
+  }
+  /// Keeps what comes nearest to a number.
+  void set(int channel, std::size_t k, float value) noexcept {
+    if (type_ == SampleType::U16)
+      plane16(channel)[k] = to_u16(value);
+    else
+      plane(channel)[k] = value;
+  }
+  /// Takes over all values of a tile of the same shape.
+  void copy_values(const Tile& other) noexcept;
   /// Of the planes.
   [[nodiscard]] std::size_t bytes() const noexcept;
   static constexpr std::size_t kBeside = 192;  ///< about what a small tile takes beside its planes: itself, its bounds
+  /// Equal intervals, channels and type.
+  [[nodiscard]] bool same_shape(const Tile& other) const noexcept;
   /// Equal values, bit for bit.
   [[nodiscard]] bool same_values(const Tile& other) const noexcept;
 
-  /// Between which values the samples of the first plane lie; of Displacement and Void tiles in a snapshot.
+  /// Between which values the samples of the one plane lie; of Displacement and Void tiles in a snapshot.
   [[nodiscard]] const SampleBounds& bounds() const noexcept { return *bounds_; }
   /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() and
   /// Snapshot::make() mend it.
@@ -102,12 +142,20 @@ class Tile {
   void rest(std::size_t tiles = 1) const noexcept;
 
  private:
+  Tile(int intervals, int channel_count, SampleType type, float value, std::shared_ptr<PagedMemory> memory);
+  template <typename Sample>
+  [[nodiscard]] Sample* plane_as(int channel) const noexcept {
+    constexpr SampleType kType = sizeof(Sample) == sizeof(float) ? SampleType::F32 : SampleType::U16;
+    RELIEF_ASSERT(type_ == kType);
+    return static_cast<Sample*>(values_) + static_cast<std::size_t>(channel) * padded(intervals_, kType);
+  }
   [[nodiscard]] SampleBounds& make_bounds();
 
   std::int16_t intervals_;
   std::int8_t channel_count_;
+  SampleType type_;
   bool bounded_ = false;
-  float* values_;
+  void* values_;
   std::shared_ptr<PagedMemory> memory_;
   SampleBounds* bounds_ = nullptr;
 };
@@ -198,7 +246,7 @@ class SnapshotDraft {
   /// Adds a layer with m intervals per slab edge (1..128; kOwnIntervals for Void), or replaces it, filled with `value`
   /// in every channel.
   void add_layer(Layer layer, int m, float value);
-  /// Puts a ready tile in place; its intervals and channels must fit the layer.
+  /// Puts a ready tile in place; its intervals, channels and type must fit the layer.
   void put(Layer layer, SlabId s, TilePtr tile);
   [[nodiscard]] const Snapshot& base() const noexcept { return *base_; }
   /// What finish() would give: its tiles are there, their bounds and its number are not.

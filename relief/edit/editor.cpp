@@ -39,9 +39,10 @@ int layer_intervals(const SlabMesh& mesh, Layer layer) noexcept {
 
 /// What a layer holds before a tool first writes it.
 TilePtr blank_tile(Layer layer, int intervals) {
-  auto tile = std::make_shared<Tile>(intervals, channels(layer), 0.0F);
+  auto tile = std::make_shared<Tile>(layer, intervals, 0.0F);
   if (layer == Layer::Colour)
-    for (int c = 0; c < 3; ++c) std::fill_n(tile->plane(c), tile->size(), kClayColour[static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 3; ++c)
+      std::fill_n(tile->plane16(c), tile->size(), to_u16(kClayColour[static_cast<std::size_t>(c)]));
   return tile;
 }
 
@@ -313,6 +314,11 @@ struct Editor::State {
   void find_around(std::span<const SlabId> reached, Vec3d origin, bool borders);
   Around& around(SlabId s, Vec3d origin);
   void change_at_borders(SlabId s, const detail::SlabFrame& frame_of, float* to);
+  /// How many samples of two tiles of one shape differ in any channel.
+  [[nodiscard]] std::size_t changes_between(const Tile& a, const Tile& b) const {
+    if (a.type() == SampleType::U16) return kernels.count_changes16(a.plane16(0), b.plane16(0), a.stride(), a.size());
+    return kernels.count_changes(a.plane(), b.plane(), a.stride(), a.channel_count(), a.size());
+  }
   /// Of the layer that the stroke writes, before the dab, and before the stroke.
   [[nodiscard]] const Tile& base_tile(SlabId s) const { return tile_in(now(), s); }
   [[nodiscard]] const Tile& start_tile(SlabId s) const { return tile_in(*start, s); }
@@ -324,7 +330,7 @@ struct Editor::State {
 };
 
 Tile& Editor::State::result_like(const Tile& base) {
-  if (!spare || !detail::TilePool::same_shape(*spare, base)) spare = pool->take(base);
+  if (!spare || !spare->same_shape(base)) spare = pool->take(base);
   return *spare;
 }
 
@@ -371,7 +377,7 @@ std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutt
   const Tile& upright = start_normals(s);
   const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
   kernels.cut(frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
-  return kernels.count_changes(base.plane(), std::as_const(result).plane(), base.stride(), 1, base.size());
+  return changes_between(base, result);
 }
 
 // ---- Raise, Swell, Even, Plane
@@ -521,8 +527,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
       result.limited += limited;
       remember_beyond(s, base.size());
     }
-    add(s, base, nullptr,
-        kernels.count_changes(base.plane(), std::as_const(to).plane(), base.stride(), 1, base.size()));
+    add(s, base, nullptr, changes_between(base, to));
   }
 }
 
@@ -553,14 +558,16 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
       }
     } else {
       for (int c = 0; c < channels(layer); ++c) {
-        const double value =
-            layer == Layer::Colour ? static_cast<double>(brush.colour[static_cast<std::size_t>(c)]) : tool->value;
-        kernels.mix(std::as_const(*cover).plane(), static_cast<float>(unit_range(value)), first.plane(c), to.plane(c),
-                    count);
+        const float* covered = std::as_const(*cover).plane();
+        if (base.type() == SampleType::U16)
+          kernels.mix16(covered,
+                        static_cast<float>(unit_range(static_cast<double>(brush.colour[static_cast<std::size_t>(c)]))),
+                        first.plane16(c), to.plane16(c), count);
+        else
+          kernels.mix(covered, static_cast<float>(unit_range(tool->value)), first.plane(c), to.plane(c), count);
       }
     }
-    add(s, base, cover,
-        kernels.count_changes(base.plane(), std::as_const(to).plane(), base.stride(), channels(layer), count));
+    add(s, base, cover, changes_between(base, to));
   }
 }
 
@@ -685,12 +692,9 @@ StrokeResult Editor::end_stroke() {
   State& state = *state_;
   state.publish();
   StrokeResult result = state.so_far;
-  const int planes = channels(state.tool->writes);
   for_each_change(*state.start, *state.head, [&](Layer layer, SlabId s) {
     const Tile &before = state.start_tile(s), &after = state.head->tile(layer, s);
-    if (&before != &after)
-      result.samples +=
-          state.kernels.count_changes(before.plane(), after.plane(), before.stride(), planes, before.size());
+    if (&before != &after) result.samples += state.changes_between(before, after);
   });
   for (const SlabId s : state.beyond_slabs)
     result.limited += static_cast<std::size_t>(std::ranges::count(state.beyond[s], 1));

@@ -337,6 +337,18 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   for (std::size_t k = 0; k < count; ++k) to[k] = start[k] * (1.0F - cover[k]) + value * cover[k];
 }
 
+[[gnu::always_inline]] inline void mix16_body(const float* __restrict cover, float value,
+                                              const std::uint16_t* __restrict start, std::uint16_t* __restrict to,
+                                              std::size_t count) noexcept {
+  const float whole = value * 65535.0F;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const float from = static_cast<float>(static_cast<std::int32_t>(start[k]));
+    // Within 0..65535 already: both ends are, and so is what lies between them.
+    to[k] = static_cast<std::uint16_t>(static_cast<std::int32_t>(from + (whole - from) * cover[k] + 0.5F));
+  }
+}
+
 [[gnu::always_inline]] inline void positions_body(const SlabFrame& frame, const float* __restrict displacement,
                                                   float* __restrict x, float* __restrict y, float* __restrict z,
                                                   std::size_t count) noexcept {
@@ -510,6 +522,20 @@ template <bool kSwell>
   return changes;
 }
 
+[[gnu::always_inline]] inline std::size_t count16_body(const std::uint16_t* __restrict a,
+                                                       const std::uint16_t* __restrict b, std::size_t stride,
+                                                       std::size_t count) noexcept {
+  std::uint32_t changes = 0;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t differ = static_cast<std::uint32_t>(a[k] ^ b[k]) |
+                                 static_cast<std::uint32_t>(a[k + stride] ^ b[k + stride]) |
+                                 static_cast<std::uint32_t>(a[k + 2 * stride] ^ b[k + 2 * stride]);
+    changes += static_cast<std::uint32_t>(differ != 0);
+  }
+  return changes;
+}
+
 // Values are not negative, so their bits sort as they do, and integers may be taken in any order.
 [[gnu::always_inline]] inline float largest_body(const float* __restrict values, std::size_t count) noexcept {
   std::int32_t most = 0;
@@ -564,6 +590,10 @@ template <bool kSwell>
   __VA_ARGS__ void mix(const float* cover, float value, const float* start, float* to, std::size_t count) {           \
     mix_body(cover, value, start, to, count);                                                                         \
   }                                                                                                                   \
+  __VA_ARGS__ void mix16(const float* cover, float value, const std::uint16_t* start, std::uint16_t* to,              \
+                         std::size_t count) {                                                                         \
+    mix16_body(cover, value, start, to, count);                                                                       \
+  }                                                                                                                   \
   __VA_ARGS__ void lay(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count) {  \
     raise_body(frame, height, cover, change, count);                                                                  \
   }                                                                                                                   \
@@ -595,10 +625,14 @@ template <bool kSwell>
                                         std::size_t count) {                                                          \
     return count_body(a, b, stride, planes, count);                                                                   \
   }                                                                                                                   \
+  __VA_ARGS__ std::size_t count_changes16(const std::uint16_t* a, const std::uint16_t* b, std::size_t stride,         \
+                                          std::size_t count) {                                                        \
+    return count16_body(a, b, stride, count);                                                                         \
+  }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut,    lift,   weigh,         raise, flatten,  approach,      scale,                     \
-                            room,   settle, cover,         mix,   lay,      positions,     normals,                   \
-                            around, border, border_change, mean,  resample, count_changes, largest};                  \
+  constexpr Kernels kAll = {cut,    lift,          weigh, raise,    flatten,       approach,        scale,   room,    \
+                            settle, cover,         mix,   mix16,    lay,           positions,       normals, around,  \
+                            border, border_change, mean,  resample, count_changes, count_changes16, largest};         \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )

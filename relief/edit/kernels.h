@@ -125,6 +125,8 @@ struct Kernels {
   void (*cover)(float amount, const float* weight, const float* from, float* to, std::size_t count);
   /// start + (value - start) * cover.
   void (*mix)(const float* cover, float value, const float* start, float* to, std::size_t count);
+  /// The same to 16 bits, rounded.
+  void (*mix16)(const float* cover, float value, const std::uint16_t* start, std::uint16_t* to, std::size_t count);
   /// height * cover along the fibre, as a displacement.
   void (*lay)(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count);
   void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
@@ -144,6 +146,8 @@ struct Kernels {
   void (*resample)(const Resampling& table, const float* from, float* to, std::size_t count);
   /// How many samples differ in any of the planes, which lie `stride` floats apart; 1 or 3 planes.
   std::size_t (*count_changes)(const float* a, const float* b, std::size_t stride, int planes, std::size_t count);
+  /// The same of 3 planes of 16 bits.
+  std::size_t (*count_changes16)(const std::uint16_t* a, const std::uint16_t* b, std::size_t stride, std::size_t count);
   /// The largest value, at least 0.
   float (*largest)(const float* values, std::size_t count);
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace relief::detail {
@@ -23,10 +24,15 @@ struct EdgeSamples {
 bool same_edge(const Tile& a, EdgeSamples from, const Tile& b, EdgeSamples to, std::size_t m,
                int channel_count) noexcept {
   std::uint32_t differ = 0;
+  const auto compare = [&](const auto* va, const auto* vb) {
+    using Bits = std::conditional_t<std::is_same_v<decltype(va), const float*>, std::uint32_t, std::uint16_t>;
+    for (std::size_t t = 1; t < m; ++t) differ |= std::bit_cast<Bits>(va[from[t]]) ^ std::bit_cast<Bits>(vb[to[m - t]]);
+  };
   for (int c = 0; c < channel_count; ++c) {
-    const float *va = a.plane(c), *vb = b.plane(c);
-    for (std::size_t t = 1; t < m; ++t)
-      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[m - t]]);
+    if (a.type() == SampleType::U16)
+      compare(a.plane16(c), b.plane16(c));
+    else
+      compare(a.plane(c), b.plane(c));
   }
   return differ == 0;
 }
@@ -36,16 +42,15 @@ void put_sample(Slot& to, std::size_t index, const Values& values, int channel_c
   bool same = true;
   for (int c = 0; c < channel_count; ++c)
     same = same && std::bit_cast<std::uint32_t>(values[static_cast<std::size_t>(c)]) ==
-                       std::bit_cast<std::uint32_t>(before.plane(c)[index]);
+                       std::bit_cast<std::uint32_t>(before.value(c, index));
   if (same) return;
   if (!to.tile) to.tile = pool.copy(*to.base);
   bool was_changed = false, is_changed = false;
   for (int c = 0; c < channel_count; ++c) {
-    float& value = to.tile->plane(c)[index];
-    const float base = to.base->plane(c)[index];
-    was_changed = was_changed || value != base;
-    value = values[static_cast<std::size_t>(c)];
+    const float value = values[static_cast<std::size_t>(c)], base = to.base->value(c, index);
+    was_changed = was_changed || to.tile->value(c, index) != base;
     is_changed = is_changed || value != base;
+    to.tile->set(c, index, value);
   }
   to.changes += static_cast<std::size_t>(is_changed);
   to.changes -= static_cast<std::size_t>(was_changed);
@@ -80,7 +85,7 @@ void DabTiles::copy_sample(std::size_t from, std::size_t from_index, std::size_t
                            int channel_count, TilePool& pool) {
   const Slot& source = slots_[from];
   Values values{};
-  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = source.now().plane(c)[from_index];
+  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = source.now().value(c, from_index);
   put_sample(slots_[to], to_index, values, channel_count, pool);
   if (source.cover != nullptr) slots_[to].cover->plane()[to_index] = std::as_const(*source.cover).plane()[from_index];
 }

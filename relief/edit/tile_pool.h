@@ -3,10 +3,10 @@
 
 #include <relief/core/snapshot.h>
 
-#include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -33,10 +33,10 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
   }
   std::shared_ptr<Tile> copy(const Tile& tile) {
     auto made = take(tile);
-    std::memcpy(made->plane(), tile.plane(), tile.bytes());
+    made->copy_values(tile);
     return made;
   }
-  static bool same_shape(const Tile& a, const Tile& b) noexcept { return shape(a) == shape(b); }
+
   /// Frees the tiles that wait.
   void clear() {
     const std::lock_guard lock(mutex_);
@@ -53,10 +53,11 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
     idle_bytes_ += tile->bytes();
     idle_[shape(*tile)].push_back(std::move(tile));
   }
-  static std::pair<int, int> shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count()}; }
+  using Shape = std::tuple<int, int, SampleType>;
+  static Shape shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count(), tile.type()}; }
 
   std::mutex mutex_;
-  std::map<std::pair<int, int>, std::vector<std::unique_ptr<Tile>>> idle_;  ///< by shape
+  std::map<Shape, std::vector<std::unique_ptr<Tile>>> idle_;
   std::size_t idle_bytes_ = 0;
 };
 

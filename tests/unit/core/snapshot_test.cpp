@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -81,7 +82,7 @@ TEST(Snapshot, IsMadeOfTilesThatLieInAMemoryOfTheirOwn) {
   {
     const auto memory = std::make_shared<PagedMemory>(0);
     model = Snapshot::make(mesh, [&](SlabId s) {
-      const auto tile = Tile::make(mesh->intervals(s), 1, 0.25F, memory);
+      const auto tile = Tile::make(Layer::Displacement, mesh->intervals(s), 0.25F, memory);
       tile->plane()[1] = 0.75F;
       return tile;
     });
@@ -140,15 +141,39 @@ TEST(Snapshot, LayersComeAndAreFound) {
   EXPECT_FALSE(first->has(Layer::Colour));
   SnapshotDraft draft(first);
   draft.add_layer(Layer::Colour, 16, 0.5F);
-  draft.edit(Layer::Colour, 3).plane(1)[0] = 1.0F;
+  draft.edit(Layer::Colour, 3).set(1, 0, 1.0F);
   const SnapshotPtr second = draft.finish();
   ASSERT_TRUE(second->has(Layer::Colour));
-  EXPECT_EQ(second->tile(Layer::Colour, 3).plane(1)[0], 1.0F);
-  EXPECT_EQ(second->tile(Layer::Colour, 4).plane(1)[0], 0.5F);
+  EXPECT_EQ(second->tile(Layer::Colour, 3).value(1, 0), 1.0F);
+  EXPECT_NEAR(double{second->tile(Layer::Colour, 4).value(1, 0)}, 0.5, 0.5 / 65535);
   EXPECT_EQ(second->tile(Layer::Colour, 3).intervals(), 16);
   int changed = 0;
   for_each_change(*first, *second, [&](Layer layer, SlabId) { changed += layer == Layer::Colour; });
   EXPECT_EQ(changed, 32);
+}
+
+TEST(Tile, OfColourHasSixteenBitsForEachChannel) {
+  const auto widest = std::numeric_limits<std::uint16_t>::max();
+  for (unsigned k = 0; k <= widest; ++k) {
+    const auto sample = static_cast<std::uint16_t>(k);
+    ASSERT_EQ(to_u16(from_u16(sample)), sample);
+  }
+  for (int k = 0; k < 256; ++k) EXPECT_EQ(to_u16(static_cast<float>(k) / 255.0F), 257 * k);
+  for (const float value : {-1.0F, std::numeric_limits<float>::quiet_NaN()}) EXPECT_EQ(to_u16(value), 0);
+  EXPECT_EQ(to_u16(1e9F), widest);
+
+  Tile tile(Layer::Colour, 5, 0.25F);
+  EXPECT_EQ(tile.type(), SampleType::U16);
+  EXPECT_EQ(tile.stride(), 32U) << "21 samples, in whole lines of 64 bytes";
+  EXPECT_EQ(tile.bytes(), 3U * 64);
+  tile.set(2, 20, 0.75F);
+  EXPECT_EQ(tile.plane16(2)[20], 49151);
+  EXPECT_EQ(tile.plane16(2)[19], 16384);
+  EXPECT_EQ(tile.value(2, 20), 49151 / 65535.0F);
+  EXPECT_FALSE(tile.same_values(Tile(5, 3, 0.25F)));
+  EXPECT_FALSE(tile.same_shape(Tile(5, 3, 0.25F)));
+  EXPECT_DEATH((void)tile.plane(), "type_ == kType");
+  EXPECT_DEATH((void)Tile(Layer::Mask, 5, 0).plane16(0), "type_ == kType");
 }
 
 TEST(Snapshot, LayerNamesGoBothWays) {
