@@ -27,7 +27,10 @@ class Nearest {
     const SlabId first = hint.slab;
     const bool known = first < surface_.mesh().slab_count();
     if (known) {
-      lower_reach_to(hint);
+      lower_reach_to(first, hint.u, hint.v);
+      // On the point's own fibre, where that is found: as near as can be where the point is on the surface.
+      SlabCoord at = {first, hint.u, hint.v, 0.5};
+      if (detail::solve({surface_.corners(), point_}, {}, at)) lower_reach_to(first, at.u, at.v);
       search(first);
     }
     surface_.mesh().visit_nearest([&](const Box3d& box) noexcept { return box.distance2(point_); }, reach2_,
@@ -45,8 +48,9 @@ class Nearest {
     const double reach = std::sqrt(distance2) * (1 + kOfDistance) + hair_;
     reach2_ = std::min(reach2_, reach * reach);
   }
-  void lower_reach_to(const PickHint& hint) noexcept {
-    const auto place = surface_.place_at(hint.slab, hint.u, hint.v);
+  /// To what is as far as the surface at a place of a slab, or at the nearest to it.
+  void lower_reach_to(SlabId slab, double u, double v) noexcept {
+    const auto place = surface_.place_at(slab, u, v);
     if (!place) return;
     const auto& [a, b, c] = place->triangle.positions;
     lower_reach(distance2(place->triangle.point(nearest_in_triangle(point_, a, b, c))));
@@ -60,7 +64,7 @@ class Nearest {
   /// `places`: relative to the point.
   [[nodiscard]] bool may_be_near(const std::array<Vec3d, 3>& places) const noexcept {
     const auto& [a, b, c] = places;
-    const Vec3d middle = (a + b + c) / 3;
+    const Vec3d middle = (a + b + c) * (1.0 / 3);
     const double round2 =
         std::max({dot(a - middle, a - middle), dot(b - middle, b - middle), dot(c - middle, c - middle)});
     const double over = dot(middle, middle) - round2 - reach2_;

@@ -383,28 +383,9 @@ class NearSlab {
   [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
     return stretch_ > 0 && (at.i == 0 || at.j == 0 || (at.i + at.j + 2) * SampleBounds::side(at.level) >= n_);
   }
-  /// Between which planes the samples of a square's triangles lie. Stitching draws corners along the slab's edges, by
-  /// so many cells as stretch_ at most: into the squares around one that is as large as that.
+  /// Between which planes the samples of a square's triangles lie.
   [[nodiscard]] SampleBounds::Between heights(const Number& at, bool stitched) const noexcept {
-    SampleBounds::Between found = bounds_.between(at.level, at.i, at.j);
-    if (!stitched) return found;
-    Number large = at;
-    while (SampleBounds::side(large.level) < stretch_ && large.level + 1 < bounds_.levels())
-      large = {large.level + 1, large.i / 2, large.j / 2};
-    const double half = 0.5 * SampleBounds::side(at.level), large_half = 0.5 * SampleBounds::side(large.level);
-    const int m = bounds_.squares(large.level);
-    for (int j = std::max(0, large.j - 1); j <= large.j + 1; ++j)
-      for (int i = std::max(0, large.i - 1); i <= large.i + 1 && i + j < m; ++i) {
-        const SampleBounds::Between other = bounds_.between(large.level, i, j);
-        // From this square's sloping planes, at the other's centre and at its corners.
-        const double off = found.slope_i * ((2 * i + 1) * large_half - (2 * at.i + 1) * half) +
-                           found.slope_j * ((2 * j + 1) * large_half - (2 * at.j + 1) * half);
-        const double turn =
-            (std::abs(other.slope_i - found.slope_i) + std::abs(other.slope_j - found.slope_j)) * large_half;
-        found.low = std::min(found.low, other.low - off - turn);
-        found.high = std::max(found.high, other.high - off + turn);
-      }
-    return found;
+    return stitched ? bounds_.around(at.level, at.i, at.j, stretch_) : bounds_.between(at.level, at.i, at.j);
   }
   template <typename Visit>
   void for_each_child(const Number& at, Visit&& visit) const noexcept {

@@ -198,4 +198,28 @@ SampleBounds::Packed SampleBounds::bound(int level, int i, int j) const noexcept
   return made;
 }
 
+SampleBounds::Between SampleBounds::around(int level, int i, int j, int cells) const noexcept {
+  Between found = between(level, i, j);
+  int large = level, large_i = i, large_j = j;
+  while (side(large) < cells && large + 1 < levels_) {
+    ++large;
+    large_i /= 2;
+    large_j /= 2;
+  }
+  const double half = 0.5 * side(level), large_half = 0.5 * side(large);
+  const int m = squares(large);
+  for (int b = std::max(0, large_j - 1); b <= large_j + 1; ++b)
+    for (int a = std::max(0, large_i - 1); a <= large_i + 1 && a + b < m; ++a) {
+      const Between other = between(large, a, b);
+      // From this square's sloping planes, at the other's centre and at its corners.
+      const double off = found.slope_i * ((2 * a + 1) * large_half - (2 * i + 1) * half) +
+                         found.slope_j * ((2 * b + 1) * large_half - (2 * j + 1) * half);
+      const double turn =
+          (std::abs(other.slope_i - found.slope_i) + std::abs(other.slope_j - found.slope_j)) * large_half;
+      found.low = std::min(found.low, other.low - off - turn);
+      found.high = std::max(found.high, other.high - off + turn);
+    }
+  return found;
+}
+
 }  // namespace relief

@@ -39,6 +39,9 @@ class SampleBounds {
     const Packed& p = squares_[index(level, i, j)];
     return {p.low * (1 / kSteps), p.high * (1 / kSteps), p.slope_i * (1 / kSlopes), p.slope_j * (1 / kSlopes)};
   }
+  /// The same for the samples up to so many cells around a square, as stitching draws triangles' corners along the
+  /// slab's edges: those of the squares around one that is as large as that.
+  [[nodiscard]] Between around(int level, int i, int j, int cells) const noexcept;
   /// Has the memory fetch what between() reads of a square of a level and of those beside it in its row.
   void fetch(int level, int i, int j) const noexcept { __builtin_prefetch(&squares_[index(level, i, j)]); }
   /// Least and greatest of all samples, or a little beyond.

@@ -34,8 +34,8 @@ double difference(double a, double b, double c, double d) noexcept {
   return plain + (std::fma(a, b, -ab) - std::fma(c, d, -cd));
 }
 
-/// Least and greatest alpha over a square.
-std::array<double, 2> range_over(const SampleBounds::Between& heights, int side) noexcept {
+/// Least and greatest alpha over a square of so many cells.
+std::array<double, 2> range_over(const SampleBounds::Between& heights, double side) noexcept {
   const double slope = (std::abs(heights.slope_i) + std::abs(heights.slope_j)) * side / 2;
   return {heights.low - slope, heights.high + slope};
 }
@@ -335,7 +335,7 @@ void Sweep::all_cells(double enter, double leave) noexcept {
 void Sweep::all_cells_of(double from, double to) noexcept {
   squares(0, [&](int level, GridPoint low, int side, const SampleBounds::Between& heights, double pad) {
     const double n = surface_.intervals();
-    const auto [least, most] = range_over(heights, side);
+    const auto [least, most] = range_over(heights, side + 2 * pad);
     Box3d hull;
     for (const double i : {-pad, side + pad})
       for (const double j : {-pad, side + pad}) {
@@ -366,8 +366,7 @@ void Sweep::squares(int mirrored, Look&& look) noexcept {
     const GridPoint low = {i * side, j * side};
     // Stitching draws corners along the slab's edges, to samples outside the square.
     const bool stitched = stretch > 0 && (i == 0 || j == 0 || low.i + low.j + 2 * side >= n);
-    const SampleBounds::Between anything = {.low = 0, .high = 1, .slope_i = 0, .slope_j = 0};
-    const SampleBounds::Between heights = stitched ? anything : bounds.between(level, i, j);
+    const SampleBounds::Between heights = stitched ? bounds.around(level, i, j, stretch) : bounds.between(level, i, j);
     if (!look(level, low, side, heights, stitched ? double(stretch) : 0.0) || level == 0) continue;
     const int along = bounds.squares(level - 1);
     for (int k = 3; k >= 0; --k) {
