@@ -21,6 +21,14 @@ struct MicroTriangle {
   }
   /// Outwards; its length is twice the area.
   [[nodiscard]] Vec3d area() const noexcept { return cross(positions[1] - positions[0], positions[2] - positions[0]); }
+  /// An order of the triangles of a snapshot: by slab, then by corners.
+  [[nodiscard]] bool comes_before(const MicroTriangle& other) const noexcept {
+    const auto key = [](const MicroTriangle& t) noexcept {
+      const auto& [p, q, r] = t.corners;
+      return std::array{p.j, p.i, q.j, q.i, r.j, r.i};
+    };
+    return slab < other.slab || (slab == other.slab && key(*this) < key(other));
+  }
 };
 
 /// A place on the tessellated surface.

@@ -346,46 +346,6 @@ constexpr std::array<std::array<GridPoint, 12>, 2> kAroundCell = {
     {{{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {-1, 0}, {0, -1}}},
      {{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {2, 1}, {1, 2}}}}};
 
-/// Calls visit(cell corners, positions) for the micro-triangles of a slab, holes left out, one strip of two rows at a
-/// time; `skip` sees the box of a strip first and may leave it out. The positions are stitched, the corners are not.
-template <typename Skip, typename Visit>
-void visit_cells(const Snapshot& model, SlabId slab, Skip&& skip, Visit&& visit) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const int n = mesh.intervals(slab);
-  const SlabCorners corners = mesh.corners(slab);
-  const float* d = model.displacement(slab);
-  const Holes holes(model, slab);
-  const std::array<int, 3> edges = mesh.edge_intervals(slab);
-  const bool stitched = edges != std::array{n, n, n};
-  const auto cell = [&](const std::array<GridPoint, 3>& at, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    if (stitched && (a == b || b == c || c == a)) return;
-    if (!holes.contain(at)) visit(at, a, b, c);
-  };
-  std::array<std::array<Vec3d, kMaxIntervals + 1>, 2> rows;
-  std::array<Box3d, 2> boxes;
-  for (int j = 0; j <= n; ++j) {
-    auto& row = rows[static_cast<std::size_t>(j % 2)];
-    Box3d& box = boxes[static_cast<std::size_t>(j % 2)];
-    box = {};
-    for (int i = 0; i + j <= n; ++i) {
-      const GridPoint at = stitched ? mesh.edge_place(slab, {i, j}).nearer() : GridPoint{i, j};
-      row[static_cast<std::size_t>(i)] = sample_position(corners, n, at, double{d[sample_index(n, at)]});
-      box.add(row[static_cast<std::size_t>(i)]);
-    }
-    if (j == 0) continue;
-    Box3d strip = boxes[0];
-    strip.add(boxes[1]);
-    if (skip(strip)) continue;
-    const auto& lower = rows[static_cast<std::size_t>((j - 1) % 2)];
-    const int b = j - 1;
-    for (int i = 0; i + b < n; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      cell({{{i, b}, {i + 1, b}, {i, j}}}, lower[k], lower[k + 1], row[k]);
-      if (i + j < n) cell({{{i + 1, b}, {i + 1, j}, {i, j}}}, lower[k + 1], row[k + 1], row[k]);
-    }
-  }
-}
-
 /// The normal at a sample inside the slab, from the six around it: shared_normal() where nothing is a hole.
 Vec3d inner_normal(const SlabCorners& corners, const float* d, int n, GridPoint at) noexcept {
   const auto& o = corners.order;
@@ -443,23 +403,6 @@ inline void enter_cell(const Snapshot& model, SlabId slab, double u, double v, K
       weights_in(n, known.normals.corners, u, v, w))
     return;
   w = change_cell(model, slab, cell_at(n, u, v), known);
-}
-
-/// The surface point at given weights of a micro-triangle that visit_cells() has shown.
-SurfacePoint point_in_cell(const Snapshot& model, SlabId slab, GridCell cell, Vec3d position) noexcept {
-  const int n = model.slab_mesh().intervals(slab);
-  for (GridPoint& p : cell.corners) p = model.slab_mesh().edge_place(slab, p).nearer();
-  SurfacePoint point;
-  point.slab = slab;
-  point.position = position;
-  for (std::size_t k = 0; k < 3; ++k) {
-    point.u += cell.weights[k] * cell.corners[k].i / n;
-    point.v += cell.weights[k] * cell.corners[k].j / n;
-  }
-  point.alpha = blend(model.displacement(slab), n, cell);
-  CellNormals none;
-  point.normal = blend(corner_normals(model, slab, cell.corners, none), cell.weights);
-  return point;
 }
 
 std::string where(Layer layer, SlabId slab, GridPoint at) {
@@ -620,56 +563,6 @@ std::optional<Contact> probe(const Snapshot& model, Vec3d cursor, LocateHint& hi
   return std::optional<Contact>(std::in_place, SlabCoord{at.slab, at.u, at.v, at.alpha},
                                 SurfacePoint{at.slab, at.u, at.v, alpha, position, blend(hint.cell.normals.normals, w)},
                                 touching ? length(position - cursor) : 0.0, hint.cell.hole);
-}
-
-SurfacePoint closest_point(const Snapshot& model, Vec3d p, double within) noexcept {
-  const SlabMesh& mesh = model.slab_mesh();
-  const auto tree = mesh.tree();
-  double best = within * within;
-  SlabId best_slab = kNoSlab;
-  GridCell best_cell{};
-  Vec3d best_position;
-
-  const auto search_slab = [&](SlabId s) {
-    visit_cells(
-        model, s, [&](const Box3d& strip) { return strip.distance2(p) >= best; },
-        [&](const std::array<GridPoint, 3>& at, Vec3d a, Vec3d b, Vec3d c) {
-          const Weights w = nearest_in_triangle(p, a, b, c);
-          const Vec3d q = a * w[0] + b * w[1] + c * w[2];
-          const double distance2 = dot(p - q, p - q);
-          if (!(distance2 < best)) return;
-          best = distance2;
-          best_slab = s;
-          best_cell = {at, w};
-          best_position = q;
-        });
-  };
-  struct Entry {
-    std::uint32_t node;
-    double distance2;
-  };
-  std::array<Entry, 64> stack{};
-  std::size_t depth = 0;
-  stack[depth++] = {0, tree[0].box.distance2(p)};
-  while (depth > 0) {
-    const Entry entry = stack[--depth];
-    if (entry.distance2 >= best) continue;
-    const SlabMesh::Node& node = tree[entry.node];
-    if (node.count > 0) {
-      for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = mesh.tree_slabs()[node.first + k];
-        if (mesh.box(s).distance2(p) < best) search_slab(s);
-      }
-      continue;
-    }
-    Entry left = {entry.node + 1, tree[entry.node + 1].box.distance2(p)};
-    Entry right = {node.first, tree[node.first].box.distance2(p)};
-    if (left.distance2 > right.distance2) std::swap(left, right);
-    stack[depth++] = right;
-    stack[depth++] = left;
-  }
-  if (best_slab == kNoSlab) return {};
-  return point_in_cell(model, best_slab, best_cell, best_position);
 }
 
 bool inside(const Snapshot& model, Vec3d point, LocateHint& hint) noexcept {

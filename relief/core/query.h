@@ -135,16 +135,32 @@ struct Contact {
 /// Whether a point is in the solid: in a slab below the surface, or below all slabs. A ray where it is in no slab.
 [[nodiscard]] bool inside(const Snapshot& model, Vec3d point, LocateHint& hint) noexcept;
 
+/// The place that was picked last, of this or another snapshot or model; makes the next pick quick, never different.
+/// Starts as none.
+struct PickHint {
+  SlabId slab = kNoSlab;
+  double u = 0, v = 0;
+  detail::CellNormals normals = {};  ///< there
+};
+
 /// The point of the tessellated surface (stitched, without holes) nearest to p; exact as far as a double holds squared
-/// distances, from nothing; O(log slabs + cells of a few slabs). The slab is kNoSlab when p is not finite or too far
-/// for that (about 1e154), or all is hole, or nothing is nearer than `within`.
+/// distances. Of points that are equally near to the bit it is that of the lowest slab. The slab is kNoSlab when p is
+/// not finite or too far for that (about 1e154), or all is hole, or nothing is nearer than `within`.
+/// Cost: the slabs whose boxes are as near as the surface, and a few squares of samples of each; on the surface, with a
+/// hint of a place near by, some 2 us, whatever n.
+[[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p, PickHint& hint,
+                                         double within = std::numeric_limits<double>::infinity()) noexcept;
+/// The same from nothing.
 [[nodiscard]] SurfacePoint closest_point(const Snapshot& model, Vec3d p,
                                          double within = std::numeric_limits<double>::infinity()) noexcept;
-/// The first crossing of the tessellated surface with the ray, with its distance in lengths of ray.direction.
 struct RayHit {
   SurfacePoint point;
-  double distance = 0;
+  double distance = 0;  ///< in lengths of the ray's direction
 };
+/// The first crossing of the tessellated surface with the ray; watertight, see Sweep. Of crossings that are equally far
+/// to the bit it is that of the lowest slab. Cost: some 5 us, whatever n, with a hint or without.
+[[nodiscard]] std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray, PickHint& hint) noexcept;
+/// The same from nothing.
 [[nodiscard]] std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept;
 
 /// Whether the copies of every shared sample are bit-identical in all layers, constrained samples have exactly their

@@ -228,7 +228,7 @@ class SlabMesh {
       std::uint32_t node;
       double distance;
     };
-    std::array<Entry, 64> stack{};
+    std::array<Entry, 64> stack;
     std::size_t depth = 0;
     stack[depth++] = {0, distance(tree_[0].box)};
     while (depth > 0) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace relief {
@@ -90,6 +91,8 @@ class Tile {
   /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() and
   /// Snapshot::make() mend it.
   void find_bounds();
+  /// The same, fast where the two differ little: `before` knows its bounds and has the same intervals.
+  void find_bounds(const Tile& before);
   [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
   /// Where its values and bounds lie, and it too if make() made it; null: in ordinary memory.
@@ -99,6 +102,8 @@ class Tile {
   void rest(std::size_t tiles = 1) const noexcept;
 
  private:
+  [[nodiscard]] SampleBounds& make_bounds();
+
   std::int16_t intervals_;
   std::int8_t channel_count_;
   bool bounded_ = false;
@@ -119,13 +124,20 @@ void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept
   return (a > 0.5F && (b > 0.5F || c > 0.5F)) || (b > 0.5F && c > 0.5F);
 }
 
-inline constexpr SlabId kTilesPerPage = 64;
-/// The tiles of 64 consecutive slabs in one layer; the unit of copy-on-write above the tile.
+inline constexpr SlabId kTilesPerPage = 64, kPagesPerNode = 64;
+/// The tiles of 64 consecutive slabs in one layer; those beyond the last slab are null.
 struct Page {
   std::array<TilePtr, kTilesPerPage> tiles;
 };
 using PagePtr = std::shared_ptr<const Page>;
-using PageTable = std::vector<PagePtr>;
+/// 64 consecutive pages; those beyond the last are null.
+struct PageNode {
+  std::array<PagePtr, kPagesPerNode> pages;
+};
+using PageNodePtr = std::shared_ptr<const PageNode>;
+/// A layer in order of slabs. Table, nodes, pages and tiles are each copied when something below them is written first,
+/// so a change of one tile costs the same in any model: a table of a pointer per 4096 slabs, a node and a page.
+using PageTable = std::vector<PageNodePtr>;
 
 class Snapshot;
 using SnapshotPtr = std::shared_ptr<const Snapshot>;
@@ -142,9 +154,11 @@ class Snapshot {
 
   [[nodiscard]] const SlabMesh& slab_mesh() const noexcept { return *slab_mesh_; }
   [[nodiscard]] const std::shared_ptr<const SlabMesh>& shared_slab_mesh() const noexcept { return slab_mesh_; }
-  [[nodiscard]] bool has(Layer layer) const noexcept { return !pages(layer).empty(); }
-  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept {
-    return *pages(layer)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+  [[nodiscard]] bool has(Layer layer) const noexcept { return !table(layer).empty(); }
+  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept { return *shared_tile(layer, s); }
+  [[nodiscard]] const TilePtr& shared_tile(Layer layer, SlabId s) const noexcept {
+    const SlabId page = s / kTilesPerPage;
+    return table(layer)[page / kPagesPerNode]->pages[page % kPagesPerNode]->tiles[s % kTilesPerPage];
   }
   [[nodiscard]] const float* displacement(SlabId s) const noexcept { return tile(Layer::Displacement, s).plane(); }
   /// Whether a micro-triangle of the slab's grid is a hole.
@@ -155,8 +169,8 @@ class Snapshot {
     return relief::is_hole(voids[sample_index(n, cell[0])], voids[sample_index(n, cell[1])],
                            voids[sample_index(n, cell[2])]);
   }
-  /// The pages of a layer in order of slabs; empty where the model has no such layer.
-  [[nodiscard]] const PageTable& pages(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
+  /// Empty where the model has no such layer.
+  [[nodiscard]] const PageTable& table(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
   /// Another one for each snapshot that this process has made; never 0.
   [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   /// Equal for equal content (cage, layers, values), whatever the history; O(model).
@@ -202,8 +216,8 @@ class SnapshotDraft {
   };
   struct OwnLayer {
     std::shared_ptr<PageTable> table;
-    std::vector<OwnPage> pages;          ///< by page number
-    std::vector<std::size_t> own_pages;  ///< numbers of those that are set
+    std::vector<std::shared_ptr<PageNode>> nodes;  ///< by number; null for the base's
+    std::unordered_map<SlabId, OwnPage> pages;     ///< by number
   };
   OwnLayer& layer_for_writing(Layer layer);
   OwnPage& page_for_writing(Layer layer, SlabId s);
@@ -214,19 +228,23 @@ class SnapshotDraft {
 };
 
 /// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order.
-/// Cost: the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed
-/// throughout; one that only `from` has is not visited.
+/// Cost: a pointer per 4096 slabs, and the pages of nodes and the tiles of pages that differ. A layer present in `to`
+/// only counts as changed throughout; one that only `from` has is not visited.
 template <typename Visit>
 void for_each_change(const Snapshot& from, const Snapshot& to, Visit&& visit) {
+  static const PageNode no_pages;
+  static const Page no_tiles;
   for (int k = 0; k < kLayerCount; ++k) {
     const auto layer = static_cast<Layer>(k);
-    const auto &a = from.pages(layer), &b = to.pages(layer);
-    for (std::size_t page = 0; page < b.size(); ++page) {
-      if (page < a.size() && a[page] == b[page]) continue;
-      for (SlabId t = 0; t < kTilesPerPage; ++t) {
-        const TilePtr& now = b[page]->tiles[t];
-        if (now && (page >= a.size() || a[page]->tiles[t] != now))
-          visit(layer, static_cast<SlabId>(page) * kTilesPerPage + t);
+    const auto &before = from.table(layer), &after = to.table(layer);
+    for (SlabId n = 0; n < after.size(); ++n) {
+      const PageNode &a = before.empty() ? no_pages : *before[n], &b = *after[n];
+      if (&a == &b) continue;
+      for (SlabId p = 0; p < kPagesPerNode; ++p) {
+        if (a.pages[p] == b.pages[p]) continue;
+        const Page &old_page = a.pages[p] ? *a.pages[p] : no_tiles, &new_page = *b.pages[p];
+        for (SlabId t = 0; t < kTilesPerPage; ++t)
+          if (old_page.tiles[t] != new_page.tiles[t]) visit(layer, (n * kPagesPerNode + p) * kTilesPerPage + t);
       }
     }
   }

@@ -105,7 +105,12 @@ Sweep::Sweep(MicroTriangles& surface, Vec3d from, Vec3d to, Crossing kind) noexc
   best_ = std::nextafter(1.0, 2.0);
 }
 
-std::optional<SurfacePlace> Sweep::run() noexcept {
+std::optional<SurfacePlace> Sweep::run(SlabId first) noexcept {
+  if (first < surface_.mesh().slab_count()) {
+    put(first, Ahead::Slab, surface_.mesh().box(first));
+    if (ahead_count_ > 0) take(ahead_[--ahead_count_]);
+    done_ = first;
+  }
   put(0, Ahead::Node, surface_.mesh().tree()[0].box);
   while (ahead_count_ > 0 && !(ahead_[ahead_count_ - 1].enter > best_)) take(ahead_[--ahead_count_]);
   if (found_.triangle.slab == kNoSlab) return std::nullopt;
@@ -149,7 +154,7 @@ void Sweep::look_into(const SlabMesh::Node& node) noexcept {
   }
   for (std::uint32_t k = node.count; k-- > 0;) {
     const SlabId slab = mesh.tree_slabs()[node.first + k];
-    put(slab, Ahead::Slab, mesh.box(slab));
+    if (slab != done_) put(slab, Ahead::Slab, mesh.box(slab));
   }
 }
 
@@ -394,7 +399,8 @@ void Sweep::test(const std::array<GridPoint, 3>& corners, double low, double hig
   const double t = dot(a * w[0] + b * w[1] + c * w[2], way_) / length2;
   const Vec3d side = surface_.corners().inner[1] - surface_.corners().inner[0];
   const double behind = kBehind * std::sqrt(dot(side, side) / length2);
-  if (!(t >= -behind && t <= 1 && t < best_)) return;
+  if (!(t >= -behind && t <= 1 && t <= best_)) return;
+  if (t == best_ && !triangle.comes_before(found_.triangle)) return;
   best_ = t;
   found_ = {triangle, w, triangle.point(w)};
 }
@@ -421,6 +427,11 @@ std::optional<Weights> Sweep::crossed(Vec3d a, Vec3d b, Vec3d c) const noexcept 
 }
 
 std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept {
+  PickHint nothing;
+  return raycast(model, ray, nothing);
+}
+
+std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray, PickHint& hint) noexcept {
   // From where the ray is nearest to the model's middle, or its origin, to where it is out of the model's box.
   const Box3d& all = model.slab_mesh().bounds();
   const double speed2 = dot(ray.direction, ray.direction);
@@ -431,10 +442,13 @@ std::optional<RayHit> raycast(const Snapshot& model, const Ray3d& ray) noexcept 
   if (!(end > begin)) return std::nullopt;
   MicroTriangles surface(model);
   Sweep sweep(surface, ray.origin + ray.direction * begin, ray.origin + ray.direction * end, Crossing::Any);
-  const auto place = sweep.run();
+  const auto place = sweep.run(hint.slab);
   if (!place) return std::nullopt;
-  detail::CellNormals none;
-  return RayHit{point_of(surface, *place, none), begin + (end - begin) * sweep.share()};
+  const SurfacePoint point = point_of(surface, *place, hint.normals);
+  hint.slab = point.slab;
+  hint.u = point.u;
+  hint.v = point.v;
+  return RayHit{point, begin + (end - begin) * sweep.share()};
 }
 
 std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept {

@@ -28,8 +28,10 @@ class Sweep {
   /// a billionth of the slab's size before it, for a place on the surface) to 1.
   Sweep(MicroTriangles& surface, Vec3d from, Vec3d to, Crossing kind) noexcept;
 
-  /// Empty where the way does not cross the surface.
-  [[nodiscard]] std::optional<SurfacePlace> run() noexcept;
+  /// Empty where the way does not cross the surface. Of crossings at the same share to the bit it finds that of the
+  /// lowest slab, and in it that of the first triangle: so `first`, the slab to search first, changes nothing but the
+  /// time it takes.
+  [[nodiscard]] std::optional<SurfacePlace> run(SlabId first = kNoSlab) noexcept;
   /// After run(): the share of the way at which it crosses, 1 where it does not;
   [[nodiscard]] double share() const noexcept { return std::clamp(best_, 0.0, 1.0); }
   /// the slab that was searched last, which may hold the end of the way; kNoSlab where none was.
@@ -98,7 +100,8 @@ class Sweep {
   std::array<Ahead, 96> ahead_;
   std::size_t ahead_count_ = 0;
   SlabId slab_ = kNoSlab, searched_ = kNoSlab;
-  bool whole_ = false;  ///< the coordinates on the way are not known everywhere in the slab in hand
+  SlabId done_ = kNoSlab;  ///< was searched first
+  bool whole_ = false;     ///< the coordinates on the way are not known everywhere in the slab in hand
   /// By how much the flat micro-triangles of a cell from alpha 0 to 1 may leave the slab's own: cells along the grid,
   /// and alpha.
   double cell_bend_ = 0, cell_twist_ = 0;

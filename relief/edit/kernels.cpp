@@ -20,6 +20,27 @@ GridTables::GridTables(int n) : weights(n, 3, 0.0F) {
       edges[static_cast<std::size_t>(k)].push_back(static_cast<std::uint16_t>(sample_index(n, edge_point(n, k, t))));
 }
 
+BorderTables::BorderTables(int n) {
+  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  for (int edge = 0; edge < 3; ++edge)
+    for (int t = 0; t < n; ++t) {
+      const GridPoint p = edge_point(n, edge, t);
+      std::size_t first = 0;
+      while (inside(p + kWays[(first + 5) % 6]) || !inside(p + kWays[first])) ++first;
+      std::vector<std::int32_t> found;
+      for (std::size_t k = first; k < first + 6 && inside(p + kWays[k % 6]); ++k)
+        found.push_back(static_cast<std::int32_t>(sample_index(n, p + kWays[k % 6])));
+      const std::array<float, 4> shares =
+          found.size() == 4 ? std::array<float, 4>{1, 2, 2, 1} : std::array<float, 4>{1, 1, 0, 0};
+      own.push_back(static_cast<std::int32_t>(sample_index(n, p)));
+      for (std::size_t k = 0; k < 4; ++k) {
+        ring[k].push_back(found[std::min(k, found.size() - 1)]);
+        share[k].push_back(shares[k]);
+      }
+    }
+}
+
 Resampling::Resampling(int n, int m) {
   for (int j = 0; j <= m; ++j)
     for (int i = 0; i + j <= m; ++i) {
@@ -47,26 +68,6 @@ SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, co
     spacing[k] = spacings[corner];
     weight[k] = grid.weights.plane(static_cast<int>(corner));
   }
-}
-
-Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept {
-  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
-  const auto position = [&](GridPoint p) {
-    const std::size_t k = sample_index(n, p);
-    return Vec3f{surface.x[k], surface.y[k], surface.z[k]};
-  };
-  const Vec3f middle = position(at);
-  Umbrella sum;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const GridPoint a = at + kWays[k], b = at + kWays[(k + 1) % 6];
-    if (!inside(a) || !inside(b)) continue;
-    const Vec3f to_a = position(a) - middle, to_b = position(b) - middle;
-    sum.normal += cross(to_a, to_b);
-    sum.pull += to_a + to_b;
-    sum.count += 2;
-  }
-  return sum;
 }
 
 namespace {
@@ -116,114 +117,101 @@ struct FrameReader {
 [[gnu::always_inline]] inline float larger(float a, float b) noexcept { return a > b ? a : b; }
 [[gnu::always_inline]] inline float smaller(float a, float b) noexcept { return a < b ? a : b; }
 
-/// How much of a fibre is the last of what was `all` at the stroke's start.
-[[gnu::always_inline]] inline float fade_of(float all, float space, float fibre) noexcept {
-  return smaller(larger(kFadeShare * all, kFadeSpacings * space / fibre), 0.5F * all);
+/// How much of a fibre is the last of what was `all` at the stroke's start; `cell`: the spacing as a share of the
+/// fibre.
+[[gnu::always_inline]] inline float fade_of(float all, float cell) noexcept {
+  return smaller(larger(kFadeShare * all, kFadeSpacings * cell), 0.5F * all);
 }
 
-/// Where a fibre first meets the cutter, as a share of it, perhaps below 0; and whether it does.
-struct Entry {
-  float at;
-  int hit;
+/// The cutter at one sample.
+struct Meeting {
+  Vec3f out;  ///< from the centre of the ball that is nearest to the start's surface there
+  float at;   ///< where the fibre enters that ball, as a share of it, perhaps below 0
+  int hit;    ///< whether it does
 };
-// The swept ball is a capsule. Where the fibre enters the endless cylinder around its axis says which of the balls it
-// meets first: the one whose centre lies beside that place, or the nearer end. Being off a little there changes the
-// entry by the square of that. With o = inner end - lowest point and D the fibre, a ball is met where
-// A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool cuts, and
-// C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
-[[gnu::always_inline]] inline Entry entry_of(const SampleFibre& f, Vec3f up, Vec3f along, Vec3f axis,
-                                             float per_length) noexcept {
-  const Vec3f from_centre = f.inner - up;
-  const float start = dot(from_centre, axis), climb = dot(f.along, axis);
-  const Vec3f aside = from_centre - axis * start, way = f.along - axis * climb;
-  const float ca = dot(way, way) + 1e-12F, cb = dot(aside, way), cc = dot(aside, aside) - 1.0F;
-  const float inside = cb * cb - ca * cc;
-  const float meets = (-cb - std::sqrt(larger(inside, 1e-12F))) / ca;
-  const float share = smaller(larger((start + meets * climb) * per_length, 0.0F), 1.0F);
-  const Vec3f o = f.inner - along * share;
-  const float a = dot(f.along, f.along);
+// Of a swept ball, that one counts whose centre lies beside the start's surface at the sample, or the nearer end; those
+// beside it in the other dabs of the stroke make up for a fibre that leans. With o = inner end - lowest point and D the
+// fibre, a ball is met where A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool
+// cuts, and C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
+[[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float square_of_fibre, float start, Vec3f up,
+                                           Vec3f along, Vec3f per_way) noexcept {
+  const Vec3f from_centre = f.inner + f.along * start - up;
+  const float share = smaller(larger(dot(from_centre, per_way), 0.0F), 1.0F);
+  const Vec3f sweep = along * share, o = f.inner - sweep;
   const float b = dot(o, f.along) - dot(f.along, up);
   const float c = dot(o, o) - 2 * dot(o, up);
-  const float square = b * b - a * c;
+  const float square = b * b - square_of_fibre * c;
   const float root = std::sqrt(larger(square, 0.0F));
   const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
-  return {c / larger(root - b, 1e-30F), hit};
+  return {from_centre - sweep, c / larger(root - b, 1e-30F), hit};
 }
 
-/// The axis of the sweep and one over its length; zero for a ball that stands.
-struct Sweep {
-  Vec3f axis;
-  float per_length;
-};
-Sweep sweep_of(Vec3f along) noexcept {
-  const float size = length(along);
-  if (!(size > 1e-6F)) return {{0, 0, 0}, 0};
-  return {along / size, 1 / size};
+/// The way of the sweep over the square of its length; zero for a ball that stands.
+Vec3f per_way(Vec3f along) noexcept {
+  const float square = dot(along, along);
+  return square > 1e-12F ? along / square : Vec3f{};
 }
 
-/// tan of the angle between the start's surface at a point and the ball that is nearest to it; at most kSteepestRim.
-[[gnu::always_inline]] inline float rim_slope(Vec3f point, Vec3f normal, const Cutter& cutter,
-                                              const Sweep& sweep) noexcept {
-  const Vec3f from_centre = point - cutter.up;
-  const float share = smaller(larger(dot(from_centre, sweep.axis) * sweep.per_length, 0.0F), 1.0F);
-  const Vec3f out = from_centre - cutter.along * share;
-  const float size = std::sqrt(dot(out, out));
-  const float cosine = -dot(out, normal) / larger(size, 1e-9F);
-  const float sine = std::sqrt(larger(1.0F - cosine * cosine, 0.0F));
-  return smaller(sine / larger(cosine, 0.1F / kSteepestRim), kSteepestRim);
+/// tan of the angle between the start's surface and the ball, at most kSteepestRim.
+[[gnu::always_inline]] inline float rim_slope(Vec3f out, Vec3f normal) noexcept {
+  const float down = -dot(out, normal);
+  const float side = std::sqrt(larger(dot(out, out) - down * down, 0.0F));
+  const float slope = side / larger(down, 1e-9F);
+  return smaller(slope, kSteepestRim);
 }
 
-[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
-                                            const Start& start, const float* __restrict protect,
-                                            const float* __restrict from, float* __restrict to,
-                                            std::size_t count) noexcept {
+[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
+                                            const float* __restrict protect, const float* __restrict from,
+                                            float* __restrict to, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Cutter ball = cutter;
-  const Sweep way = sweep;
+  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
   const float* __restrict alpha = start.displacement;
-  const float* __restrict nx = start.x, * __restrict ny = start.y, * __restrict nz = start.z;
-  const float blend = cutter.exact ? 0.0F : 1.0F;
+  const float* __restrict nx = start.x;
+  const float* __restrict ny = start.y;
+  const float* __restrict nz = start.z;
+  // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
+  std::array<float, 3> blends{};
+  for (std::size_t k = 0; k < 3; ++k)
+    blends[k] = cutter.exact ? 0.0F : read.spacing[k] * smaller(larger(0.5F / read.spacing[k] - 2.0F, 0.0F), 1.0F);
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
-    const float size = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = alpha[k];
-    const float slope = rim_slope(f.inner + f.along * a, {nx[k], ny[k], nz[k]}, ball, way);
-    // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
-    const float fits = smaller(larger((1.0F - 4.0F * space) / (2.0F * space), 0.0F), 1.0F);
-    const float width = blend * fits * slope * space / size;
-    const float gap = entry.at - a, between = gap > 0 ? gap : -gap;
+    const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
+    const Meeting met = meet(f, square, a, up, along, way);
+    const float blend = (blends[0] * read.wa[k] + blends[1] * read.wb[k]) + blends[2] * read.wc[k];
+    const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}) * per_fibre;
+    const float gap = met.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
-    const float lowest = smaller(a, entry.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = fade_of(a, space, size);
+    const float lowest = smaller(a, met.at) - over * over * (0.25F / larger(width, 1e-9F));
+    const float fade = fade_of(a, read.space(k) * per_fibre);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
-    const bool cut = (entry.hit & static_cast<int>(part < from[k])) != 0;
+    const bool cut = (met.hit & static_cast<int>(part < from[k])) != 0;
     to[k] = cut ? part : from[k];
   }
 }
 
-[[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
+[[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter,
                                              const float* __restrict start, const float* __restrict protect,
                                              std::uint8_t* __restrict over, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Cutter ball = cutter;
-  const Sweep way = sweep;
+  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
   std::int32_t most = 0;  // lifts are not negative, so their bits sort as they do, and integers may come in any order
   std::uint32_t limited = 0;
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
-    const int cuts = entry.hit & static_cast<int>(entry.at < start[k]) & static_cast<int>(protect[k] < 1);
-    const int beyond = cuts & static_cast<int>(entry.at < 0);
+    const float square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
+    const Meeting met = meet(f, square, start[k], up, along, way);
+    const int cuts = met.hit & static_cast<int>(met.at < start[k]) & static_cast<int>(protect[k] < 1);
+    const int beyond = cuts & static_cast<int>(met.at < 0);
     over[k] = static_cast<std::uint8_t>(beyond);
     limited += static_cast<std::uint32_t>(beyond);
-    const float fade = fade_of(start[k], read.space(k), std::sqrt(dot(f.along, f.along)));
-    const float kept = fade * fade / larger(2.0F * fade - entry.at, 1e-9F);
-    const float lift = (kept - entry.at) * dot(f.along, ball.up) * (1.0F - protect[k]);
-    const bool late = (cuts & static_cast<int>(entry.at < fade)) != 0;
+    const float fade = fade_of(start[k], read.space(k) * per_fibre);
+    const float kept = fade * fade / larger(2.0F * fade - met.at, 1e-9F);
+    const float lift = (kept - met.at) * dot(f.along, up) * (1.0F - protect[k]);
+    const bool late = (cuts & static_cast<int>(met.at < fade)) != 0;
     const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
     most = bits > most ? bits : most;
   }
@@ -312,7 +300,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     const float left = 1.0F - from[k];
-    const float fade = larger(fade_of(1.0F - start[k], read.space(k), std::sqrt(dot(along, along))), 1e-9F);
+    const float fade = larger(fade_of(1.0F - start[k], read.space(k) / std::sqrt(dot(along, along))), 1e-9F);
     const float ended = larger(1.0F - left / fade, 0.0F);
     const float rises = change[k] > 0 ? weight[k] : 0.0F;
     const auto bits = std::bit_cast<std::int32_t>(larger(1.0F - rises * ended, 0.0F));
@@ -372,12 +360,18 @@ template <bool kSwell>
   return climb > least ? up / climb : 0.0F;
 }
 
+/// Rows are short: they are gone through in whole vectors, a little into the next row, which comes after and puts that
+/// right, or into the border, which others fill.
+[[gnu::always_inline]] inline std::size_t whole_vectors(int samples) noexcept {
+  return (static_cast<std::size_t>(samples) + kOverrun - 1) / kOverrun * kOverrun;
+}
+
 [[gnu::always_inline]] inline void normals_body(int n, const Neighbours& at, float* __restrict nx, float* __restrict ny,
                                                 float* __restrict nz) noexcept {
   for (int j = 1; j < n - 1; ++j) {
     const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
                       below = sample_index(n, {0, j - 1});
-    const auto inside = static_cast<std::size_t>(n - j);
+    const std::size_t inside = 1 + whole_vectors(n - j - 1);
     const float *x = at.x, *y = at.y, *z = at.z;
     RELIEF_VECTORS
     for (std::size_t i = 1; i < inside; ++i) {
@@ -399,7 +393,7 @@ template <bool kSwell>
   const std::size_t row = sample_index(n, {0, j});
   const std::size_t above = sample_index(n, {0, j + 1}) - row, below = row - sample_index(n, {0, j - 1});
   const float *x = at.x, *y = at.y, *z = at.z;
-  const std::size_t last = row + static_cast<std::size_t>(n - j);
+  const std::size_t last = row + 1 + whole_vectors(n - j - 1);
   RELIEF_VECTORS
   for (std::size_t k = row + 1; k < last; ++k) {
     const Vec3f p = {x[k], y[k], z[k]};
@@ -422,6 +416,53 @@ template <bool kSwell>
       around_row<true>(read, n, j, at, change);
     else
       around_row<false>(read, n, j, at, change);
+}
+
+[[gnu::always_inline]] inline void border_body(const BorderTables& table, const Neighbours& at,
+                                               float* __restrict sums) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t *own = table.own.data(), *r0 = table.ring[0].data(), *r1 = table.ring[1].data(),
+                     *r2 = table.ring[2].data(), *r3 = table.ring[3].data();
+  const float *w0 = table.share[0].data(), *w1 = table.share[1].data(), *w2 = table.share[2].data(),
+              *w3 = table.share[3].data();
+  const float *x = at.x, *y = at.y, *z = at.z;
+  float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3f p = {x[own[k]], y[own[k]], z[own[k]]};
+    const Vec3f a = Vec3f{x[r0[k]], y[r0[k]], z[r0[k]]} - p, b = Vec3f{x[r1[k]], y[r1[k]], z[r1[k]]} - p;
+    const Vec3f c = Vec3f{x[r2[k]], y[r2[k]], z[r2[k]]} - p, d = Vec3f{x[r3[k]], y[r3[k]], z[r3[k]]} - p;
+    const Vec3f normal = (cross(a, b) + cross(b, c)) + cross(c, d);
+    const Vec3f pull = (a * w0[k] + b * w1[k]) + (c * w2[k] + d * w3[k]);
+    nx[k] = normal.x;
+    ny[k] = normal.y;
+    nz[k] = normal.z;
+    px[k] = pull.x;
+    py[k] = pull.y;
+    pz[k] = pull.z;
+  }
+}
+
+template <bool kSwell>
+[[gnu::always_inline]] inline void border_change_by(const SlabFrame& frame, const BorderTables& table,
+                                                    const float* __restrict sums, const float* __restrict ways,
+                                                    float* __restrict change) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t* own = table.own.data();
+  const FrameReader read(frame);
+  const float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto at = static_cast<std::size_t>(own[k]);
+    change[k] = change_of<kSwell>({nx[k], ny[k], nz[k]}, {px[k], py[k], pz[k]}, ways[k], read.fibre(at).along);
+  }
+}
+[[gnu::always_inline]] inline void border_change_body(const SlabFrame& frame, const BorderTables& table, bool swell,
+                                                      const float* sums, const float* ways, float* change) noexcept {
+  if (swell)
+    border_change_by<true>(frame, table, sums, ways, change);
+  else
+    border_change_by<false>(frame, table, sums, ways, change);
 }
 
 // Eight sums side by side in a fixed order, so that every build adds up alike.
@@ -485,11 +526,11 @@ template <bool kSwell>
   namespace space {                                                                                                   \
   __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
                        const float* from, float* to, std::size_t count) {                                             \
-    cut_body(frame, cutter, sweep_of(cutter.along), start, protect, from, to, count);                                 \
+    cut_body(frame, cutter, start, protect, from, to, count);                                                         \
   }                                                                                                                   \
   __VA_ARGS__ Lift lift(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,       \
                         std::uint8_t* over, std::size_t count) {                                                      \
-    return lift_body(frame, cutter, sweep_of(cutter.along), start, protect, over, count);                             \
+    return lift_body(frame, cutter, start, protect, over, count);                                                     \
   }                                                                                                                   \
   __VA_ARGS__ void weigh(const SlabFrame& frame, Falloff falloff, const float* displacement, const float* protect,    \
                          float* to, std::size_t count) {                                                              \
@@ -536,6 +577,13 @@ template <bool kSwell>
   __VA_ARGS__ void around(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change) {           \
     around_body(frame, n, swell, at, change);                                                                         \
   }                                                                                                                   \
+  __VA_ARGS__ void border(const BorderTables& table, const Neighbours& at, float* sums) {                             \
+    border_body(table, at, sums);                                                                                     \
+  }                                                                                                                   \
+  __VA_ARGS__ void border_change(const SlabFrame& frame, const BorderTables& table, bool swell, const float* sums,    \
+                                 const float* ways, float* change) {                                                  \
+    border_change_body(frame, table, swell, sums, ways, change);                                                      \
+  }                                                                                                                   \
   __VA_ARGS__ std::array<double, 4> mean(const float* weight, const float* x, const float* y, const float* z,         \
                                          std::size_t count) {                                                         \
     return mean_body(weight, x, y, z, count);                                                                         \
@@ -548,8 +596,9 @@ template <bool kSwell>
     return count_body(a, b, stride, planes, count);                                                                   \
   }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut, lift, weigh,     raise,   flatten, approach, scale,    room,          settle, cover, \
-                            mix, lay,  positions, normals, around,  mean,     resample, count_changes, largest};      \
+  constexpr Kernels kAll = {cut,    lift,   weigh,         raise, flatten,  approach,      scale,                     \
+                            room,   settle, cover,         mix,   lay,      positions,     normals,                   \
+                            around, border, border_change, mean,  resample, count_changes, largest};                  \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )
@@ -560,11 +609,6 @@ RELIEF_KERNEL_BUILD(avx2, [[gnu::target("avx2")]])
 #undef RELIEF_VECTORS
 
 }  // namespace
-
-float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept {
-  return swell ? change_of<true>(all.normal, all.pull, all.count, fibre)
-               : change_of<false>(all.normal, all.pull, all.count, fibre);
-}
 
 const Kernels& baseline_kernels() noexcept { return baseline::kAll; }
 

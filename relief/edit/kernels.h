@@ -19,6 +19,20 @@ struct GridTables {
   std::array<std::vector<std::uint16_t>, 3> edges;  ///< sample numbers along edge k, t = 0..n
 };
 
+/// The border of a grid of n intervals: its 3n samples, edge by edge, each beginning with its first corner; and what of
+/// the six around each lies in the slab, in order, as 4 samples of which the last two count only where there are 3
+/// triangles between them.
+struct BorderTables {
+  explicit BorderTables(int n);
+  std::vector<std::int32_t> own;
+  std::array<std::vector<std::int32_t>, 4> ring;
+  std::array<std::vector<float>, 4> share;  ///< in how many of the triangles each takes part
+  /// Of the sample at t = 0..n-1 along an edge.
+  [[nodiscard]] std::size_t at(int edge, int t) const noexcept {
+    return static_cast<std::size_t>(edge) * (own.size() / 3) + static_cast<std::size_t>(t);
+  }
+};
+
 /// How the samples of a grid of m intervals are read from a tile of n intervals: from their three nearest (paper,
 /// Sec. 3.2).
 struct Resampling {
@@ -75,6 +89,9 @@ struct Neighbours {
   const float *x, *y, *z;  ///< in the frame
 };
 
+/// normals() and around() read and write up to so many numbers beyond the last sample, and leave junk at the border.
+inline constexpr std::size_t kOverrun = 8;
+
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
@@ -116,6 +133,12 @@ struct Kernels {
   /// Inside the slab (not at its border): how far the mean of the six neighbours lies above each sample, along its
   /// fibre; or with `swell` what one radius along the surface's normal is along the fibre.
   void (*around)(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change);
+  /// What the slab's own triangles give to its border: six planes of 3n numbers, twice their area times the normal and
+  /// the sum of the ways to their other corners.
+  void (*border)(const BorderTables& table, const Neighbours& at, float* sums);
+  /// What around() gives, at the border: from such sums over all slabs, over so many ways.
+  void (*border_change)(const SlabFrame& frame, const BorderTables& table, bool swell, const float* sums,
+                        const float* ways, float* change);
   /// Sums of weight and of weight * position over the samples: {w, wx, wy, wz}.
   std::array<double, 4> (*mean)(const float* weight, const float* x, const float* y, const float* z, std::size_t count);
   void (*resample)(const Resampling& table, const float* from, float* to, std::size_t count);
@@ -129,22 +152,5 @@ struct Kernels {
 [[nodiscard]] const Kernels& baseline_kernels() noexcept;
 /// The fastest build that this machine can run.
 [[nodiscard]] const Kernels& best_kernels() noexcept;
-
-/// What a sample gets from the micro-triangles around it, or from those of one slab.
-struct Umbrella {
-  Vec3f normal;     ///< twice the area, times the normal
-  Vec3f pull;       ///< to the other corners, added up
-  float count = 0;  ///< how many there were
-  Umbrella& operator+=(const Umbrella& other) noexcept {
-    normal += other.normal;
-    pull += other.pull;
-    count += other.count;
-    return *this;
-  }
-};
-/// Of the triangles of one slab around a sample.
-[[nodiscard]] Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept;
-/// What Kernels::around() gives, from all triangles around a sample and the fibre there.
-[[nodiscard]] float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept;
 
 }  // namespace relief::detail

@@ -34,7 +34,7 @@ TEST(PaperSec4_1, TheSurfaceIsClippedAtTheSphere) {
   const SnapshotPtr before = displaced(plane_shell(4, 15, 0.3), [](Vec3d) { return 0.5; });
   Editor editor(before);
   const double r = 0.2, k = 0.01, depth = 0.08;
-  editor.begin_stroke({.tool = Tool::Carve, .radius = r, .resilience = k});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = r, .resilience = k, .exact = true});
   const Dab dab = dab_at(*before, {0.52, 0, 0.47}, depth);
   editor.dab(dab);
   editor.end_stroke();
@@ -55,7 +55,7 @@ TEST(PaperSec4_1, TheSurfaceIsClippedAtTheSphere) {
 TEST(PaperSec4_1, ResilientBandYieldsWithoutBeingCut) {
   const SnapshotPtr before = displaced(plane_shell(4, 15, 0.3), [](Vec3d) { return 0.5; });
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.2, .resilience = 0.02});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.2, .resilience = 0.02, .exact = true});
   EXPECT_EQ(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.019)).samples, 0U);
   EXPECT_GT(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.03)).samples, 0U);
   EXPECT_TRUE(editor.end_stroke());
@@ -66,7 +66,7 @@ TEST(PaperSec4_1, TheFillCrossesSlabEdgesWithoutASeam) {
   // On a fibre where several slabs meet.
   const SlabCorners c = before->slab_mesh().corners(17);
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.35});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.35, .exact = true});
   const DabResult done = editor.dab(dab_at(*before, (c.inner[0] + c.outer[0]) * 0.5, 0.1));
   EXPECT_GE(done.slabs, 4U);
   EXPECT_TRUE(editor.end_stroke());
@@ -99,7 +99,7 @@ TEST(PaperSec4_3, AHeightFieldIsNeverUndercut) {
   const SnapshotPtr before =
       displaced(plane_shell(4, 15, 0.4), [](Vec3d p) { return 0.3 + 0.5 * std::exp(-40 * (p.x - 0.5) * (p.x - 0.5)); });
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15, .exact = true});
   Dab dab = dab_at(*before, {0.40, 0.1, 0.5}, 0.1);
   dab.normal = normalized(Vec3d{-1, 0.2, 0});
   editor.dab(dab);
@@ -121,6 +121,7 @@ TEST(PaperSec5, ColourIsBlendedByPressureAndDistance) {
   editor.begin_stroke({.tool = Tool::Paint, .radius = r, .strength = 1, .colour = paint});
   Dab dab = dab_at(*before, {0.5, 0, 0.5}, 0.01);
   dab.pressure = pressure;
+  dab.seconds = 0.05;
   editor.dab(dab);
   editor.end_stroke();
   const Snapshot& after = *editor.head();
@@ -128,10 +129,12 @@ TEST(PaperSec5, ColourIsBlendedByPressureAndDistance) {
     for (int j = 0; j <= 32; ++j)
       for (int i = 0; i + j <= 32; ++i) {
         const Vec3d at = surface_point(after, s, i / 32.0, j / 32.0).position;
-        const double k = pressure * std::max(0.0, 1 - length(at - dab.contact) / r);
+        // The paper's share per dab as a rate per second: dabs of any length add up to the same.
+        const double rate = info(Tool::Paint).rate * pressure * std::max(0.0, 1 - length(at - dab.contact) / r);
+        const double k = 1 - std::exp(-rate * dab.seconds);
         const Vec3f is = colour_at(after, s, i / 32.0, j / 32.0);
         for (std::size_t c = 0; c < 3; ++c)
-          EXPECT_NEAR(double{is[c]}, double{paint[c]} * k + 0.25 * (1 - k), 1e-5) << "c_n = c_p k + c_o (1 - k)";
+          EXPECT_NEAR(double{is[c]}, double{paint[c]} * k + 0.25 * (1 - k), 1e-4) << "c_n = c_p k + c_o (1 - k)";
       }
   each_sample(*before, after, [](Vec3d was, Vec3d is) { EXPECT_EQ(was, is) << "painting moves nothing"; });
 }
@@ -144,8 +147,9 @@ TEST(PaperSec5, LightTouchLeavesNoColour) {
   editor.begin_stroke({.tool = Tool::Paint, .radius = 0.2, .colour = {1, 0, 0}});
   Dab dab = dab_at(*before, {0.5, 0, 0.5}, 0.001);
   dab.pressure = 0;
+  dab.seconds = 1;
   EXPECT_EQ(editor.dab(dab).samples, 0U);
-  EXPECT_FALSE(editor.end_stroke());
+  EXPECT_FALSE(editor.end_stroke().changed);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // The micro-triangles of squares that were asked about of late.
 #pragma once
 
-#include <relief/haptics/contact/near_surface.h>
+#include <relief/core/near_surface.h>
 
 #include <algorithm>
 #include <array>

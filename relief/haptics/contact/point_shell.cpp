@@ -1,4 +1,4 @@
-#include <relief/haptics/contact/near_surface.h>
+#include <relief/core/near_surface.h>
 #include <relief/haptics/contact/point_shell.h>
 
 #include <algorithm>

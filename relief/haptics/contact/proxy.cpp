@@ -1,5 +1,5 @@
+#include <relief/core/near_surface.h>
 #include <relief/core/sweep.h>
-#include <relief/haptics/contact/near_surface.h>
 #include <relief/haptics/contact/proxy.h>
 
 #include <algorithm>

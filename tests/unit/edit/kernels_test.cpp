@@ -16,7 +16,8 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
                               const Tile& protect) {
   const std::size_t count = sample_count(n);
   std::vector<float> all;
-  Tile one(n, 3, 0), weight(n, 1, 0), to(n, 1, 0);
+  // Room for what the kernels read and write beyond the tile.
+  Tile one(kMaxIntervals, 3, 0), weight(n, 1, 0), to(kMaxIntervals, 1, 0);
   std::vector<std::uint8_t> over(count);
   const auto keep = [&](const Tile& tile, int planes = 1) {
     for (int c = 0; c < planes; ++c) all.insert(all.end(), tile.plane(c), tile.plane(c) + count);
@@ -55,12 +56,21 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
   keep(to);
   kernels.positions(frame, now, one.plane(0), one.plane(1), one.plane(2), count);
   keep(one, 3);
-  Tile normals(n, 3, 0);
+  Tile normals(kMaxIntervals, 3, 0);
   kernels.normals(n, {one.plane(0), one.plane(1), one.plane(2)}, normals.plane(0), normals.plane(1), normals.plane(2));
   keep(normals, 3);
   for (const bool swell : {false, true}) {
     kernels.around(frame, n, swell, {one.plane(0), one.plane(1), one.plane(2)}, to.plane());
     keep(to);
+  }
+  const detail::BorderTables table(n);
+  const auto border = static_cast<std::size_t>(3 * n);
+  std::vector<float> sums(6 * border), ways(border, 6), at_border(border);
+  for (const bool swell : {false, true}) {
+    kernels.border(table, {one.plane(0), one.plane(1), one.plane(2)}, sums.data());
+    all.insert(all.end(), sums.begin(), sums.end());
+    kernels.border_change(frame, table, swell, sums.data(), ways.data(), at_border.data());
+    all.insert(all.end(), at_border.begin(), at_border.end());
   }
   for (const double sum : kernels.mean(weight.plane(), one.plane(0), one.plane(1), one.plane(2), count))
     all.push_back(static_cast<float>(sum));

@@ -207,6 +207,59 @@ class NearSlab {
     }
   }
 
+  /// Calls take(corners, positions) for the triangles that may be no farther than the root of reach2, which take may
+  /// lower. Of the parts of a square the nearer come first.
+  template <typename Take>
+  void nearest_first(const double& reach2, Take&& take) const noexcept {
+    // In floats a slab is eight units wide, and so are its squares known; far from it they are too coarse.
+    const double scale = 8 / (std::sqrt(std::max(dot(b_, b_), dot(c_, c_))) * n_);
+    const bool far = !(length(a_) * scale < kFarInFloats);
+    const FloatSlab slab(*this, far ? 0 : scale);
+    struct Candidate {
+      Number at;
+      double least;
+    };
+    std::array<Candidate, 32> stack;
+    std::size_t depth = 0;
+    double known2 = reach2, reach = std::sqrt(known2);
+    const auto put = [&](const Number& at, double least) noexcept {
+      std::size_t k = depth++;
+      for (; k > 0 && stack[k - 1].at.level == at.level && stack[k - 1].least < least; --k) stack[k] = stack[k - 1];
+      stack[k] = {at, least};
+    };
+    const auto put_parts = [&](const Number& square) noexcept {
+      const auto [four, count] = children(square);
+      if (far) {
+        for (std::size_t k = 0; k < count; ++k)
+          if (const double least = this->square(four[k]).least(); least <= reach) put(four[k], least);
+        return;
+      }
+      Four least;
+      const unsigned near = slab.sheets(*this, four, count).may_be_near({}, static_cast<float>(reach * scale), least);
+      for (unsigned bits = near & ((1U << count) - 1); bits != 0; bits &= bits - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+        put(four[lane], double{least[lane]} / scale);
+      }
+    };
+    put({bounds_.levels() - 1, 0, 0}, 0);
+    while (depth > 0) {
+      const auto [at, least] = stack[--depth];
+      if (reach2 != known2) {
+        known2 = reach2;
+        reach = std::sqrt(known2);
+      }
+      if (least > reach) continue;
+      if (at.level > 0) {
+        put_parts(at);
+        continue;
+      }
+      const Square smallest = square(at);
+      if (smallest.least() <= reach)
+        triangles(smallest, at.i * SampleBounds::kSide, at.j * SampleBounds::kSide, reaches_edge(at) || pierced_,
+                  reach2, take);
+    }
+  }
+
   /// Calls take(square, sheets, lane) for the squares that may be nearer than `reach`: flat ones of any size, and of
   /// the others the largest of those that are no larger than `size` nor above kCoarsest, or the smallest there are.
   /// `scale`: 1 over the sheets' unit.
@@ -324,7 +377,7 @@ class NearSlab {
  private:
   /// Of a square.
   struct Number {
-    int level = 0, i = 0, j = 0;
+    int level, i, j;
   };
   /// Whether stitching may draw triangles into the square or out of it.
   [[nodiscard]] bool reaches_edge(const Number& at) const noexcept {
@@ -402,11 +455,22 @@ class NearSlab {
     /// No micro-triangle is nearer than this.
     [[nodiscard]] double least() const noexcept {
       const Vec3d n = cross(u, v);
-      const double n2 = dot(n, n), high = dot(centre, n);
+      const double n2 = dot(n, n), u2 = dot(u, u), v2 = dot(v, v), uv = dot(u, v);
       if (!(n2 > 0)) return 0;
-      const double u2 = dot(u, u), v2 = dot(v, v);
-      const auto [past_u, past_v] = past(u2, v2, dot(u, v), n2);
-      return std::sqrt((high * high + std::max(past_u * past_u / v2, past_v * past_v / u2)) / n2) - off;
+      const double to_u = dot(centre, u), to_v = dot(centre, v), rim = half * n2;
+      const double along_u = to_v * uv - to_u * v2, along_v = to_u * uv - to_v * u2;
+      // To one of the sides that are seen from the point.
+      const auto to_side = [&](Vec3d across, double place, Vec3d along, double along2) noexcept {
+        const Vec3d from = centre + across * std::copysign(half, place);
+        const Vec3d away = from - along * std::clamp(dot(from, along) / along2, -half, half);
+        return std::abs(place) > rim ? dot(away, away) : std::numeric_limits<double>::infinity();
+      };
+      double distance2 = std::min(to_side(u, along_u, v, v2), to_side(v, along_v, u, u2));
+      if (std::abs(along_u) <= rim && std::abs(along_v) <= rim) {
+        const double high = dot(centre, n);
+        distance2 = high * high / n2;
+      }
+      return std::sqrt(distance2) - off;
     }
     /// Whether a micro-triangle may be nearer than `reach`.
     [[nodiscard]] bool near(double reach) const noexcept {
@@ -436,7 +500,8 @@ class NearSlab {
     for_each_child(at, [&](const Number& child) { found.squares[found.count++] = child; });
     return found;
   }
-  static constexpr int kFourSquares = 4;  // so many samples' time it takes to look at four squares
+  static constexpr double kFarInFloats = 256;  // units, up to which floats tell squares apart
+  static constexpr int kFourSquares = 4;       // so many samples' time it takes to look at four squares
   /// Calls take() for what there is in so many squares, down to a level.
   template <typename Take>
   void descend(const std::array<Number, 4>& squares, std::size_t count, int level, double reach, double scale,
