@@ -123,6 +123,10 @@ struct FrameReader {
   return smaller(larger(kFadeShare * all, kFadeSpacings * cell), 0.5F * all);
 }
 
+/// The lift alone keeps the ball out of the last of the clay, so that the floor stays a ball. What a blend takes below
+/// it, and a mask that halves the lift, have this part of it to fade out in.
+constexpr float kBlendFade = 0.25F;
+
 /// The cutter at one sample.
 struct Meeting {
   Vec3f out;  ///< from the centre of the ball that is nearest to the start's surface there
@@ -183,7 +187,7 @@ Vec3f per_way(Vec3f along) noexcept {
     const float gap = met.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
     const float lowest = smaller(a, met.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = fade_of(a, read.space(k) * per_fibre);
+    const float fade = kBlendFade * fade_of(a, read.space(k) * per_fibre);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);

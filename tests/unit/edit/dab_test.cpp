@@ -168,29 +168,42 @@ TEST(Carve, AStrokesDabsGiveTheSameBitsInAnyOrderAndHoweverOftenTheyCome) {
 }
 
 TEST(Carve, MoreStrokesInTheSamePlaceRoundTheRimByLessThanACell) {
-  const auto mesh = testing::torus_shell(12, 8, 31);
-  Editor editor(displaced(mesh, bumps));
-  const SnapshotPtr before = editor.head();
-  const Brush brush{.tool = Tool::Carve, .radius = 0.4};
-  const Dab dab = dab_near(*before, {2.6, 0.4, 0.3}, 0.05);
-  EXPECT_GT(apply(editor, brush, dab).samples, 0U);
-  const SnapshotPtr once = editor.head();
-  for (int k = 0; k < 20; ++k) apply(editor, brush, dab);
-  const Vec3d centre = dab.cursor + dab.normal * 0.4;
-  std::size_t inside = 0;
-  for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
-    const double first = double(once->displacement(s)[k]), last = double(editor.head()->displacement(s)[k]);
-    const SlabCorners corners = mesh->corners(s);
-    const double fibre = length(corners.fibre(0));
-    const double cell = length(corners.inner[1] - corners.inner[0]) / mesh->intervals(s);
-    EXPECT_LE(first - last, 4 * cell / fibre);
-    // Two cells inside the rim, where the ball is a cell's height below what was there.
-    const double cut = double(before->displacement(s)[k]) - first;
-    if (cut < 4 * cell / fibre || std::abs(length(sample_position(*once, s, at) - centre) - 0.4) > 1e-6) return;
-    ++inside;
-    EXPECT_NEAR(last, first, 1e-6);
-  });
-  EXPECT_GT(inside, 20U);
+  const auto mesh = testing::torus_shell(12, 8, 128);
+  const SnapshotPtr before = displaced(mesh, bumps);
+  const double radius = 0.4;
+  const Brush brush{.tool = Tool::Carve, .radius = radius};
+  // Inside a slab, and on a corner of six.
+  for (const Vec3d where : {Vec3d{2.6, 0.4, 0.3}, sample_position(*before, 40, {0, 0})}) {
+    Editor editor(before);
+    const Dab dab = dab_near(*before, where, 0.09);
+    EXPECT_GT(apply(editor, brush, dab).samples, 0U);
+    const SnapshotPtr once = editor.head();
+    for (int k = 0; k < 20; ++k) apply(editor, brush, dab);
+    const Vec3d centre = dab.cursor + dab.normal * radius;
+    std::size_t inside = 0;
+    double deepest = 0, moved = 0;
+    for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
+      const double first = double(once->displacement(s)[k]), last = double(editor.head()->displacement(s)[k]);
+      const SlabCorners corners = mesh->corners(s);
+      double cell = 0, fibre = 1e9;
+      for (std::size_t e = 0; e < 3; ++e) {
+        cell = std::max(cell, length(corners.outer[e] - corners.outer[(e + 1) % 3]) / mesh->intervals(s));
+        fibre = std::min(fibre, length(corners.fibre(e)));
+      }
+      deepest = std::max(deepest, (first - last) * fibre / (4 * cell));
+      // Two cells inside the widest blend, so that a sample's neighbours lie on the ball as well.
+      const double cut = (double(before->displacement(s)[k]) - first) * fibre;
+      if (cut < 6 * cell) return;
+      EXPECT_NEAR(length(sample_position(*once, s, at) - centre), radius, 2e-6);
+      ++inside;
+      moved = std::max(moved, std::abs(first - last) * fibre * radius / (cell * cell));
+    });
+    EXPECT_LE(deepest, 1);
+    // The normals of a sampled ball, from the triangles of one slab alone at its border, are off by a cell per radius;
+    // so is the angle that the blend goes by, which makes this of a cell.
+    EXPECT_LE(moved, 1);
+    EXPECT_GT(inside, 100U);
+  }
 }
 
 TEST(Deposit, RaisesTheCentreAtStrengthTimesRadiusPerSecondAndStopsAtTheTop) {

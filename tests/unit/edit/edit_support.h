@@ -110,6 +110,54 @@ void for_each_sample(const SlabMesh& mesh, Visit&& visit) {
         visit(s, sample_index(mesh.intervals(s), {i, j}), GridPoint{i, j});
 }
 
+/// The largest spacing of samples anywhere in the cage, at the outer ends.
+inline double coarsest_cell(const SlabMesh& mesh) {
+  double most = 0;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const SlabCorners c = mesh.corners(s);
+    for (std::size_t k = 0; k < 3; ++k)
+      most = std::max(most, length(c.outer[k] - c.outer[(k + 1) % 3]) / mesh.intervals(s));
+  }
+  return most;
+}
+
+/// Calls visit(tile before, tile after, slab, sample index, position before) for every stored sample of a layer that
+/// both models have.
+template <typename Visit>
+void for_each_pair(const Snapshot& before, const Snapshot& after, Layer layer, Visit&& visit) {
+  const SlabMesh& mesh = before.slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const Tile &a = before.tile(layer, s), &b = after.tile(layer, s);
+    const int n = a.intervals();
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const double alpha = displacement_at(before, s, double(i) / n, double(j) / n);
+        visit(a, b, s, sample_index(n, {i, j}), sample_position(mesh, s, n, {i, j}, alpha));
+      }
+  }
+}
+
+/// Whether a sample has the same bits in two tiles.
+inline bool same_sample(const Tile& a, const Tile& b, std::size_t k) {
+  bool same = true;
+  for (int c = 0; c < a.channel_count(); ++c) same = same && a.plane(c)[k] == b.plane(c)[k];
+  return same;
+}
+
+/// Gives a layer of m intervals per slab, of one channel, the value field(p), p on the middle surface.
+template <typename Field>
+SnapshotPtr with_layer(const SnapshotPtr& model, Layer layer, int m, Field&& field) {
+  SnapshotDraft draft(model);
+  draft.add_layer(layer, m, 0);
+  const SlabMesh& mesh = model->slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for (int j = 0; j <= m; ++j)
+      for (int i = 0; i + j <= m; ++i)
+        draft.edit(layer, s).plane()[sample_index(m, {i, j})] =
+            static_cast<float>(field(sample_position(mesh, s, m, {i, j}, 0.5)));
+  return draft.finish();
+}
+
 /// Mild relief that no symmetry hides.
 inline double bumps(Vec3d p) {
   return 0.5 + 0.08 * std::sin(5 * p.x + 1) * std::cos(4 * p.y) + 0.05 * std::sin(7 * p.z + 2 * p.x);
