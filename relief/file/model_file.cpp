@@ -766,7 +766,7 @@ struct ModelFile::State {
   };
   [[nodiscard]] Result<Place> state_at(std::int64_t stroke, const Place& near, std::int64_t near_stroke,
                                        const Progress& progress) const;
-  [[nodiscard]] std::unexpected<Error> cannot_go(std::int64_t stroke, const Error& why) const;
+  [[nodiscard]] std::unexpected<Error> cannot_go(std::int64_t stroke, const Error& why, const Progress& progress) const;
   [[nodiscard]] Result<std::uint64_t> move_to(std::int64_t stroke, const Progress& progress);
 };
 
@@ -879,8 +879,9 @@ Result<std::vector<StrokeRecord>> ModelFile::strokes() const {
 Result<std::vector<DamagedStrokes>> ModelFile::damage(const Progress& progress) const {
   const State& state = *state_;
   const Database::Cancellable cancellable(state.database, progress);
-  RELIEF_TRY(const detail::HistoryCheck check,
-             state.reading([&] { return detail::check_history(state.database, true, state.meta.last, progress); }));
+  RELIEF_TRY(const detail::HistoryCheck check, state.reading([&] {
+    return detail::check_history(state.database, state.database, true, state.meta.last, progress);
+  }));
   std::vector<DamagedStrokes> found;
   for (std::uint64_t k = 0; k < check.readable.size(); ++k) {
     if (check.readable[k]) continue;
@@ -1053,8 +1054,9 @@ Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, 
 }
 
 /// Says how far undo or redo can go where it cannot go to a stroke.
-std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Error& why) const {
-  const auto check = detail::check_history(database, true, meta.last, {});
+std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Error& why,
+                                                   const Progress& progress) const {
+  const auto check = detail::check_history(database, database, true, meta.last, progress);
   if (!check || check->readable[static_cast<std::size_t>(stroke)]) return std::unexpected(why);
   const std::int64_t step = stroke < meta.current ? -1 : 1;
   const auto is = [&](bool readable, std::int64_t k) {
@@ -1080,7 +1082,8 @@ Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke, const Progr
     if (stroke == meta.current) return {};
     auto found = state_at(stroke, {model.head, layers}, meta.current, progress);
     if (!found)
-      return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error()) : std::unexpected(found.error());
+      return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error(), progress)
+                                                 : std::unexpected(found.error());
     there = *std::move(found);
     return Rows(database).write_place(moved_meta);
   };

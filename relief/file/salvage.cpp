@@ -8,9 +8,13 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 
 namespace relief {
@@ -110,7 +114,7 @@ Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t
   return Facts{.meta = meta, .hold = false};
 }
 
-/// How many values of so many bytes the part of the cage holds, from its blob alone; 0 where it is lost.
+/// Returns how many values of so many bytes the part of the cage holds, from its blob alone; 0 where it is lost.
 Result<std::int64_t> cage_count(const Database& rows, std::string_view part, std::size_t bytes) {
   RELIEF_TRY(Statement get, rows.prepare("SELECT data FROM cage WHERE part = ?"));
   RELIEF_TRY(const bool found, get.bind(part).step());
@@ -176,6 +180,58 @@ std::vector<DamagedStrokes> runs(const std::vector<bool>& readable, bool wanted,
 
 }  // namespace
 
+/// Where the first page is damaged: it says what kind of file this is and where its tables begin, and is the same in
+/// every model but for counts that reading does without. So a copy of the file gets the first page of an empty model.
+constexpr std::size_t kDatabasePage = 4096;  // bytes; SQLite's own default, with which all our files are made
+constexpr std::size_t kPageCount = 28;       // where the first page says how many there are, four bytes, highest first
+
+/// Returns true if one of the two marks of a model is in the first page.
+bool may_be_model(std::string_view first_page) {
+  constexpr std::string_view kMagic{"SQLite format 3\0", 16};
+  const std::int64_t id = detail::model_kind().application_id;
+  const std::array<char, 4> mark = {static_cast<char>(id >> 24), static_cast<char>(id >> 16),
+                                    static_cast<char>(id >> 8), static_cast<char>(id)};
+  return first_page.starts_with(kMagic) || first_page.substr(68, 4) == std::string_view(mark.data(), mark.size());
+}
+
+/// Returns the copy; nothing if the file is shorter than a page, or none of ours.
+Result<std::optional<Replacement>> with_new_first_page(const std::filesystem::path& file,
+                                                       const std::filesystem::path& beside, const Progress& progress) {
+  RELIEF_TRY(Replacement copy, Replacement::make(beside, detail::model_kind()));
+  {
+    RELIEF_TRY(const Database empty, Database::open(copy.file(), Database::Access::Write, detail::model_kind(), file));
+    RELIEF_CHECK(empty.run("BEGIN"));
+    RELIEF_CHECK(empty.write_tables());
+    RELIEF_CHECK(empty.run("COMMIT"));
+  }
+  std::string page(kDatabasePage, '\0');
+  std::fstream to(copy.file(), std::ios::binary | std::ios::in | std::ios::out);
+  to.read(page.data(), static_cast<std::streamsize>(page.size()));
+  std::ifstream from(file, std::ios::binary);
+  std::string block(kDatabasePage * 256, '\0');
+  const auto read_block = [&](std::size_t size) {
+    from.read(block.data(), static_cast<std::streamsize>(size));
+    return static_cast<std::size_t>(from.gcount());
+  };
+  if (read_block(kDatabasePage) < kDatabasePage || !may_be_model(std::string_view(block).substr(0, kDatabasePage)))
+    return std::optional<Replacement>();
+  to.seekp(static_cast<std::streamoff>(kDatabasePage));
+  std::uint64_t bytes = kDatabasePage;
+  while (const std::size_t read = read_block(block.size())) {
+    if (progress.cancelled())
+      return fail(Errc::Cancelled, "'" + printable(file.string()) + "' is not salvaged: cancelled");
+    to.write(block.data(), static_cast<std::streamsize>(read));
+    bytes += read;
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    page[kPageCount + k] = static_cast<char>(static_cast<unsigned char>(bytes / kDatabasePage >> (24 - 8 * k)));
+  to.seekp(0);
+  to.write(page.data(), static_cast<std::streamsize>(page.size()));
+  to.close();
+  if (!to) return fail(Errc::Io, "'" + printable(beside.string()) + "' cannot be written: the disk may be full");
+  return std::optional(std::move(copy));
+}
+
 /// A model file of the rows that hold, which vanishes with it.
 struct ModelFile::Rescued {
   Replacement place;
@@ -186,22 +242,36 @@ struct ModelFile::Rescued {
 
   [[nodiscard]] static Result<Rescued> from(const std::filesystem::path& file, const std::filesystem::path& beside,
                                             const Progress& progress);
+  [[nodiscard]] static Result<Rescued> from(const Database& source, const std::filesystem::path& beside,
+                                            const Progress& progress);
   /// Opened at a stroke.
   [[nodiscard]] Result<ModelFile> open_at(std::int64_t stroke, const Progress& progress);
 };
 
 Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path& file,
                                                     const std::filesystem::path& beside, const Progress& progress) {
-  RELIEF_TRY(const Database source, Database::open(file, Database::Access::Damaged, detail::model_kind()));
-  const Database::Cancellable cancellable(source, progress);
   progress("salvage", 0);
-  bool tables_hold = true;
-  for (const Status& checked : {source.check_format(), source.check_tables()}) {
-    if (!checked && checked.error().code != Errc::Corrupt) return std::unexpected(checked.error());
-    tables_hold = tables_hold && checked;
-  }
+  RELIEF_TRY(const Database source, Database::open(file, Database::Access::Damaged, detail::model_kind()));
+  RELIEF_CHECK(source.run("BEGIN"));  // all that is read is of one moment
+  Status known = source.check_format();
+  if (known) known = source.check_definitions();
+  if (known) return from(source, beside, progress);
+  if (known.error().code == Errc::Io) return std::unexpected(known.error());
+  RELIEF_TRY(const auto copy, with_new_first_page(file, beside, progress));
+  if (!copy) return std::unexpected(known.error());
+  RELIEF_TRY(const Database copied,
+             Database::open(copy->file(), Database::Access::Damaged, detail::model_kind(), file));
+  auto rescued = from(copied, beside, progress);
+  return rescued || rescued.error().code != Errc::Corrupt ? std::move(rescued) : std::unexpected(known.error());
+}
+
+Result<ModelFile::Rescued> ModelFile::Rescued::from(const Database& source, const std::filesystem::path& beside,
+                                                    const Progress& progress) {
+  const Database::Cancellable cancellable(source, progress);
+  const Status checked = source.check_tables();
+  if (!checked && checked.error().code != Errc::Corrupt) return std::unexpected(checked.error());
   RELIEF_TRY(Replacement place, Replacement::make(beside, detail::model_kind()));
-  RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind(), file));
+  RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind(), beside));
   RELIEF_CHECK(rows.run("PRAGMA journal_mode = OFF"));
   RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
   RELIEF_CHECK(rows.run("BEGIN"));
@@ -214,7 +284,7 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path&
   RELIEF_TRY(Facts facts, facts_of(source, fibres, slabs));
   progress("salvage", 0.3);
   RELIEF_TRY(HistoryCheck check,
-             detail::check_history(source, tables_hold, facts.hold ? facts.meta.last : -1, progress));
+             detail::check_history(rows, source, checked.has_value(), facts.hold ? facts.meta.last : -1, progress));
   facts.meta.last = check.last();
   if (!facts.hold) facts.meta.current = check.last();
   RELIEF_TRY(std::vector<std::uint64_t> unnamed, mend_records(rows, check.last()));
