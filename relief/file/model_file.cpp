@@ -448,6 +448,52 @@ class Rows {
     return strokes;
   }
 
+  /// The samples of the tiles that a row holds, into `samples`.
+  [[nodiscard]] Status unpack_row(const PageRow& row, const LayerEntry& entry, const PageLayout& layout, Layer layer,
+                                  SlabId page, std::uint64_t allowed, std::vector<std::byte>& samples) const {
+    if (row.stroke < entry.stroke || (row.tiles & ~allowed) != 0 || !detail::may_hold(row.data, layout.bytes()))
+      return page_damage(layer, page, row.stroke, "does not fit the cage");
+    samples.resize(layout.bytes());
+    if (!detail::unpack(row.data, sizeof(float), samples))
+      return page_damage(layer, page, row.stroke, "cannot be unpacked");
+    return {};
+  }
+
+  /// The tiles of a page that the strokes after `after` up to `last` changed, on the other side of them than in
+  /// `known`: a difference leads both ways. Nothing where one of them wrote the page whole, or fails its checksum.
+  [[nodiscard]] Result<std::optional<std::array<TilePtr, kTilesPerPage>>> read_differences(
+      const Snapshot& known, Layer layer, const LayerEntry& entry, SlabId page, std::int64_t after,
+      std::int64_t last) const {
+    const SlabMesh& mesh = known.slab_mesh();
+    RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM pages WHERE layer = ? AND page = ? AND stroke > ? AND "
+                                                 "stroke <= ? ORDER BY stroke"));
+    rows.bind(name(layer)).bind(std::int64_t{page}).bind(after).bind(last);
+    std::array<std::vector<std::byte>, kTilesPerPage> samples;
+    std::vector<std::byte> part;
+    for (;;) {
+      RELIEF_TRY(const bool more, rows.step());
+      if (!more) break;
+      const auto row = page_row(rows, layer, page);
+      if (!row || row->whole) return std::nullopt;
+      const PageLayout changed(entry, layer, mesh, page, row->tiles);
+      RELIEF_CHECK(unpack_row(*row, entry, changed, layer, page, all_tiles(mesh, page), part));
+      for (SlabId t = 0; t < kTilesPerPage; ++t) {
+        if (!changed.has(t)) continue;
+        const auto difference = changed.tile(Bytes(part), t);
+        if (samples[t].empty()) {
+          samples[t].resize(difference.size());
+          detail::copy_samples(known.tile(layer, page * kTilesPerPage + t), samples[t]);
+        }
+        detail::exclusive_or(samples[t], difference);
+      }
+    }
+    std::array<TilePtr, kTilesPerPage> tiles;
+    for (SlabId t = 0; t < kTilesPerPage; ++t)
+      if (!samples[t].empty())
+        tiles[t] = detail::tile_from(samples[t], intervals_of(entry, mesh, page * kTilesPerPage + t), channels(layer));
+    return tiles;
+  }
+
   /// The tiles of a page as they stood after a stroke: its last whole row, then each later change.
   [[nodiscard]] Result<std::array<TilePtr, kTilesPerPage>> read_page(const SlabMesh& mesh, Layer layer,
                                                                      const LayerEntry& entry, SlabId page,
@@ -466,12 +512,9 @@ class Rows {
       RELIEF_TRY(const PageRow row, page_row(rows, layer, page));
       const PageLayout changed(entry, layer, mesh, page, row.tiles);
       const bool first = all.empty();
-      if (row.stroke < entry.stroke || row.whole != first || (first && row.tiles != layout.mask) ||
-          (row.tiles & ~layout.mask) != 0 || !detail::may_hold(row.data, changed.bytes()))
+      if (row.whole != first || (first && row.tiles != layout.mask))
         return page_damage(layer, page, row.stroke, "does not fit the cage");
-      part.resize(changed.bytes());
-      if (!detail::unpack(row.data, sizeof(float), part))
-        return page_damage(layer, page, row.stroke, "cannot be unpacked");
+      RELIEF_CHECK(unpack_row(row, entry, changed, layer, page, layout.mask, part));
       if (first) {
         all.swap(part);
         continue;
@@ -614,11 +657,15 @@ Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerT
     if (!pages.next()) return rows.cancelled();
     const auto& entry = layers[static_cast<std::size_t>(layer)];
     if (!entry || page >= page_count(mesh)) continue;
-    RELIEF_TRY(const auto tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
+    RELIEF_TRY(auto tiles, rows.read_differences(*from, layer, *entry, page, std::min(from_stroke, to_stroke),
+                                                 std::max(from_stroke, to_stroke)));
+    if (!tiles) {
+      RELIEF_TRY(tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
+    }
     for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
       const SlabId s = page * kTilesPerPage + t;
-      if (tiles[t]->same_values(from->tile(layer, s))) continue;
-      draft.put(layer, s, tiles[t]);
+      if (!(*tiles)[t] || (*tiles)[t]->same_values(from->tile(layer, s))) continue;
+      draft.put(layer, s, (*tiles)[t]);
       changed.emplace_back(layer, s);
     }
   }

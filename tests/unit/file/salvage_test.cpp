@@ -257,6 +257,28 @@ TEST(DamagedHistory, UndoStopsBeforeItAndSaysSo) {
   EXPECT_EQ(records[5].label, "stroke 6");
 }
 
+TEST(DamagedHistory, FromAStateAtHandTheOneBesideItIsReadByTheDifferenceAlone) {
+  const Folder folder;
+  const auto path = folder / "a.relief";
+  std::vector<SnapshotPtr> states = {ball(1, 1).head};
+  {
+    RELIEF_MUST(file, ModelFile::create(path, ball(1, 1)));
+    for (std::uint64_t k = 1; k <= 80; ++k) {
+      states.push_back(stroke(states.back(), k));
+      ASSERT_TRUE(file.commit(states.back(), {}).has_value());
+    }
+  }
+  Sql(path).run("UPDATE pages SET data = x'00' WHERE stroke = 0");
+  RELIEF_MUST(file, ModelFile::open(path, true));
+  RELIEF_MUST(damage, file.damage());
+  EXPECT_EQ(damage, (std::vector<DamagedStrokes>{{0, 64}}));
+  RELIEF_MUST(back, file.at(10, states[11], 11));
+  EXPECT_EQ(back->content_hash(), states[10]->content_hash());
+  RELIEF_MUST(forth, file.at(14, states[11], 11));
+  EXPECT_EQ(forth->content_hash(), states[14]->content_hash());
+  EXPECT_EQ(file.at(10, states[80], 80).error().code, Errc::Corrupt) << "a page written whole lies between";
+}
+
 TEST(DamagedHistory, WhatIsWholeAndFollowsIsSalvaged) {
   const Folder folder;
   const auto path = folder / "a.relief", out = folder / "out.relief";
