@@ -309,7 +309,7 @@ Status Database::check_format() const {
   return {};
 }
 
-Status Database::check_tables() const {
+Status Database::check_definitions() const {
   const auto& wanted = file_->kind->tables;
   RELIEF_TRY(Statement tables,
              prepare("SELECT name, sql FROM sqlite_schema WHERE name NOT LIKE 'sqlite~_%' ESCAPE '~'"));
@@ -322,7 +322,11 @@ Status Database::check_tables() const {
     };
     if (std::none_of(wanted.begin(), wanted.end(), same)) return damaged(foreign_tables(*file_->kind));
   }
-  if (known != wanted.size()) return damaged("it lacks a table");
+  return known == wanted.size() ? Status() : damaged("it lacks a table");
+}
+
+Status Database::check_tables() const {
+  RELIEF_CHECK(check_definitions());
   RELIEF_TRY(Statement check, prepare("PRAGMA integrity_check(1)"));
   RELIEF_TRY(const bool row, check.step());
   if (!row || check.text(0) != "ok") return damaged("its tables contradict themselves");

@@ -83,7 +83,9 @@ class Database {
   [[nodiscard]] Status write_tables() const;
   /// That it is of its kind, in a format that we know.
   [[nodiscard]] Status check_format() const;
-  /// That it has the tables of its kind, nothing else, and that SQLite finds them sound. Reads the whole file.
+  /// That it has the tables of its kind, and nothing else.
+  [[nodiscard]] Status check_definitions() const;
+  /// The same, and that SQLite finds them sound. Reads the whole file.
   [[nodiscard]] Status check_tables() const;
 
   [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;

@@ -37,31 +37,35 @@ struct Evidence {
   }
 };
 
-Result<Evidence> gather(const Database& database, const Progress& progress) {
+Result<Evidence> gather(const Database& rows, const Database& named, const Progress& progress) {
   Evidence found;
-  const auto going_on = [&]() -> Status { return progress.cancelled() ? database.cancelled() : Status(); };
-  RELIEF_CHECK(scan(database, "SELECT * FROM pages NOT INDEXED", "rowid", [&](const Statement& row) {
+  const auto going_on = [&]() -> Status { return progress.cancelled() ? rows.cancelled() : Status(); };
+  RELIEF_CHECK(scan(rows, "SELECT * FROM pages NOT INDEXED", "rowid", [&](const Statement& row) {
     const Row kind = !page_holds(row) ? Row::Lost : row.integer(3) != 0 ? Row::Anew : Row::Follows;
     found.saw(row.text(0), row.integer(1), row.integer(2), kind);
     return going_on();
   }));
-  RELIEF_CHECK(scan(database, "SELECT * FROM layers NOT INDEXED", "rowid", [&](const Statement& row) {
+  RELIEF_CHECK(scan(rows, "SELECT * FROM layers NOT INDEXED", "rowid", [&](const Statement& row) {
     found.saw(row.text(0), kTheLayer, row.integer(1), layer_holds(row) ? Row::Anew : Row::Lost);
     return going_on();
   }));
+  RELIEF_CHECK(scan(rows, "SELECT * FROM strokes", "number", [&](const Statement& row) {
+    found.row_counts[row.integer(0)] = stroke_holds(row) ? std::optional(row.integer(4)) : std::nullopt;
+    return going_on();
+  }));
   // From the indexes alone, which hold all columns that are asked for.
-  RELIEF_CHECK(scan(database, "SELECT layer, page, stroke FROM pages INDEXED BY sqlite_autoindex_pages_1",
+  RELIEF_CHECK(scan(named, "SELECT layer, page, stroke FROM pages INDEXED BY sqlite_autoindex_pages_1",
                     "layer, page, stroke", [&](const Statement& row) {
                       found.saw(row.text(0), row.integer(1), row.integer(2), Row::Lost);
                       return going_on();
                     }));
-  RELIEF_CHECK(scan(database, "SELECT layer, stroke FROM layers INDEXED BY sqlite_autoindex_layers_1", "layer, stroke",
+  RELIEF_CHECK(scan(named, "SELECT layer, stroke FROM layers INDEXED BY sqlite_autoindex_layers_1", "layer, stroke",
                     [&](const Statement& row) {
                       found.saw(row.text(0), kTheLayer, row.integer(1), Row::Lost);
                       return going_on();
                     }));
-  RELIEF_CHECK(scan(database, "SELECT * FROM strokes", "number", [&](const Statement& row) {
-    found.row_counts[row.integer(0)] = stroke_holds(row) ? std::optional(row.integer(4)) : std::nullopt;
+  RELIEF_CHECK(scan(named, "SELECT number FROM strokes", "number", [&](const Statement& row) {
+    found.row_counts.try_emplace(row.integer(0));
     return going_on();
   }));
   return found;
@@ -85,9 +89,9 @@ std::int64_t made_anew(const Evidence& evidence, const Key& key, std::int64_t st
 
 }  // namespace
 
-Result<HistoryCheck> check_history(const Database& database, bool tables_hold, std::int64_t last,
-                                   const Progress& progress) {
-  RELIEF_TRY(const Evidence evidence, gather(database, progress));
+Result<HistoryCheck> check_history(const Database& rows_of, const Database& names_of, bool tables_hold,
+                                   std::int64_t last, const Progress& progress) {
+  RELIEF_TRY(const Evidence evidence, gather(rows_of, names_of, progress));
   if (last < 0) last = last_recorded(evidence);
   HistoryCheck check;
   check.readable.assign(static_cast<std::size_t>(last + 1), true);

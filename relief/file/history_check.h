@@ -22,10 +22,12 @@ struct HistoryCheck {
 /// as there are; rows that fail their checksum are counted by their key, which stands in the table's index too. A row
 /// that does not hold takes with it the states from its stroke up to the next row that makes its page (or its layer)
 /// anew. Where it is not known which rows a stroke wrote, no state from it on is readable.
-/// `tables_hold`: check_tables() found table and index in agreement. `last`: of the strokes that are judged; negative:
-/// the last whose record holds. Errors: Io, Cancelled.
-[[nodiscard]] Result<HistoryCheck> check_history(const Database& database, bool tables_hold, std::int64_t last,
-                                                 const Progress& progress);
+/// `rows_of`: the rows that states will be read from. `names_of`: whose indexes name them; the same database, or the
+/// damaged one that the rows were copied from (a damaged page may read once and not again). `tables_hold`:
+/// check_tables() found its tables and indexes in agreement. `last`: of the strokes that are judged; negative: the last
+/// whose record holds. Errors: Io, Cancelled.
+[[nodiscard]] Result<HistoryCheck> check_history(const Database& rows_of, const Database& names_of, bool tables_hold,
+                                                 std::int64_t last, const Progress& progress);
 
 /// Visits the rows of "SELECT `columns` FROM `table`" in the order of `order`, and where the table is damaged also from
 /// its other end, so a row may come twice. Errors: those of `visit`, Io, Cancelled.

@@ -453,6 +453,57 @@ class Rows {
     return strokes;
   }
 
+  /// The samples of the tiles that a row holds, into `samples`.
+  [[nodiscard]] Status unpack_row(const PageRow& row, const LayerEntry& entry, const PageLayout& layout, Layer layer,
+                                  SlabId page, std::uint64_t allowed, std::vector<std::byte>& samples) const {
+    if (row.stroke < entry.stroke || (row.tiles & ~allowed) != 0 || !detail::may_hold(row.data, layout.bytes()))
+      return page_damage(layer, page, row.stroke, "does not fit the cage");
+    samples.resize(layout.bytes());
+    if (!detail::unpack(row.data, bytes(entry.type), samples))
+      return page_damage(layer, page, row.stroke, "cannot be unpacked");
+    return {};
+  }
+
+  /// The tiles of a page that the strokes after `after` up to `last` changed, on the other side of them than in
+  /// `known`: a difference leads both ways. Nothing where one of them wrote the page whole, or fails its checksum.
+  [[nodiscard]] Result<std::optional<std::array<TilePtr, kTilesPerPage>>> read_differences(
+      const Snapshot& known, Layer layer, const LayerEntry& entry, SlabId page, std::int64_t after,
+      std::int64_t last) const {
+    // What the file has as another type was rounded when it was read.
+    if (entry.type != sample_type(layer)) return std::nullopt;
+    const SlabMesh& mesh = known.slab_mesh();
+    RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM pages WHERE layer = ? AND page = ? AND stroke > ? AND "
+                                                 "stroke <= ? ORDER BY stroke"));
+    rows.bind(name(layer)).bind(std::int64_t{page}).bind(after).bind(last);
+    std::array<std::vector<std::byte>, kTilesPerPage> samples;
+    std::vector<std::byte> part;
+    for (;;) {
+      RELIEF_TRY(const bool more, rows.step());
+      if (!more) break;
+      const auto row = page_row(rows, layer, page);
+      if (!row || row->whole) return std::nullopt;
+      const PageLayout changed(entry, layer, mesh, page, row->tiles);
+      RELIEF_CHECK(unpack_row(*row, entry, changed, layer, page, all_tiles(mesh, page), part));
+      for (SlabId t = 0; t < kTilesPerPage; ++t) {
+        if (!changed.has(t)) continue;
+        const auto difference = changed.tile(Bytes(part), t);
+        if (samples[t].empty()) {
+          samples[t].resize(difference.size());
+          detail::copy_samples(known.tile(layer, page * kTilesPerPage + t), entry.type, samples[t]);
+        }
+        detail::exclusive_or(samples[t], difference);
+      }
+    }
+    std::array<TilePtr, kTilesPerPage> tiles;
+    for (SlabId t = 0; t < kTilesPerPage; ++t)
+      if (!samples[t].empty()) {
+        tiles[t] =
+            detail::tile_from(samples[t], entry.type, layer, intervals_of(entry, mesh, page * kTilesPerPage + t));
+        if (!tiles[t]) return page_damage(layer, page, last, "holds values outside its range");
+      }
+    return tiles;
+  }
+
   /// The tiles of a page as they stood after a stroke: its last whole row, then each later change.
   [[nodiscard]] Result<std::array<TilePtr, kTilesPerPage>> read_page(const SlabMesh& mesh, Layer layer,
                                                                      const LayerEntry& entry, SlabId page,
@@ -471,12 +522,9 @@ class Rows {
       RELIEF_TRY(const PageRow row, page_row(rows, layer, page));
       const PageLayout changed(entry, layer, mesh, page, row.tiles);
       const bool first = all.empty();
-      if (row.stroke < entry.stroke || row.whole != first || (first && row.tiles != layout.mask) ||
-          (row.tiles & ~layout.mask) != 0 || !detail::may_hold(row.data, changed.bytes()))
+      if (row.whole != first || (first && row.tiles != layout.mask))
         return page_damage(layer, page, row.stroke, "does not fit the cage");
-      part.resize(changed.bytes());
-      if (!detail::unpack(row.data, bytes(entry.type), part))
-        return page_damage(layer, page, row.stroke, "cannot be unpacked");
+      RELIEF_CHECK(unpack_row(row, entry, changed, layer, page, layout.mask, part));
       if (first) {
         all.swap(part);
         continue;
@@ -620,11 +668,15 @@ Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerT
     if (!pages.next()) return rows.cancelled();
     const auto& entry = layers[static_cast<std::size_t>(layer)];
     if (!entry || page >= page_count(mesh)) continue;
-    RELIEF_TRY(const auto tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
+    RELIEF_TRY(auto tiles, rows.read_differences(*from, layer, *entry, page, std::min(from_stroke, to_stroke),
+                                                 std::max(from_stroke, to_stroke)));
+    if (!tiles) {
+      RELIEF_TRY(tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
+    }
     for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
       const SlabId s = page * kTilesPerPage + t;
-      if (tiles[t]->same_values(from->tile(layer, s))) continue;
-      draft.put(layer, s, tiles[t]);
+      if (!(*tiles)[t] || (*tiles)[t]->same_values(from->tile(layer, s))) continue;
+      draft.put(layer, s, (*tiles)[t]);
       changed.emplace_back(layer, s);
     }
   }
@@ -772,7 +824,7 @@ struct ModelFile::State {
   };
   [[nodiscard]] Result<Place> state_at(std::int64_t stroke, const Place& near, std::int64_t near_stroke,
                                        const Progress& progress) const;
-  [[nodiscard]] std::unexpected<Error> cannot_go(std::int64_t stroke, const Error& why) const;
+  [[nodiscard]] std::unexpected<Error> cannot_go(std::int64_t stroke, const Error& why, const Progress& progress) const;
   [[nodiscard]] Result<std::uint64_t> move_to(std::int64_t stroke, const Progress& progress);
 };
 
@@ -885,8 +937,9 @@ Result<std::vector<StrokeRecord>> ModelFile::strokes() const {
 Result<std::vector<DamagedStrokes>> ModelFile::damage(const Progress& progress) const {
   const State& state = *state_;
   const Database::Cancellable cancellable(state.database, progress);
-  RELIEF_TRY(const detail::HistoryCheck check,
-             state.reading([&] { return detail::check_history(state.database, true, state.meta.last, progress); }));
+  RELIEF_TRY(const detail::HistoryCheck check, state.reading([&] {
+    return detail::check_history(state.database, state.database, true, state.meta.last, progress);
+  }));
   std::vector<DamagedStrokes> found;
   for (std::uint64_t k = 0; k < check.readable.size(); ++k) {
     if (check.readable[k]) continue;
@@ -1063,8 +1116,9 @@ Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, 
 }
 
 /// Says how far undo or redo can go where it cannot go to a stroke.
-std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Error& why) const {
-  const auto check = detail::check_history(database, true, meta.last, {});
+std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Error& why,
+                                                   const Progress& progress) const {
+  const auto check = detail::check_history(database, database, true, meta.last, progress);
   if (!check || check->readable[static_cast<std::size_t>(stroke)]) return std::unexpected(why);
   const std::int64_t step = stroke < meta.current ? -1 : 1;
   const auto is = [&](bool readable, std::int64_t k) {
@@ -1090,7 +1144,8 @@ Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke, const Progr
     if (stroke == meta.current) return {};
     auto found = state_at(stroke, {model.head, layers}, meta.current, progress);
     if (!found)
-      return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error()) : std::unexpected(found.error());
+      return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error(), progress)
+                                                 : std::unexpected(found.error());
     there = *std::move(found);
     return Rows(database).write_place(moved_meta);
   };

@@ -24,7 +24,7 @@ struct StrokeRecord {
   bool damaged = false;      ///< its record fails its checksum: label and details are lost
 };
 
-/// Strokes `first` to `last` whose state cannot be read any more; 0 is the model before its first stroke.
+/// Names strokes `first` to `last`, whose states cannot be read; 0 is the model before its first stroke.
 struct DamagedStrokes {
   std::uint64_t first = 0, last = 0;
   friend bool operator==(const DamagedStrokes&, const DamagedStrokes&) = default;
@@ -34,7 +34,7 @@ struct DamagedStrokes {
 /// "strokes 3 to 7 are damaged".
 [[nodiscard]] std::string to_string(const DamagedStrokes& strokes);
 
-/// What ModelFile::salvage() could save.
+/// Tells what ModelFile::salvage() saved and what is lost.
 struct Salvaged {
   std::uint64_t first = 0;          ///< the stroke whose state is now the model before its first stroke
   std::uint64_t current = 0;        ///< the stroke, by its old number, that is in effect now
@@ -63,10 +63,9 @@ class ModelFile {
   [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to,
                                    const Progress& progress = {});
 
-  /// Writes what is whole of a damaged model to another place, as a whole and at once: the newest state that is (the
-  /// current one where it can), and of the strokes before and after it those that follow each other without a gap.
-  /// Errors: Corrupt (nothing is whole), InvalidArgument (`to` is `from`), NotFound, Io, UnsupportedFormat,
-  /// NewerVersion, Cancelled.
+  /// Writes what is whole of a damaged model to another place, as a whole and at once: the current state, or the
+  /// newest whole one before it, and the strokes around it that follow each other without a gap. Errors: Corrupt
+  /// (nothing is whole), InvalidArgument (`to` is `from`), NotFound, Io, UnsupportedFormat, NewerVersion, Cancelled.
   [[nodiscard]] static Result<Salvaged> salvage(const std::filesystem::path& from, const std::filesystem::path& to,
                                                 const Progress& progress = {});
 
@@ -85,13 +84,13 @@ class ModelFile {
   [[nodiscard]] std::uint64_t redo_count() const noexcept;
   /// All of them in order, those that were undone at the end.
   [[nodiscard]] Result<std::vector<StrokeRecord>> strokes() const;
-  /// Which strokes' states cannot be read any more, in order. Reads every row of the file.
+  /// Returns the strokes whose states cannot be read, in order. Reads every row of the file. Errors: Io, Cancelled.
   [[nodiscard]] Result<std::vector<DamagedStrokes>> damage(const Progress& progress = {}) const;
 
-  /// The model at a stroke, undone ones included, while the current one stays; tiles that are the same are shared with
-  /// `near`, the model at stroke `near_stroke`. Reads the pages that strokes between the two have changed; where one of
-  /// these added or took a layer, the whole model. For histories that do not fit into memory. Errors: NotFound (no such
-  /// stroke), Corrupt (see damage()), Io, Cancelled.
+  /// Returns the model at a stroke, undone ones included; the current one stays. `near` is the model at `near_stroke`,
+  /// whose equal tiles are shared. Cost: the pages that strokes between the two changed, at most 65 rows each; the
+  /// whole model if a layer came or went between them. Errors: NotFound, Corrupt (see damage()), Io (another program
+  /// has written since), Cancelled.
   [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const SnapshotPtr& near, std::uint64_t near_stroke,
                                        const Progress& progress = {}) const;
   /// The same, near model().

@@ -8,9 +8,13 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 
 namespace relief {
@@ -110,7 +114,7 @@ Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t
   return Facts{.meta = meta, .hold = false};
 }
 
-/// How many values of so many bytes the part of the cage holds, from its blob alone; 0 where it is lost.
+/// Returns how many values of so many bytes the part of the cage holds, from its blob alone; 0 where it is lost.
 Result<std::int64_t> cage_count(const Database& rows, std::string_view part, std::size_t bytes) {
   RELIEF_TRY(Statement get, rows.prepare("SELECT data FROM cage WHERE part = ?"));
   RELIEF_TRY(const bool found, get.bind(part).step());
@@ -176,6 +180,58 @@ std::vector<DamagedStrokes> runs(const std::vector<bool>& readable, bool wanted,
 
 }  // namespace
 
+/// Where the first page is damaged: it says what kind of file this is and where its tables begin, and is the same in
+/// every model but for counts that reading does without. So a copy of the file gets the first page of an empty model.
+constexpr std::size_t kDatabasePage = 4096;  // bytes; SQLite's own default, with which all our files are made
+constexpr std::size_t kPageCount = 28;       // where the first page says how many there are, four bytes, highest first
+
+/// Returns true if one of the two marks of a model is in the first page.
+bool may_be_model(std::string_view first_page) {
+  constexpr std::string_view kMagic{"SQLite format 3\0", 16};
+  const std::int64_t id = detail::model_kind().application_id;
+  const std::array<char, 4> mark = {static_cast<char>(id >> 24), static_cast<char>(id >> 16),
+                                    static_cast<char>(id >> 8), static_cast<char>(id)};
+  return first_page.starts_with(kMagic) || first_page.substr(68, 4) == std::string_view(mark.data(), mark.size());
+}
+
+/// Returns the copy; nothing if the file is shorter than a page, or none of ours.
+Result<std::optional<Replacement>> with_new_first_page(const std::filesystem::path& file,
+                                                       const std::filesystem::path& beside, const Progress& progress) {
+  RELIEF_TRY(Replacement copy, Replacement::make(beside, detail::model_kind()));
+  {
+    RELIEF_TRY(const Database empty, Database::open(copy.file(), Database::Access::Write, detail::model_kind(), file));
+    RELIEF_CHECK(empty.run("BEGIN"));
+    RELIEF_CHECK(empty.write_tables());
+    RELIEF_CHECK(empty.run("COMMIT"));
+  }
+  std::string page(kDatabasePage, '\0');
+  std::fstream to(copy.file(), std::ios::binary | std::ios::in | std::ios::out);
+  to.read(page.data(), static_cast<std::streamsize>(page.size()));
+  std::ifstream from(file, std::ios::binary);
+  std::string block(kDatabasePage * 256, '\0');
+  const auto read_block = [&](std::size_t size) {
+    from.read(block.data(), static_cast<std::streamsize>(size));
+    return static_cast<std::size_t>(from.gcount());
+  };
+  if (read_block(kDatabasePage) < kDatabasePage || !may_be_model(std::string_view(block).substr(0, kDatabasePage)))
+    return std::optional<Replacement>();
+  to.seekp(static_cast<std::streamoff>(kDatabasePage));
+  std::uint64_t bytes = kDatabasePage;
+  while (const std::size_t read = read_block(block.size())) {
+    if (progress.cancelled())
+      return fail(Errc::Cancelled, "'" + printable(file.string()) + "' is not salvaged: cancelled");
+    to.write(block.data(), static_cast<std::streamsize>(read));
+    bytes += read;
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    page[kPageCount + k] = static_cast<char>(static_cast<unsigned char>(bytes / kDatabasePage >> (24 - 8 * k)));
+  to.seekp(0);
+  to.write(page.data(), static_cast<std::streamsize>(page.size()));
+  to.close();
+  if (!to) return fail(Errc::Io, "'" + printable(beside.string()) + "' cannot be written: the disk may be full");
+  return std::optional(std::move(copy));
+}
+
 /// A model file of the rows that hold, which vanishes with it.
 struct ModelFile::Rescued {
   Replacement place;
@@ -183,25 +239,49 @@ struct ModelFile::Rescued {
   HistoryCheck check;
   std::vector<std::uint64_t> unnamed;  ///< strokes whose records are lost
   bool facts_hold = true;
+  std::string reason = "no stroke is whole";  ///< why nothing can be written, if nothing can
 
   [[nodiscard]] static Result<Rescued> from(const std::filesystem::path& file, const std::filesystem::path& beside,
                                             const Progress& progress);
+  [[nodiscard]] static Result<Rescued> from(const Database& source, const std::filesystem::path& beside,
+                                            const Progress& progress);
+  /// The strokes to write: the newest whole one, and those around it that follow each other.
+  [[nodiscard]] std::optional<Salvaged> whole_span() const;
+  /// Writes them to a new model. False: the checksums of one hold and it cannot be read all the same, as if somebody
+  /// had forged it; `check` has it as damaged from now on.
+  [[nodiscard]] Result<bool> write(const Salvaged& span, const std::filesystem::path& to, const Progress& progress);
+  /// What is not written, clause by clause.
+  [[nodiscard]] std::vector<std::string> lost(const Salvaged& span) const;
+
+ private:
   /// Opened at a stroke.
-  [[nodiscard]] Result<ModelFile> open_at(std::int64_t stroke, const Progress& progress);
+  [[nodiscard]] Result<ModelFile> open_at(std::uint64_t stroke, const Progress& progress);
 };
 
 Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path& file,
                                                     const std::filesystem::path& beside, const Progress& progress) {
-  RELIEF_TRY(const Database source, Database::open(file, Database::Access::Damaged, detail::model_kind()));
-  const Database::Cancellable cancellable(source, progress);
   progress("salvage", 0);
-  bool tables_hold = true;
-  for (const Status& checked : {source.check_format(), source.check_tables()}) {
-    if (!checked && checked.error().code != Errc::Corrupt) return std::unexpected(checked.error());
-    tables_hold = tables_hold && checked;
-  }
+  RELIEF_TRY(const Database source, Database::open(file, Database::Access::Damaged, detail::model_kind()));
+  RELIEF_CHECK(source.run("BEGIN"));  // all that is read is of one moment
+  Status known = source.check_format();
+  if (known) known = source.check_definitions();
+  if (known) return from(source, beside, progress);
+  if (known.error().code == Errc::Io) return std::unexpected(known.error());
+  RELIEF_TRY(const auto copy, with_new_first_page(file, beside, progress));
+  if (!copy) return std::unexpected(known.error());
+  RELIEF_TRY(const Database copied,
+             Database::open(copy->file(), Database::Access::Damaged, detail::model_kind(), file));
+  auto rescued = from(copied, beside, progress);
+  return rescued || rescued.error().code != Errc::Corrupt ? std::move(rescued) : std::unexpected(known.error());
+}
+
+Result<ModelFile::Rescued> ModelFile::Rescued::from(const Database& source, const std::filesystem::path& beside,
+                                                    const Progress& progress) {
+  const Database::Cancellable cancellable(source, progress);
+  const Status checked = source.check_tables();
+  if (!checked && checked.error().code != Errc::Corrupt) return std::unexpected(checked.error());
   RELIEF_TRY(Replacement place, Replacement::make(beside, detail::model_kind()));
-  RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind(), file));
+  RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind(), beside));
   RELIEF_CHECK(rows.run("PRAGMA journal_mode = OFF"));
   RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
   RELIEF_CHECK(rows.run("BEGIN"));
@@ -214,7 +294,7 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path&
   RELIEF_TRY(Facts facts, facts_of(source, fibres, slabs));
   progress("salvage", 0.3);
   RELIEF_TRY(HistoryCheck check,
-             detail::check_history(source, tables_hold, facts.hold ? facts.meta.last : -1, progress));
+             detail::check_history(rows, source, checked.has_value(), facts.hold ? facts.meta.last : -1, progress));
   facts.meta.last = check.last();
   if (!facts.hold) facts.meta.current = check.last();
   RELIEF_TRY(std::vector<std::uint64_t> unnamed, mend_records(rows, check.last()));
@@ -227,15 +307,79 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path&
                  .facts_hold = facts.hold};
 }
 
-Result<ModelFile> ModelFile::Rescued::open_at(std::int64_t stroke, const Progress& progress) {
+Result<ModelFile> ModelFile::Rescued::open_at(std::uint64_t stroke, const Progress& progress) {
   {
     RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind()));
     RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
     Meta there = meta;
-    there.current = stroke;
+    there.current = static_cast<std::int64_t>(stroke);
     RELIEF_CHECK(detail::write_meta(rows, there));
   }
   return ModelFile::open(place.file(), true, progress);
+}
+
+std::optional<Salvaged> ModelFile::Rescued::whole_span() const {
+  const auto newest = newest_whole(check.readable, meta.current);
+  if (!newest) return std::nullopt;
+  const auto is_whole = [&](std::int64_t k) {
+    return k >= 0 && k <= check.last() && check.readable[static_cast<std::size_t>(k)];
+  };
+  std::int64_t first = *newest, last = *newest;
+  while (is_whole(first - 1)) --first;
+  while (is_whole(last + 1)) ++last;
+  return Salvaged{.first = static_cast<std::uint64_t>(first),
+                  .current = static_cast<std::uint64_t>(*newest),
+                  .last = static_cast<std::uint64_t>(last)};
+}
+
+Result<bool> ModelFile::Rescued::write(const Salvaged& span, const std::filesystem::path& to,
+                                       const Progress& progress) {
+  const Progress quiet{.report = {}, .cancel = progress.cancel};
+  std::uint64_t stroke = span.current;
+  const auto give_up = [&](const Error& error) -> Result<bool> {
+    if (error.code != Errc::Corrupt) return std::unexpected(error);
+    check.readable[stroke] = false;
+    reason = error.message;
+    return false;
+  };
+  const auto source = open_at(span.current, quiet);
+  if (!source) return give_up(source.error());
+  stroke = span.first;
+  auto head = source->at(stroke, quiet);
+  if (!head) return give_up(head.error());
+  RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
+  Model model{.info = source->model().info, .head = *head};
+  if (!(model.info.source_diagonal > 0)) model.info.source_diagonal = diagonal(model.head->slab_mesh().bounds());
+
+  RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
+  {
+    RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, quiet));
+    const std::uint64_t count = span.last - span.first;
+    for (stroke = span.first + 1; stroke <= span.last; ++stroke) {
+      const std::uint64_t done = stroke - span.first;
+      if (done * 50 / count != (done - 1) * 50 / count)
+        progress("salvage", 0.5 + 0.5 * static_cast<double>(done) / static_cast<double>(count));
+      auto next = source->at(stroke, *head, stroke - 1, quiet);
+      if (!next) return give_up(next.error());
+      RELIEF_CHECK(saved.commit(*next, records[stroke - 1], quiet));
+      head = std::move(next);
+    }
+    if (span.current != span.last) RELIEF_CHECK(saved.go_to(span.current - span.first, source->model().head));
+  }
+  RELIEF_CHECK(replacement.replace_target());
+  return true;
+}
+
+std::vector<std::string> ModelFile::Rescued::lost(const Salvaged& span) const {
+  std::vector<std::string> lost;
+  for (const DamagedStrokes& run : runs(check.readable, false, span)) lost.push_back(name_of(run) + " (damaged)");
+  for (const DamagedStrokes& run : runs(check.readable, true, span))
+    lost.push_back(name_of(run) + " (cut off by that)");
+  for (const std::uint64_t stroke : unnamed)
+    if (stroke > span.first && stroke <= span.last)
+      lost.push_back("the label and text of stroke " + std::to_string(stroke));
+  if (!facts_hold) lost.emplace_back("which stroke was current; mode, unit and source are as they read");
+  return lost;
 }
 
 Result<Salvaged> ModelFile::salvage(const std::filesystem::path& from, const std::filesystem::path& to,
@@ -245,70 +389,13 @@ Result<Salvaged> ModelFile::salvage(const std::filesystem::path& from, const std
     return fail(Errc::InvalidArgument, "'" + printable(to.string()) +
                                            "' is the damaged model itself: choose another name for what is salvaged");
   RELIEF_TRY(Rescued rescued, Rescued::from(from, to, progress));
-  std::vector<bool>& readable = rescued.check.readable;
-  const auto is_whole = [&](std::int64_t k) {
-    return k >= 0 && k <= rescued.check.last() && readable[static_cast<std::size_t>(k)];
-  };
-  // Only what somebody forged holds its checksums and cannot be read; then the next best is tried.
-  Status reason = fail(Errc::Corrupt, "no stroke is whole");
-  const auto give_up_on = [&](std::int64_t stroke, const Error& error) -> Status {
-    if (error.code != Errc::Corrupt) return std::unexpected(error);
-    readable[static_cast<std::size_t>(stroke)] = false;
-    reason = std::unexpected(error);
-    return {};
-  };
-  while (const auto newest = newest_whole(readable, rescued.meta.current)) {
-    auto source = rescued.open_at(*newest, progress);
-    if (!source) {
-      RELIEF_CHECK(give_up_on(*newest, source.error()));
-      continue;
-    }
-    std::int64_t first = *newest, last = *newest;
-    while (is_whole(first - 1)) --first;
-    while (is_whole(last + 1)) ++last;
-    auto head = source->at(static_cast<std::uint64_t>(first), progress);
-    if (!head) {
-      RELIEF_CHECK(give_up_on(first, head.error()));
-      continue;
-    }
-    RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
-    Model model{.info = source->model().info, .head = *head};
-    if (!(model.info.source_diagonal > 0)) model.info.source_diagonal = diagonal(model.head->slab_mesh().bounds());
-    RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
-    std::optional<std::int64_t> unreadable;
-    {
-      RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, progress));
-      SnapshotPtr current = first == *newest ? *head : nullptr;
-      for (std::int64_t k = first + 1; k <= last && !unreadable; ++k) {
-        progress("salvage", 0.5 + 0.5 * static_cast<double>(k - first) / static_cast<double>(last - first));
-        auto next = source->at(static_cast<std::uint64_t>(k), *head, static_cast<std::uint64_t>(k - 1), progress);
-        if (!next) {
-          RELIEF_CHECK(give_up_on(k, next.error()));
-          unreadable = k;
-          break;
-        }
-        RELIEF_CHECK(saved.commit(*next, records[static_cast<std::size_t>(k - 1)], progress));
-        head = std::move(next);
-        if (k == *newest) current = *head;
-      }
-      if (!unreadable && last != *newest)
-        RELIEF_CHECK(saved.go_to(static_cast<std::uint64_t>(*newest - first), current));
-    }
-    if (unreadable) continue;
-    RELIEF_CHECK(replacement.replace_target());
-    Salvaged kept{.first = static_cast<std::uint64_t>(first),
-                  .current = static_cast<std::uint64_t>(*newest),
-                  .last = static_cast<std::uint64_t>(last)};
-    for (const DamagedStrokes& run : runs(readable, false, kept)) kept.lost.push_back(name_of(run) + " (damaged)");
-    for (const DamagedStrokes& run : runs(readable, true, kept))
-      kept.lost.push_back(name_of(run) + " (cut off by that)");
-    for (const std::uint64_t stroke : rescued.unnamed)
-      if (stroke > kept.first && stroke <= kept.last)
-        kept.lost.push_back("the label and text of stroke " + std::to_string(stroke));
-    if (!rescued.facts_hold) kept.lost.emplace_back("which stroke was current; mode, unit and source are as they read");
-    return kept;
+  while (auto span = rescued.whole_span()) {
+    RELIEF_TRY(const bool written, rescued.write(*span, to, progress));
+    if (!written) continue;
+    span->lost = rescued.lost(*span);
+    return *std::move(span);
   }
-  return fail(Errc::Corrupt, "'" + printable(from.string()) + "' " + kNothing + reason.error().message);
+  return fail(Errc::Corrupt, "'" + printable(from.string()) + "' " + kNothing + rescued.reason);
 }
 
 }  // namespace relief

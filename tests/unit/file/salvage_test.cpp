@@ -257,6 +257,28 @@ TEST(DamagedHistory, UndoStopsBeforeItAndSaysSo) {
   EXPECT_EQ(records[5].label, "stroke 6");
 }
 
+TEST(DamagedHistory, FromAStateAtHandTheOneBesideItIsReadByTheDifferenceAlone) {
+  const Folder folder;
+  const auto path = folder / "a.relief";
+  std::vector<SnapshotPtr> states = {ball(1, 1).head};
+  {
+    RELIEF_MUST(file, ModelFile::create(path, ball(1, 1)));
+    for (std::uint64_t k = 1; k <= 80; ++k) {
+      states.push_back(stroke(states.back(), k));
+      ASSERT_TRUE(file.commit(states.back(), {}).has_value());
+    }
+  }
+  Sql(path).run("UPDATE pages SET data = x'00' WHERE stroke = 0");
+  RELIEF_MUST(file, ModelFile::open(path, true));
+  RELIEF_MUST(damage, file.damage());
+  EXPECT_EQ(damage, (std::vector<DamagedStrokes>{{0, 64}}));
+  RELIEF_MUST(back, file.at(10, states[11], 11));
+  EXPECT_EQ(back->content_hash(), states[10]->content_hash());
+  RELIEF_MUST(forth, file.at(14, states[11], 11));
+  EXPECT_EQ(forth->content_hash(), states[14]->content_hash());
+  EXPECT_EQ(file.at(10, states[80], 80).error().code, Errc::Corrupt) << "a page written whole lies between";
+}
+
 TEST(DamagedHistory, WhatIsWholeAndFollowsIsSalvaged) {
   const Folder folder;
   const auto path = folder / "a.relief", out = folder / "out.relief";
@@ -287,6 +309,26 @@ TEST(DamagedHistory, WhatIsWholeAndFollowsIsSalvaged) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.relief", "out.relief"}));
 }
 
+TEST(DamagedHistory, FilesOfOlderFormatsAreSalvagedAsTheyOpen) {
+  const Folder folder;
+  for (const char* golden : {"format-1.relief", "format-2.relief"}) {
+    const auto path = folder / golden, out = folder / "out.relief";
+    std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data" / golden, path);
+    RELIEF_MUST(saved, ModelFile::salvage(path, out));
+    EXPECT_TRUE(saved.lost.empty());
+    RELIEF_MUST(before, ModelFile::open(path, true));
+    RELIEF_MUST(after, ModelFile::open(out, true));
+    EXPECT_EQ(after.stroke_count(), before.stroke_count());
+    EXPECT_EQ(after.redo_count(), before.redo_count());
+    for (std::uint64_t k = 0; k <= before.stroke_count() + before.redo_count(); ++k) {
+      RELIEF_MUST(old_state, before.at(k));
+      RELIEF_MUST(new_state, after.at(k));
+      EXPECT_EQ(new_state->content_hash(), old_state->content_hash()) << golden << " at " << k;
+    }
+    std::filesystem::remove(out);
+  }
+}
+
 TEST(DamagedHistory, FactsThatFailClaimLeast) {
   const Folder folder;
   const auto path = folder / "a.relief", out = folder / "out.relief";
@@ -313,6 +355,32 @@ TEST(DamagedHistory, FactsThatFailClaimLeast) {
   ASSERT_FALSE(nothing.has_value());
   EXPECT_NE(nothing.error().message.find("cage"), std::string::npos) << nothing.error().message;
   EXPECT_FALSE(std::filesystem::exists(folder / "none.relief"));
+}
+
+TEST(DamagedHistory, TheFirstPageIsTheSameInEveryModel) {
+  const Folder folder;
+  const auto path = folder / "a.relief", out = folder / "out.relief";
+  const Known known = make_history(path, ball(1, 3), 9);
+  const std::string whole = read_file(path);
+  for (const std::size_t at : {3U, 17U, 30U, 45U, 63U, 70U, 101U, 104U, 3000U, 4000U}) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] + 1);
+    write_file(path, bytes);
+    if (ModelFile::open(path)) continue;  // a count that SQLite does without, or room that is not used
+    const auto saved = ModelFile::salvage(path, out);
+    ASSERT_TRUE(saved.has_value()) << at << ": " << saved.error().message;
+    EXPECT_EQ(saved->current, known.current) << at;
+    EXPECT_EQ(testing::saved_hash(out), known.hashes[known.current]) << at;
+  }
+  std::string bytes = whole;
+  std::fill_n(bytes.begin() + 16, 4096 - 16, '\0');
+  write_file(path, bytes);
+  EXPECT_OK(ModelFile::salvage(path, out));
+  write_file(path, std::string(100000, 'x'));
+  EXPECT_EQ(ModelFile::salvage(path, out).error().code, Errc::UnsupportedFormat);
+  write_file(path, "");
+  EXPECT_EQ(ModelFile::salvage(path, out).error().code, Errc::UnsupportedFormat);
+  EXPECT_EQ(ModelFile::salvage(folder / "none.relief", out).error().code, Errc::NotFound);
 }
 
 /// A few bits anywhere, and pages of the database that are gone or are those of another moment.
