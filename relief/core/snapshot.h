@@ -187,6 +187,8 @@ class SnapshotDraft {
   /// Puts a ready tile in place; its intervals and channels must fit the layer.
   void put(Layer layer, SlabId s, TilePtr tile);
   [[nodiscard]] const Snapshot& base() const noexcept { return *base_; }
+  /// What finish() would give: its tiles are there, their bounds and its number are not.
+  [[nodiscard]] const Snapshot& now() const noexcept { return *next_; }
 
   /// The next snapshot; the draft then continues from it.
   [[nodiscard]] SnapshotPtr finish();

@@ -1,208 +1,131 @@
 #include <relief/base/assert.h>
 #include <relief/edit/editor.h>
 #include <relief/edit/kernels.h>
+#include <relief/edit/region.h>
+#include <relief/edit/seams.h>
+#include <relief/edit/tile_pool.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <map>
-#include <mutex>
+#include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace relief {
 
 namespace {
 
-struct Sphere {
-  Vec3d centre;
-  double radius;
-};
+using detail::Slot;
+using detail::Sphere;
 
-/// A tile that a dab computes, or that gets a shared sample from one.
-struct Slot {
-  SlabId slab = kNoSlab;
-  const Tile* base = nullptr;  ///< before the dab
-  std::shared_ptr<Tile> tile;  ///< after it; null while nothing has changed
-  std::size_t changes = 0;     ///< samples that differ between the two
-
-  [[nodiscard]] const Tile& now() const noexcept { return tile ? *tile : *base; }
-};
-
-double distance2(Vec3d p, Vec3d a, Vec3d b) noexcept {
-  const Vec3d ab = b - a;
-  const double square = dot(ab, ab);
-  const double t = square > 0 ? std::clamp(dot(p - a, ab) / square, 0.0, 1.0) : 0.0;
-  const Vec3d gap = a + ab * t - p;
-  return dot(gap, gap);
+bool sane(const Brush& brush) noexcept {
+  return std::isfinite(brush.radius) && brush.radius > 0 && static_cast<std::size_t>(brush.tool) < tools().size();
 }
 
-/// False only when no point of the slab up to `highest` along its fibres lies in the sphere: that part of it is within
-/// the convex hull of its six corners.
-bool may_meet(SlabCorners corners, double highest, const Sphere& sphere) noexcept {
-  const auto middle = [&] {
-    return (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
-            corners.outer[2]) /
-               6.0 -
-           sphere.centre;
-  };
-  const auto apart_along = [&](Vec3d way) {
-    const Vec3d axis = normalized(way);
-    double nearest = Box3d::kFar;
-    for (std::size_t k = 0; k < 3; ++k)
-      nearest =
-          std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
-    return nearest > sphere.radius;
-  };
-  const Vec3d whole = middle();
-  for (std::size_t k = 0; k < 3; ++k)
-    corners.outer[k] = corners.inner[k] + (corners.outer[k] - corners.inner[k]) * highest;
-  return !apart_along(whole) && !apart_along(middle());
-}
+double unit_range(double x) noexcept { return x > 0 ? std::min(x, 1.0) : 0.0; }
 
-bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcept {
-  Box3d box;
-  for (const Vec3d p : {a.inner, a.outer, b.inner, b.outer}) box.add(p);
-  return box.distance2(sphere.centre) <= sphere.radius * sphere.radius;
-}
-
-bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
-  Vec3d mean;
-  for (std::size_t k = 0; k < 3; ++k) mean += normalized(corners.outer[k] - corners.inner[k]);
-  return dot(mean, normal) > 0;
-}
-
-/// The samples that two slabs share along an edge, as one of them numbers them.
-struct EdgeSamples {
-  std::span<const std::uint16_t> numbers;  ///< of all samples there
-  std::size_t stride;                      ///< from one shared sample to the next
-  [[nodiscard]] std::size_t operator[](std::size_t t) const noexcept { return numbers[t * stride]; }
-};
-
-/// Whether two tiles hold the same bits along an edge of m intervals, its corners aside; `to` runs the other way.
-bool same_edge(const Tile& a, EdgeSamples from, const Tile& b, EdgeSamples to, std::size_t m,
-               int channel_count) noexcept {
-  std::uint32_t differ = 0;
-  for (int c = 0; c < channel_count; ++c) {
-    const float *va = a.plane(c), *vb = b.plane(c);
-    for (std::size_t t = 1; t < m; ++t)
-      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[m - t]]);
-  }
-  return differ == 0;
-}
-
-bool sane(const Brush& brush) noexcept { return std::isfinite(brush.radius) && brush.radius > 0; }
-
-float unit_range(double x) noexcept { return x > 0 ? static_cast<float>(std::min(x, 1.0)) : 0.0F; }
-
-/// The colour grid that the first paint makes: a power of two, at least twice as fine as the displacement, at most 128.
-int colour_intervals(const SlabMesh& mesh) noexcept {
+/// The grid of a layer that a tool makes: the finest of the displacement, for colour twice as fine; a power of two, at
+/// most 128.
+int layer_intervals(const SlabMesh& mesh, Layer layer) noexcept {
   int n = 1;
   for (const Slab& slab : mesh.slabs()) n = std::max(n, slab.intervals);
-  return std::min(static_cast<int>(std::bit_ceil(static_cast<unsigned>(2 * n))), kMaxIntervals);
+  const int wanted = layer == Layer::Colour ? 2 * n : n;
+  return std::min(static_cast<int>(std::bit_ceil(static_cast<unsigned>(wanted))), kMaxIntervals);
 }
 
-TilePtr clay_tile(int intervals) {
-  auto tile = std::make_shared<Tile>(intervals, 3, 0.0F);
-  for (int c = 0; c < 3; ++c) std::fill_n(tile->plane(c), tile->size(), kClayColour[static_cast<std::size_t>(c)]);
+/// What a layer holds before a tool first writes it.
+TilePtr blank_tile(Layer layer, int intervals) {
+  auto tile = std::make_shared<Tile>(intervals, channels(layer), 0.0F);
+  if (layer == Layer::Colour)
+    for (int c = 0; c < 3; ++c) std::fill_n(tile->plane(c), tile->size(), kClayColour[static_cast<std::size_t>(c)]);
   return tile;
 }
 
-/// Tiles that no snapshot holds any more, for the next dab: a stroke makes and drops many of few sizes, and giving
-/// their memory back to the system each time costs more than the tools. A tile comes back on whatever thread lets go of
-/// the last snapshot that held it, which is never the servo's.
-class TilePool : public std::enable_shared_from_this<TilePool> {
- public:
-  /// A tile of the same shape, with any values.
-  std::shared_ptr<Tile> take(const Tile& like) {
-    std::unique_ptr<Tile> tile;
-    {
-      const std::lock_guard lock(mutex_);
-      if (auto& idle = idle_[shape(like)]; !idle.empty()) {
-        tile = std::move(idle.back());
-        idle.pop_back();
-        idle_bytes_ -= tile->bytes();
-      }
-    }
-    if (!tile) tile = std::make_unique<Tile>(like);
-    return {tile.release(), [pool = shared_from_this()](Tile* done) { pool->give(std::unique_ptr<Tile>(done)); }};
-  }
-  std::shared_ptr<Tile> copy(const Tile& tile) {
-    auto made = take(tile);
-    std::memcpy(made->plane(), tile.plane(), tile.bytes());
-    return made;
-  }
-  static bool same_shape(const Tile& a, const Tile& b) noexcept { return shape(a) == shape(b); }
-  /// Frees the tiles that wait.
-  void clear() {
-    const std::lock_guard lock(mutex_);
-    idle_.clear();
-    idle_bytes_ = 0;
-  }
-
- private:
-  static constexpr std::size_t kMaxIdleBytes = std::size_t{16} << 20U;
-
-  void give(std::unique_ptr<Tile> tile) {
-    const std::lock_guard lock(mutex_);
-    if (idle_bytes_ + tile->bytes() > kMaxIdleBytes) return;
-    idle_bytes_ += tile->bytes();
-    idle_[shape(*tile)].push_back(std::move(tile));
-  }
-  static std::pair<int, int> shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count()}; }
-
-  std::mutex mutex_;
-  std::map<std::pair<int, int>, std::vector<std::unique_ptr<Tile>>> idle_;  ///< by shape
-  std::size_t idle_bytes_ = 0;
-};
+/// tan of the angle between a ball of the radius and a plane at the rim of the cut, at most 4: beyond it the walls of
+/// the cut stand so steep that only smaller spacings help.
+float rim_slope(double radius, double depth) noexcept {
+  const double below = radius - std::min(depth, radius),
+               rim = std::sqrt(std::max(radius * radius - below * below, 0.0));
+  return static_cast<float>(below * 4 > rim ? rim / below : 4.0);
+}
 
 }  // namespace
 
-struct Editor::Scratch {
-  struct Mark {
-    std::uint32_t dab = 0;   ///< number of the dab that set it
-    std::uint32_t slot = 0;  ///< of the slab in `slots`
-  };
+struct Editor::State {
+  explicit State(SnapshotPtr first)
+      : head(std::move(first)),
+        region(head->slab_mesh()),
+        tiles(head->slab_mesh()),
+        spacings(head->slab_mesh().fibres().size(), 0.0F),
+        known(head->slab_mesh().slab_count()),
+        covers(head->slab_mesh().slab_count()),
+        beyond(head->slab_mesh().slab_count()) {}
+
+  // ---- The model
+
+  SnapshotPtr head;                    ///< as published last
+  SnapshotPtr start;                   ///< as the open stroke found it; null outside strokes
+  std::optional<SnapshotDraft> draft;  ///< of the open stroke
+  bool unpublished = false;            ///< whether the draft has what the head has not
+
+  [[nodiscard]] const Snapshot& now() const noexcept { return draft ? draft->now() : *head; }
+
+  const SnapshotPtr& publish() {
+    if (unpublished) {
+      head = draft->finish();
+      unpublished = false;
+    }
+    return head;
+  }
+
+  // ---- The open stroke
+
+  Brush brush;
+  const ToolInfo* tool = nullptr;
+  StrokeResult so_far;
+  TilePtr blank;  ///< of the layer that the stroke has to make; null where there was one
+
+  // ---- Buffers kept from dab to dab, so that a dab allocates only what the snapshot keeps
 
   const detail::Kernels& kernels = detail::best_kernels();
   std::array<std::unique_ptr<detail::GridTables>, kMaxIntervals + 1> grids;
   std::map<std::pair<int, int>, detail::Resampling> resamplings;
-
-  std::uint32_t dab = 0;
-  std::vector<std::uint32_t> seen_slabs;  ///< number of the dab that last looked at the slab
-  std::vector<std::uint32_t> seen_fibres;
-  std::vector<Mark> marks;
-  /// What was found out about a slab's displacement; good as long as the slab has that tile, which it does not keep
-  /// alive.
+  detail::Region region;
+  detail::DabTiles tiles;
+  std::shared_ptr<detail::TilePool> pool = std::make_shared<detail::TilePool>();
+  std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
+  std::vector<float> spacings;  ///< by fibre: of the samples around it, model units; 0 where nobody has asked
+  /// What was found out about a slab's displacement, until it changes.
   struct Known {
-    std::weak_ptr<const Tile> tile;
-    double highest = 1;          ///< the largest displacement
-    std::unique_ptr<Tile> fine;  ///< the displacement on the grid of the colour, once a stroke of paint asked for it
+    std::optional<double> highest;
+    std::unique_ptr<Tile> fine;  ///< on the grid of the layer that the stroke writes, where that is another one
   };
-  static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
   std::vector<Known> known;
   std::vector<SlabId> fine_slabs;  ///< whose `fine` is there
-  std::vector<SlabId> reached;
-  std::vector<Slot> slots;
-  std::size_t computed = 0;  ///< slots[0 .. computed) are the reached slabs, ascending
+  static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
+  std::vector<std::unique_ptr<Tile>> covers;  ///< by slab: the open stroke's own plane, see Action::Cover
+  std::vector<SlabId> cover_slabs;
+  std::vector<std::vector<std::uint8_t>> beyond;  ///< by slab: samples that the open stroke would have taken too far
+  std::vector<SlabId> beyond_slabs;
+  static constexpr std::size_t kMost = Tile::padded(kMaxIntervals);
+  Tile zeros{kMaxIntervals, 1, 0.0F}, mask{kMaxIntervals, 1, 0.0F}, voids{kMaxIntervals, 1, 0.0F},
+      guard{kMaxIntervals, 1, 0.0F}, change{kMaxIntervals, 1, 0.0F}, weight{kMaxIntervals, 1, 0.0F};
+  std::vector<std::uint8_t> over = std::vector<std::uint8_t>(kMost);
 
-  std::shared_ptr<TilePool> pool = std::make_shared<TilePool>();
-  std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
-  Tile share{kMaxIntervals, 1, 0.0F};
-  Tile mask{kMaxIntervals, 1, 0.0F};
-  Tile voids{kMaxIntervals, 1, 0.0F};
-  Tile guard{kMaxIntervals, 1, 0.0F};
-
-  TilePtr clay;
-  std::optional<SnapshotDraft> draft;  ///< continues from dab to dab
-
-  explicit Scratch(const SlabMesh& mesh)
-      : seen_slabs(mesh.slab_count()),
-        seen_fibres(mesh.fibres().size()),
-        marks(mesh.slab_count()),
-        known(mesh.slab_count()) {}
+  /// What Action::Even, Swell and Plane know of a slab beside its samples.
+  struct Around {
+    SlabId slab = kNoSlab;
+    Tile at{kMaxIntervals, 3, 0.0F};                       ///< positions in the dab's frame
+    std::array<std::vector<detail::Umbrella>, 3> borders;  ///< by edge: what its own triangles give
+    [[nodiscard]] detail::Neighbours surface() const noexcept { return {at.plane(0), at.plane(1), at.plane(2)}; }
+  };
+  std::vector<std::unique_ptr<Around>> arounds;  ///< of this dab, first `around_count` of them
+  std::size_t around_count = 0;
+  std::map<SlabId, Around*> around_of;
 
   const detail::GridTables& grid(int n) {
     auto& tables = grids[static_cast<std::size_t>(n)];
@@ -215,330 +138,533 @@ struct Editor::Scratch {
     if (tile.intervals() == m) return tile.plane();
     const auto at = resamplings.try_emplace({tile.intervals(), m}, tile.intervals(), m).first;
     kernels.resample(at->second, tile.plane(), buffer.plane(), sample_count(m));
-    return buffer.plane();
+    return std::as_const(buffer).plane();
   }
 
-  /// What tools may not change of a slab on a grid of n intervals: what the mask protects, and holes altogether; null
-  /// for nothing.
-  const float* protection(const Snapshot& model, SlabId s, int n) {
-    const float* masked = model.has(Layer::Mask) ? on_grid(model.tile(Layer::Mask, s), n, mask) : nullptr;
+  /// What tools may not change of a slab on a grid of n intervals: what the mask protects (from all tools but those
+  /// that write it), and holes altogether.
+  const float* protection(SlabId s, int n) {
+    const Snapshot& model = now();
+    const bool masks = model.has(Layer::Mask) && tool->writes != Layer::Mask;
+    const float* masked = masks ? on_grid(model.tile(Layer::Mask, s), n, mask) : std::as_const(zeros).plane();
     if (!model.has(Layer::Void)) return masked;
     const Tile& tile = model.tile(Layer::Void, s);
     if (!(kernels.largest(tile.plane(), tile.size()) > 0.5F)) return masked;
     const float* hole = on_grid(tile, n, voids);
-    for (std::size_t k = 0; k < sample_count(n); ++k)
-      guard.plane()[k] = hole[k] > 0.5F ? 1.0F : masked != nullptr ? masked[k] : 0.0F;
-    return guard.plane();
+    for (std::size_t k = 0; k < sample_count(n); ++k) guard.plane()[k] = hole[k] > 0.5F ? 1.0F : masked[k];
+    return std::as_const(guard).plane();
   }
 
-  Known& know(const Snapshot& model, SlabId s) {
-    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+  double highest(SlabId s) {
     Known& entry = known[s];
-    if (entry.tile.owner_before(tile) || tile.owner_before(entry.tile))
-      entry = {
-          .tile = tile, .highest = static_cast<double>(kernels.largest(tile->plane(), tile->size())), .fine = nullptr};
-    return entry;
+    const Tile& tile = now().tile(Layer::Displacement, s);
+    if (!entry.highest) entry.highest = static_cast<double>(kernels.largest(tile.plane(), tile.size()));
+    return *entry.highest;
   }
 
   /// The slab's displacement on a grid of m intervals, kept from dab to dab: paint does not change it.
-  const float* displacement_on_grid(const Snapshot& model, SlabId s, int m) {
-    const Tile& tile = model.tile(Layer::Displacement, s);
+  const float* displacement_on_grid(SlabId s, int m) {
+    const Tile& tile = now().tile(Layer::Displacement, s);
     if (tile.intervals() == m) return tile.plane();
-    Known& entry = know(model, s);
+    Known& entry = known[s];
     if (!entry.fine || entry.fine->intervals() != m) {
       if (fine_slabs.size() * Tile::padded(m) * sizeof(float) > kMaxFineBytes) forget_fine();
       entry.fine = std::make_unique<Tile>(m, 1, 0.0F);
       fine_slabs.push_back(s);
       on_grid(tile, m, *entry.fine);
     }
-    return entry.fine->plane();
+    return std::as_const(*entry.fine).plane();
   }
   void forget_fine() {
     for (const SlabId s : fine_slabs) known[s].fine.reset();
     fine_slabs.clear();
   }
+  void forget_all() {
+    for (Known& entry : known) entry = {};
+    fine_slabs.clear();
+  }
 
-  void next_dab() {
-    if (++dab != 0) return;
-    // After 2^32 dabs the old numbers would look new.
-    std::ranges::fill(seen_slabs, 0U);
-    std::ranges::fill(seen_fibres, 0U);
-    std::ranges::fill(marks, Mark{});
-    dab = 1;
+  /// Of the samples around a fibre: that of the coarsest slab there.
+  float spacing(FibreId f) {
+    float& known_spacing = spacings[f];
+    if (known_spacing > 0) return known_spacing;
+    const SlabMesh& mesh = head->slab_mesh();
+    double most = 0;
+    for (const SlabCorner c : mesh.fan(f)) {
+      const SlabCorners k = mesh.corners(c.slab);
+      double edges = 0;
+      for (std::size_t e = 0; e < 3; ++e)
+        edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
+      most = std::max(most, edges / 3 / mesh.intervals(c.slab));
+    }
+    return known_spacing = static_cast<float>(most);
+  }
+
+  /// The most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
+  double widest_fade(SlabId s) {
+    const SlabMesh& mesh = head->slab_mesh();
+    const SlabCorners corners = mesh.corners(s);
+    double widest = static_cast<double>(detail::kFadeShare);
+    // A fibre between the corners is at least as long as the height of the three above the triangle.
+    const Vec3d across = normalized(cross(corners.inner[1] - corners.inner[0], corners.inner[2] - corners.inner[0]));
+    double shortest = Box3d::kFar, spaces = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      shortest = std::min(shortest, dot(corners.fibre(k), across));
+      spaces = std::max(spaces, static_cast<double>(spacing(mesh.slabs()[s].fibres[k])));
+    }
+    if (shortest > 0) widest = std::max(widest, static_cast<double>(detail::kFadeSpacings) * spaces / shortest);
+    return shortest > 0 ? std::min(widest, 1.0) : 1.0;
+  }
+
+  detail::SlabFrame frame(SlabId s, Vec3d origin, int n) {
+    const SlabMesh& mesh = head->slab_mesh();
+    std::array<float, 3> spaces{};
+    for (std::size_t k = 0; k < 3; ++k)
+      spaces[k] = spacing(mesh.slabs()[s].fibres[k]) / static_cast<float>(brush.radius);
+    return {mesh.corners(s), origin, brush.radius, grid(n), spaces};
+  }
+
+  Tile* cover_of(SlabId s, int n) {
+    auto& cover = covers[s];
+    if (!cover) {
+      cover = std::make_unique<Tile>(n, 1, 0.0F);
+      cover_slabs.push_back(s);
+    }
+    return cover.get();
+  }
+
+  /// Keeps in mind which samples `over` names.
+  void remember_beyond(SlabId s, std::size_t count) {
+    auto& flags = beyond[s];
+    if (flags.empty()) {
+      flags.resize(count);
+      beyond_slabs.push_back(s);
+    }
+    for (std::size_t k = 0; k < count; ++k) flags[k] |= over[k];
   }
 
   /// Lets go of what only an open stroke needs.
   void rest() {
+    start.reset();
     draft.reset();
     spare.reset();
+    blank.reset();
     forget_fine();
+    for (const SlabId s : cover_slabs) covers[s].reset();
+    cover_slabs.clear();
+    for (const SlabId s : beyond_slabs) beyond[s] = {};
+    beyond_slabs.clear();
+    arounds.clear();
     pool->clear();
   }
 
-  /// Fills `reached` with the slabs that the tool works on, ascending.
-  void grow(const Snapshot& model, SlabId seed, const Sphere& sphere, Vec3d normal);
-  /// Writes every shared sample of the computed slabs to all its copies, then what constrained samples follow from
-  /// them. The lowest computed slab owns the value.
-  template <typename BaseTile>
-  void commit(const SlabMesh& mesh, Layer layer, const BaseTile& base_tile);
-
- private:
-  [[nodiscard]] bool is_computed(SlabId s) const noexcept { return marks[s].dab == dab && marks[s].slot < computed; }
-  template <typename BaseTile>
-  std::size_t slot_of(SlabId s, const BaseTile& base_tile) {
-    if (marks[s].dab != dab) {
-      marks[s] = {.dab = dab, .slot = static_cast<std::uint32_t>(slots.size())};
-      slots.push_back({.slab = s, .base = &base_tile(s), .tile = nullptr, .changes = 0});
-    }
-    return marks[s].slot;
+  DabResult apply(const Dab& dab);
+  [[nodiscard]] double fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
+                                std::span<const SlabId> reached, DabResult& result);
+  std::size_t cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result);
+  void move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount, DabResult& result);
+  void cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result);
+  void find_around(std::span<const SlabId> reached, Vec3d origin, bool borders);
+  Around& around(SlabId s, Vec3d origin);
+  void change_at_borders(SlabId s, const detail::SlabFrame& frame_of, float* to);
+  /// Of the layer that the stroke writes, before the dab, and before the stroke.
+  [[nodiscard]] const Tile& base_tile(SlabId s) const { return tile_in(now(), s); }
+  [[nodiscard]] const Tile& start_tile(SlabId s) const { return tile_in(*start, s); }
+  [[nodiscard]] const Tile& tile_in(const Snapshot& model, SlabId s) const {
+    return model.has(tool->writes) ? model.tile(tool->writes, s) : *blank;
   }
-  using Values = std::array<float, 3>;  ///< of a sample, by channel
-  void put_sample(Slot& to, std::size_t index, const Values& values, int channel_count);
-  void copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index, int channel_count);
+  void add(SlabId s, const Tile& base, Tile* cover, std::size_t changes);
+  Tile& result_like(const Tile& base);
 };
 
-void Editor::Scratch::grow(const Snapshot& model, SlabId seed, const Sphere& sphere, Vec3d normal) {
-  const SlabMesh& mesh = model.slab_mesh();
-  reached.clear();
-  const double square = sphere.radius * sphere.radius;
-  const auto visit = [&](SlabId s) {
-    if (s == kNoSlab || seen_slabs[s] == dab) return;
-    seen_slabs[s] = dab;
-    if (s != seed) {
-      if (mesh.box(s).distance2(sphere.centre) > square) return;
-      const SlabCorners corners = mesh.corners(s);
-      if (!faces(corners, normal) || !may_meet(corners, know(model, s).highest, sphere)) return;
-    }
-    reached.push_back(s);
+Tile& Editor::State::result_like(const Tile& base) {
+  if (!spare || !detail::TilePool::same_shape(*spare, base)) spare = pool->take(base);
+  return *spare;
+}
+
+/// Takes the spare tile as the result where it differs.
+void Editor::State::add(SlabId s, const Tile& base, Tile* cover, std::size_t changes) {
+  Slot slot{.slab = s, .base = &base, .tile = nullptr, .cover = cover, .changes = changes};
+  if (changes != 0) slot.tile = std::move(spare);
+  tiles.add(std::move(slot));
+}
+
+// ---- Cut
+
+/// How far the ball must be lifted, in model units, so that it stays out of the last of the clay; counts what it would
+/// have taken too far. A function of the cage, the stroke's start and the dab alone.
+double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
+                               std::span<const SlabId> reached, DabResult& result) {
+  const SlabMesh& mesh = head->slab_mesh();
+  const Vec3d origin = ball.centre - dab.normal * brush.radius;
+  const double sweep = brush.radius * length(to_double(cutter.along));
+  float most = 0;
+  for (const SlabId s : reached) {
+    // A ball that stays above the triangle where the last of the clay begins needs no look at samples.
+    const SlabCorners corners = mesh.corners(s);
+    const double fade = widest_fade(s);
+    std::array<Vec3d, 3> last{};
+    for (std::size_t k = 0; k < 3; ++k) last[k] = corners.inner[k] + corners.fibre(k) * fade;
+    const Vec3d across = normalized(cross(last[1] - last[0], last[2] - last[0]));
+    if (dot(ball.centre - last[0], across) > brush.radius + sweep) continue;
+    const Tile& first = start_tile(s);
+    const int n = first.intervals();
+    const detail::Lift found =
+        kernels.lift(frame(s, origin, n), cutter, first.plane(), protection(s, n), over.data(), first.size());
+    most = std::max(most, found.lift);
+    if (found.limited == 0) continue;
+    result.limited += found.limited;
+    remember_beyond(s, first.size());
+  }
+  return static_cast<double>(most) * brush.radius;
+}
+
+std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
+  const Tile& base = base_tile(s);
+  const int n = base.intervals();
+  kernels.cut(frame(s, origin, n), cutter, start_tile(s).plane(), protection(s, n), base.plane(), result.plane(),
+              base.size());
+  return kernels.count_changes(base.plane(), std::as_const(result).plane(), base.stride(), 1, base.size());
+}
+
+// ---- Raise, Swell, Even, Plane
+
+Editor::State::Around& Editor::State::around(SlabId s, Vec3d origin) {
+  if (const auto found = around_of.find(s); found != around_of.end()) return *found->second;
+  if (around_count == arounds.size()) arounds.push_back(std::make_unique<Around>());
+  Around& made = *arounds[around_count++];
+  around_of[s] = &made;
+  made.slab = s;
+  const Tile& tile = now().tile(Layer::Displacement, s);
+  kernels.positions(frame(s, origin, tile.intervals()), tile.plane(), made.at.plane(0), made.at.plane(1),
+                    made.at.plane(2), tile.size());
+  for (auto& border : made.borders) border.clear();
+  return made;
+}
+
+/// Positions of all reached slabs, and what the triangles of these and of the slabs around them give to the samples
+/// they share.
+void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, bool borders) {
+  const SlabMesh& mesh = head->slab_mesh();
+  around_count = 0;
+  around_of.clear();
+  const auto with_borders = [&](SlabId s) {
+    Around& at = around(s, origin);
+    if (!at.borders[0].empty()) return;
+    const int n = mesh.intervals(s);
+    for (int edge = 0; edge < 3; ++edge)
+      for (int t = 0; t <= n; ++t)
+        at.borders[static_cast<std::size_t>(edge)].push_back(
+            detail::umbrella_at(n, edge_point(n, edge, t), std::as_const(at).surface()));
   };
-  visit(seed);
-  for (std::size_t next = 0; next < reached.size(); ++next) {
-    const Slab& slab = mesh.slabs()[reached[next]];
-    // The sphere may lie beyond the seed altogether, when the normal leans against the fibres: its neighbours always
-    // count.
-    const bool first = next == 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Fibre& fibre = mesh.fibres()[slab.fibres[k]];
-      const SlabId across = slab.neighbours[k];
-      if (across != kNoSlab && seen_slabs[across] != dab &&
-          (first ||
-           wall_may_meet(mesh.fibres()[slab.fibres[(k + 1) % 3]], mesh.fibres()[slab.fibres[(k + 2) % 3]], sphere)))
-        visit(across);
-      if (seen_fibres[slab.fibres[k]] == dab) continue;
-      seen_fibres[slab.fibres[k]] = dab;
-      if (first || distance2(sphere.centre, fibre.inner, fibre.outer) <= square)
-        for (const SlabCorner corner : mesh.fan(slab.fibres[k])) visit(corner.slab);
+  for (const SlabId s : reached) {
+    if (!borders) {
+      around(s, origin);
+      continue;
+    }
+    with_borders(s);
+    for (const FibreId f : mesh.slabs()[s].fibres)
+      for (const SlabCorner c : mesh.fan(f))
+        if (mesh.box(c.slab).distance2(origin) <= brush.radius * brush.radius) with_borders(c.slab);
+  }
+}
+
+/// What Kernels::around() gives inside the slab, at the samples of its border: from the triangles of all slabs there.
+void Editor::State::change_at_borders(SlabId s, const detail::SlabFrame& f, float* to) {
+  const SlabMesh& mesh = head->slab_mesh();
+  const int n = mesh.intervals(s);
+  const bool swell = tool->action == Action::Swell;
+  const auto give = [&](GridPoint p, const detail::Umbrella& all) {
+    const std::size_t k = sample_index(n, p);
+    const Vec3f fibre =
+        (f.direction[0] * f.weight[0][k] + f.direction[1] * f.weight[1][k]) + f.direction[2] * f.weight[2][k];
+    to[k] = detail::change_around(all, fibre, swell);
+  };
+  const Around& own = *around_of.at(s);
+  for (int edge = 0; edge < 3; ++edge) {
+    const SlabId across = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
+    const auto other = across == kNoSlab ? around_of.end() : around_of.find(across);
+    const bool joined = other != around_of.end() && !other->second->borders[0].empty();
+    const int m = joined ? mesh.intervals(across) : n, shared = std::min(n, m);
+    for (int t = 1; t < n; ++t) {
+      detail::Umbrella sum = own.borders[static_cast<std::size_t>(edge)][static_cast<std::size_t>(t)];
+      if (joined && t * shared % n == 0) {
+        const auto twin = static_cast<std::size_t>(m - t * shared / n * (m / shared));
+        sum += other->second->borders[static_cast<std::size_t>(mesh.mirror_edge(s, edge))][twin];
+      }
+      give(edge_point(n, edge, t), sum);
     }
   }
-  std::ranges::sort(reached);
-}
-
-void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index,
-                                  int channel_count) {
-  Values values{};
-  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = from.now().plane(c)[from_index];
-  put_sample(to, to_index, values, channel_count);
-}
-
-void Editor::Scratch::put_sample(Slot& to, std::size_t index, const Values& values, int channel_count) {
-  const Tile& before = to.now();
-  bool same = true;
-  for (int c = 0; c < channel_count; ++c)
-    same = same && std::bit_cast<std::uint32_t>(values[static_cast<std::size_t>(c)]) ==
-                       std::bit_cast<std::uint32_t>(before.plane(c)[index]);
-  if (same) return;
-  if (!to.tile) to.tile = pool->copy(*to.base);
-  bool was_changed = false, is_changed = false;
-  for (int c = 0; c < channel_count; ++c) {
-    float& value = to.tile->plane(c)[index];
-    const float base = to.base->plane(c)[index];
-    was_changed = was_changed || value != base;
-    value = values[static_cast<std::size_t>(c)];
-    is_changed = is_changed || value != base;
-  }
-  to.changes += static_cast<std::size_t>(is_changed);
-  to.changes -= static_cast<std::size_t>(was_changed);
-}
-
-template <typename BaseTile>
-void Editor::Scratch::commit(const SlabMesh& mesh, Layer layer, const BaseTile& base_tile) {
-  const int channel_count = channels(layer);
-  for (std::size_t own = 0; own < computed; ++own) {
-    const SlabId s = slots[own].slab;
-    const Slab& slab = mesh.slabs()[s];
-    for (int k = 0; k < 3; ++k) {
-      const SlabId across = slab.neighbours[static_cast<std::size_t>(k)];
-      if (across == kNoSlab) continue;
-      const bool twin_computed = is_computed(across);
-      if (twin_computed && across < s) continue;
-      if (!slots[own].tile && !(twin_computed && slots[marks[across].slot].tile)) continue;
-      const std::size_t twin = slot_of(across, base_tile);
-      const int n = slots[own].base->intervals(), twin_n = slots[twin].base->intervals();
-      const auto m = static_cast<std::size_t>(std::min(n, twin_n));
-      const EdgeSamples from = {grid(n).edges[static_cast<std::size_t>(k)], static_cast<std::size_t>(n) / m};
-      const EdgeSamples to = {grid(twin_n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))],
-                              static_cast<std::size_t>(twin_n) / m};
-      if (same_edge(slots[own].now(), from, slots[twin].now(), to, m, channel_count)) continue;
-      for (std::size_t t = 1; t < m; ++t) copy_sample(slots[own], from[t], slots[twin], to[m - t], channel_count);
+  for (int corner = 0; corner < 3; ++corner) {
+    detail::Umbrella sum;
+    for (const SlabCorner c : mesh.fan(mesh.slabs()[s].fibres[static_cast<std::size_t>(corner)])) {
+      const auto other = around_of.find(c.slab);
+      if (other == around_of.end() || other->second->borders[0].empty()) continue;
+      // Edge k begins at corner (k + 1) % 3.
+      sum += other->second->borders[(c.corner + 2) % 3].front();
     }
+    give(corner_point(n, corner), sum);
   }
-  for (std::size_t own = 0; own < computed; ++own)
-    for (const FibreId fibre : mesh.slabs()[slots[own].slab].fibres) {
-      // Slabs come in ascending order, so the first computed one at a fibre owns it; growth has marked fibres with
-      // `dab`.
-      const auto fan = mesh.fan(fibre);
-      const auto owner = std::ranges::find_if(fan, [&](SlabCorner c) { return is_computed(c.slab); });
-      if (owner->slab != slots[own].slab) continue;
-      if (std::ranges::none_of(fan,
-                               [&](SlabCorner c) { return is_computed(c.slab) && slots[marks[c.slab].slot].tile; }))
-        continue;
-      const int n = slots[own].base->intervals();
-      const std::size_t from = sample_index(n, corner_point(n, owner->corner));
-      for (const SlabCorner c : fan)
-        if (c.slab != owner->slab) {
-          const std::size_t to = slot_of(c.slab, base_tile);
-          const int m = slots[to].base->intervals();
-          copy_sample(slots[own], from, slots[to], sample_index(m, corner_point(m, c.corner)), channel_count);
-        }
+}
+
+void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount,
+                                 DabResult& result) {
+  const Action action = tool->action;
+  const bool halo = tool->halo() > 0;
+  const Falloff falloff = brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
+  const Vec3d origin = dab.contact;
+  if (halo || action == Action::Plane) find_around(reached, origin, halo);
+
+  const auto weigh = [&](SlabId s, const detail::SlabFrame& f) {
+    const Tile& base = base_tile(s);
+    kernels.weigh(f, falloff, base.plane(), protection(s, base.intervals()), weight.plane(), base.size());
+  };
+  detail::TargetPlane plane{{}, to_float(up), tool->lowers, tool->raises};
+  if (action == Action::Plane) {
+    std::array<double, 4> sum{};
+    for (const SlabId s : reached) {
+      const Tile& base = base_tile(s);
+      weigh(s, frame(s, origin, base.intervals()));
+      const Around& at = *around_of.at(s);
+      const auto part =
+          kernels.mean(std::as_const(weight).plane(), at.at.plane(0), at.at.plane(1), at.at.plane(2), base.size());
+      for (std::size_t k = 0; k < 4; ++k) sum[k] += part[k];
     }
-  if (!has_own_intervals(layer)) return;
-  for (Slot& slot : slots) {
-    if (!slot.tile) continue;
-    mesh.for_each_constrained(slot.slab, [&](GridPoint p, const EdgePlace& place) {
-      put_sample(slot, sample_index(slot.tile->intervals(), p), {constrained_value(*slot.tile, layer, place)}, 1);
-    });
-    if (slot.changes == 0 && slot.tile->same_values(*slot.base)) slot.tile.reset();
+    if (!(sum[0] > 0)) return;
+    plane.point = to_float(Vec3d{sum[1], sum[2], sum[3]} / sum[0] + up * tool->value);
+  }
+
+  const auto find_change = [&](SlabId s, const detail::SlabFrame& f) {
+    const Tile& base = base_tile(s);
+    const int n = base.intervals();
+    weigh(s, f);
+    const float* w = std::as_const(weight).plane();
+    if (action == Action::Raise) {
+      kernels.raise(f, amount, w, change.plane(), base.size());
+    } else if (action == Action::Plane) {
+      kernels.flatten(f, plane, amount, base.plane(), w, change.plane(), base.size());
+    } else {
+      kernels.around(f, n, action == Action::Swell, std::as_const(*around_of.at(s)).surface(), change.plane());
+      change_at_borders(s, f, change.plane());
+      if (action == Action::Swell)
+        kernels.scale(amount, w, change.plane(), base.size());
+      else
+        kernels.approach(amount, w, change.plane(), base.size());
+    }
+  };
+  // What grows without an end of its own fades out as a whole, so that it keeps its shape.
+  float share = 1;
+  const bool grows = action == Action::Raise || action == Action::Swell || (action == Action::Plane && tool->value > 0);
+  if (grows)
+    for (const SlabId s : reached) {
+      if (highest(s) < 1 - widest_fade(s)) continue;
+      const Tile& base = base_tile(s);
+      const detail::SlabFrame f = frame(s, origin, base.intervals());
+      find_change(s, f);
+      share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
+                                           base.plane(), base.size()));
+    }
+  for (const SlabId s : reached) {
+    const Tile& base = base_tile(s);
+    find_change(s, frame(s, origin, base.intervals()));
+    Tile& to = result_like(base);
+    const std::size_t limited = kernels.settle(base.plane(), std::as_const(change).plane(), std::max(share, 0.0F),
+                                               to.plane(), over.data(), base.size());
+    if (limited > 0) {
+      result.limited += limited;
+      remember_beyond(s, base.size());
+    }
+    add(s, base, nullptr,
+        kernels.count_changes(base.plane(), std::as_const(to).plane(), base.stride(), 1, base.size()));
   }
 }
 
-Editor::Editor(SnapshotPtr head)
-    : head_(std::move(head)), history_{head_}, scratch_(std::make_shared<Scratch>(head_->slab_mesh())) {}
+// ---- Cover
 
-void Editor::begin_stroke(const Brush& brush, std::string label) {
-  RELIEF_ASSERT(!in_stroke_);
-  RELIEF_ASSERT(sane(brush));
-  brush_ = brush;
-  label_ = std::move(label);
-  in_stroke_ = true;
-}
-
-DabResult Editor::dab(const Dab& dab) {
-  RELIEF_ASSERT(in_stroke_);
-  const Snapshot& model = *head_;
-  const SlabMesh& mesh = model.slab_mesh();
-  const Vec3d up = normalized(dab.normal);
-  if (dab.slab >= mesh.slab_count() || !is_finite(dab.contact) || !is_finite(dab.cursor) || !is_finite(up) ||
-      std::abs(dot(up, up) - 1) > 1e-6 || !std::isfinite(dab.pressure) || !std::isfinite(dab.seconds))
-    return {};
-  Scratch& scratch = *scratch_;
-  const detail::Kernels& kernels = scratch.kernels;
-  const double radius = brush_.radius;
-  const bool carving = brush_.tool == Tool::Carve;
-  const bool painting = brush_.tool == Tool::Paint;
-  // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
-  const double band = brush_.resilience > 0 && std::isfinite(brush_.resilience) ? brush_.resilience : 0.0;
-  const Vec3d origin = carving ? dab.cursor + up * band : dab.contact;
-  const Sphere sphere = {carving ? origin + up * radius : origin, radius};
-  const float strength = unit_range(brush_.strength);
-  const float intensity = strength * unit_range(dab.pressure);
-  const auto amount = static_cast<float>(static_cast<double>(strength) * std::clamp(dab.seconds, 0.0, 1e9));
-
-  scratch.next_dab();
-  scratch.grow(model, dab.slab, sphere, up);
-
-  const Layer layer = painting ? Layer::Colour : Layer::Displacement;
-  const int channel_count = channels(layer);
-  const bool fresh_layer = !model.has(layer);
-  if (fresh_layer && !scratch.clay) scratch.clay = clay_tile(colour_intervals(mesh));
-  const auto base_tile = [&](SlabId s) -> const Tile& { return fresh_layer ? *scratch.clay : model.tile(layer, s); };
-
-  scratch.slots.clear();
-  scratch.computed = scratch.reached.size();
-  for (const SlabId s : scratch.reached) {
+void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result) {
+  const Falloff falloff = brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
+  const Layer layer = tool->writes;
+  const double height = brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1;
+  for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     const int n = base.intervals();
     const std::size_t count = base.size();
-    const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
-    const float* protect = scratch.protection(model, s, n);
-    if (!scratch.spare || !TilePool::same_shape(*scratch.spare, base)) scratch.spare = scratch.pool->take(base);
-    Tile& result = *scratch.spare;
-    if (painting) {
-      const float* displacement = scratch.displacement_on_grid(model, s, n);
-      float* share = scratch.share.plane();
-      kernels.cone(frame, intensity, displacement, share, count);
-      if (protect != nullptr) kernels.fade(protect, share, count);
-      for (int c = 0; c < 3; ++c)
-        kernels.blend(share, unit_range(static_cast<double>(brush_.colour[static_cast<std::size_t>(c)])), base.plane(c),
-                      result.plane(c), count);
+    const detail::SlabFrame f = frame(s, dab.contact, n);
+    kernels.weigh(f, falloff, displacement_on_grid(s, n), protection(s, n), weight.plane(), count);
+    Tile* cover = cover_of(s, n);
+    kernels.cover(amount, std::as_const(weight).plane(), std::as_const(*cover).plane(), change.plane(), count);
+    std::copy_n(std::as_const(change).plane(), count, cover->plane());
+    const Tile& first = start_tile(s);
+    Tile& to = result_like(base);
+    if (tool->by_height) {
+      kernels.lay(f, static_cast<float>(height), std::as_const(*cover).plane(), change.plane(), count);
+      const std::size_t limited =
+          kernels.settle(first.plane(), std::as_const(change).plane(), 1, to.plane(), over.data(), count);
+      if (limited > 0) {
+        result.limited += limited;
+        remember_beyond(s, count);
+      }
     } else {
-      if (carving)
-        kernels.carve(frame, to_float(up), base.plane(), result.plane(), count);
-      else
-        kernels.deposit(frame, amount, base.plane(), result.plane(), count);
-      if (protect != nullptr) kernels.protect(protect, base.plane(), result.plane(), count);
+      for (int c = 0; c < channels(layer); ++c) {
+        const double value =
+            layer == Layer::Colour ? static_cast<double>(brush.colour[static_cast<std::size_t>(c)]) : tool->value;
+        kernels.mix(std::as_const(*cover).plane(), static_cast<float>(unit_range(value)), first.plane(c), to.plane(c),
+                    count);
+      }
     }
-    const std::size_t changes =
-        kernels.count_changes(base.plane(), result.plane(), base.stride(), channel_count, count);
-    Slot slot{.slab = s, .base = &base, .tile = nullptr, .changes = changes};
-    if (changes != 0) slot.tile = std::move(scratch.spare);
-    scratch.marks[s] = {.dab = scratch.dab, .slot = static_cast<std::uint32_t>(scratch.slots.size())};
-    scratch.slots.push_back(std::move(slot));
+    add(s, base, cover,
+        kernels.count_changes(base.plane(), std::as_const(to).plane(), base.stride(), channels(layer), count));
   }
-  scratch.commit(mesh, layer, base_tile);
+}
 
-  DabResult result{.slabs = scratch.computed, .samples = 0};
-  for (const Slot& slot : scratch.slots) result.samples += slot.changes;
+// ---- The dab
+
+DabResult Editor::State::apply(const Dab& dab) {
+  const SlabMesh& mesh = head->slab_mesh();
+  const Vec3d up = normalized(dab.normal);
+  const bool cuts = tool->action == Action::Cut;
+  const double radius = brush.radius;
+  const double strength = unit_range(brush.strength);
+  const double driven = strength * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
+  const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e9));
+  // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
+  const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
+  Dab at = dab;
+  at.normal = up;
+  const Vec3d lowest = dab.cursor + up * band;
+  const Sphere ball = {cuts ? lowest + up * radius : dab.contact, radius};
+  const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
+  const Sphere sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
+  const detail::Cutter cutter = {
+      .up = to_float(up),
+      .along = to_float(sweep / radius),
+      .blend = cuts && !brush.exact ? rim_slope(radius, std::max(dot(dab.contact - lowest, up), 0.0)) : 0.0F};
+
+  const auto reached = region.grow(mesh, dab.slab, sphere, up, [&](SlabId s) {
+    if (!cuts || cutter.blend == 0) return highest(s);
+    // A blend takes something off samples that lie below the ball, too, but for less than this part of their fibre.
+    const SlabCorners corners = mesh.corners(s);
+    double widest = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      widest = std::max(
+          widest, static_cast<double>(cutter.blend * spacing(mesh.slabs()[s].fibres[k])) / length(corners.fibre(k)));
+    return std::min(highest(s) + widest, 1.0);
+  });
+
+  DabResult result{.slabs = reached.size()};
+  tiles.begin();
+  if (cuts) {
+    const double lift = fade_out(at, ball, cutter, reached, result);
+    const Vec3d origin = lowest + up * lift;
+    for (const SlabId s : reached) {
+      const Tile& base = base_tile(s);
+      const std::size_t changes = cut(s, origin, cutter, result_like(base));
+      add(s, base, nullptr, changes);
+    }
+  } else if (tool->action == Action::Cover) {
+    cover_samples(at, reached, amount, result);
+  } else {
+    move_samples(at, up, reached, amount, result);
+  }
+  tiles.commit(
+      mesh, tool->writes,
+      {.base = [&](SlabId s) -> const Tile& { return base_tile(s); },
+       .cover =
+           [&](SlabId s) { return tool->action == Action::Cover ? cover_of(s, base_tile(s).intervals()) : nullptr; }},
+      *pool, [&](int n) -> const detail::GridTables& { return grid(n); });
+
+  for (const Slot& slot : tiles.slots()) result.samples += slot.changes;
   if (result.samples == 0) return result;
-
-  if (!scratch.draft || &scratch.draft->base() != head_.get()) scratch.draft.emplace(head_);
-  if (fresh_layer) {
-    scratch.draft->add_layer(layer, scratch.clay->intervals(), 0.0F);
-    for (SlabId s = 0; s < mesh.slab_count(); ++s) scratch.draft->put(layer, s, scratch.clay);
+  if (!draft) draft.emplace(head);
+  if (!now().has(tool->writes)) {
+    draft->add_layer(tool->writes, blank->intervals(), 0.0F);
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) draft->put(tool->writes, s, blank);
   }
-  for (Slot& slot : scratch.slots)
-    if (slot.tile) scratch.draft->put(layer, slot.slab, std::move(slot.tile));
-  head_ = scratch.draft->finish();
+  for (Slot& slot : tiles.slots()) {
+    if (!slot.tile) continue;
+    if (tool->writes == Layer::Displacement) known[slot.slab] = {};
+    draft->put(tool->writes, slot.slab, std::move(slot.tile));
+  }
+  unpublished = true;
   return result;
 }
 
-bool Editor::end_stroke() {
-  RELIEF_ASSERT(in_stroke_);
-  in_stroke_ = false;
-  scratch_->rest();
-  if (head_ == history_[position_]) return false;
-  history_.resize(position_ + 1);
-  labels_.resize(position_);
-  history_.push_back(head_);
-  labels_.push_back(std::move(label_));
-  ++position_;
-  return true;
+// ---- The editor
+
+Editor::Editor(SnapshotPtr head) : state_(std::make_unique<State>(std::move(head))) {}
+Editor::Editor(Editor&&) noexcept = default;
+Editor& Editor::operator=(Editor&&) noexcept = default;
+Editor::~Editor() = default;
+
+const SnapshotPtr& Editor::head() { return state_->publish(); }
+const SnapshotPtr& Editor::start() const noexcept { return state_->start; }
+bool Editor::in_stroke() const noexcept { return state_->start != nullptr; }
+
+Vec3d Editor::position(SlabId slab, double u, double v) const noexcept {
+  const Snapshot& model = state_->now();
+  return model.slab_mesh().corners(slab).point({1 - u - v, u, v}, displacement_at(model, slab, u, v));
+}
+
+void Editor::set_head(SnapshotPtr head) {
+  RELIEF_ASSERT(!in_stroke());
+  RELIEF_ASSERT(head->slab_mesh().slab_count() == state_->head->slab_mesh().slab_count());
+  state_->head = std::move(head);
+  state_->forget_all();
+}
+
+void Editor::begin_stroke(const Brush& brush) {
+  RELIEF_ASSERT(!in_stroke());
+  RELIEF_ASSERT(sane(brush));
+  State& state = *state_;
+  state.brush = brush;
+  state.tool = &info(brush.tool);
+  state.so_far = {};
+  state.start = state.head;
+  if (!state.start->has(state.tool->writes))
+    state.blank = blank_tile(state.tool->writes, layer_intervals(state.head->slab_mesh(), state.tool->writes));
+}
+
+DabResult Editor::dab(const Dab& dab) {
+  RELIEF_ASSERT(in_stroke());
+  const Vec3d up = normalized(dab.normal);
+  const bool good = dab.slab < state_->head->slab_mesh().slab_count() && is_finite(dab.contact) &&
+                    is_finite(dab.cursor) && is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 &&
+                    std::isfinite(dab.pressure) && std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from));
+  if (!good) return {};
+  const DabResult result = state_->apply(dab);
+  ++state_->so_far.dabs;
+  return result;
+}
+
+StrokeResult Editor::end_stroke() {
+  RELIEF_ASSERT(in_stroke());
+  State& state = *state_;
+  state.publish();
+  StrokeResult result = state.so_far;
+  const int planes = channels(state.tool->writes);
+  for_each_change(*state.start, *state.head, [&](Layer layer, SlabId s) {
+    const Tile &before = state.start_tile(s), &after = state.head->tile(layer, s);
+    if (&before != &after)
+      result.samples +=
+          state.kernels.count_changes(before.plane(), after.plane(), before.stride(), planes, before.size());
+  });
+  for (const SlabId s : state.beyond_slabs)
+    result.limited += static_cast<std::size_t>(std::ranges::count(state.beyond[s], 1));
+  result.changed = result.samples > 0;
+  if (!result.changed && state.head != state.start) {
+    state.head = state.start;
+    state.forget_all();
+  }
+  state.rest();
+  return result;
 }
 
 void Editor::cancel_stroke() {
-  RELIEF_ASSERT(in_stroke_);
-  in_stroke_ = false;
-  scratch_->rest();
-  head_ = history_[position_];
-}
-
-bool Editor::undo() {
-  if (in_stroke_ || position_ == 0) return false;
-  head_ = history_[--position_];
-  return true;
-}
-
-bool Editor::redo() {
-  if (in_stroke_ || position_ + 1 == history_.size()) return false;
-  head_ = history_[++position_];
-  return true;
-}
-
-std::string_view Editor::undo_label() const noexcept {
-  return position_ > 0 ? labels_[position_ - 1] : std::string_view{};
-}
-
-std::string_view Editor::redo_label() const noexcept {
-  return position_ < labels_.size() ? labels_[position_] : std::string_view{};
+  RELIEF_ASSERT(in_stroke());
+  state_->head = state_->start;
+  state_->unpublished = false;
+  state_->forget_all();
+  state_->rest();
 }
 
 }  // namespace relief

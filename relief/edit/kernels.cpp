@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace relief::detail {
 
@@ -35,89 +36,345 @@ namespace {
 float narrow(double x) noexcept { return static_cast<float>(std::clamp(x, -1e15, 1e15)); }
 }  // namespace
 
-SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid) noexcept {
+SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid,
+                     const std::array<float, 3>& spacings) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t corner = corners.order[k];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       inner[k][axis] = narrow((corners.inner[corner][axis] - origin[axis]) / radius);
       direction[k][axis] = narrow((corners.outer[corner][axis] - corners.inner[corner][axis]) / radius);
     }
+    spacing[k] = spacings[corner];
     weight[k] = grid.weights.plane(static_cast<int>(corner));
   }
+}
+
+Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept {
+  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  const auto position = [&](GridPoint p) {
+    const std::size_t k = sample_index(n, p);
+    return Vec3f{surface.x[k], surface.y[k], surface.z[k]};
+  };
+  const Vec3f middle = position(at);
+  Umbrella sum;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const GridPoint a = at + kWays[k], b = at + kWays[(k + 1) % 6];
+    if (!inside(a) || !inside(b)) continue;
+    const Vec3f to_a = position(a) - middle, to_b = position(b) - middle;
+    sum.normal += cross(to_a, to_b);
+    sum.pull += to_a + to_b;
+    sum.count += 2;
+  }
+  return sum;
 }
 
 namespace {
 
 /// Three weighted corners, in a fixed order.
-[[gnu::always_inline]] inline Vec3f mix(const std::array<Vec3f, 3>& ends, float a, float b, float c) noexcept {
+[[gnu::always_inline]] inline Vec3f mix3(const std::array<Vec3f, 3>& ends, float a, float b, float c) noexcept {
   return (ends[0] * a + ends[1] * b) + ends[2] * c;
 }
 
-// With o = inner end - lowest point and D the fibre, the sphere is met where A t^2 + 2 B t + C = 0. Taking the lowest
-// point as origin makes C small where the tool cuts, and C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
-[[gnu::always_inline]] inline void carve_body(const SlabFrame& frame, Vec3f up, const float* __restrict from,
-                                              float* __restrict to, std::size_t count) noexcept {
-  const auto inner = frame.inner, direction = frame.direction;
-  const float *wa = frame.weight[0], *wb = frame.weight[1], *wc = frame.weight[2];
+/// The interpolated fibre of a sample.
+struct SampleFibre {
+  Vec3f inner, along;
+};
+/// Reads a frame sample by sample; all in registers.
+struct FrameReader {
+  std::array<Vec3f, 3> inner, direction;
+  std::array<float, 3> spacing;
+  const float *wa, *wb, *wc;
+  [[gnu::always_inline]] explicit FrameReader(const SlabFrame& frame) noexcept
+      : inner(frame.inner),
+        direction(frame.direction),
+        spacing(frame.spacing),
+        wa(frame.weight[0]),
+        wb(frame.weight[1]),
+        wc(frame.weight[2]) {}
+  [[gnu::always_inline]] [[nodiscard]] SampleFibre fibre(std::size_t k) const noexcept {
+    return {mix3(inner, wa[k], wb[k], wc[k]), mix3(direction, wa[k], wb[k], wc[k])};
+  }
+  [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept {
+    return (spacing[0] * wa[k] + spacing[1] * wb[k]) + spacing[2] * wc[k];
+  }
+};
+
+/// 1 - exp(-x) for x >= 0: never falls, within 1e-7 for x <= 0.1, within 0.003 everywhere.
+[[gnu::always_inline]] inline float share_of(float x) noexcept {
+  const float power = x * (1.0F + x * (0.5F + x * (1.0F / 6 + x * (1.0F / 24))));
+  return power / (1.0F + power);
+}
+
+[[gnu::always_inline]] inline float larger(float a, float b) noexcept { return a > b ? a : b; }
+[[gnu::always_inline]] inline float smaller(float a, float b) noexcept { return a < b ? a : b; }
+
+/// How much of a fibre is the last of what was `all` at the stroke's start.
+[[gnu::always_inline]] inline float fade_of(float all, float space, float fibre) noexcept {
+  return smaller(larger(kFadeShare * all, kFadeSpacings * space / fibre), 0.5F * all);
+}
+
+/// Where a fibre first meets the cutter, as a share of it, perhaps below 0; and whether it does.
+struct Entry {
+  float at;
+  bool hit;
+};
+// The swept ball is a capsule. Where the fibre enters the endless cylinder around its axis says which of the balls it
+// meets first: the one whose centre lies beside that place, or the nearer end. Being off a little there changes the
+// entry by the square of that. With o = inner end - lowest point and D the fibre, a ball is met where
+// A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool cuts, and
+// C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
+[[gnu::always_inline]] inline Entry entry_of(const SampleFibre& f, Vec3f up, Vec3f along, Vec3f axis,
+                                             float per_length) noexcept {
+  const Vec3f from_centre = f.inner - up;
+  const float start = dot(from_centre, axis), climb = dot(f.along, axis);
+  const Vec3f aside = from_centre - axis * start, way = f.along - axis * climb;
+  const float ca = dot(way, way) + 1e-12F, cb = dot(aside, way), cc = dot(aside, aside) - 1.0F;
+  const float inside = cb * cb - ca * cc;
+  const float meets = (-cb - std::sqrt(larger(inside, 1e-12F))) / ca;
+  const float share = smaller(larger((start + meets * climb) * per_length, 0.0F), 1.0F);
+  const Vec3f o = f.inner - along * share;
+  const float a = dot(f.along, f.along);
+  const float b = dot(o, f.along) - dot(f.along, up);
+  const float c = dot(o, o) - 2 * dot(o, up);
+  const float square = b * b - a * c;
+  const float root = std::sqrt(larger(square, 0.0F));
+  const bool hit = (static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0))) != 0;
+  return {c / larger(root - b, 1e-30F), hit};
+}
+
+/// The axis of the sweep and one over its length; zero for a ball that stands.
+struct Sweep {
+  Vec3f axis;
+  float per_length;
+};
+Sweep sweep_of(Vec3f along) noexcept {
+  const float size = length(along);
+  if (!(size > 1e-6F)) return {{0, 0, 0}, 0};
+  return {along / size, 1 / size};
+}
+
+[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
+                                            const float* __restrict start, const float* __restrict protect,
+                                            const float* __restrict from, float* __restrict to,
+                                            std::size_t count) noexcept {
+  const FrameReader read(frame);
+  const Vec3f up = cutter.up, along = cutter.along, axis = sweep.axis;
+  const float per_length = sweep.per_length, blend = cutter.blend;
   for (std::size_t k = 0; k < count; ++k) {
-    const Vec3f o = mix(inner, wa[k], wb[k], wc[k]);
-    const Vec3f along = mix(direction, wa[k], wb[k], wc[k]);
-    const float a = dot(along, along);
-    const float b = dot(o, along) - dot(along, up);
-    const float c = dot(o, o) - 2 * dot(o, up);
-    const float square = b * b - a * c;
-    const float root = std::sqrt(square > 0 ? square : 0.0F);
-    const float ratio = c / (root - b);
-    const float entry = c > 0 ? ratio : 0.0F;
-    const bool cut = (static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0)) &
-                      static_cast<int>(entry < from[k])) != 0;
-    to[k] = cut ? entry : from[k];
+    const SampleFibre f = read.fibre(k);
+    const Entry entry = entry_of(f, up, along, axis, per_length);
+    const float fibre = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = start[k];
+    // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
+    const float fits = smaller(larger((1.0F - 4.0F * space) / (2.0F * space), 0.0F), 1.0F);
+    const float width = blend * fits * space / fibre;
+    const float between = entry.at > a ? entry.at - a : a - entry.at;
+    const float over = larger(width - between, 0.0F);
+    const float lowest = smaller(a, entry.at) - over * over * (0.25F / larger(width, 1e-9F));
+    const float fade = fade_of(a, space, fibre);
+    const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
+    const float kept = lowest < fade ? faded : lowest;
+    const float part = a + (kept - a) * (1.0F - protect[k]);
+    const bool cut = (static_cast<int>(entry.hit) & static_cast<int>(part < from[k])) != 0;
+    to[k] = cut ? part : from[k];
   }
 }
 
-[[gnu::always_inline]] inline void deposit_body(const SlabFrame& frame, float amount, const float* __restrict from,
-                                                float* __restrict to, std::size_t count) noexcept {
-  const auto inner = frame.inner, direction = frame.direction;
-  const float *wa = frame.weight[0], *wb = frame.weight[1], *wc = frame.weight[2];
+[[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
+                                             const float* __restrict start, const float* __restrict protect,
+                                             std::uint8_t* __restrict over, std::size_t count) noexcept {
+  const FrameReader read(frame);
+  Lift found;
   for (std::size_t k = 0; k < count; ++k) {
-    const Vec3f along = mix(direction, wa[k], wb[k], wc[k]);
-    const Vec3f p = mix(inner, wa[k], wb[k], wc[k]) + along * from[k];
-    const float share = 1.0F - std::sqrt(dot(p, p));
-    const float raised = from[k] + amount * share / std::sqrt(dot(along, along));
-    const float capped = raised < 1.0F ? raised : 1.0F;
-    to[k] = share > 0 ? capped : from[k];
+    const SampleFibre f = read.fibre(k);
+    const Entry entry = entry_of(f, cutter.up, cutter.along, sweep.axis, sweep.per_length);
+    const bool cuts = entry.hit && entry.at < start[k] && protect[k] < 1;
+    over[k] = static_cast<std::uint8_t>(cuts && entry.at < 0);
+    found.limited += over[k];
+    const float fade = fade_of(start[k], read.space(k), std::sqrt(dot(f.along, f.along)));
+    if (!cuts || !(entry.at < fade)) continue;
+    const float kept = fade * fade / (2.0F * fade - entry.at);
+    found.lift = larger(found.lift, (kept - entry.at) * dot(f.along, cutter.up) * (1.0F - protect[k]));
+  }
+  return found;
+}
+
+template <Falloff kFalloff>
+[[gnu::always_inline]] inline float falloff_of(float square) noexcept {
+  const float left = larger(1.0F - square, 0.0F);
+  if constexpr (kFalloff == Falloff::Linear) return larger(1.0F - std::sqrt(square), 0.0F);
+  if constexpr (kFalloff == Falloff::Smooth) return left * left;
+  return std::sqrt(left);
+}
+
+template <Falloff kFalloff>
+[[gnu::always_inline]] inline void weigh_by(const SlabFrame& frame, const float* __restrict displacement,
+                                            const float* __restrict protect, float* __restrict to,
+                                            std::size_t count) noexcept {
+  const FrameReader read(frame);
+  for (std::size_t k = 0; k < count; ++k) {
+    const SampleFibre f = read.fibre(k);
+    const Vec3f p = f.inner + f.along * displacement[k];
+    to[k] = falloff_of<kFalloff>(dot(p, p)) * (1.0F - protect[k]);
+  }
+}
+[[gnu::always_inline]] inline void weigh_body(const SlabFrame& frame, Falloff falloff, const float* displacement,
+                                              const float* protect, float* to, std::size_t count) noexcept {
+  if (falloff == Falloff::Linear)
+    weigh_by<Falloff::Linear>(frame, displacement, protect, to, count);
+  else if (falloff == Falloff::Dome)
+    weigh_by<Falloff::Dome>(frame, displacement, protect, to, count);
+  else
+    weigh_by<Falloff::Smooth>(frame, displacement, protect, to, count);
+}
+
+[[gnu::always_inline]] inline void raise_body(const SlabFrame& frame, float amount, const float* __restrict weight,
+                                              float* __restrict change, std::size_t count) noexcept {
+  const FrameReader read(frame);
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3f along = read.fibre(k).along;
+    change[k] = amount * weight[k] / std::sqrt(dot(along, along));
   }
 }
 
-[[gnu::always_inline]] inline void cone_body(const SlabFrame& frame, float intensity,
-                                             const float* __restrict displacement, float* __restrict to,
-                                             std::size_t count) noexcept {
-  const auto inner = frame.inner, direction = frame.direction;
-  const float *wa = frame.weight[0], *wb = frame.weight[1], *wc = frame.weight[2];
+/// A fibre that runs along the surface is not moved: what it would have to go grows without bound.
+constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
+
+[[gnu::always_inline]] inline void flatten_body(const SlabFrame& frame, const TargetPlane& plane, float amount,
+                                                const float* __restrict displacement, const float* __restrict weight,
+                                                float* __restrict change, std::size_t count) noexcept {
+  const FrameReader read(frame);
+  const Vec3f point = plane.point, normal = plane.normal;
+  const float most = plane.raises ? std::numeric_limits<float>::max() : 0.0F;
+  const float least = plane.lowers ? -std::numeric_limits<float>::max() : 0.0F;
   for (std::size_t k = 0; k < count; ++k) {
-    const Vec3f along = mix(direction, wa[k], wb[k], wc[k]);
-    const Vec3f p = mix(inner, wa[k], wb[k], wc[k]) + along * displacement[k];
-    const float share = intensity * (1.0F - std::sqrt(dot(p, p)));
-    to[k] = share > 0 ? share : 0.0F;
+    const SampleFibre f = read.fibre(k);
+    const Vec3f p = f.inner + f.along * displacement[k];
+    const float climb = dot(f.along, normal), size = std::sqrt(dot(f.along, f.along));
+    const float all = dot(point - p, normal) / larger(climb, kSteepest * size);
+    const float wanted = smaller(larger(all, least), most);
+    change[k] = climb > kSteepest * size ? wanted * share_of(amount * weight[k]) : 0.0F;
   }
 }
 
-[[gnu::always_inline]] inline void blend_body(const float* __restrict share, float value, const float* __restrict from,
-                                              float* __restrict to, std::size_t count) noexcept {
-  for (std::size_t k = 0; k < count; ++k) to[k] = value * share[k] + from[k] * (1.0F - share[k]);
+[[gnu::always_inline]] inline void approach_body(float amount, const float* __restrict weight, float* __restrict change,
+                                                 std::size_t count) noexcept {
+  for (std::size_t k = 0; k < count; ++k) change[k] *= share_of(amount * weight[k]);
 }
 
-[[gnu::always_inline]] inline void protect_body(const float* __restrict mask, const float* __restrict from,
-                                                float* __restrict to, std::size_t count) noexcept {
+[[gnu::always_inline]] inline void scale_body(float amount, const float* __restrict weight, float* __restrict change,
+                                              std::size_t count) noexcept {
+  for (std::size_t k = 0; k < count; ++k) change[k] *= amount * weight[k];
+}
+
+// Eight minima side by side, then one of them: the same in vectors of any length.
+[[gnu::always_inline]] inline float room_body(const SlabFrame& frame, const float* __restrict weight,
+                                              const float* __restrict change, const float* __restrict from,
+                                              std::size_t count) noexcept {
+  const FrameReader read(frame);
+  float least = 1;
   for (std::size_t k = 0; k < count; ++k) {
-    const float part = from[k] + (to[k] - from[k]) * (1.0F - mask[k]);
-    to[k] = mask[k] > 0 ? part : to[k];
+    const Vec3f along = read.fibre(k).along;
+    const float left = 1.0F - from[k];
+    const float fade = larger(kFadeShare, kFadeSpacings * read.space(k) / std::sqrt(dot(along, along)));
+    const float ended = larger(1.0F - left / fade, 0.0F);
+    const float share = change[k] > 0 ? 1.0F - weight[k] * ended : 1.0F;
+    least = smaller(least, share);
+  }
+  return least;
+}
+
+[[gnu::always_inline]] inline std::size_t settle_body(const float* __restrict from, const float* __restrict change,
+                                                      float share, float* __restrict to, std::uint8_t* __restrict over,
+                                                      std::size_t count) noexcept {
+  std::uint32_t limited = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const float all = from[k] + change[k], some = from[k] + change[k] * share;
+    to[k] = smaller(larger(some, 0.0F), 1.0F);
+    const auto beyond = static_cast<std::uint32_t>(static_cast<int>(all > 1.0F) | static_cast<int>(all < 0.0F));
+    over[k] = static_cast<std::uint8_t>(beyond);
+    limited += beyond;
+  }
+  return limited;
+}
+
+[[gnu::always_inline]] inline void cover_body(float amount, const float* __restrict weight,
+                                              const float* __restrict from, float* __restrict to,
+                                              std::size_t count) noexcept {
+  for (std::size_t k = 0; k < count; ++k) to[k] = from[k] + (1.0F - from[k]) * share_of(amount * weight[k]);
+}
+
+[[gnu::always_inline]] inline void mix_body(const float* __restrict cover, float value, const float* __restrict start,
+                                            float* __restrict to, std::size_t count) noexcept {
+  for (std::size_t k = 0; k < count; ++k) to[k] = start[k] * (1.0F - cover[k]) + value * cover[k];
+}
+
+[[gnu::always_inline]] inline void positions_body(const SlabFrame& frame, const float* __restrict displacement,
+                                                  float* __restrict x, float* __restrict y, float* __restrict z,
+                                                  std::size_t count) noexcept {
+  const FrameReader read(frame);
+  for (std::size_t k = 0; k < count; ++k) {
+    const SampleFibre f = read.fibre(k);
+    const Vec3f p = f.inner + f.along * displacement[k];
+    x[k] = p.x;
+    y[k] = p.y;
+    z[k] = p.z;
   }
 }
 
-[[gnu::always_inline]] inline void fade_body(const float* __restrict mask, float* __restrict share,
-                                             std::size_t count) noexcept {
-  for (std::size_t k = 0; k < count; ++k) share[k] *= 1.0F - mask[k];
+[[gnu::always_inline]] inline float change_of(Vec3f normal, Vec3f pull, float count, Vec3f fibre, bool swell) noexcept {
+  const float climb = dot(fibre, normal);
+  const float area = std::sqrt(dot(normal, normal));
+  const float least = kSteepest * area * std::sqrt(dot(fibre, fibre));
+  const float up = swell ? area : dot(pull, normal) / larger(count, 1.0F);
+  return climb > least ? up / climb : 0.0F;
+}
+
+[[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
+                                               float* __restrict change) noexcept {
+  const FrameReader read(frame);
+  for (int j = 1; j < n - 1; ++j) {
+    const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
+                      below = sample_index(n, {0, j - 1});
+    const auto inside = static_cast<std::size_t>(n - j);
+    const float *x = at.x, *y = at.y, *z = at.z;
+    for (std::size_t i = 1; i < inside; ++i) {
+      const auto place = [&](std::size_t k) { return Vec3f{x[k], y[k], z[k]}; };
+      const Vec3f p = place(row + i);
+      const Vec3f a = place(row + i + 1) - p, b = place(above + i) - p, c = place(above + i - 1) - p,
+                  d = place(row + i - 1) - p, e = place(below + i) - p, f = place(below + i + 1) - p;
+      // The hexagon around it as two quadrangles, each with the cross product of its diagonals as twice its area.
+      const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
+      const Vec3f pull = ((a + d) + (b + e)) + (c + f);
+      change[row + i] = change_of(normal, pull, 6.0F, read.fibre(row + i).along, swell);
+    }
+  }
+}
+
+// Eight sums side by side in a fixed order, so that every build adds up alike.
+[[gnu::always_inline]] inline std::array<double, 4> mean_body(const float* __restrict weight, const float* __restrict x,
+                                                              const float* __restrict y, const float* __restrict z,
+                                                              std::size_t count) noexcept {
+  constexpr std::size_t kLanes = 8;
+  std::array<float, kLanes> sw{}, sx{}, sy{}, sz{};
+  std::size_t k = 0;
+  for (; k + kLanes <= count; k += kLanes)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      sw[lane] += weight[k + lane];
+      sx[lane] += weight[k + lane] * x[k + lane];
+      sy[lane] += weight[k + lane] * y[k + lane];
+      sz[lane] += weight[k + lane] * z[k + lane];
+    }
+  std::array<double, 4> sum{};
+  const auto add = [&](float w, float px, float py, float pz) {
+    sum[0] += static_cast<double>(w);
+    sum[1] += static_cast<double>(px);
+    sum[2] += static_cast<double>(py);
+    sum[3] += static_cast<double>(pz);
+  };
+  for (std::size_t lane = 0; lane < kLanes; ++lane) add(sw[lane], sx[lane], sy[lane], sz[lane]);
+  for (; k < count; ++k) add(weight[k], weight[k] * x[k], weight[k] * y[k], weight[k] * z[k]);
+  return sum;
 }
 
 [[gnu::always_inline]] inline void resample_body(const Resampling& table, const float* __restrict from,
@@ -147,66 +404,86 @@ namespace {
   return std::bit_cast<float>(most);
 }
 
-namespace baseline {
-void carve(const SlabFrame& frame, Vec3f up, const float* from, float* to, std::size_t count) {
-  carve_body(frame, up, from, to, count);
-}
-void deposit(const SlabFrame& frame, float amount, const float* from, float* to, std::size_t count) {
-  deposit_body(frame, amount, from, to, count);
-}
-void cone(const SlabFrame& frame, float intensity, const float* displacement, float* to, std::size_t count) {
-  cone_body(frame, intensity, displacement, to, count);
-}
-void blend(const float* share, float value, const float* from, float* to, std::size_t count) {
-  blend_body(share, value, from, to, count);
-}
-void protect(const float* mask, const float* from, float* to, std::size_t count) {
-  protect_body(mask, from, to, count);
-}
-void fade(const float* mask, float* share, std::size_t count) { fade_body(mask, share, count); }
-void resample(const Resampling& table, const float* from, float* to, std::size_t count) {
-  resample_body(table, from, to, count);
-}
-std::size_t count_changes(const float* a, const float* b, std::size_t stride, int planes, std::size_t count) {
-  return count_body(a, b, stride, planes, count);
-}
-float largest(const float* values, std::size_t count) { return largest_body(values, count); }
-constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes, largest};
-}  // namespace baseline
+// The kernels as one build has them: the bodies above, compiled for it.
+#define RELIEF_KERNEL_BUILD(space, ...)                                                                               \
+  namespace space {                                                                                                   \
+  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,        \
+                       const float* from, float* to, std::size_t count) {                                             \
+    cut_body(frame, cutter, sweep_of(cutter.along), start, protect, from, to, count);                                 \
+  }                                                                                                                   \
+  __VA_ARGS__ Lift lift(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,       \
+                        std::uint8_t* over, std::size_t count) {                                                      \
+    return lift_body(frame, cutter, sweep_of(cutter.along), start, protect, over, count);                             \
+  }                                                                                                                   \
+  __VA_ARGS__ void weigh(const SlabFrame& frame, Falloff falloff, const float* displacement, const float* protect,    \
+                         float* to, std::size_t count) {                                                              \
+    weigh_body(frame, falloff, displacement, protect, to, count);                                                     \
+  }                                                                                                                   \
+  __VA_ARGS__ void raise(const SlabFrame& frame, float amount, const float* weight, float* change,                    \
+                         std::size_t count) {                                                                         \
+    raise_body(frame, amount, weight, change, count);                                                                 \
+  }                                                                                                                   \
+  __VA_ARGS__ void flatten(const SlabFrame& frame, const TargetPlane& plane, float amount, const float* displacement, \
+                           const float* weight, float* change, std::size_t count) {                                   \
+    flatten_body(frame, plane, amount, displacement, weight, change, count);                                          \
+  }                                                                                                                   \
+  __VA_ARGS__ void approach(float amount, const float* weight, float* change, std::size_t count) {                    \
+    approach_body(amount, weight, change, count);                                                                     \
+  }                                                                                                                   \
+  __VA_ARGS__ void scale(float amount, const float* weight, float* change, std::size_t count) {                       \
+    scale_body(amount, weight, change, count);                                                                        \
+  }                                                                                                                   \
+  __VA_ARGS__ float room(const SlabFrame& frame, const float* weight, const float* change, const float* from,         \
+                         std::size_t count) {                                                                         \
+    return room_body(frame, weight, change, from, count);                                                             \
+  }                                                                                                                   \
+  __VA_ARGS__ std::size_t settle(const float* from, const float* change, float share, float* to, std::uint8_t* over,  \
+                                 std::size_t count) {                                                                 \
+    return settle_body(from, change, share, to, over, count);                                                         \
+  }                                                                                                                   \
+  __VA_ARGS__ void cover(float amount, const float* weight, const float* from, float* to, std::size_t count) {        \
+    cover_body(amount, weight, from, to, count);                                                                      \
+  }                                                                                                                   \
+  __VA_ARGS__ void mix(const float* cover, float value, const float* start, float* to, std::size_t count) {           \
+    mix_body(cover, value, start, to, count);                                                                         \
+  }                                                                                                                   \
+  __VA_ARGS__ void lay(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count) {  \
+    raise_body(frame, height, cover, change, count);                                                                  \
+  }                                                                                                                   \
+  __VA_ARGS__ void positions(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z,         \
+                             std::size_t count) {                                                                     \
+    positions_body(frame, displacement, x, y, z, count);                                                              \
+  }                                                                                                                   \
+  __VA_ARGS__ void around(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change) {           \
+    around_body(frame, n, swell, at, change);                                                                         \
+  }                                                                                                                   \
+  __VA_ARGS__ std::array<double, 4> mean(const float* weight, const float* x, const float* y, const float* z,         \
+                                         std::size_t count) {                                                         \
+    return mean_body(weight, x, y, z, count);                                                                         \
+  }                                                                                                                   \
+  __VA_ARGS__ void resample(const Resampling& table, const float* from, float* to, std::size_t count) {               \
+    resample_body(table, from, to, count);                                                                            \
+  }                                                                                                                   \
+  __VA_ARGS__ std::size_t count_changes(const float* a, const float* b, std::size_t stride, int planes,               \
+                                        std::size_t count) {                                                          \
+    return count_body(a, b, stride, planes, count);                                                                   \
+  }                                                                                                                   \
+  __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
+  constexpr Kernels kAll = {cut,   lift, weigh, raise,     flatten, approach, scale,    room,          settle,        \
+                            cover, mix,  lay,   positions, around,  mean,     resample, count_changes, largest};      \
+  }
 
+RELIEF_KERNEL_BUILD(baseline, )
 #if defined(__x86_64__)
-namespace avx2 {
-[[gnu::target("avx2")]] void carve(const SlabFrame& frame, Vec3f up, const float* from, float* to, std::size_t count) {
-  carve_body(frame, up, from, to, count);
-}
-[[gnu::target("avx2")]] void deposit(const SlabFrame& frame, float amount, const float* from, float* to,
-                                     std::size_t count) {
-  deposit_body(frame, amount, from, to, count);
-}
-[[gnu::target("avx2")]] void cone(const SlabFrame& frame, float intensity, const float* displacement, float* to,
-                                  std::size_t count) {
-  cone_body(frame, intensity, displacement, to, count);
-}
-[[gnu::target("avx2")]] void blend(const float* share, float value, const float* from, float* to, std::size_t count) {
-  blend_body(share, value, from, to, count);
-}
-[[gnu::target("avx2")]] void protect(const float* mask, const float* from, float* to, std::size_t count) {
-  protect_body(mask, from, to, count);
-}
-[[gnu::target("avx2")]] void fade(const float* mask, float* share, std::size_t count) { fade_body(mask, share, count); }
-[[gnu::target("avx2")]] void resample(const Resampling& table, const float* from, float* to, std::size_t count) {
-  resample_body(table, from, to, count);
-}
-[[gnu::target("avx2")]] std::size_t count_changes(const float* a, const float* b, std::size_t stride, int planes,
-                                                  std::size_t count) {
-  return count_body(a, b, stride, planes, count);
-}
-[[gnu::target("avx2")]] float largest(const float* values, std::size_t count) { return largest_body(values, count); }
-constexpr Kernels kAll = {carve, deposit, cone, blend, protect, fade, resample, count_changes, largest};
-}  // namespace avx2
+RELIEF_KERNEL_BUILD(avx2, [[gnu::target("avx2")]])
 #endif
+#undef RELIEF_KERNEL_BUILD
 
 }  // namespace
+
+float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept {
+  return change_of(all.normal, all.pull, all.count, fibre, swell);
+}
 
 const Kernels& baseline_kernels() noexcept { return baseline::kAll; }
 

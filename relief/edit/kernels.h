@@ -1,8 +1,9 @@
 // What the tools do to one whole tile: flat, branch-free loops over all its samples, which the compiler turns into
-// vectors.
+// vectors. Lengths in radii of the tool, displacements as shares of the fibre.
 #pragma once
 
 #include <relief/core/snapshot.h>
+#include <relief/edit/tools.h>
 
 #include <array>
 #include <cstddef>
@@ -30,28 +31,83 @@ struct Resampling {
 /// in order of fibre id. So a shared sample goes through the same operations in each of its slabs and gets the same
 /// bits.
 struct SlabFrame {
-  SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid) noexcept;
+  /// `spacing`: of the samples around each corner, in radii.
+  SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid,
+            const std::array<float, 3>& spacing) noexcept;
   std::array<Vec3f, 3> inner, direction;
+  std::array<float, 3> spacing;
   std::array<const float*, 3> weight;
+};
+
+/// The ball of Carve, swept along a line. The frame's origin is its lowest point.
+struct Cutter {
+  Vec3f up;     ///< unit: from the lowest point to the centre
+  Vec3f along;  ///< the way to the other end; zero for a ball that is not swept
+  float blend;  ///< tan of the angle between ball and surface at the rim; 0 for an exact cut
+};
+
+/// The plane of Flatten and Clay: through `point` with the unit normal.
+struct TargetPlane {
+  Vec3f point, normal;
+  bool lowers, raises;
+};
+
+/// The end of the clay, or of the room above it, begins so far from it: a tenth of what was there at the stroke's
+/// start, but at least two spacings of samples, so that a slope there has samples to stand on.
+inline constexpr float kFadeShare = 0.1F, kFadeSpacings = 2.0F;
+
+/// What Carve must be lifted by, so that it fades out in the last of the clay, in radii; and how many samples it would
+/// have taken beyond the inner end of their fibre.
+struct Lift {
+  float lift = 0;
+  std::size_t limited = 0;
+};
+
+/// Where samples lie, and what they get from all around them.
+struct Neighbours {
+  const float *x, *y, *z;  ///< positions in the frame
 };
 
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
-  /// Lowers each sample to where its fibre enters the sphere of radius 1 whose lowest point is the frame's origin and
-  /// whose centre lies at `up` (unit), if that is below the sample; 0 where the fibre begins inside. Error: some 1e-7
-  /// of |inner| / |direction|, whatever the radius.
-  void (*carve)(const SlabFrame& frame, Vec3f up, const float* from, float* to, std::size_t count);
-  /// Raises each sample by amount * (1 - distance to the origin), measured along the fibre; at most to 1.
-  void (*deposit)(const SlabFrame& frame, float amount, const float* from, float* to, std::size_t count);
-  /// intensity * (1 - distance of the surface at each sample to the origin), 0 beyond distance 1.
-  void (*cone)(const SlabFrame& frame, float intensity, const float* displacement, float* to, std::size_t count);
-  /// value * share + from * (1 - share) (paper, Sec. 5).
-  void (*blend)(const float* share, float value, const float* from, float* to, std::size_t count);
-  /// Gives back what a mask protects: to = from where mask is 1, in proportion between.
-  void (*protect)(const float* mask, const float* from, float* to, std::size_t count);
-  /// share *= 1 - mask.
-  void (*fade)(const float* mask, float* share, std::size_t count);
+  /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-clean-cuts.md. What
+  /// `protect` names stays in proportion.
+  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect, const float* from,
+              float* to, std::size_t count);
+  /// See Lift; `over` gets 1 at samples that would have gone beyond.
+  Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
+               std::uint8_t* over, std::size_t count);
+  /// Fall-off of the distance from the surface at each sample to the origin, times 1 - protect.
+  void (*weigh)(const SlabFrame& frame, Falloff falloff, const float* displacement, const float* protect, float* to,
+                std::size_t count);
+  /// amount * weight along the fibre, as a displacement.
+  void (*raise)(const SlabFrame& frame, float amount, const float* weight, float* change, std::size_t count);
+  /// Towards the plane by 1 - exp(-amount * weight).
+  void (*flatten)(const SlabFrame& frame, const TargetPlane& plane, float amount, const float* displacement,
+                  const float* weight, float* change, std::size_t count);
+  /// change *= 1 - exp(-amount * weight).
+  void (*approach)(float amount, const float* weight, float* change, std::size_t count);
+  /// change *= amount * weight.
+  void (*scale)(float amount, const float* weight, float* change, std::size_t count);
+  /// The least of 1 - weight * (1 - room / fade) over the samples that rise, where room is what is left above them and
+  /// fade where it begins to end; 1 where there is room for all.
+  float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* from, std::size_t count);
+  /// from + change * share, kept within 0..1; how many would have gone beyond with all of the change, 1 in `over`.
+  std::size_t (*settle)(const float* from, const float* change, float share, float* to, std::uint8_t* over,
+                        std::size_t count);
+  /// cover += (1 - cover) * (1 - exp(-amount * weight)), from one plane to another.
+  void (*cover)(float amount, const float* weight, const float* from, float* to, std::size_t count);
+  /// start + (value - start) * cover.
+  void (*mix)(const float* cover, float value, const float* start, float* to, std::size_t count);
+  /// height * cover along the fibre, as a displacement.
+  void (*lay)(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count);
+  void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
+  /// Inside the slab (not at its border): how far the mean of the six neighbours lies above each sample, along its
+  /// fibre; or with `swell` what one radius along the surface's normal is along the fibre.
+  void (*around)(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change);
+  /// Sums of weight and of weight * position over the samples: {w, wx, wy, wz}.
+  std::array<double, 4> (*mean)(const float* weight, const float* x, const float* y, const float* z, std::size_t count);
   void (*resample)(const Resampling& table, const float* from, float* to, std::size_t count);
   /// How many samples differ in any of the planes, which lie `stride` floats apart; 1 or 3 planes.
   std::size_t (*count_changes)(const float* a, const float* b, std::size_t stride, int planes, std::size_t count);
@@ -63,5 +119,22 @@ struct Kernels {
 [[nodiscard]] const Kernels& baseline_kernels() noexcept;
 /// The fastest build that this machine can run.
 [[nodiscard]] const Kernels& best_kernels() noexcept;
+
+/// What a sample gets from the micro-triangles around it, or from those of one slab.
+struct Umbrella {
+  Vec3f normal;     ///< twice the area, times the normal
+  Vec3f pull;       ///< to the other corners, added up
+  float count = 0;  ///< how many there were
+  Umbrella& operator+=(const Umbrella& other) noexcept {
+    normal += other.normal;
+    pull += other.pull;
+    count += other.count;
+    return *this;
+  }
+};
+/// Of the triangles of one slab around a sample.
+[[nodiscard]] Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept;
+/// What Kernels::around() gives, from all triangles around a sample and the fibre there.
+[[nodiscard]] float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept;
 
 }  // namespace relief::detail

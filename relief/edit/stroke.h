@@ -4,7 +4,9 @@
 #include <relief/base/progress.h>
 #include <relief/edit/editor.h>
 
+#include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -49,14 +51,15 @@ class StrokeEngine {
 
   /// Asserts that no stroke is open and the brush is sane.
   void begin(const Brush& brush, bool tip = false);
-  /// Points that are not finite or run back in time are left out; other values are clamped to their ranges. `on_dab`,
-  /// where given, sees each dab after it was made.
+  /// Points that are not finite or run back in time are left out; other values are clamped to their ranges.
   void move(std::span<const StrokePoint> points);
   StrokeResult end();
   void cancel();
   [[nodiscard]] bool open() const noexcept;
   /// What the open stroke has done so far, samples left at 0.
   [[nodiscard]] const StrokeResult& so_far() const noexcept;
+  /// From now on no dab is made while the flag is set; for who cancels from another thread. May be null.
+  void stop_at(const std::atomic<bool>* flag) noexcept;
   /// Called with each dab and what it did, after it was made; for recorders and statistics.
   void on_dab(std::function<void(const Dab&, const DabResult&)> call);
 

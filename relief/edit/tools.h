@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace relief {
@@ -45,9 +46,10 @@ struct Brush {
   Falloff falloff = Falloff::Own;
   bool exact = false;  ///< Carve: the sphere itself, to the sample; its rims show the grid as teeth
   PressureCurve pressure = {};
-  double stabiliser = 0;        ///< the tool trails the hand by about this length, >= 0
-  std::uint8_t symmetry = 0;    ///< bit k: each dab also mirrored across the plane through `mirror` whose normal is axis k
-  Vec3d mirror = {0, 0, 0};     ///< a point on the mirror planes
+  double stabiliser = 0;  ///< the tool trails the hand by about this length, >= 0
+  std::uint8_t symmetry =
+      0;                     ///< bit k: each dab also mirrored across the plane through `mirror` whose normal is axis k
+  Vec3d mirror = {0, 0, 0};  ///< a point on the mirror planes
   friend bool operator==(const Brush&, const Brush&) noexcept = default;
 };
 
@@ -78,14 +80,17 @@ struct ToolInfo {
   relief::Layer writes = relief::Layer::Displacement;
   Action action = Action::Raise;
   Falloff falloff = Falloff::Smooth;
-  double rate = 1;       ///< 1/s at strength, pressure and fall-off 1; Cut has none
-  double value = 0;      ///< Cover of one channel: the value; Plane: its height above the mean, in radii
-  bool lowers = true;    ///< Plane: what is above it goes down
-  bool raises = true;    ///< Plane: what is below it goes up
-  bool by_height = false;///< Cover: the value is the sample's own at the start, raised by Brush::height
+  double rate = 1;          ///< 1/s at strength, pressure and fall-off 1; Cut has none
+  double value = 0;         ///< Cover of one channel: the value; Plane: its height above the mean, in radii
+  bool by_pressure = true;  ///< whether pressure drives it
+  bool lowers = true;       ///< Plane: what is above it goes down
+  bool raises = true;       ///< Plane: what is below it goes up
+  bool by_height = false;   ///< Cover: the value is the sample's own at the start, raised by Brush::height
   std::span<const SettingInfo> settings;
   /// Samples beyond the slab's border that the action looks at.
-  [[nodiscard]] constexpr int halo() const noexcept { return action == Action::Even || action == Action::Swell ? 1 : 0; }
+  [[nodiscard]] constexpr int halo() const noexcept {
+    return action == Action::Even || action == Action::Swell ? 1 : 0;
+  }
 };
 
 /// All tools, by number.

@@ -1,0 +1,100 @@
+#include <relief/edit/region.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief::detail {
+
+namespace {
+
+double distance2(Vec3d p, Vec3d a, Vec3d b) noexcept {
+  const Vec3d ab = b - a;
+  const double square = dot(ab, ab);
+  const double t = square > 0 ? std::clamp(dot(p - a, ab) / square, 0.0, 1.0) : 0.0;
+  const Vec3d gap = a + ab * t - p;
+  return dot(gap, gap);
+}
+
+/// False only when no point of the slab up to `highest` along its fibres lies in the sphere: that part of it is within
+/// the convex hull of its six corners.
+bool may_meet(SlabCorners corners, double highest, const Sphere& sphere) noexcept {
+  const auto middle = [&] {
+    return (corners.inner[0] + corners.inner[1] + corners.inner[2] + corners.outer[0] + corners.outer[1] +
+            corners.outer[2]) /
+               6.0 -
+           sphere.centre;
+  };
+  const auto apart_along = [&](Vec3d way) {
+    const Vec3d axis = normalized(way);
+    double nearest = Box3d::kFar;
+    for (std::size_t k = 0; k < 3; ++k)
+      nearest =
+          std::min({nearest, dot(corners.inner[k] - sphere.centre, axis), dot(corners.outer[k] - sphere.centre, axis)});
+    return nearest > sphere.radius;
+  };
+  const Vec3d whole = middle();
+  for (std::size_t k = 0; k < 3; ++k)
+    corners.outer[k] = corners.inner[k] + (corners.outer[k] - corners.inner[k]) * highest;
+  return !apart_along(whole) && !apart_along(middle());
+}
+
+bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcept {
+  Box3d box;
+  for (const Vec3d p : {a.inner, a.outer, b.inner, b.outer}) box.add(p);
+  return box.distance2(sphere.centre) <= sphere.radius * sphere.radius;
+}
+
+bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
+  Vec3d mean;
+  for (std::size_t k = 0; k < 3; ++k) mean += normalized(corners.outer[k] - corners.inner[k]);
+  return dot(mean, normal) > 0;
+}
+
+}  // namespace
+
+Region::Region(const SlabMesh& mesh) : seen_slabs_(mesh.slab_count()), seen_fibres_(mesh.fibres().size()) {}
+
+std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
+                                     const std::function<double(SlabId)>& highest) {
+  if (++round_ == 0) {
+    // After 2^32 rounds the old numbers would look new.
+    std::ranges::fill(seen_slabs_, 0U);
+    std::ranges::fill(seen_fibres_, 0U);
+    round_ = 1;
+  }
+  reached_.clear();
+  const double square = sphere.radius * sphere.radius;
+  const auto visit = [&](SlabId s) {
+    if (s == kNoSlab || seen_slabs_[s] == round_) return;
+    seen_slabs_[s] = round_;
+    if (s != seed) {
+      if (mesh.box(s).distance2(sphere.centre) > square) return;
+      const SlabCorners corners = mesh.corners(s);
+      if (!faces(corners, normal) || !may_meet(corners, highest(s), sphere)) return;
+    }
+    reached_.push_back(s);
+  };
+  visit(seed);
+  for (std::size_t next = 0; next < reached_.size(); ++next) {
+    const Slab& slab = mesh.slabs()[reached_[next]];
+    // The sphere may lie beyond the seed altogether, when the normal leans against the fibres: its neighbours always
+    // count.
+    const bool first = next == 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Fibre& fibre = mesh.fibres()[slab.fibres[k]];
+      const SlabId across = slab.neighbours[k];
+      if (across != kNoSlab && seen_slabs_[across] != round_ &&
+          (first ||
+           wall_may_meet(mesh.fibres()[slab.fibres[(k + 1) % 3]], mesh.fibres()[slab.fibres[(k + 2) % 3]], sphere)))
+        visit(across);
+      if (seen_fibres_[slab.fibres[k]] == round_) continue;
+      seen_fibres_[slab.fibres[k]] = round_;
+      if (first || distance2(sphere.centre, fibre.inner, fibre.outer) <= square)
+        for (const SlabCorner corner : mesh.fan(slab.fibres[k])) visit(corner.slab);
+    }
+  }
+  std::ranges::sort(reached_);
+  return reached_;
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,34 @@
+// Which slabs a tool works on: those that hang together inside its sphere, on the side that faces it.
+#pragma once
+
+#include <relief/core/snapshot.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace relief::detail {
+
+struct Sphere {
+  Vec3d centre;
+  double radius;
+};
+
+/// Grows from slab to slab; keeps its buffers from dab to dab.
+class Region {
+ public:
+  explicit Region(const SlabMesh& mesh);
+
+  /// The slabs that hang together with the seed inside the sphere and whose fibres point to `normal`'s side, ascending;
+  /// the seed is always one. `highest` says up to where along its fibres a slab is to be met.
+  std::span<const SlabId> grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
+                               const std::function<double(SlabId)>& highest);
+
+ private:
+  std::uint32_t round_ = 0;
+  std::vector<std::uint32_t> seen_slabs_, seen_fibres_;  ///< number of the round that last looked there
+  std::vector<SlabId> reached_;
+};
+
+}  // namespace relief::detail
