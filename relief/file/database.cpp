@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -25,6 +26,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kBusyMilliseconds = 2000;
+constexpr int kStepsBetweenLooks = 4096;  // of SQLite's machine between two looks whether it should stop: some 0.1 ms
+constexpr int kPagesPerCopy = 1024;       // of a database between two looks: some 10 ms
+constexpr const char* kCancelled = "stays as it was: the work was cancelled";
 
 std::string quoted(const fs::path& file) {
   std::string text = "'";
@@ -52,6 +56,8 @@ Error failure_of(const OpenFile& file, int code, int system_error) {
       return error(Errc::UnsupportedFormat, not_a(*file.kind));
     case SQLITE_CORRUPT:
       return error(Errc::Corrupt, "is damaged: its tables cannot be read");
+    case SQLITE_INTERRUPT:
+      return error(Errc::Cancelled, kCancelled);
     case SQLITE_FULL:
       return error(Errc::Io, "cannot grow, the disk is full: nothing that was finished before is lost");
     case SQLITE_BUSY:
@@ -200,11 +206,16 @@ Result<Database> Database::open(const fs::path& place, Access access, const File
     RELIEF_CHECK(database.run("PRAGMA cell_size_check = ON"));
     return database;
   };
-  RELIEF_TRY(Database database, connect(access == Access::Read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE));
+  RELIEF_TRY(Database database, connect(access == Access::Write ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY));
   if (access == Access::Write) {
     if (sqlite3_db_readonly(database.handle_.get(), "main") != 0)
       return std::unexpected(failure_of(*database.file_, SQLITE_READONLY, 0));
     return database;
+  }
+  if (access == Access::Damaged) {
+    // Only with these two does SQLite read a file that is shorter than its header says.
+    sqlite3_db_config(database.handle_.get(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+    sqlite3_db_config(database.handle_.get(), SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
   }
   // A reader cannot undo what a killed writer left, so a writer does it once.
   int rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
@@ -215,7 +226,7 @@ Result<Database> Database::open(const fs::path& place, Access access, const File
       rc = sqlite3_exec(database.handle_.get(), "PRAGMA schema_version", nullptr, nullptr, nullptr);
     }
   }
-  if (rc != SQLITE_OK)
+  if (rc != SQLITE_OK && access != Access::Damaged)
     return std::unexpected(failure_of(*database.file_, rc, sqlite3_system_errno(database.handle_.get())));
   return database;
 }
@@ -251,16 +262,34 @@ void Database::roll_back() const noexcept {
   if (in_transaction()) sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
 }
 
-Status Database::copy_from(const Database& other) const {
+Status Database::copy_from(const Database& other, const Progress& progress) const {
+  // Reading holds writers off from the first page to the last.
+  RELIEF_CHECK(other.run("BEGIN"));
+  RELIEF_CHECK(other.run("PRAGMA schema_version"));
   sqlite3_backup* backup = sqlite3_backup_init(handle_.get(), "main", other.handle_.get(), "main");
-  if (backup == nullptr) return std::unexpected(failure_of(*file_, sqlite3_extended_errcode(handle_.get()), 0));
-  // In one go, so that it is one moment of the source.
-  const int rc = sqlite3_backup_step(backup, -1);
+  int rc = backup == nullptr ? sqlite3_extended_errcode(handle_.get()) : SQLITE_OK;
+  while (rc == SQLITE_OK && !progress.cancelled()) {
+    rc = sqlite3_backup_step(backup, kPagesPerCopy);
+    const int all = sqlite3_backup_pagecount(backup);
+    if (rc == SQLITE_OK && all > 0) progress("copy", 1 - static_cast<double>(sqlite3_backup_remaining(backup)) / all);
+  }
   sqlite3_backup_finish(backup);
+  other.roll_back();
   if (rc == SQLITE_DONE) return {};
+  if (rc == SQLITE_OK) return cancelled();
   const bool reading = (rc & 0xff) == SQLITE_CORRUPT || (rc & 0xff) == SQLITE_NOTADB || (rc & 0xff) == SQLITE_BUSY;
   return std::unexpected(failure_of(reading ? *other.file_ : *file_, rc, sqlite3_system_errno(handle_.get())));
 }
+
+Database::Cancellable::Cancellable(const Database& database, const Progress& progress) noexcept
+    : handle_(database.handle_.get()) {
+  if (progress.cancel == nullptr) return;
+  const auto asks = [](void* cancel) {
+    return static_cast<const std::atomic<bool>*>(cancel)->load(std::memory_order_relaxed) ? 1 : 0;
+  };
+  sqlite3_progress_handler(handle_, kStepsBetweenLooks, asks, const_cast<std::atomic<bool>*>(progress.cancel));
+}
+Database::Cancellable::~Cancellable() { sqlite3_progress_handler(handle_, 0, nullptr, nullptr); }
 
 Status Database::write_tables() const {
   for (const FileKind::Table& table : file_->kind->tables) RELIEF_CHECK(run(table.definition));
@@ -307,6 +336,8 @@ std::unexpected<Error> Database::failure(Errc code, std::string_view what) const
 std::unexpected<Error> Database::damaged(std::string_view what) const {
   return failure(Errc::Corrupt, "is damaged: " + std::string(what));
 }
+
+std::unexpected<Error> Database::cancelled() const { return failure(Errc::Cancelled, kCancelled); }
 
 // ---- Replacement
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/progress.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -70,7 +71,8 @@ class Statement {
 /// An open database. Statements must be gone before it is closed or moved.
 class Database {
  public:
-  enum class Access : std::uint8_t { Read, Write };
+  /// Damaged: for reading, also where the file ends too early; what its damaged pages hold ends a statement as Corrupt.
+  enum class Access : std::uint8_t { Read, Write, Damaged };
   /// Opens an existing regular file (an empty one is an empty database). What a killed writer left half done is undone
   /// first, for readers too where the place can be written. `kind` must outlive it. Errors speak of `named`, where
   /// given. Errors: NotFound, Io.
@@ -93,12 +95,26 @@ class Database {
   [[nodiscard]] bool in_transaction() const noexcept;
   /// Ends the open transaction, if any, without its changes.
   void roll_back() const noexcept;
-  /// Replaces the content of this database by that of another.
-  [[nodiscard]] Status copy_from(const Database& other) const;
+  /// Replaces the content of this database by that of another, as it is at one moment. Errors: Cancelled, Io, Corrupt.
+  [[nodiscard]] Status copy_from(const Database& other, const Progress& progress = {}) const;
+  /// While it lives, `progress` can cancel what the database does: the statement that runs ends with Cancelled. The
+  /// check of b-trees inside check_tables() alone goes on to its end.
+  class Cancellable {
+   public:
+    Cancellable(const Database& database, const Progress& progress) noexcept;
+    Cancellable(const Cancellable&) = delete;
+    Cancellable& operator=(const Cancellable&) = delete;
+    ~Cancellable();
+
+   private:
+    sqlite3* handle_;
+  };
 
   [[nodiscard]] std::unexpected<Error> failure(Errc code, std::string_view what) const;
   /// Corrupt, "is damaged: ...".
   [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const;
+  /// Cancelled, "stays as it was: the work was cancelled".
+  [[nodiscard]] std::unexpected<Error> cancelled() const;
 
  private:
   struct Close {

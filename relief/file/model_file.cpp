@@ -5,7 +5,9 @@
 #include <relief/core/query.h>
 #include <relief/file/checksum.h>
 #include <relief/file/database.h>
+#include <relief/file/history_check.h>
 #include <relief/file/model_file.h>
+#include <relief/file/model_rows.h>
 #include <relief/file/tile_codec.h>
 #include <relief/verify/verify.h>
 
@@ -28,13 +30,14 @@ using detail::Bytes;
 using detail::bytes_of;
 using detail::Database;
 using detail::hash_of;
+using detail::kFibreBytes;
+using detail::kSlabBytes;
+using detail::Meta;
 using detail::Replacement;
 using detail::Statement;
 using detail::stored;
 
 constexpr std::int64_t kApplicationId = 0x524c4631;  // "RLF1"
-constexpr std::size_t kFibreBytes = 6 * sizeof(double);
-constexpr std::size_t kSlabBytes = 4 * sizeof(std::uint32_t);
 constexpr std::int64_t kLayerGone = -1;   // layers.intervals: the stroke took the layer away; 0 is kOwnIntervals
 constexpr std::int64_t kWholeEvery = 64;  // after so many changes of a page it is written whole again
 constexpr std::size_t kMaxText = std::size_t{1} << 26;
@@ -58,26 +61,6 @@ constexpr detail::FileKind kKind = {
 std::int64_t hash_of(const StrokeRecord& s, std::int64_t row_count) {
   return hash_of(s.label, bytes_of(s.details), s.number, s.tiles, row_count);
 }
-
-/// The singular facts of a model: small, rewritten as a whole, kept from damage by one checksum over all.
-struct Meta {
-  std::int64_t format = kFormatVersion;
-  ModelInfo info;
-  std::int64_t fibres = 0, slabs = 0;
-  std::int64_t current = 0, last = 0;  ///< strokes: in effect; the last that can be redone
-  std::string certificate;             ///< what the verifier proved when the file was made, such as "C0 C1 C3"
-
-  [[nodiscard]] std::int64_t checksum() const {
-    Hash64 hash;
-    for (const std::int64_t number :
-         {format, fibres, slabs, current, last, static_cast<std::int64_t>(info.mode),
-          static_cast<std::int64_t>(info.unit), std::bit_cast<std::int64_t>(info.source_diagonal)})
-      hash.add(static_cast<std::uint64_t>(number));
-    hash.add_bytes(bytes_of(info.source));
-    hash.add_bytes(bytes_of(certificate));
-    return stored(hash);
-  }
-};
 
 std::string certificate_text(const SlabMesh& mesh) {
   const PlainCage cage(mesh);
@@ -185,6 +168,25 @@ struct PageChange {
   SlabId page;
   std::uint64_t tiles;
   bool whole;  ///< the layer is new, so there is nothing to differ from
+};
+
+/// Long work of so many steps: tells its share at most a hundred times, and looks at each step whether to stop.
+class Steps {
+ public:
+  Steps(const Progress& progress, std::string_view phase, std::size_t count)
+      : progress_(progress), phase_(phase), count_(count) {}
+  /// False: the work was cancelled.
+  [[nodiscard]] bool next() {
+    if (done_ * 100 / count_ != (done_ + 1) * 100 / count_)
+      progress_(phase_, static_cast<double>(done_ + 1) / static_cast<double>(count_));
+    ++done_;
+    return !progress_.cancelled();
+  }
+
+ private:
+  const Progress& progress_;
+  std::string_view phase_;
+  std::size_t count_, done_ = 0;
 };
 
 class Rows {
@@ -368,12 +370,11 @@ class Rows {
     return std::make_shared<const SlabMesh>(*std::move(mesh));
   }
 
-  /// The layers in effect at a stroke.
+  /// The layers in effect at a stroke. A damaged row matters until a later one of its layer takes its place.
   [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke) const {
     LayerTable table;
-    RELIEF_TRY(
-        Statement rows,
-        database_.prepare("SELECT layer, stroke, intervals, hash FROM layers WHERE stroke <= ? ORDER BY stroke"));
+    std::array<bool, kLayerCount> lost{};
+    RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM layers WHERE stroke <= ? ORDER BY stroke"));
     rows.bind(stroke);
     for (;;) {
       RELIEF_TRY(const bool row, rows.step());
@@ -381,19 +382,17 @@ class Rows {
       const auto layer = layer_from_name(rows.text(0));
       const LayerEntry entry{.stroke = rows.integer(1), .intervals = rows.integer(2)};
       if (!layer) return damaged("it has a layer that does not exist");
-      if (rows.integer(3) != hash_of(name(*layer), {}, entry.stroke, entry.intervals))
-        return damaged("its layers fail their checksum");
+      const auto k = static_cast<std::size_t>(*layer);
+      lost[k] = !detail::layer_holds(rows);
+      if (lost[k]) continue;
       const bool sound = *layer == Layer::Displacement   ? entry.intervals == kOwnIntervals && entry.stroke == 0
                          : entry.intervals == kLayerGone ? true
                          : has_own_intervals(*layer)     ? entry.intervals == kOwnIntervals
                                                          : entry.intervals >= 1 && entry.intervals <= kMaxIntervals;
       if (!sound || entry.stroke < 0) return damaged("its layers do not make sense");
-      auto& place = table[static_cast<std::size_t>(*layer)];
-      if (entry.intervals == kLayerGone)
-        place.reset();
-      else
-        place = entry;
+      table[k] = entry.intervals == kLayerGone ? std::nullopt : std::optional(entry);
     }
+    if (std::ranges::find(lost, true) != lost.end()) return damaged("its layers fail their checksum");
     if (!table[static_cast<std::size_t>(Layer::Displacement)]) return damaged("it has no displacement");
     return table;
   }
@@ -406,11 +405,11 @@ class Rows {
     Bytes data;
   };
   [[nodiscard]] Result<PageRow> page_row(const Statement& row, Layer layer, SlabId page) const {
-    const std::int64_t stroke = row.integer(0), whole = row.integer(1), tiles = row.integer(2);
-    const Bytes data = row.blob(4);
-    if (row.integer(3) != hash_of(name(layer), data, page, stroke, whole, tiles))
-      return page_damage(layer, page, stroke, "fails its checksum");
-    return PageRow{.stroke = stroke, .whole = whole != 0, .tiles = std::bit_cast<std::uint64_t>(tiles), .data = data};
+    if (!detail::page_holds(row)) return page_damage(layer, page, row.integer(2), "fails its checksum");
+    return PageRow{.stroke = row.integer(2),
+                   .whole = row.integer(3) != 0,
+                   .tiles = std::bit_cast<std::uint64_t>(row.integer(4)),
+                   .data = row.blob(6)};
   }
 
   /// Pages with rows of strokes after the first and up to the last one named, in order.
@@ -440,13 +439,10 @@ class Rows {
     for (;;) {
       RELIEF_TRY(const bool row, rows.step());
       if (!row) break;
-      StrokeRecord stroke{.number = static_cast<std::uint64_t>(rows.integer(0)),
-                          .label = std::string(rows.text(1)),
-                          .details = std::string(rows.text(2)),
-                          .tiles = static_cast<std::uint64_t>(rows.integer(3))};
-      if (rows.integer(5) != hash_of(stroke, rows.integer(4)))
-        return damaged("the record of stroke " + std::to_string(stroke.number) + " fails its checksum");
-      strokes.push_back(std::move(stroke));
+      if (detail::stroke_holds(rows))
+        strokes.push_back(record_in(rows));
+      else
+        strokes.push_back({.number = static_cast<std::uint64_t>(rows.integer(0)), .damaged = true});
     }
     if (strokes.size() != static_cast<std::size_t>(last)) return damaged("its journal of strokes has a gap");
     return strokes;
@@ -458,7 +454,7 @@ class Rows {
                                                                      std::int64_t stroke) const {
     RELIEF_TRY(
         Statement rows,
-        database_.prepare("SELECT stroke, whole, tiles, hash, data FROM pages WHERE layer = ?1 AND page = ?2 AND "
+        database_.prepare("SELECT * FROM pages WHERE layer = ?1 AND page = ?2 AND "
                           "stroke <= ?3 AND stroke >= (SELECT max(stroke) FROM pages WHERE layer = ?1 AND page = ?2 "
                           "AND stroke <= ?3 AND whole = 1) ORDER BY stroke"));
     rows.bind(name(layer)).bind(std::int64_t{page}).bind(stroke);
@@ -493,16 +489,18 @@ class Rows {
     return tiles;
   }
 
-  /// That every page of the layers is there before memory is taken for them, so that what a file asks for is in
-  /// proportion to its size.
-  [[nodiscard]] Status check_pages(const SlabMesh& mesh, const LayerTable& layers) const {
+  /// That every page of the layers is there at a stroke before memory is taken for them, so that what a file asks for
+  /// is in proportion to its size.
+  [[nodiscard]] Status check_pages(const SlabMesh& mesh, const LayerTable& layers, std::int64_t stroke) const {
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const auto& entry = layers[k];
       if (!entry) continue;
       const auto layer = static_cast<Layer>(k);
-      RELIEF_TRY(Statement rows, database_.prepare("SELECT page, tiles, length(data) FROM pages WHERE layer = ? AND "
-                                                   "stroke = ? AND whole = 1 ORDER BY page"));
-      rows.bind(name(layer)).bind(entry->stroke);
+      // Beside max(), the other columns are those of its row.
+      RELIEF_TRY(Statement rows, database_.prepare("SELECT page, tiles, length(data), max(stroke) FROM pages WHERE "
+                                                   "layer = ? AND stroke BETWEEN ? AND ? AND whole = 1 GROUP BY page "
+                                                   "ORDER BY page"));
+      rows.bind(name(layer)).bind(entry->stroke).bind(stroke);
       for (SlabId page = 0; page < page_count(mesh); ++page) {
         RELIEF_TRY(const bool more, rows.step());
         if (!more || rows.integer(0) != page) return page_damage(layer, page, entry->stroke, "is missing");
@@ -510,7 +508,7 @@ class Rows {
         if (std::bit_cast<std::uint64_t>(rows.integer(1)) != layout.mask ||
             layout.bytes() / detail::kMaxExpansion >
                 static_cast<std::size_t>(std::max<std::int64_t>(rows.integer(2), 0)))
-          return page_damage(layer, page, entry->stroke, "does not fit the cage");
+          return page_damage(layer, page, rows.integer(3), "does not fit the cage");
       }
       RELIEF_TRY(const bool more, rows.step());
       if (more) return damaged("it has more pages than its cage needs");
@@ -518,25 +516,36 @@ class Rows {
     return {};
   }
 
-  /// That the journal has no gap and each stroke still has all the rows that it wrote.
-  [[nodiscard]] Status check_journal(const Meta& meta) const {
+  /// The first stroke that lacks rows which it wrote: from it on no state can be trusted; one after the last where all
+  /// have theirs. Where a record is damaged, so that it cannot tell how many there were, the table of pages and its
+  /// index vouch for each other. Error: Corrupt (the journal has a gap).
+  [[nodiscard]] Result<std::int64_t> first_incomplete(const Meta& meta) const {
     RELIEF_TRY(Statement strokes, database_.prepare("SELECT count(*), min(number), max(number) FROM strokes"));
     RELIEF_TRY(const bool counted, strokes.step());
     if (!counted || strokes.integer(0) != meta.last + 1 || strokes.integer(1) != 0 || strokes.integer(2) != meta.last)
       return damaged("its journal of strokes has a gap");
-    RELIEF_TRY(
-        Statement missing,
-        database_.prepare("SELECT count(*) FROM strokes LEFT JOIN (SELECT stroke, count(*) AS found FROM (SELECT "
-                          "stroke FROM pages UNION ALL SELECT stroke FROM layers) GROUP BY stroke) ON stroke = number "
-                          "WHERE row_count <> ifnull(found, 0)"));
-    RELIEF_TRY(const bool compared, missing.step());
-    if (!compared || missing.integer(0) != 0) return damaged("changes of a stroke are missing");
-    return {};
+    RELIEF_TRY(Statement short_ones,
+               database_.prepare(
+                   "SELECT number, label, details, tiles, row_count, hash FROM strokes LEFT JOIN (SELECT stroke, "
+                   "count(*) AS found FROM (SELECT stroke FROM pages UNION ALL SELECT stroke FROM layers) GROUP "
+                   "BY stroke) ON stroke = number WHERE row_count <> ifnull(found, 0) ORDER BY number"));
+    for (;;) {
+      RELIEF_TRY(const bool row, short_ones.step());
+      if (!row) return meta.last + 1;
+      if (detail::stroke_holds(short_ones)) return short_ones.integer(0);
+    }
   }
 
   [[nodiscard]] std::unexpected<Error> damaged(std::string_view what) const { return database_.damaged(what); }
+  [[nodiscard]] std::unexpected<Error> cancelled() const { return database_.cancelled(); }
 
  private:
+  [[nodiscard]] static StrokeRecord record_in(const Statement& row) {
+    return {.number = static_cast<std::uint64_t>(row.integer(0)),
+            .label = std::string(row.text(1)),
+            .details = std::string(row.text(2)),
+            .tiles = static_cast<std::uint64_t>(row.integer(3))};
+  }
   [[nodiscard]] static Status write_place(const Meta& meta, Statement& put) {
     const auto write = [&](std::string_view key, std::int64_t value) {
       put.reset();
@@ -557,10 +566,15 @@ class Rows {
 
 // ---- Snapshots from rows
 
+std::size_t present(const LayerTable& layers) {
+  return static_cast<std::size_t>(std::ranges::count_if(layers, [](const auto& entry) { return entry.has_value(); }));
+}
+
 /// The whole model at a stroke.
 Result<SnapshotPtr> load(const Rows& rows, const std::shared_ptr<const SlabMesh>& mesh, const LayerTable& layers,
-                         std::int64_t stroke) {
-  RELIEF_CHECK(rows.check_pages(*mesh, layers));
+                         std::int64_t stroke, const Progress& progress) {
+  RELIEF_CHECK(rows.check_pages(*mesh, layers, stroke));
+  Steps pages(progress, "read", present(layers) * page_count(*mesh));
   SnapshotDraft draft(Snapshot::make(mesh));
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto& entry = layers[k];
@@ -568,25 +582,36 @@ Result<SnapshotPtr> load(const Rows& rows, const std::shared_ptr<const SlabMesh>
     const auto layer = static_cast<Layer>(k);
     if (layer != Layer::Displacement) draft.add_layer(layer, static_cast<int>(entry->intervals), 0.0F);
     for (SlabId page = 0; page < page_count(*mesh); ++page) {
+      if (!pages.next()) return rows.cancelled();
       RELIEF_TRY(const auto tiles, rows.read_page(*mesh, layer, *entry, page, stroke));
       for (SlabId t = 0; t < tiles_in_page(*mesh, page); ++t) draft.put(layer, page * kTilesPerPage + t, tiles[t]);
       if (page % 256 == 255) (void)draft.finish();  // lets go of the tiles that were replaced
     }
   }
   SnapshotPtr loaded = draft.finish();
-  if (const Status sound = validate(*loaded); !sound) return rows.damaged(sound.error().message);
+  Steps slabs(progress, "check", present(layers) * mesh->slab_count());
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const auto layer = static_cast<Layer>(k);
+    for (SlabId s = 0; layers[k] && s < mesh->slab_count(); ++s) {
+      if (!slabs.next()) return rows.cancelled();
+      if (const Status sound = validate(*loaded, layer, s); !sound) return rows.damaged(sound.error().message);
+      loaded->tile(layer, s).rest(4);  // with its neighbours
+    }
+  }
   return loaded;
 }
 
 /// The model at another stroke, from the one at hand; both have the same layers.
 Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerTable& layers, std::int64_t from_stroke,
-                         std::int64_t to_stroke) {
+                         std::int64_t to_stroke, const Progress& progress) {
   const SlabMesh& mesh = from->slab_mesh();
   RELIEF_TRY(const auto touched,
              rows.touched_pages(std::min(from_stroke, to_stroke), std::max(from_stroke, to_stroke)));
+  Steps pages(progress, "read", touched.size());
   SnapshotDraft draft(from);
   std::vector<std::pair<Layer, SlabId>> changed;
   for (const auto& [layer, page] : touched) {
+    if (!pages.next()) return rows.cancelled();
     const auto& entry = layers[static_cast<std::size_t>(layer)];
     if (!entry || page >= page_count(mesh)) continue;
     RELIEF_TRY(const auto tiles, rows.read_page(mesh, layer, *entry, page, to_stroke));
@@ -598,13 +623,16 @@ Result<SnapshotPtr> move(const Rows& rows, const SnapshotPtr& from, const LayerT
     }
   }
   SnapshotPtr moved = draft.finish();
-  for (const auto& [layer, s] : changed)
+  for (const auto& [layer, s] : changed) {
+    if (progress.cancelled()) return rows.cancelled();
     if (const Status sound = validate(*moved, layer, s); !sound) return rows.damaged(sound.error().message);
+  }
   return moved;
 }
 
 /// Writes a new model into an empty database that nobody else sees yet.
-Status write_model(const Database& database, const Model& model, const Meta& meta, const LayerTable& layers) {
+Status write_model(const Database& database, const Model& model, const Meta& meta, const LayerTable& layers,
+                   const Progress& progress) {
   const SlabMesh& mesh = model.head->slab_mesh();
   const Rows rows(database);
   RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
@@ -613,21 +641,64 @@ Status write_model(const Database& database, const Model& model, const Meta& met
   RELIEF_CHECK(database.write_tables());
   RELIEF_CHECK(rows.write_meta(meta));
   RELIEF_CHECK(rows.write_cage(mesh));
+  Steps pages(progress, "save", present(layers) * page_count(mesh));
   std::int64_t row_count = 0;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto& entry = layers[k];
     if (!entry) continue;
     const auto layer = static_cast<Layer>(k);
     RELIEF_CHECK(rows.write_layer(layer, *entry));
-    for (SlabId page = 0; page < page_count(mesh); ++page)
+    for (SlabId page = 0; page < page_count(mesh); ++page) {
+      if (!pages.next()) return rows.cancelled();
       RELIEF_CHECK(rows.write_page({layer, page, 0, true}, *entry, 0, nullptr, *model.head));
+    }
     row_count += 1 + std::int64_t{page_count(mesh)};
   }
   RELIEF_CHECK(rows.write_stroke({}, row_count));
   return database.run("COMMIT");
 }
 
+/// The model's facts and layers as a new file will hold them.
+Meta meta_of(const Model& model) {
+  const SlabMesh& mesh = model.head->slab_mesh();
+  return {.info = model.info,
+          .fibres = static_cast<std::int64_t>(mesh.fibres().size()),
+          .slabs = std::int64_t{mesh.slab_count()},
+          .certificate = certificate_text(mesh)};
+}
+LayerTable layers_of(const Snapshot& head) {
+  LayerTable layers;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (head.has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(head, layer)};
+  }
+  return layers;
+}
+
 }  // namespace
+
+namespace detail {
+
+const FileKind& model_kind() noexcept { return kKind; }
+
+std::int64_t Meta::checksum() const {
+  Hash64 hash;
+  for (const std::int64_t number :
+       {format, fibres, slabs, current, last, static_cast<std::int64_t>(info.mode),
+        static_cast<std::int64_t>(info.unit), std::bit_cast<std::int64_t>(info.source_diagonal)})
+    hash.add(static_cast<std::uint64_t>(number));
+  hash.add_bytes(bytes_of(info.source));
+  hash.add_bytes(bytes_of(certificate));
+  return stored(hash);
+}
+
+Result<Meta> read_meta(const Database& database) { return Rows(database).read_meta(); }
+Status write_meta(const Database& database, const Meta& meta) { return Rows(database).write_meta(meta); }
+Status write_stroke(const Database& database, const StrokeRecord& stroke, std::int64_t row_count) {
+  return Rows(database).write_stroke(stroke, row_count);
+}
+
+}  // namespace detail
 
 struct ModelFile::State {
   Database database;
@@ -636,11 +707,14 @@ struct ModelFile::State {
   LayerTable layers{};
   Model model{};
   std::int64_t data_version = 0;  ///< differs once another program has written the file
+  std::int64_t incomplete = std::numeric_limits<std::int64_t>::max();  ///< the first stroke that lacks rows
 
   /// Makes every commit durable, and keeps other writers out from now on; readers are let in except while we write.
   [[nodiscard]] Status lock() {
     RELIEF_CHECK(database.run("PRAGMA journal_mode = DELETE"));
     RELIEF_CHECK(database.run("PRAGMA synchronous = EXTRA"));
+    RELIEF_CHECK(
+        database.run("PRAGMA secure_delete = ON"));  // rows of dropped strokes are not found again by salvage()
     RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
     RELIEF_TRY(data_version, database.integer("PRAGMA data_version"));
     return {};
@@ -660,7 +734,7 @@ struct ModelFile::State {
       const auto version = database.integer("PRAGMA data_version");
       if (!version || *version != data_version) {
         database.roll_back();
-        return database.failure(Errc::Io, "was changed by another program: open it again");
+        return changed_by_another();
       }
     }
     Status done = change();
@@ -670,7 +744,30 @@ struct ModelFile::State {
     return done;
   }
 
-  [[nodiscard]] Result<std::uint64_t> move_to(std::int64_t stroke);
+  /// Runs `read` on the rows as they were when the file was opened.
+  template <typename Read>
+  [[nodiscard]] auto reading(Read&& read) const -> decltype(read()) {
+    if (database.in_transaction()) return read();
+    RELIEF_CHECK(database.run("BEGIN"));
+    const auto version = database.integer("PRAGMA data_version");
+    auto found = version && *version == data_version ? read() : decltype(read())(changed_by_another());
+    database.roll_back();
+    return found;
+  }
+  [[nodiscard]] std::unexpected<Error> changed_by_another() const {
+    return database.failure(Errc::Io, "was changed by another program: open it again");
+  }
+
+  [[nodiscard]] Status read(const Progress& progress);
+  /// The model at a stroke and the layers that it has, near one of which they are known.
+  struct Place {
+    SnapshotPtr snapshot;
+    LayerTable layers;
+  };
+  [[nodiscard]] Result<Place> state_at(std::int64_t stroke, const Place& near, std::int64_t near_stroke,
+                                       const Progress& progress) const;
+  [[nodiscard]] std::unexpected<Error> cannot_go(std::int64_t stroke, const Error& why) const;
+  [[nodiscard]] Result<std::uint64_t> move_to(std::int64_t stroke, const Progress& progress);
 };
 
 ModelFile::ModelFile(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
@@ -678,7 +775,7 @@ ModelFile::ModelFile(ModelFile&&) noexcept = default;
 ModelFile& ModelFile::operator=(ModelFile&&) noexcept = default;
 ModelFile::~ModelFile() = default;
 
-Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model) {
+Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model, const Progress& progress) {
   RELIEF_ASSERT(model.head != nullptr);
   const auto refuse = [&](const std::string& why) {
     return fail(Errc::InvalidArgument, "'" + printable(file.string()) + "' is not written: " + why);
@@ -687,53 +784,73 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
   if (!std::isfinite(model.info.source_diagonal) || model.info.source_diagonal < 0)
     return refuse("the source's diagonal is not a length");
 
-  const SlabMesh& mesh = model.head->slab_mesh();
-  Meta meta{.info = model.info,
-            .fibres = static_cast<std::int64_t>(mesh.fibres().size()),
-            .slabs = std::int64_t{mesh.slab_count()},
-            .certificate = certificate_text(mesh)};
-  LayerTable layers;
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    const auto layer = static_cast<Layer>(k);
-    if (model.head->has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(*model.head, layer)};
-  }
+  std::optional<State> made;
   {
     RELIEF_TRY(Replacement replacement, Replacement::make(file, kKind));
     {
-      RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, kKind, file));
-      RELIEF_CHECK(write_model(database, model, meta, layers));
+      RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, progress));
+      made = State{.database = {}, .meta = unsaved.state_->meta, .layers = unsaved.state_->layers, .model = model};
     }
     RELIEF_CHECK(replacement.replace_target());
   }
-  RELIEF_TRY(Database database, Database::open(file, Database::Access::Write, kKind));
+  RELIEF_TRY(made->database, Database::open(file, Database::Access::Write, kKind));
+  RELIEF_CHECK(made->lock());
+  return ModelFile(std::make_unique<State>(*std::move(made)));
+}
+
+Result<ModelFile> ModelFile::make_unsaved(const std::filesystem::path& place, const std::filesystem::path& named,
+                                          const Model& model, const Progress& progress) {
+  RELIEF_TRY(Database database, Database::open(place, Database::Access::Write, kKind, named));
   auto state = std::make_unique<State>(
-      State{.database = std::move(database), .meta = std::move(meta), .layers = layers, .model = model});
-  RELIEF_CHECK(state->lock());
+      State{.database = std::move(database), .meta = meta_of(model), .layers = layers_of(*model.head), .model = model});
+  RELIEF_CHECK(write_model(state->database, model, state->meta, state->layers, progress));
+  RELIEF_TRY(state->data_version, state->database.integer("PRAGMA data_version"));
   return ModelFile(std::move(state));
 }
 
-Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only) {
+Result<ModelFile> ModelFile::open(const std::filesystem::path& file, bool read_only, const Progress& progress) {
   RELIEF_TRY(Database database,
              Database::open(file, read_only ? Database::Access::Read : Database::Access::Write, kKind));
   auto state = std::make_unique<State>(State{.database = std::move(database), .read_only = read_only});
-  const Rows rows(state->database);
-  RELIEF_CHECK(state->database.check_format());  // before anything is changed in what may be somebody else's database
-  RELIEF_CHECK(read_only ? state->database.run("BEGIN") : state->lock());
-  RELIEF_CHECK(state->database.check_tables());
-  RELIEF_TRY(state->meta, rows.read_meta());
-  RELIEF_CHECK(rows.check_journal(state->meta));
-  RELIEF_TRY(const auto mesh, rows.read_cage(state->meta));
-  RELIEF_TRY(state->layers, rows.read_layers(state->meta.current));
-  RELIEF_TRY(state->model.head, load(rows, mesh, state->layers, state->meta.current));
-  state->model.info = state->meta.info;
-  if (read_only) state->database.roll_back();
+  if (Status read = state->read(progress); !read) {
+    if (read.error().code == Errc::Corrupt)
+      read.error().message += "; relief info MODEL --salvage -o OUT.relief writes what is whole";
+    return std::unexpected(std::move(read).error());
+  }
   return ModelFile(std::move(state));
 }
 
-Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem::path& to) {
+Status ModelFile::State::read(const Progress& progress) {
+  const Database::Cancellable cancellable(database, progress);
+  const Rows rows(database);
+  progress("open", 0);
+  RELIEF_CHECK(database.check_format());  // before anything is changed in what may be somebody else's database
+  if (read_only) {
+    RELIEF_CHECK(database.run("BEGIN"));
+    RELIEF_TRY(data_version, database.integer("PRAGMA data_version"));
+  } else {
+    RELIEF_CHECK(lock());
+  }
+  RELIEF_CHECK(database.check_tables());
+  RELIEF_TRY(meta, rows.read_meta());
+  RELIEF_TRY(incomplete, rows.first_incomplete(meta));
+  if (incomplete <= meta.current)
+    return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  RELIEF_TRY(const auto mesh, rows.read_cage(meta));
+  RELIEF_TRY(layers, rows.read_layers(meta.current));
+  RELIEF_TRY(model.head, load(rows, mesh, layers, meta.current, progress));
+  model.info = meta.info;
+  if (read_only) database.roll_back();
+  return {};
+}
+
+Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem::path& to, const Progress& progress) {
   RELIEF_TRY(const Database source, Database::open(from, Database::Access::Read, kKind));
-  RELIEF_CHECK(source.check_format());
-  RELIEF_CHECK(source.check_tables());
+  {
+    const Database::Cancellable cancellable(source, progress);
+    RELIEF_CHECK(source.check_format());
+    RELIEF_CHECK(source.check_tables());
+  }
   std::error_code code;
   if (std::filesystem::equivalent(from, to, code)) return {};
   RELIEF_TRY(Replacement replacement, Replacement::make(to, kKind));
@@ -741,7 +858,7 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
     RELIEF_TRY(const Database database, Database::open(replacement.file(), Database::Access::Write, kKind, to));
     RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
     RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
-    RELIEF_CHECK(database.copy_from(source));
+    RELIEF_CHECK(database.copy_from(source, progress));
   }
   return replacement.replace_target();
 }
@@ -759,7 +876,21 @@ Result<std::vector<StrokeRecord>> ModelFile::strokes() const {
   return Rows(state_->database).read_strokes(state_->meta.last);
 }
 
-Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
+Result<std::vector<DamagedStrokes>> ModelFile::damage(const Progress& progress) const {
+  const State& state = *state_;
+  const Database::Cancellable cancellable(state.database, progress);
+  RELIEF_TRY(const detail::HistoryCheck check,
+             state.reading([&] { return detail::check_history(state.database, true, state.meta.last, progress); }));
+  std::vector<DamagedStrokes> found;
+  for (std::uint64_t k = 0; k < check.readable.size(); ++k) {
+    if (check.readable[k]) continue;
+    if (found.empty() || found.back().last + 1 != k) found.push_back({k, k});
+    found.back().last = k;
+  }
+  return found;
+}
+
+Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke, const Progress& progress) {
   RELIEF_ASSERT(head != nullptr);
   State& state = *state_;
   const Snapshot& before = *state.model.head;
@@ -815,7 +946,9 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
   const auto write = [&]() -> Status {
     if (state.meta.current < state.meta.last) RELIEF_CHECK(rows.drop_strokes_after(state.meta.current));
     for (const auto& [layer, entry] : layer_rows) RELIEF_CHECK(rows.write_layer(layer, entry));
+    Steps pages(progress, "save", changes.size());
     for (PageChange& change : changes) {
+      if (!pages.next()) return rows.cancelled();
       if (!change.whole) {
         RELIEF_TRY(const std::int64_t earlier, rows.changes_since_whole(change.layer, change.page));
         change.whole = earlier >= kWholeEvery;
@@ -829,40 +962,134 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke) {
   state.meta = std::move(meta);
   state.layers = layers;
   state.model.head = std::move(head);
+  state.incomplete = std::max(state.incomplete, number + 1);
   return {};
 }
 
-Result<std::uint64_t> ModelFile::undo(std::uint64_t strokes) {
+Result<SnapshotPtr> ModelFile::at(std::uint64_t stroke, const SnapshotPtr& near, std::uint64_t near_stroke,
+                                  const Progress& progress) const {
+  RELIEF_ASSERT(near != nullptr);
+  const State& state = *state_;
+  const auto last = static_cast<std::uint64_t>(state.meta.last);
+  if (std::max(stroke, near_stroke) > last)
+    return state.database.failure(Errc::NotFound, "has no stroke " + std::to_string(std::max(stroke, near_stroke)));
+  const Database::Cancellable cancellable(state.database, progress);
+  return state.reading([&]() -> Result<SnapshotPtr> {
+    State::Place from{near, state.layers};
+    if (near_stroke != stroke_count()) {
+      RELIEF_TRY(from.layers, Rows(state.database).read_layers(static_cast<std::int64_t>(near_stroke)));
+    }
+    RELIEF_TRY(State::Place found, state.state_at(static_cast<std::int64_t>(stroke), from,
+                                                  static_cast<std::int64_t>(near_stroke), progress));
+    return std::move(found.snapshot);
+  });
+}
+
+Result<SnapshotPtr> ModelFile::at(std::uint64_t stroke, const Progress& progress) const {
+  return at(stroke, model().head, stroke_count(), progress);
+}
+
+Result<std::uint64_t> ModelFile::undo(std::uint64_t strokes, const Progress& progress) {
   const auto steps = static_cast<std::int64_t>(std::min(strokes, stroke_count()));
-  return state_->move_to(state_->meta.current - steps);
+  return state_->move_to(state_->meta.current - steps, progress);
 }
 
-Result<std::uint64_t> ModelFile::redo(std::uint64_t strokes) {
+Result<std::uint64_t> ModelFile::redo(std::uint64_t strokes, const Progress& progress) {
   const auto steps = static_cast<std::int64_t>(std::min(strokes, redo_count()));
-  return state_->move_to(state_->meta.current + steps);
+  return state_->move_to(state_->meta.current + steps, progress);
 }
 
-Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke) {
+std::string name_of(const DamagedStrokes& strokes) {
+  const auto& [first, last] = strokes;
+  if (last == 0) return "the model before its first stroke";
+  if (first == 0) return "all up to stroke " + std::to_string(last);
+  if (first == last) return "stroke " + std::to_string(first);
+  return "strokes " + std::to_string(first) + " to " + std::to_string(last);
+}
+
+std::string to_string(const DamagedStrokes& strokes) {
+  return name_of(strokes) + (strokes.first > 0 && strokes.first < strokes.last ? " are damaged" : " is damaged");
+}
+
+Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
+  RELIEF_ASSERT(state_there != nullptr);
+  State& state = *state_;
+  if (stroke > static_cast<std::uint64_t>(state.meta.last))
+    return state.database.failure(Errc::NotFound, "has no stroke " + std::to_string(stroke));
+  Meta meta = state.meta;
+  meta.current = static_cast<std::int64_t>(stroke);
+  LayerTable layers;
+  RELIEF_CHECK(state.transaction([&]() -> Status {
+    const Rows rows(state.database);
+    RELIEF_TRY(layers, rows.read_layers(meta.current));
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      const auto layer = static_cast<Layer>(k);
+      if (state_there->has(layer) != layers[k].has_value() ||
+          (layers[k] && intervals_of(*state_there, layer) != layers[k]->intervals))
+        return state.database.failure(
+            Errc::InvalidArgument, "keeps its place: the model given is not that of stroke " + std::to_string(stroke));
+    }
+    return rows.write_place(meta);
+  }));
+  state.meta = std::move(meta);
+  state.layers = layers;
+  state.model.head = std::move(state_there);
+  return {};
+}
+
+Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, const Place& near,
+                                                           std::int64_t near_stroke, const Progress& progress) const {
   const Rows rows(database);
+  if (stroke == near_stroke) return near;
+  if (stroke >= incomplete) return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  Place place;
+  RELIEF_TRY(place.layers, rows.read_layers(stroke));
+  if (place.layers == near.layers) {
+    RELIEF_TRY(place.snapshot, move(rows, near.snapshot, near.layers, near_stroke, stroke, progress));
+  } else {
+    RELIEF_TRY(place.snapshot, load(rows, near.snapshot->shared_slab_mesh(), place.layers, stroke, progress));
+  }
+  return place;
+}
+
+/// Says how far undo or redo can go where it cannot go to a stroke.
+std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Error& why) const {
+  const auto check = detail::check_history(database, true, meta.last, {});
+  if (!check || check->readable[static_cast<std::size_t>(stroke)]) return std::unexpected(why);
+  const std::int64_t step = stroke < meta.current ? -1 : 1;
+  const auto is = [&](bool readable, std::int64_t k) {
+    return k >= 0 && k <= meta.last && check->readable[static_cast<std::size_t>(k)] == readable;
+  };
+  std::int64_t stop = meta.current;
+  while (is(true, stop + step)) stop += step;
+  std::int64_t lost = stop + step;
+  while (is(false, lost + step)) lost += step;
+  const auto [first, last] = std::minmax({stop + step, lost});
+  return database.failure(
+      Errc::Corrupt, "stays at stroke " + std::to_string(meta.current) + ": " +
+                         to_string({static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(last)}) + ", and " +
+                         (step < 0 ? "undo" : "redo") + " stops at stroke " + std::to_string(stop));
+}
+
+Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke, const Progress& progress) {
+  const Database::Cancellable cancellable(database, progress);
   Meta moved_meta = meta;
   moved_meta.current = stroke;
-  LayerTable moved_layers;
-  SnapshotPtr moved;
+  Place there;
   const auto write = [&]() -> Status {
     if (stroke == meta.current) return {};
-    RELIEF_TRY(moved_layers, rows.read_layers(stroke));
-    auto found = moved_layers == layers ? move(rows, model.head, layers, meta.current, stroke)
-                                        : load(rows, model.head->shared_slab_mesh(), moved_layers, stroke);
-    if (!found) return std::unexpected(std::move(found).error());
-    moved = *std::move(found);
-    return rows.write_place(moved_meta);
+    auto found = state_at(stroke, {model.head, layers}, meta.current, progress);
+    if (!found)
+      return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error()) : std::unexpected(found.error());
+    there = *std::move(found);
+    return Rows(database).write_place(moved_meta);
   };
   RELIEF_CHECK(transaction(write));
   const std::int64_t steps = stroke - meta.current;
   if (steps != 0) {
     meta = std::move(moved_meta);
-    layers = moved_layers;
-    model.head = std::move(moved);
+    layers = there.layers;
+    model.head = std::move(there.snapshot);
   }
   return static_cast<std::uint64_t>(steps < 0 ? -steps : steps);
 }

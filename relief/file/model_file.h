@@ -21,23 +21,54 @@ struct StrokeRecord {
   std::string label{};       ///< what people read
   std::string details{};     ///< JSON of the stroke, for replay; may be empty
   std::uint64_t tiles = 0;   ///< changed by it
+  bool damaged = false;      ///< its record fails its checksum: label and details are lost
+};
+
+/// Strokes `first` to `last` whose state cannot be read any more; 0 is the model before its first stroke.
+struct DamagedStrokes {
+  std::uint64_t first = 0, last = 0;
+  friend bool operator==(const DamagedStrokes&, const DamagedStrokes&) = default;
+};
+/// "strokes 3 to 7".
+[[nodiscard]] std::string name_of(const DamagedStrokes& strokes);
+/// "strokes 3 to 7 are damaged".
+[[nodiscard]] std::string to_string(const DamagedStrokes& strokes);
+
+/// What ModelFile::salvage() could save.
+struct Salvaged {
+  std::uint64_t first = 0;          ///< the stroke whose state is now the model before its first stroke
+  std::uint64_t current = 0;        ///< the stroke, by its old number, that is in effect now
+  std::uint64_t last = 0;           ///< the last that can be redone, by its old number
+  std::vector<std::string> lost{};  ///< each a clause, such as "strokes 3 to 7 (damaged)"; empty where nothing is
 };
 
 /// An open model file. One thread at a time. While it is open for writing, others can read it; a second writer, in this
 /// process or another, gets Io ("in use") after two seconds. Whatever happens to the process, the file is a whole model
-/// at the last committed stroke. All errors name the file.
+/// at the last committed stroke. All errors name the file. What takes a Progress can be cancelled: then nothing has
+/// changed, and no output is left.
 class ModelFile {
  public:
   /// Makes a new file, as a whole and at once (written beside and renamed); an existing file, and whatever a killed run
   /// left beside it, is replaced. Errors: Io (also when the old file is in use), InvalidArgument (samples out of range
-  /// or torn at an edge).
-  [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model);
+  /// or torn at an edge), Cancelled.
+  [[nodiscard]] static Result<ModelFile> create(const std::filesystem::path& file, const Model& model,
+                                                const Progress& progress = {});
   /// Opens and checks everything it reads: format version, sizes against the file, numbers, C0 of the cage, shared
-  /// and constrained samples and ranges; whether its slabs are sound is asked with doubt(). Errors: NotFound, Io,
-  /// Corrupt, NewerVersion, UnsupportedFormat (not a .relief file).
-  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false);
+  /// and constrained samples and ranges; whether its slabs are sound is asked with doubt(). Rows that only other
+  /// strokes need may be damaged: see damage(). Errors: NotFound, Io, Corrupt (the sentence names the remedy,
+  /// salvage()), NewerVersion, UnsupportedFormat (not a .relief file), Cancelled.
+  [[nodiscard]] static Result<ModelFile> open(const std::filesystem::path& file, bool read_only = false,
+                                              const Progress& progress = {});
   /// Copies a model file with its whole history to another place, as a whole and at once.
-  [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to);
+  [[nodiscard]] static Status copy(const std::filesystem::path& from, const std::filesystem::path& to,
+                                   const Progress& progress = {});
+
+  /// Writes what is whole of a damaged model to another place, as a whole and at once: the newest state that is (the
+  /// current one where it can), and of the strokes before and after it those that follow each other without a gap.
+  /// Errors: Corrupt (nothing is whole), InvalidArgument (`to` is `from`), NotFound, Io, UnsupportedFormat,
+  /// NewerVersion, Cancelled.
+  [[nodiscard]] static Result<Salvaged> salvage(const std::filesystem::path& from, const std::filesystem::path& to,
+                                                const Progress& progress = {});
 
   ModelFile(ModelFile&&) noexcept;
   ModelFile& operator=(ModelFile&&) noexcept;
@@ -54,18 +85,38 @@ class ModelFile {
   [[nodiscard]] std::uint64_t redo_count() const noexcept;
   /// All of them in order, those that were undone at the end.
   [[nodiscard]] Result<std::vector<StrokeRecord>> strokes() const;
+  /// Which strokes' states cannot be read any more, in order. Reads every row of the file.
+  [[nodiscard]] Result<std::vector<DamagedStrokes>> damage(const Progress& progress = {}) const;
+
+  /// The model at a stroke, undone ones included, while the current one stays; tiles that are the same are shared with
+  /// `near`, the model at stroke `near_stroke`. Reads the pages that strokes between the two have changed; where one of
+  /// these added or took a layer, the whole model. For histories that do not fit into memory. Errors: NotFound (no such
+  /// stroke), Corrupt (see damage()), Io, Cancelled.
+  [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const SnapshotPtr& near, std::uint64_t near_stroke,
+                                       const Progress& progress = {}) const;
+  /// The same, near model().
+  [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const Progress& progress = {}) const;
 
   /// Writes the tiles in which `head` differs from model(), as one transaction; strokes that had been undone are
   /// dropped. On return the stroke is on disk. Errors: Io (disk full, read-only), InvalidArgument (another cage,
-  /// samples out of range or torn at an edge); then nothing has changed.
-  [[nodiscard]] Status commit(SnapshotPtr head, const StrokeRecord& stroke);
+  /// samples out of range or torn at an edge), Cancelled; then nothing has changed.
+  [[nodiscard]] Status commit(SnapshotPtr head, const StrokeRecord& stroke, const Progress& progress = {});
   /// Moves the current stroke back or forth, as one transaction. Returns how many strokes it moved, fewer at the end.
-  [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1);
-  [[nodiscard]] Result<std::uint64_t> redo(std::uint64_t strokes = 1);
+  /// Errors: Corrupt (the stroke it should come to is damaged; the sentence says how far it can go), Io, Cancelled.
+  [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1, const Progress& progress = {});
+  [[nodiscard]] Result<std::uint64_t> redo(std::uint64_t strokes = 1, const Progress& progress = {});
+  /// Moves the current stroke to one whose model the caller holds, as at() or commit() had it: only the place is
+  /// written, no page is read. Errors: NotFound (no such stroke), InvalidArgument (`state` has other layers), Io.
+  [[nodiscard]] Status go_to(std::uint64_t stroke, SnapshotPtr state);
 
  private:
   struct State;
+  struct Rescued;
   explicit ModelFile(std::unique_ptr<State> state) noexcept;
+  /// A new model in an empty file that nobody else sees yet: nothing of it is sure to be on disk.
+  [[nodiscard]] static Result<ModelFile> make_unsaved(const std::filesystem::path& place,
+                                                      const std::filesystem::path& named, const Model& model,
+                                                      const Progress& progress);
   std::unique_ptr<State> state_;
 };
 

@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 #include <unit/file/file_support.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 
 namespace relief {
@@ -113,6 +115,151 @@ TEST(ModelFile, StrokesUndoRedoAndBranches) {
   RELIEF_MUST(records, file.strokes());
   ASSERT_EQ(records.size(), 2U);
   EXPECT_EQ(records[1].label, "another way");
+}
+
+TEST(ModelFile, AnyStrokeCanBeReadNearAnyOther) {
+  const Folder folder;
+  const Model model = ball();
+  std::vector<SnapshotPtr> states = {model.head};
+  RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+  for (std::uint64_t k = 1; k <= 6; ++k) {
+    SnapshotDraft draft(stroke(states.back(), k));
+    if (k == 4) draft.add_layer(Layer::Colour, 5, 1.0F);
+    states.push_back(draft.finish());
+    EXPECT_OK(file.commit(states.back(), {}));
+  }
+  EXPECT_OK(file.undo(2));
+  RELIEF_MUST(reader, ModelFile::open(folder / "a.relief", true));
+  for (ModelFile* of : {&file, &reader})
+    for (std::uint64_t to = 0; to <= 6; ++to) {
+      for (std::uint64_t from = 0; from <= 6; ++from) {
+        RELIEF_MUST(state, of->at(to, states[from], from));
+        EXPECT_EQ(state->content_hash(), states[to]->content_hash()) << from << " to " << to;
+      }
+      RELIEF_MUST(state, of->at(to));
+      EXPECT_EQ(state->content_hash(), states[to]->content_hash());
+    }
+  EXPECT_EQ(file.stroke_count(), 4U) << "the current stroke stays";
+  RELIEF_MUST(before, file.at(2, states[3], 3));
+  std::size_t different = 0;
+  for_each_change(*states[3], *before, [&](Layer, SlabId) { ++different; });
+  EXPECT_GT(different, 0U);
+  EXPECT_LT(different, 20U) << "tiles that are the same are shared";
+  EXPECT_EQ(file.at(7).error().code, Errc::NotFound);
+  EXPECT_OK(file.commit(states[1], {}));
+  EXPECT_EQ(reader.at(2).error().code, Errc::Io) << "another program has changed what the reader saw";
+}
+
+TEST(ModelFile, AStrokeWhoseModelIsAtHandIsGoneToWithoutReading) {
+  const Folder folder;
+  const Model model = ball();
+  std::vector<SnapshotPtr> states = {model.head};
+  {
+    RELIEF_MUST(file, ModelFile::create(folder / "a.relief", model));
+    for (std::uint64_t k = 1; k <= 4; ++k) {
+      SnapshotDraft draft(stroke(states.back(), k));
+      if (k == 3) draft.add_layer(Layer::Colour, 5, 1.0F);
+      states.push_back(draft.finish());
+      EXPECT_OK(file.commit(states.back(), {}));
+    }
+    EXPECT_OK(file.go_to(1, states[1]));
+    EXPECT_EQ(file.model().head, states[1]);
+    EXPECT_EQ(file.stroke_count(), 1U);
+    EXPECT_EQ(file.redo_count(), 3U);
+    EXPECT_EQ(file.go_to(3, states[2]).error().code, Errc::InvalidArgument) << "it lacks the colour of stroke 3";
+    EXPECT_EQ(file.go_to(5, states[4]).error().code, Errc::NotFound);
+    EXPECT_EQ(file.stroke_count(), 1U);
+    EXPECT_OK(file.go_to(4, states[4]));
+    EXPECT_OK(file.go_to(2, states[2]));
+  }
+  EXPECT_EQ(saved_hash(folder / "a.relief"), states[2]->content_hash());
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  EXPECT_EQ(file.redo_count(), 2U);
+  EXPECT_OK(file.redo(2));
+  EXPECT_EQ(file.model().head->content_hash(), states[4]->content_hash());
+}
+
+/// Cancels at the n-th report of a share; counts them.
+struct Canceller {
+  explicit Canceller(int reports) : left(reports) {
+    progress = {.report =
+                    [this](std::string_view, double share) {
+                      EXPECT_GE(share, 0);
+                      EXPECT_LE(share, 1);
+                      ++told;
+                      if (--left == 0) stop = true;
+                    },
+                .cancel = &stop};
+  }
+  int left, told = 0;
+  std::atomic<bool> stop = false;
+  Progress progress;
+};
+
+TEST(ModelFile, AllThatTakesTimeCanBeCancelledAtAnyMoment) {
+  const Folder folder;
+  const Model model = ball(3, 4);
+  SnapshotDraft draft(model.head);
+  for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); s += 5) dab(draft, Layer::Displacement, s, 0.25F);
+  draft.add_layer(Layer::Colour, 3, 1.0F);
+  const SnapshotPtr large = draft.finish();
+  const std::uint64_t first = model.head->content_hash(), second = large->content_hash();
+  const auto a = folder / "a.relief", b = folder / "b.relief";
+  {
+    RELIEF_MUST(file, ModelFile::create(a, model));
+    EXPECT_OK(file.commit(large, {}));
+  }
+  // Runs the work again and again, stopped ever later, until it comes to its end. Returns how often it was stopped.
+  const auto stopped = [&](const std::function<Errc(const Progress&)>& work, const std::function<void()>& unchanged) {
+    for (int reports = 1; reports < 1000; ++reports) {
+      Canceller canceller(reports);
+      const Errc code = work(canceller.progress);
+      EXPECT_LE(canceller.told, 320);
+      if (!canceller.stop) return reports - 1;
+      EXPECT_EQ(code, Errc::Cancelled);
+      unchanged();
+      if (::testing::Test::HasFailure()) return 0;
+    }
+    return 0;
+  };
+  constexpr auto kDone = Errc::InvalidArgument;  // stands for success
+  const auto code_of = [&](const auto& result) { return result ? kDone : result.error().code; };
+  const auto only = [&](const std::filesystem::path& name) {
+    for (const std::string& found : folder.names()) EXPECT_TRUE(found == "a.relief" || found == name) << found;
+  };
+
+  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::open(a, true, p)); }, [&] { only(a); }), 5);
+  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::open(a, false, p)); }, [&] { only(a); }), 5);
+  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::create(b, model, p)); },
+                    [&] { EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"}); }),
+            5);
+  ASSERT_TRUE(ModelFile::create(b, model).has_value());
+  Canceller at_once(0);
+  at_once.stop = true;
+  EXPECT_EQ(ModelFile::copy(a, b, at_once.progress).error().code, Errc::Cancelled);
+  EXPECT_EQ(saved_hash(b), first) << "what stood there stays";
+  only("b.relief");
+  {
+    RELIEF_MUST(file, ModelFile::open(b));
+    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.commit(large, {}, p)); },
+                      [&] {
+                        EXPECT_EQ(file.stroke_count(), 0U);
+                        EXPECT_EQ(file.model().head->content_hash(), first);
+                      }),
+              5);
+    EXPECT_EQ(file.stroke_count(), 1U);
+    EXPECT_GT(
+        stopped([&](const Progress& p) { return code_of(file.at(0, p)); }, [&] { EXPECT_EQ(file.stroke_count(), 1U); }),
+        5);
+    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.undo(1, p)); },
+                      [&] { EXPECT_EQ(file.model().head->content_hash(), second); }),
+              5);
+    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.redo(1, p)); },
+                      [&] { EXPECT_EQ(file.model().head->content_hash(), first); }),
+              5);
+    EXPECT_EQ(file.damage(at_once.progress).error().code, Errc::Cancelled);
+  }
+  EXPECT_EQ(saved_hash(b), second);
 }
 
 TEST(ModelFile, UndoSharesTilesThatDidNotChange) {
