@@ -28,7 +28,7 @@ std::size_t new_bytes(const Snapshot& from, const Snapshot& to) {
 
 History::History(SnapshotPtr head, const std::vector<std::string>& labels, std::size_t position) : position_(position) {
   RELIEF_ASSERT(position <= labels.size());
-  states_.push_back({.label = {}, .serial = ++serial_, .saved = true});
+  states_.push_back({.serial = ++serial_, .saved = true});
   for (const std::string& label : labels) states_.push_back({.label = label, .serial = ++serial_, .saved = true});
   hold(position, std::move(head));
 }
@@ -55,13 +55,27 @@ void History::move_to(std::size_t number, SnapshotPtr snapshot) {
   hold(number, std::move(snapshot));
 }
 
-void History::saved(std::uint64_t serial) {
+std::optional<std::size_t> History::saved(std::uint64_t serial) {
   // Serial numbers rise with the numbers of the states.
   const auto found = std::ranges::lower_bound(states_, serial, {}, &State::serial);
-  if (found == states_.end() || found->serial != serial || found->saved) return;
-  found->saved = true;
-  text_bytes_ -= found->text.size();
-  found->text = {};
+  if (found == states_.end() || found->serial != serial) return std::nullopt;
+  mark_saved(*found);
+  return first_ + static_cast<std::size_t>(found - states_.begin());
+}
+
+void History::saved_up_to(std::uint64_t serial) {
+  for (State& one : states_)
+    if (one.serial <= serial) mark_saved(one);
+}
+
+std::uint64_t History::unsaved() const {
+  return static_cast<std::uint64_t>(std::ranges::count(states_, false, &State::saved));
+}
+
+void History::mark_saved(State& state) {
+  state.saved = true;
+  text_bytes_ -= state.text.size();
+  state.text = {};
 }
 
 void History::keep_only(std::size_t from, std::size_t to) {

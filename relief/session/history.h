@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -21,9 +22,9 @@ namespace relief::detail {
 class History {
  public:
   struct State {
-    SnapshotPtr snapshot;      ///< null: only the file has it
-    std::string label;         ///< of the stroke that led to it
-    std::string text;          ///< of that stroke, as long as no file has it
+    SnapshotPtr snapshot{};    ///< null: only the file has it
+    std::string label{};       ///< of the stroke that led to it
+    std::string text{};        ///< of that stroke, as long as no file has it
     std::uint64_t serial = 0;  ///< another one for each state that there ever was
     bool saved = false;        ///< the file has it
   };
@@ -44,8 +45,10 @@ class History {
   std::size_t push(SnapshotPtr snapshot, std::string label, std::string text);
   /// Makes `number` the position; `snapshot` is its state.
   void move_to(std::size_t number, SnapshotPtr snapshot);
-  /// The file has the state of that serial number, if it is still one of these.
-  void saved(std::uint64_t serial);
+  /// The file has the state of that serial number. Returns its number, if it is still one of these.
+  std::optional<std::size_t> saved(std::uint64_t serial);
+  /// The file has all states up to that serial number.
+  void saved_up_to(std::uint64_t serial);
   /// Forgets the states before and after these two.
   void keep_only(std::size_t from, std::size_t to);
   /// The held state nearest to a number that the file has, too; null where there is none.
@@ -53,6 +56,8 @@ class History {
   /// The range of states, the position among them, that are held without a gap: first and last number.
   [[nodiscard]] std::pair<std::size_t, std::size_t> held_around() const;
 
+  /// States that no file has.
+  [[nodiscard]] std::uint64_t unsaved() const;
   /// Bytes of tiles that only the history holds: all but those of the position; and of texts.
   [[nodiscard]] std::size_t bytes() const noexcept { return tile_bytes_ + text_bytes_; }
   [[nodiscard]] std::size_t held() const noexcept { return held_.size(); }
@@ -65,6 +70,7 @@ class History {
   void hold(std::size_t number, SnapshotPtr snapshot);
   void let_go(std::size_t number);
   void drop_after(std::size_t number);
+  void mark_saved(State& state);
   void count();
 
   std::deque<State> states_;

@@ -8,11 +8,9 @@ namespace relief::detail {
 
 Saver::Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFile> file,
              std::function<void(Notice)> tell)
-    : info_(std::move(info)),
-      place_(std::move(place)),
-      file_(std::move(file)),
-      tell_(std::move(tell)),
-      thread_([this] { run(); }) {}
+    : info_(std::move(info)), place_(std::move(place)), file_(std::move(file)), tell_(std::move(tell)), thread_([this] {
+        run();
+      }) {}
 
 Saver::~Saver() { static_cast<void>(close()); }
 
@@ -32,10 +30,9 @@ void Saver::commit(std::uint64_t serial, SnapshotPtr state, StrokeRecord record)
 
 void Saver::go_to(std::uint64_t number, SnapshotPtr state) { push(Place{number, std::move(state)}); }
 
-void Saver::elsewhere(std::filesystem::path file, std::uint64_t first, std::uint64_t position,
-                      std::vector<Kept> kept) {
+void Saver::elsewhere(std::filesystem::path file, std::uint64_t first, std::uint64_t position, std::vector<Kept> kept) {
   const std::scoped_lock lock(mutex_);
-  move_ = Move{std::move(file), first, position, std::move(kept), pushed_};
+  moves_.push_back({std::move(file), first, position, std::move(kept), pushed_});
   stalled_ = false;
   wake_.notify_one();
 }
@@ -68,6 +65,7 @@ Status Saver::close() {
       wake_.notify_one();
     }
     thread_.join();
+    file_.reset();
   }
   return jobs_.empty() ? Status() : status_;
 }
@@ -78,7 +76,9 @@ void Saver::run() {
   std::unique_lock lock(mutex_);
   while (true) {
     const auto has_job = [&] { return !jobs_.empty() && !stalled_; };
-    wake_.wait(lock, [&] { return read_ != nullptr || move_.has_value() || has_job() || closing_; });
+    // What was done before it goes into the old file first, if that takes it.
+    const auto moves_now = [&] { return !moves_.empty() && (!has_job() || popped_ >= moves_.front().after); };
+    wake_.wait(lock, [&] { return read_ != nullptr || !moves_.empty() || has_job() || closing_; });
     if (read_ != nullptr) {
       // Its caller waits, so it stays as it is.
       Read& read = *std::exchange(read_, nullptr);
@@ -90,7 +90,7 @@ void Saver::run() {
       lock.lock();
       read.result = std::move(found);
       answered_.notify_one();
-    } else if (move_.has_value()) {
+    } else if (moves_now()) {
       move(lock);
     } else if (has_job()) {
       write_next(lock);
@@ -134,7 +134,8 @@ Status Saver::write(Job& job) {
 }
 
 void Saver::move(std::unique_lock<std::mutex>& lock) {
-  Move move = *std::exchange(move_, std::nullopt);
+  const Move move = std::move(moves_.front());
+  moves_.pop_front();
   lock.unlock();
   Result<Elsewhere> done = file_.has_value() ? copy_to(move) : make_at(move);
   if (!done && file_.has_value() && done.error().code != Errc::Cancelled) done = make_at(move);
@@ -151,7 +152,7 @@ void Saver::move(std::unique_lock<std::mutex>& lock) {
   if (done)
     tell_(*std::move(done));
   else
-    tell_(NotElsewhere{done.error(), unsaved});
+    tell_(NotElsewhere{done.error(), unsaved, file_.has_value()});
   obsolete.clear();
   lock.lock();
 }
@@ -181,11 +182,7 @@ Result<Saver::Elsewhere> Saver::make_at(const Move& move) {
   file_.emplace(std::move(made));
   place_ = move.file;
   offset_ = move.first;
-  return Elsewhere{.file = move.file,
-                   .copied = false,
-                   .first = move.first,
-                   .last = move.first + move.kept.size() - 1,
-                   .newest = move.kept.back().serial};
+  return Elsewhere{.file = move.file, .copied = false};
 }
 
 Progress Saver::progress() const {

@@ -39,17 +39,16 @@ class Saver {
     Error error;
     std::uint64_t unsaved = 0;
   };
-  /// It goes on in another file. Where that is no copy, it begins with state `first` and has those of the serial
-  /// numbers up to `newest`.
+  /// It goes on in another file: a copy, or one that has only what was kept.
   struct Elsewhere {
     std::filesystem::path file;
     bool copied = true;
-    std::uint64_t first = 0, last = 0, newest = 0;
   };
   /// There is no other file, and, where there was none, none at all.
   struct NotElsewhere {
     Error error;
     std::uint64_t unsaved = 0;
+    bool has_file = false;
   };
   struct Progressed {
     std::string phase;
@@ -122,7 +121,7 @@ class Saver {
   std::condition_variable wake_, answered_;
   std::deque<Job> jobs_;
   std::uint64_t pushed_ = 0, popped_ = 0;
-  std::optional<Move> move_;
+  std::deque<Move> moves_;
   Read* read_ = nullptr;
   bool stalled_ = false;  ///< the first job failed, and nobody has asked for more since
   bool closing_ = false;

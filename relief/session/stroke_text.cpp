@@ -16,11 +16,11 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::array<std::string_view, 15> kFields = {
-    "tool",  "radius",         "strength",   "colour",   "points", "label",     "resilience", "height",
+    "tool",  "radius",         "strength",   "colour",   "points", "label",   "resilience", "height",
     "exact", "pressure_curve", "stabiliser", "symmetry", "mirror", "falloff", "tip"};
 constexpr std::string_view kAxes = "xyz";
 
-std::string quoted(std::string_view text) { return '"' + printable(text, 40) + '"'; }
+std::string in_quotes(std::string_view text) { return '"' + printable(text, 40) + '"'; }
 
 /// "; did you mean X?", or nothing.
 std::string hint(std::string_view text, std::span<const std::string_view> words) {
@@ -73,7 +73,7 @@ class StrokeReader {
       if (std::ranges::find(kFields, key) != kFields.end()) continue;
       std::string known;
       for (const std::string_view field : kFields) known.append(known.empty() ? "" : ", ").append(field);
-      return problem("has the unknown field " + quoted(key) + hint(key, kFields) + "; known are " + known);
+      return problem("has the unknown field " + in_quotes(key) + hint(key, kFields) + "; known are " + known);
     }
     return {};
   }
@@ -85,7 +85,7 @@ class StrokeReader {
     const auto& said = found->get_ref<const std::string&>();
     const auto known = tool_from_name(said);
     if (known) return *known;
-    return problem("names the unknown tool " + quoted(said) + hint(said, ids_of_tools()) + "; known are " +
+    return problem("names the unknown tool " + in_quotes(said) + hint(said, ids_of_tools()) + "; known are " +
                    std::string(tool_names()));
   }
 
@@ -120,7 +120,7 @@ class StrokeReader {
     constexpr std::array kAll = {Falloff::Own, Falloff::Linear, Falloff::Smooth, Falloff::Dome};
     std::string names;
     for (const Falloff one : kAll) names.append(names.empty() ? "" : ", ").append(name(one));
-    return problem("has the unknown \"falloff\" " + quoted(said) + "; known are " + names);
+    return problem("has the unknown \"falloff\" " + in_quotes(said) + "; known are " + names);
   }
 
   /// Axes whose planes mirror, each once: "x", "xz".
@@ -130,7 +130,7 @@ class StrokeReader {
     for (const char axis : said) {
       const std::size_t k = kAxes.find(axis);
       if (k == std::string_view::npos || (bits >> k & 1U) != 0)
-        return problem("has a \"symmetry\" " + quoted(said) + "; it names axes, such as \"x\" or \"xy\"");
+        return problem("has a \"symmetry\" " + in_quotes(said) + "; it names axes, such as \"x\" or \"xy\"");
       bits |= 1U << k;
     }
     return static_cast<std::uint8_t>(bits);
@@ -151,7 +151,7 @@ class StrokeReader {
     if (!value->is_object()) return problem("has a \"pressure_curve\" that is no object");
     for (const auto& [key, ignored] : value->items())
       if (key != "low" && key != "high" && key != "exponent")
-        return problem("has the unknown field " + quoted(key) +
+        return problem("has the unknown field " + in_quotes(key) +
                        " in its \"pressure_curve\"; known are low, high, exponent");
     RELIEF_TRY(curve.low, number(*value, "low", curve.low));
     RELIEF_TRY(curve.high, number(*value, "high", curve.high));
