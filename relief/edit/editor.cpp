@@ -45,14 +45,6 @@ TilePtr blank_tile(Layer layer, int intervals) {
   return tile;
 }
 
-/// tan of the angle between a ball of the radius and a plane at the rim of the cut, at most 4: beyond it the walls of
-/// the cut stand so steep that only smaller spacings help.
-float rim_slope(double radius, double depth) noexcept {
-  const double below = radius - std::min(depth, radius),
-               rim = std::sqrt(std::max(radius * radius - below * below, 0.0));
-  return static_cast<float>(below * 4 > rim ? rim / below : 4.0);
-}
-
 }  // namespace
 
 struct Editor::State {
@@ -62,8 +54,10 @@ struct Editor::State {
         tiles(head->slab_mesh()),
         spacings(head->slab_mesh().fibres().size(), 0.0F),
         known(head->slab_mesh().slab_count()),
+        normals(head->slab_mesh().slab_count()),
         covers(head->slab_mesh().slab_count()),
-        beyond(head->slab_mesh().slab_count()) {}
+        beyond(head->slab_mesh().slab_count()),
+        around_of(head->slab_mesh().slab_count()) {}
 
   // ---- The model
 
@@ -107,6 +101,8 @@ struct Editor::State {
   std::vector<Known> known;
   std::vector<SlabId> fine_slabs;  ///< whose `fine` is there
   static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
+  std::vector<std::unique_ptr<Tile>> normals;  ///< by slab: of the surface at the start of a stroke that cuts
+  std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> covers;  ///< by slab: the open stroke's own plane, see Action::Cover
   std::vector<SlabId> cover_slabs;
   std::vector<std::vector<std::uint8_t>> beyond;  ///< by slab: samples that the open stroke would have taken too far
@@ -118,14 +114,31 @@ struct Editor::State {
 
   /// What Action::Even, Swell and Plane know of a slab beside its samples.
   struct Around {
-    SlabId slab = kNoSlab;
-    Tile at{kMaxIntervals, 3, 0.0F};                       ///< positions in the dab's frame
-    std::array<std::vector<detail::Umbrella>, 3> borders;  ///< by edge: what its own triangles give
+    Tile at{kMaxIntervals, 3, 0.0F};  ///< positions in the dab's frame
+    std::vector<float> border;        ///< see Kernels::border(); empty where nobody needs it
     [[nodiscard]] detail::Neighbours surface() const noexcept { return {at.plane(0), at.plane(1), at.plane(2)}; }
   };
   std::vector<std::unique_ptr<Around>> arounds;  ///< of this dab, first `around_count` of them
   std::size_t around_count = 0;
-  std::map<SlabId, Around*> around_of;
+  std::vector<std::uint32_t> around_of;  ///< by slab: one more than its number in `arounds`; 0 for none
+  std::vector<SlabId> around_slabs;
+  std::array<std::unique_ptr<detail::BorderTables>, kMaxIntervals + 1> border_tables;
+  std::vector<float> border_sums, border_ways, border_changes;
+
+  const detail::BorderTables& border_table(int n) {
+    auto& table = border_tables[static_cast<std::size_t>(n)];
+    if (!table) table = std::make_unique<detail::BorderTables>(n);
+    return *table;
+  }
+  [[nodiscard]] const Around* known_around(SlabId s) const noexcept {
+    const std::uint32_t number = s == kNoSlab ? 0 : around_of[s];
+    return number == 0 ? nullptr : arounds[number - 1].get();
+  }
+  /// The same, where its border is known, too.
+  [[nodiscard]] const Around* known_border(SlabId s) const noexcept {
+    const Around* found = known_around(s);
+    return found != nullptr && !found->border.empty() ? found : nullptr;
+  }
 
   const detail::GridTables& grid(int n) {
     auto& tables = grids[static_cast<std::size_t>(n)];
@@ -184,20 +197,21 @@ struct Editor::State {
     fine_slabs.clear();
   }
 
+  /// Of a slab's samples, model units.
+  double own_spacing(SlabId s) {
+    const SlabCorners k = head->slab_mesh().corners(s);
+    double edges = 0;
+    for (std::size_t e = 0; e < 3; ++e)
+      edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
+    return edges / 3 / head->slab_mesh().intervals(s);
+  }
   /// Of the samples around a fibre: that of the coarsest slab there.
   float spacing(FibreId f) {
-    float& known_spacing = spacings[f];
-    if (known_spacing > 0) return known_spacing;
-    const SlabMesh& mesh = head->slab_mesh();
-    double most = 0;
-    for (const SlabCorner c : mesh.fan(f)) {
-      const SlabCorners k = mesh.corners(c.slab);
-      double edges = 0;
-      for (std::size_t e = 0; e < 3; ++e)
-        edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
-      most = std::max(most, edges / 3 / mesh.intervals(c.slab));
-    }
-    return known_spacing = static_cast<float>(most);
+    float& found = spacings[f];
+    if (found > 0) return found;
+    for (const SlabCorner c : head->slab_mesh().fan(f))
+      found = std::max(found, static_cast<float>(own_spacing(c.slab)));
+    return found;
   }
 
   /// The most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
@@ -222,6 +236,32 @@ struct Editor::State {
     for (std::size_t k = 0; k < 3; ++k)
       spaces[k] = spacing(mesh.slabs()[s].fibres[k]) / static_cast<float>(brush.radius);
     return {mesh.corners(s), origin, brush.radius, grid(n), spaces};
+  }
+
+  /// Unit normals of the slab's samples at the stroke's start. At its border those of its own triangles alone: this
+  /// is for blends, which the seams make one.
+  const Tile& start_normals(SlabId s) {
+    auto& found = normals[s];
+    if (found) return *found;
+    const Tile& tile = start_tile(s);
+    const int n = tile.intervals();
+    found = std::make_unique<Tile>(n, 3, 0.0F);
+    normal_slabs.push_back(s);
+    Tile at(n, 3, 0.0F);
+    const SlabCorners corners = head->slab_mesh().corners(s);
+    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n), {});
+    kernels.positions(f, tile.plane(), at.plane(0), at.plane(1), at.plane(2), tile.size());
+    const detail::Neighbours surface = {at.plane(0), at.plane(1), at.plane(2)};
+    kernels.normals(n, surface, found->plane(0), found->plane(1), found->plane(2));
+    const detail::BorderTables& table = border_table(n);
+    const std::size_t count = table.own.size();
+    border_sums.resize(6 * count);
+    kernels.border(table, surface, border_sums.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vec3f normal = normalized(Vec3f{border_sums[k], border_sums[count + k], border_sums[2 * count + k]});
+      for (int c = 0; c < 3; ++c) found->plane(c)[table.own[k]] = normal[static_cast<std::size_t>(c)];
+    }
+    return *found;
   }
 
   Tile* cover_of(SlabId s, int n) {
@@ -250,10 +290,15 @@ struct Editor::State {
     spare.reset();
     blank.reset();
     forget_fine();
+    for (const SlabId s : normal_slabs) normals[s].reset();
+    normal_slabs.clear();
     for (const SlabId s : cover_slabs) covers[s].reset();
     cover_slabs.clear();
     for (const SlabId s : beyond_slabs) beyond[s] = {};
     beyond_slabs.clear();
+    for (const SlabId s : around_slabs) around_of[s] = 0;
+    around_slabs.clear();
+    around_count = 0;
     arounds.clear();
     pool->clear();
   }
@@ -322,23 +367,24 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
 std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
   const Tile& base = base_tile(s);
   const int n = base.intervals();
-  kernels.cut(frame(s, origin, n), cutter, start_tile(s).plane(), protection(s, n), base.plane(), result.plane(),
-              base.size());
+  const Tile& upright = start_normals(s);
+  const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
+  kernels.cut(frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
   return kernels.count_changes(base.plane(), std::as_const(result).plane(), base.stride(), 1, base.size());
 }
 
 // ---- Raise, Swell, Even, Plane
 
 Editor::State::Around& Editor::State::around(SlabId s, Vec3d origin) {
-  if (const auto found = around_of.find(s); found != around_of.end()) return *found->second;
+  if (around_of[s] != 0) return *arounds[around_of[s] - 1];
   if (around_count == arounds.size()) arounds.push_back(std::make_unique<Around>());
   Around& made = *arounds[around_count++];
-  around_of[s] = &made;
-  made.slab = s;
+  around_of[s] = static_cast<std::uint32_t>(around_count);
+  around_slabs.push_back(s);
+  made.border.clear();
   const Tile& tile = now().tile(Layer::Displacement, s);
   kernels.positions(frame(s, origin, tile.intervals()), tile.plane(), made.at.plane(0), made.at.plane(1),
                     made.at.plane(2), tile.size());
-  for (auto& border : made.borders) border.clear();
   return made;
 }
 
@@ -346,26 +392,26 @@ Editor::State::Around& Editor::State::around(SlabId s, Vec3d origin) {
 /// they share.
 void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, bool borders) {
   const SlabMesh& mesh = head->slab_mesh();
+  for (const SlabId s : around_slabs) around_of[s] = 0;
+  around_slabs.clear();
   around_count = 0;
-  around_of.clear();
-  const auto with_borders = [&](SlabId s) {
+  const auto with_border = [&](SlabId s) {
     Around& at = around(s, origin);
-    if (!at.borders[0].empty()) return;
-    const int n = mesh.intervals(s);
-    for (int edge = 0; edge < 3; ++edge)
-      for (int t = 0; t <= n; ++t)
-        at.borders[static_cast<std::size_t>(edge)].push_back(
-            detail::umbrella_at(n, edge_point(n, edge, t), std::as_const(at).surface()));
+    if (!at.border.empty()) return;
+    const detail::BorderTables& table = border_table(mesh.intervals(s));
+    at.border.resize(6 * table.own.size());
+    kernels.border(table, std::as_const(at).surface(), at.border.data());
   };
   for (const SlabId s : reached) {
     if (!borders) {
       around(s, origin);
       continue;
     }
-    with_borders(s);
+    with_border(s);
     for (const FibreId f : mesh.slabs()[s].fibres)
       for (const SlabCorner c : mesh.fan(f))
-        if (mesh.box(c.slab).distance2(origin) <= brush.radius * brush.radius) with_borders(c.slab);
+        if (around_of[c.slab] == 0 && mesh.box(c.slab).distance2(origin) <= brush.radius * brush.radius)
+          with_border(c.slab);
   }
 }
 
@@ -373,38 +419,38 @@ void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, b
 void Editor::State::change_at_borders(SlabId s, const detail::SlabFrame& f, float* to) {
   const SlabMesh& mesh = head->slab_mesh();
   const int n = mesh.intervals(s);
-  const bool swell = tool->action == Action::Swell;
-  const auto give = [&](GridPoint p, const detail::Umbrella& all) {
-    const std::size_t k = sample_index(n, p);
-    const Vec3f fibre =
-        (f.direction[0] * f.weight[0][k] + f.direction[1] * f.weight[1][k]) + f.direction[2] * f.weight[2][k];
-    to[k] = detail::change_around(all, fibre, swell);
-  };
-  const Around& own = *around_of.at(s);
+  const detail::BorderTables& table = border_table(n);
+  const std::size_t count = table.own.size();
+  border_sums = known_border(s)->border;
+  border_ways.assign(count, 6);
+  border_changes.resize(count);
   for (int edge = 0; edge < 3; ++edge) {
     const SlabId across = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
-    const auto other = across == kNoSlab ? around_of.end() : around_of.find(across);
-    const bool joined = other != around_of.end() && !other->second->borders[0].empty();
-    const int m = joined ? mesh.intervals(across) : n, shared = std::min(n, m);
-    for (int t = 1; t < n; ++t) {
-      detail::Umbrella sum = own.borders[static_cast<std::size_t>(edge)][static_cast<std::size_t>(t)];
-      if (joined && t * shared % n == 0) {
-        const auto twin = static_cast<std::size_t>(m - t * shared / n * (m / shared));
-        sum += other->second->borders[static_cast<std::size_t>(mesh.mirror_edge(s, edge))][twin];
+    if (const Around* other = known_border(across)) {
+      const int m = mesh.intervals(across), shared = std::min(n, m), twin_edge = mesh.mirror_edge(s, edge);
+      const detail::BorderTables& twins = border_table(m);
+      for (int t = 1; t < shared; ++t) {
+        const std::size_t own = table.at(edge, t * (n / shared)), twin = twins.at(twin_edge, m - t * (m / shared));
+        for (std::size_t c = 0; c < 6; ++c) border_sums[c * count + own] += other->border[c * twins.own.size() + twin];
+        border_ways[own] = 12;
       }
-      give(edge_point(n, edge, t), sum);
+    }
+    // Edge k begins at corner (k + 1) % 3.
+    const std::size_t own = table.at(edge, 0);
+    border_ways[own] = 0;
+    for (std::size_t c = 0; c < 6; ++c) border_sums[c * count + own] = 0;
+    for (const SlabCorner c : mesh.fan(mesh.slabs()[s].fibres[static_cast<std::size_t>((edge + 1) % 3)])) {
+      const Around* other = known_border(c.slab);
+      if (other == nullptr) continue;
+      const detail::BorderTables& twins = border_table(mesh.intervals(c.slab));
+      const std::size_t twin = twins.at(static_cast<int>((c.corner + 2) % 3), 0);
+      for (std::size_t k = 0; k < 6; ++k) border_sums[k * count + own] += other->border[k * twins.own.size() + twin];
+      border_ways[own] += 2;
     }
   }
-  for (int corner = 0; corner < 3; ++corner) {
-    detail::Umbrella sum;
-    for (const SlabCorner c : mesh.fan(mesh.slabs()[s].fibres[static_cast<std::size_t>(corner)])) {
-      const auto other = around_of.find(c.slab);
-      if (other == around_of.end() || other->second->borders[0].empty()) continue;
-      // Edge k begins at corner (k + 1) % 3.
-      sum += other->second->borders[(c.corner + 2) % 3].front();
-    }
-    give(corner_point(n, corner), sum);
-  }
+  kernels.border_change(f, table, tool->action == Action::Swell, border_sums.data(), border_ways.data(),
+                        border_changes.data());
+  for (std::size_t k = 0; k < count; ++k) to[table.own[k]] = border_changes[k];
 }
 
 void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount,
@@ -425,7 +471,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
     for (const SlabId s : reached) {
       const Tile& base = base_tile(s);
       weigh(s, frame(s, origin, base.intervals()));
-      const Around& at = *around_of.at(s);
+      const Around& at = *known_around(s);
       const auto part =
           kernels.mean(std::as_const(weight).plane(), at.at.plane(0), at.at.plane(1), at.at.plane(2), base.size());
       for (std::size_t k = 0; k < 4; ++k) sum[k] += part[k];
@@ -444,7 +490,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
     } else if (action == Action::Plane) {
       kernels.flatten(f, plane, amount, base.plane(), w, change.plane(), base.size());
     } else {
-      kernels.around(f, n, action == Action::Swell, std::as_const(*around_of.at(s)).surface(), change.plane());
+      kernels.around(f, n, action == Action::Swell, known_around(s)->surface(), change.plane());
       change_at_borders(s, f, change.plane());
       if (action == Action::Swell)
         kernels.scale(amount, w, change.plane(), base.size());
@@ -462,7 +508,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
       const detail::SlabFrame f = frame(s, origin, base.intervals());
       find_change(s, f);
       share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
-                                           base.plane(), base.size()));
+                                           start_tile(s).plane(), base.plane(), base.size()));
     }
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
@@ -526,7 +572,7 @@ DabResult Editor::State::apply(const Dab& dab) {
   const double radius = brush.radius;
   const double strength = unit_range(brush.strength);
   const double driven = strength * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
-  const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e9));
+  const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e6));
   // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
   const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
   Dab at = dab;
@@ -535,19 +581,16 @@ DabResult Editor::State::apply(const Dab& dab) {
   const Sphere ball = {cuts ? lowest + up * radius : dab.contact, radius};
   const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
   const Sphere sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
-  const detail::Cutter cutter = {
-      .up = to_float(up),
-      .along = to_float(sweep / radius),
-      .blend = cuts && !brush.exact ? rim_slope(radius, std::max(dot(dab.contact - lowest, up), 0.0)) : 0.0F};
+  const detail::Cutter cutter = {.up = to_float(up), .along = to_float(sweep / radius), .exact = brush.exact};
 
   const auto reached = region.grow(mesh, dab.slab, sphere, up, [&](SlabId s) {
-    if (!cuts || cutter.blend == 0) return highest(s);
+    if (!cuts || brush.exact) return highest(s);
     // A blend takes something off samples that lie below the ball, too, but for less than this part of their fibre.
     const SlabCorners corners = mesh.corners(s);
     double widest = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      widest = std::max(
-          widest, static_cast<double>(cutter.blend * spacing(mesh.slabs()[s].fibres[k])) / length(corners.fibre(k)));
+      widest = std::max(widest, static_cast<double>(detail::kSteepestRim * spacing(mesh.slabs()[s].fibres[k])) /
+                                    length(corners.fibre(k)));
     return std::min(highest(s) + widest, 1.0);
   });
 

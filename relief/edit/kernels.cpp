@@ -20,6 +20,27 @@ GridTables::GridTables(int n) : weights(n, 3, 0.0F) {
       edges[static_cast<std::size_t>(k)].push_back(static_cast<std::uint16_t>(sample_index(n, edge_point(n, k, t))));
 }
 
+BorderTables::BorderTables(int n) {
+  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
+  for (int edge = 0; edge < 3; ++edge)
+    for (int t = 0; t < n; ++t) {
+      const GridPoint p = edge_point(n, edge, t);
+      std::size_t first = 0;
+      while (inside(p + kWays[(first + 5) % 6]) || !inside(p + kWays[first])) ++first;
+      std::vector<std::int32_t> found;
+      for (std::size_t k = first; k < first + 6 && inside(p + kWays[k % 6]); ++k)
+        found.push_back(static_cast<std::int32_t>(sample_index(n, p + kWays[k % 6])));
+      const std::array<float, 4> shares =
+          found.size() == 4 ? std::array<float, 4>{1, 2, 2, 1} : std::array<float, 4>{1, 1, 0, 0};
+      own.push_back(static_cast<std::int32_t>(sample_index(n, p)));
+      for (std::size_t k = 0; k < 4; ++k) {
+        ring[k].push_back(found[std::min(k, found.size() - 1)]);
+        share[k].push_back(shares[k]);
+      }
+    }
+}
+
 Resampling::Resampling(int n, int m) {
   for (int j = 0; j <= m; ++j)
     for (int i = 0; i + j <= m; ++i) {
@@ -49,27 +70,14 @@ SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, co
   }
 }
 
-Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept {
-  constexpr std::array<GridPoint, 6> kWays = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
-  const auto inside = [&](GridPoint p) { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; };
-  const auto position = [&](GridPoint p) {
-    const std::size_t k = sample_index(n, p);
-    return Vec3f{surface.x[k], surface.y[k], surface.z[k]};
-  };
-  const Vec3f middle = position(at);
-  Umbrella sum;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const GridPoint a = at + kWays[k], b = at + kWays[(k + 1) % 6];
-    if (!inside(a) || !inside(b)) continue;
-    const Vec3f to_a = position(a) - middle, to_b = position(b) - middle;
-    sum.normal += cross(to_a, to_b);
-    sum.pull += to_a + to_b;
-    sum.count += 2;
-  }
-  return sum;
-}
-
 namespace {
+
+// No two arrays of a kernel overlap: the compiler need not ask.
+#if defined(__clang__)
+#define RELIEF_VECTORS _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define RELIEF_VECTORS _Pragma("GCC ivdep")
+#endif
 
 /// Three weighted corners, in a fixed order.
 [[gnu::always_inline]] inline Vec3f mix3(const std::array<Vec3f, 3>& ends, float a, float b, float c) noexcept {
@@ -117,7 +125,7 @@ struct FrameReader {
 /// Where a fibre first meets the cutter, as a share of it, perhaps below 0; and whether it does.
 struct Entry {
   float at;
-  bool hit;
+  int hit;
 };
 // The swept ball is a capsule. Where the fibre enters the endless cylinder around its axis says which of the balls it
 // meets first: the one whose centre lies beside that place, or the nearer end. Being off a little there changes the
@@ -139,7 +147,7 @@ struct Entry {
   const float c = dot(o, o) - 2 * dot(o, up);
   const float square = b * b - a * c;
   const float root = std::sqrt(larger(square, 0.0F));
-  const bool hit = (static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0))) != 0;
+  const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
   return {c / larger(root - b, 1e-30F), hit};
 }
 
@@ -154,28 +162,45 @@ Sweep sweep_of(Vec3f along) noexcept {
   return {along / size, 1 / size};
 }
 
+/// tan of the angle between the start's surface at a point and the ball that is nearest to it; at most kSteepestRim.
+[[gnu::always_inline]] inline float rim_slope(Vec3f point, Vec3f normal, const Cutter& cutter,
+                                              const Sweep& sweep) noexcept {
+  const Vec3f from_centre = point - cutter.up;
+  const float share = smaller(larger(dot(from_centre, sweep.axis) * sweep.per_length, 0.0F), 1.0F);
+  const Vec3f out = from_centre - cutter.along * share;
+  const float size = std::sqrt(dot(out, out));
+  const float cosine = -dot(out, normal) / larger(size, 1e-9F);
+  const float sine = std::sqrt(larger(1.0F - cosine * cosine, 0.0F));
+  return smaller(sine / larger(cosine, 0.1F / kSteepestRim), kSteepestRim);
+}
+
 [[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Sweep& sweep,
-                                            const float* __restrict start, const float* __restrict protect,
+                                            const Start& start, const float* __restrict protect,
                                             const float* __restrict from, float* __restrict to,
                                             std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Vec3f up = cutter.up, along = cutter.along, axis = sweep.axis;
-  const float per_length = sweep.per_length, blend = cutter.blend;
+  const Cutter ball = cutter;
+  const Sweep way = sweep;
+  const float* __restrict alpha = start.displacement;
+  const float* __restrict nx = start.x, * __restrict ny = start.y, * __restrict nz = start.z;
+  const float blend = cutter.exact ? 0.0F : 1.0F;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, up, along, axis, per_length);
-    const float fibre = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = start[k];
+    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
+    const float size = std::sqrt(dot(f.along, f.along)), space = read.space(k), a = alpha[k];
+    const float slope = rim_slope(f.inner + f.along * a, {nx[k], ny[k], nz[k]}, ball, way);
     // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
     const float fits = smaller(larger((1.0F - 4.0F * space) / (2.0F * space), 0.0F), 1.0F);
-    const float width = blend * fits * space / fibre;
-    const float between = entry.at > a ? entry.at - a : a - entry.at;
+    const float width = blend * fits * slope * space / size;
+    const float gap = entry.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
     const float lowest = smaller(a, entry.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = fade_of(a, space, fibre);
+    const float fade = fade_of(a, space, size);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
-    const bool cut = (static_cast<int>(entry.hit) & static_cast<int>(part < from[k])) != 0;
+    const bool cut = (entry.hit & static_cast<int>(part < from[k])) != 0;
     to[k] = cut ? part : from[k];
   }
 }
@@ -184,19 +209,26 @@ Sweep sweep_of(Vec3f along) noexcept {
                                              const float* __restrict start, const float* __restrict protect,
                                              std::uint8_t* __restrict over, std::size_t count) noexcept {
   const FrameReader read(frame);
-  Lift found;
+  const Cutter ball = cutter;
+  const Sweep way = sweep;
+  std::int32_t most = 0;  // lifts are not negative, so their bits sort as they do, and integers may come in any order
+  std::uint32_t limited = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const Entry entry = entry_of(f, cutter.up, cutter.along, sweep.axis, sweep.per_length);
-    const bool cuts = entry.hit && entry.at < start[k] && protect[k] < 1;
-    over[k] = static_cast<std::uint8_t>(cuts && entry.at < 0);
-    found.limited += over[k];
+    const Entry entry = entry_of(f, ball.up, ball.along, way.axis, way.per_length);
+    const int cuts = entry.hit & static_cast<int>(entry.at < start[k]) & static_cast<int>(protect[k] < 1);
+    const int beyond = cuts & static_cast<int>(entry.at < 0);
+    over[k] = static_cast<std::uint8_t>(beyond);
+    limited += static_cast<std::uint32_t>(beyond);
     const float fade = fade_of(start[k], read.space(k), std::sqrt(dot(f.along, f.along)));
-    if (!cuts || !(entry.at < fade)) continue;
-    const float kept = fade * fade / (2.0F * fade - entry.at);
-    found.lift = larger(found.lift, (kept - entry.at) * dot(f.along, cutter.up) * (1.0F - protect[k]));
+    const float kept = fade * fade / larger(2.0F * fade - entry.at, 1e-9F);
+    const float lift = (kept - entry.at) * dot(f.along, ball.up) * (1.0F - protect[k]);
+    const bool late = (cuts & static_cast<int>(entry.at < fade)) != 0;
+    const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
+    most = bits > most ? bits : most;
   }
-  return found;
+  return {std::bit_cast<float>(most), limited};
 }
 
 template <Falloff kFalloff>
@@ -212,6 +244,7 @@ template <Falloff kFalloff>
                                             const float* __restrict protect, float* __restrict to,
                                             std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -231,6 +264,7 @@ template <Falloff kFalloff>
 [[gnu::always_inline]] inline void raise_body(const SlabFrame& frame, float amount, const float* __restrict weight,
                                               float* __restrict change, std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     change[k] = amount * weight[k] / std::sqrt(dot(along, along));
@@ -247,6 +281,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   const Vec3f point = plane.point, normal = plane.normal;
   const float most = plane.raises ? std::numeric_limits<float>::max() : 0.0F;
   const float least = plane.lowers ? -std::numeric_limits<float>::max() : 0.0F;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -259,35 +294,39 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 
 [[gnu::always_inline]] inline void approach_body(float amount, const float* __restrict weight, float* __restrict change,
                                                  std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) change[k] *= share_of(amount * weight[k]);
 }
 
 [[gnu::always_inline]] inline void scale_body(float amount, const float* __restrict weight, float* __restrict change,
                                               std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) change[k] *= amount * weight[k];
 }
 
-// Eight minima side by side, then one of them: the same in vectors of any length.
 [[gnu::always_inline]] inline float room_body(const SlabFrame& frame, const float* __restrict weight,
-                                              const float* __restrict change, const float* __restrict from,
-                                              std::size_t count) noexcept {
+                                              const float* __restrict change, const float* __restrict start,
+                                              const float* __restrict from, std::size_t count) noexcept {
   const FrameReader read(frame);
-  float least = 1;
+  auto least = std::bit_cast<std::int32_t>(1.0F);  // shares are not negative: see lift_body
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3f along = read.fibre(k).along;
     const float left = 1.0F - from[k];
-    const float fade = larger(kFadeShare, kFadeSpacings * read.space(k) / std::sqrt(dot(along, along)));
+    const float fade = larger(fade_of(1.0F - start[k], read.space(k), std::sqrt(dot(along, along))), 1e-9F);
     const float ended = larger(1.0F - left / fade, 0.0F);
-    const float share = change[k] > 0 ? 1.0F - weight[k] * ended : 1.0F;
-    least = smaller(least, share);
+    const float rises = change[k] > 0 ? weight[k] : 0.0F;
+    const auto bits = std::bit_cast<std::int32_t>(larger(1.0F - rises * ended, 0.0F));
+    least = bits < least ? bits : least;
   }
-  return least;
+  return std::bit_cast<float>(least);
 }
 
 [[gnu::always_inline]] inline std::size_t settle_body(const float* __restrict from, const float* __restrict change,
                                                       float share, float* __restrict to, std::uint8_t* __restrict over,
                                                       std::size_t count) noexcept {
   std::uint32_t limited = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const float all = from[k] + change[k], some = from[k] + change[k] * share;
     to[k] = smaller(larger(some, 0.0F), 1.0F);
@@ -301,11 +340,13 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 [[gnu::always_inline]] inline void cover_body(float amount, const float* __restrict weight,
                                               const float* __restrict from, float* __restrict to,
                                               std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = from[k] + (1.0F - from[k]) * share_of(amount * weight[k]);
 }
 
 [[gnu::always_inline]] inline void mix_body(const float* __restrict cover, float value, const float* __restrict start,
                                             float* __restrict to, std::size_t count) noexcept {
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = start[k] * (1.0F - cover[k]) + value * cover[k];
 }
 
@@ -313,6 +354,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                   float* __restrict x, float* __restrict y, float* __restrict z,
                                                   std::size_t count) noexcept {
   const FrameReader read(frame);
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const Vec3f p = f.inner + f.along * displacement[k];
@@ -322,33 +364,112 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   }
 }
 
-[[gnu::always_inline]] inline float change_of(Vec3f normal, Vec3f pull, float count, Vec3f fibre, bool swell) noexcept {
+template <bool kSwell>
+[[gnu::always_inline]] inline float change_of(Vec3f normal, Vec3f pull, float count, Vec3f fibre) noexcept {
   const float climb = dot(fibre, normal);
   const float area = std::sqrt(dot(normal, normal));
   const float least = kSteepest * area * std::sqrt(dot(fibre, fibre));
-  const float up = swell ? area : dot(pull, normal) / larger(count, 1.0F);
+  const float up = kSwell ? area : dot(pull, normal) / larger(count, 1.0F);
   return climb > least ? up / climb : 0.0F;
 }
 
-[[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
-                                               float* __restrict change) noexcept {
-  const FrameReader read(frame);
+[[gnu::always_inline]] inline void normals_body(int n, const Neighbours& at, float* __restrict nx, float* __restrict ny,
+                                                float* __restrict nz) noexcept {
   for (int j = 1; j < n - 1; ++j) {
     const std::size_t row = sample_index(n, {0, j}), above = sample_index(n, {0, j + 1}),
                       below = sample_index(n, {0, j - 1});
     const auto inside = static_cast<std::size_t>(n - j);
     const float *x = at.x, *y = at.y, *z = at.z;
+    RELIEF_VECTORS
     for (std::size_t i = 1; i < inside; ++i) {
       const auto place = [&](std::size_t k) { return Vec3f{x[k], y[k], z[k]}; };
-      const Vec3f p = place(row + i);
-      const Vec3f a = place(row + i + 1) - p, b = place(above + i) - p, c = place(above + i - 1) - p,
-                  d = place(row + i - 1) - p, e = place(below + i) - p, f = place(below + i + 1) - p;
-      // The hexagon around it as two quadrangles, each with the cross product of its diagonals as twice its area.
+      const Vec3f a = place(row + i + 1), b = place(above + i), c = place(above + i - 1), d = place(row + i - 1),
+                  e = place(below + i), f = place(below + i + 1);
       const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
-      const Vec3f pull = ((a + d) + (b + e)) + (c + f);
-      change[row + i] = change_of(normal, pull, 6.0F, read.fibre(row + i).along, swell);
+      const float one = 1.0F / larger(std::sqrt(dot(normal, normal)), 1e-30F);
+      nx[row + i] = normal.x * one;
+      ny[row + i] = normal.y * one;
+      nz[row + i] = normal.z * one;
     }
   }
+}
+
+template <bool kSwell>
+[[gnu::always_inline]] inline void around_row(const FrameReader& read, int n, int j, const Neighbours& at,
+                                              float* __restrict change) noexcept {
+  const std::size_t row = sample_index(n, {0, j});
+  const std::size_t above = sample_index(n, {0, j + 1}) - row, below = row - sample_index(n, {0, j - 1});
+  const float *x = at.x, *y = at.y, *z = at.z;
+  const std::size_t last = row + static_cast<std::size_t>(n - j);
+  RELIEF_VECTORS
+  for (std::size_t k = row + 1; k < last; ++k) {
+    const Vec3f p = {x[k], y[k], z[k]};
+    const Vec3f a = Vec3f{x[k + 1], y[k + 1], z[k + 1]} - p, d = Vec3f{x[k - 1], y[k - 1], z[k - 1]} - p;
+    const Vec3f b = Vec3f{x[k + above], y[k + above], z[k + above]} - p;
+    const Vec3f c = Vec3f{x[k + above - 1], y[k + above - 1], z[k + above - 1]} - p;
+    const Vec3f e = Vec3f{x[k - below], y[k - below], z[k - below]} - p;
+    const Vec3f f = Vec3f{x[k - below + 1], y[k - below + 1], z[k - below + 1]} - p;
+    // The hexagon around it as two quadrangles, each with the cross product of its diagonals as twice its area.
+    const Vec3f normal = cross(c - a, d - b) + cross(e - a, f - d);
+    const Vec3f pull = ((a + d) + (b + e)) + (c + f);
+    change[k] = change_of<kSwell>(normal, pull, 6.0F, read.fibre(k).along);
+  }
+}
+[[gnu::always_inline]] inline void around_body(const SlabFrame& frame, int n, bool swell, const Neighbours& at,
+                                               float* change) noexcept {
+  const FrameReader read(frame);
+  for (int j = 1; j < n - 1; ++j)
+    if (swell)
+      around_row<true>(read, n, j, at, change);
+    else
+      around_row<false>(read, n, j, at, change);
+}
+
+[[gnu::always_inline]] inline void border_body(const BorderTables& table, const Neighbours& at,
+                                               float* __restrict sums) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t *own = table.own.data(), *r0 = table.ring[0].data(), *r1 = table.ring[1].data(),
+                     *r2 = table.ring[2].data(), *r3 = table.ring[3].data();
+  const float *w0 = table.share[0].data(), *w1 = table.share[1].data(), *w2 = table.share[2].data(),
+              *w3 = table.share[3].data();
+  const float *x = at.x, *y = at.y, *z = at.z;
+  float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3f p = {x[own[k]], y[own[k]], z[own[k]]};
+    const Vec3f a = Vec3f{x[r0[k]], y[r0[k]], z[r0[k]]} - p, b = Vec3f{x[r1[k]], y[r1[k]], z[r1[k]]} - p;
+    const Vec3f c = Vec3f{x[r2[k]], y[r2[k]], z[r2[k]]} - p, d = Vec3f{x[r3[k]], y[r3[k]], z[r3[k]]} - p;
+    const Vec3f normal = (cross(a, b) + cross(b, c)) + cross(c, d);
+    const Vec3f pull = (a * w0[k] + b * w1[k]) + (c * w2[k] + d * w3[k]);
+    nx[k] = normal.x;
+    ny[k] = normal.y;
+    nz[k] = normal.z;
+    px[k] = pull.x;
+    py[k] = pull.y;
+    pz[k] = pull.z;
+  }
+}
+
+template <bool kSwell>
+[[gnu::always_inline]] inline void border_change_by(const SlabFrame& frame, const BorderTables& table,
+                                                    const float* __restrict sums, const float* __restrict ways,
+                                                    float* __restrict change) noexcept {
+  const std::size_t count = table.own.size();
+  const std::int32_t* own = table.own.data();
+  const FrameReader read(frame);
+  const float *nx = sums, *ny = sums + count, *nz = ny + count, *px = nz + count, *py = px + count, *pz = py + count;
+  RELIEF_VECTORS
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto at = static_cast<std::size_t>(own[k]);
+    change[k] = change_of<kSwell>({nx[k], ny[k], nz[k]}, {px[k], py[k], pz[k]}, ways[k], read.fibre(at).along);
+  }
+}
+[[gnu::always_inline]] inline void border_change_body(const SlabFrame& frame, const BorderTables& table, bool swell,
+                                                      const float* sums, const float* ways, float* change) noexcept {
+  if (swell)
+    border_change_by<true>(frame, table, sums, ways, change);
+  else
+    border_change_by<false>(frame, table, sums, ways, change);
 }
 
 // Eight sums side by side in a fixed order, so that every build adds up alike.
@@ -381,6 +502,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                  float* __restrict to, std::size_t count) noexcept {
   const std::int32_t *ia = table.index[0].data(), *ib = table.index[1].data(), *ic = table.index[2].data();
   const float *wa = table.weight[0].data(), *wb = table.weight[1].data(), *wc = table.weight[2].data();
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) to[k] = (from[ia[k]] * wa[k] + from[ib[k]] * wb[k]) + from[ic[k]] * wc[k];
 }
 
@@ -388,6 +510,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                                                      std::size_t stride, int planes, std::size_t count) noexcept {
   const std::size_t second = planes == 3 ? stride : 0, third = 2 * second;
   std::uint32_t changes = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k)
     changes += static_cast<std::uint32_t>(a[k] != b[k]) | static_cast<std::uint32_t>(a[k + second] != b[k + second]) |
                static_cast<std::uint32_t>(a[k + third] != b[k + third]);
@@ -397,6 +520,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 // Values are not negative, so their bits sort as they do, and integers may be taken in any order.
 [[gnu::always_inline]] inline float largest_body(const float* __restrict values, std::size_t count) noexcept {
   std::int32_t most = 0;
+  RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const auto bits = std::bit_cast<std::int32_t>(values[k]);
     most = bits > most ? bits : most;
@@ -407,7 +531,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 // The kernels as one build has them: the bodies above, compiled for it.
 #define RELIEF_KERNEL_BUILD(space, ...)                                                                               \
   namespace space {                                                                                                   \
-  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,        \
+  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
                        const float* from, float* to, std::size_t count) {                                             \
     cut_body(frame, cutter, sweep_of(cutter.along), start, protect, from, to, count);                                 \
   }                                                                                                                   \
@@ -433,9 +557,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   __VA_ARGS__ void scale(float amount, const float* weight, float* change, std::size_t count) {                       \
     scale_body(amount, weight, change, count);                                                                        \
   }                                                                                                                   \
-  __VA_ARGS__ float room(const SlabFrame& frame, const float* weight, const float* change, const float* from,         \
-                         std::size_t count) {                                                                         \
-    return room_body(frame, weight, change, from, count);                                                             \
+  __VA_ARGS__ float room(const SlabFrame& frame, const float* weight, const float* change, const float* start,        \
+                         const float* from, std::size_t count) {                                                      \
+    return room_body(frame, weight, change, start, from, count);                                                      \
   }                                                                                                                   \
   __VA_ARGS__ std::size_t settle(const float* from, const float* change, float share, float* to, std::uint8_t* over,  \
                                  std::size_t count) {                                                                 \
@@ -454,8 +578,18 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
                              std::size_t count) {                                                                     \
     positions_body(frame, displacement, x, y, z, count);                                                              \
   }                                                                                                                   \
+  __VA_ARGS__ void normals(int n, const Neighbours& at, float* x, float* y, float* z) {                               \
+    normals_body(n, at, x, y, z);                                                                                     \
+  }                                                                                                                   \
   __VA_ARGS__ void around(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change) {           \
     around_body(frame, n, swell, at, change);                                                                         \
+  }                                                                                                                   \
+  __VA_ARGS__ void border(const BorderTables& table, const Neighbours& at, float* sums) {                             \
+    border_body(table, at, sums);                                                                                     \
+  }                                                                                                                   \
+  __VA_ARGS__ void border_change(const SlabFrame& frame, const BorderTables& table, bool swell, const float* sums,    \
+                                 const float* ways, float* change) {                                                  \
+    border_change_body(frame, table, swell, sums, ways, change);                                                      \
   }                                                                                                                   \
   __VA_ARGS__ std::array<double, 4> mean(const float* weight, const float* x, const float* y, const float* z,         \
                                          std::size_t count) {                                                         \
@@ -469,8 +603,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
     return count_body(a, b, stride, planes, count);                                                                   \
   }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut,   lift, weigh, raise,     flatten, approach, scale,    room,          settle,        \
-                            cover, mix,  lay,   positions, around,  mean,     resample, count_changes, largest};      \
+  constexpr Kernels kAll = {cut,    lift,   weigh,         raise, flatten,  approach,      scale,                     \
+                            room,   settle, cover,         mix,   lay,      positions,     normals,                   \
+                            around, border, border_change, mean,  resample, count_changes, largest};                  \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )
@@ -478,12 +613,9 @@ RELIEF_KERNEL_BUILD(baseline, )
 RELIEF_KERNEL_BUILD(avx2, [[gnu::target("avx2")]])
 #endif
 #undef RELIEF_KERNEL_BUILD
+#undef RELIEF_VECTORS
 
 }  // namespace
-
-float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept {
-  return change_of(all.normal, all.pull, all.count, fibre, swell);
-}
 
 const Kernels& baseline_kernels() noexcept { return baseline::kAll; }
 

@@ -19,6 +19,20 @@ struct GridTables {
   std::array<std::vector<std::uint16_t>, 3> edges;  ///< sample numbers along edge k, t = 0..n
 };
 
+/// The border of a grid of n intervals: its 3n samples, edge by edge, each beginning with its first corner; and what of
+/// the six around each lies in the slab, in order, as 4 samples of which the last two count only where there are 3
+/// triangles between them.
+struct BorderTables {
+  explicit BorderTables(int n);
+  std::vector<std::int32_t> own;
+  std::array<std::vector<std::int32_t>, 4> ring;
+  std::array<std::vector<float>, 4> share;  ///< in how many of the triangles each takes part
+  /// Of the sample at t = 0..n-1 along an edge.
+  [[nodiscard]] std::size_t at(int edge, int t) const noexcept {
+    return static_cast<std::size_t>(edge) * (own.size() / 3) + static_cast<std::size_t>(t);
+  }
+};
+
 /// How the samples of a grid of m intervals are read from a tile of n intervals: from their three nearest (paper,
 /// Sec. 3.2).
 struct Resampling {
@@ -43,7 +57,14 @@ struct SlabFrame {
 struct Cutter {
   Vec3f up;     ///< unit: from the lowest point to the centre
   Vec3f along;  ///< the way to the other end; zero for a ball that is not swept
-  float blend;  ///< tan of the angle between ball and surface at the rim; 0 for an exact cut
+  bool exact;   ///< the ball itself, to the sample
+};
+/// tan between cutter and surface: walls that stand steeper need smaller spacings, not a wider blend.
+inline constexpr float kSteepestRim = 4;
+
+/// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
+struct Start {
+  const float *displacement, *x, *y, *z;
 };
 
 /// The plane of Flatten and Clay: through `point` with the unit normal.
@@ -63,9 +84,9 @@ struct Lift {
   std::size_t limited = 0;
 };
 
-/// Where samples lie, and what they get from all around them.
+/// Where samples lie.
 struct Neighbours {
-  const float *x, *y, *z;  ///< positions in the frame
+  const float *x, *y, *z;  ///< in the frame
 };
 
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
@@ -73,7 +94,7 @@ struct Neighbours {
 struct Kernels {
   /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-clean-cuts.md. What
   /// `protect` names stays in proportion.
-  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect, const float* from,
+  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
@@ -92,7 +113,8 @@ struct Kernels {
   void (*scale)(float amount, const float* weight, float* change, std::size_t count);
   /// The least of 1 - weight * (1 - room / fade) over the samples that rise, where room is what is left above them and
   /// fade where it begins to end; 1 where there is room for all.
-  float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* from, std::size_t count);
+  float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* start, const float* from,
+                std::size_t count);
   /// from + change * share, kept within 0..1; how many would have gone beyond with all of the change, 1 in `over`.
   std::size_t (*settle)(const float* from, const float* change, float share, float* to, std::uint8_t* over,
                         std::size_t count);
@@ -103,9 +125,17 @@ struct Kernels {
   /// height * cover along the fibre, as a displacement.
   void (*lay)(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count);
   void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
+  /// Inside the slab (not at its border): unit normals of the surface.
+  void (*normals)(int n, const Neighbours& at, float* x, float* y, float* z);
   /// Inside the slab (not at its border): how far the mean of the six neighbours lies above each sample, along its
   /// fibre; or with `swell` what one radius along the surface's normal is along the fibre.
   void (*around)(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change);
+  /// What the slab's own triangles give to its border: six planes of 3n numbers, twice their area times the normal and
+  /// the sum of the ways to their other corners.
+  void (*border)(const BorderTables& table, const Neighbours& at, float* sums);
+  /// What around() gives, at the border: from such sums over all slabs, over so many ways.
+  void (*border_change)(const SlabFrame& frame, const BorderTables& table, bool swell, const float* sums,
+                        const float* ways, float* change);
   /// Sums of weight and of weight * position over the samples: {w, wx, wy, wz}.
   std::array<double, 4> (*mean)(const float* weight, const float* x, const float* y, const float* z, std::size_t count);
   void (*resample)(const Resampling& table, const float* from, float* to, std::size_t count);
@@ -119,22 +149,5 @@ struct Kernels {
 [[nodiscard]] const Kernels& baseline_kernels() noexcept;
 /// The fastest build that this machine can run.
 [[nodiscard]] const Kernels& best_kernels() noexcept;
-
-/// What a sample gets from the micro-triangles around it, or from those of one slab.
-struct Umbrella {
-  Vec3f normal;     ///< twice the area, times the normal
-  Vec3f pull;       ///< to the other corners, added up
-  float count = 0;  ///< how many there were
-  Umbrella& operator+=(const Umbrella& other) noexcept {
-    normal += other.normal;
-    pull += other.pull;
-    count += other.count;
-    return *this;
-  }
-};
-/// Of the triangles of one slab around a sample.
-[[nodiscard]] Umbrella umbrella_at(int n, GridPoint at, const Neighbours& surface) noexcept;
-/// What Kernels::around() gives, from all triangles around a sample and the fibre there.
-[[nodiscard]] float change_around(const Umbrella& all, Vec3f fibre, bool swell) noexcept;
 
 }  // namespace relief::detail

@@ -15,7 +15,7 @@ namespace relief {
 
 namespace {
 
-constexpr double kDabsPerRadius = 8;    // a ball swept from dab to dab leaves no scallops, and a fall-off no beads
+constexpr double kDabsPerRadius = 16;   // a groove round a ball of six radii then turns by half a degree per dab
 constexpr double kLongestDab = 0.008;   // s: what the hand feels as at once, and a rate takes as even
 constexpr double kTap = 0.1;            // s: how long a stroke counts that lasts no time
 constexpr double kFarthestTime = 1e12;  // s
@@ -110,10 +110,10 @@ Status check(const Stroke& stroke) {
                                              number(stroke.points[k - 1].t) + " s)");
     dabs += k == 0 ? 1 : dabs_between(stroke.points[k - 1], p, stroke.brush.radius);
     if (dabs > kMaxStrokeDabs)
-      return fail(Errc::InvalidArgument, "the stroke needs more than " + std::to_string(kMaxStrokeDabs) +
-                                             " dabs up to " + where +
-                                             " at one every radius/8 and every 8 ms; use a larger radius, or a shorter "
-                                             "path or time");
+      return fail(Errc::InvalidArgument,
+                  "the stroke needs more than " + std::to_string(kMaxStrokeDabs) + " dabs up to " + where +
+                      " at one every radius/16 and every 8 ms; use a larger radius, or a shorter "
+                      "path or time");
   }
   return {};
 }
@@ -187,7 +187,7 @@ struct StrokeEngine::State {
     }
   }
 
-  /// The tool goes straight and evenly to b, with a dab at each radius/8 and each 8 ms.
+  /// The tool goes straight and evenly to b, with a dab at each radius/16 and each 8 ms.
   void go(const StrokePoint& b) {
     const StrokePoint a = held;
     const double all = length(b.position - a.position), time = std::max(b.t - a.t, 0.0);
@@ -246,8 +246,7 @@ struct StrokeEngine::State {
       if (!tip) dab.cursor = place.position - axis * (deep + brush.resilience);
       const Vec3d centre = dab.cursor + axis * (brush.radius + brush.resilience);
       // The nearest place may leap, to another limb or round an edge; what lies between is not to be cut then.
-      dab.swept =
-          was_swept && length(centre - image.centre) < 4 * brush.radius / kDabsPerRadius && dot(axis, image.axis) > 0.7;
+      dab.swept = was_swept && length(centre - image.centre) < 0.5 * brush.radius && dot(axis, image.axis) > 0.7;
       dab.from = image.centre;
       image = {.swept = true, .centre = centre, .axis = axis};
     } else if (tool.writes == Layer::Displacement) {

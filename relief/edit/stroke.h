@@ -38,7 +38,7 @@ inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 
 /// Turns points into dabs while they come. What a stroke does depends on its way and its times, not on how many points
 /// tell them or how they are split into calls of move(): between points the hand went straight and evenly. There is a
-/// dab each time that the hand has gone radius/8 or 8 ms have passed, and one at the end. Points are projected to the
+/// dab each time that the hand has gone radius/16 or 8 ms have passed, and one at the end. Points are projected to the
 /// surface as it stood at the stroke's start; those farther outside than the radius are left out and counted. The
 /// tool's axis is the normal averaged over its area. Deposit and its like keep their place (slab, u, v) on that surface
 /// but measure distances from the surface as it is now. A stroke that lasts no time counts as a tap of 0.1 s.

@@ -3,7 +3,7 @@
 
 #include "support/shells.h"
 
-#include <relief/edit/editor.h>
+#include <relief/edit/stroke.h>
 
 #include <gtest/gtest.h>
 

@@ -105,7 +105,8 @@ inline Values reference_colour(const Snapshot& model, const Brush& brush, const 
     const double alpha = displacement_at(model, s, double(at.i) / m, double(at.j) / m);
     const double distance = length(sample_position(mesh, s, m, at, alpha) - dab.contact);
     if (distance >= brush.radius) return std::nullopt;
-    const double share = brush.strength * dab.pressure * (1 - distance / brush.radius);
+    const double amount = info(brush.tool).rate * brush.strength * dab.pressure * dab.seconds;
+    const double share = 1 - std::exp(-amount * (1 - distance / brush.radius));
     const double old = double(model.tile(Layer::Colour, s).plane(channel)[sample_index(m, at)]);
     return double(brush.colour[static_cast<std::size_t>(channel)]) * share + old * (1 - share);
   };

@@ -71,10 +71,9 @@ TEST(Reach, SharedSamplesReachSlabsThatTheToolDoesNot) {
   const auto mesh = testing::thin_plate(4, 15, 0);
   Editor editor(Snapshot::make(mesh));
   const SnapshotPtr before = editor.head();
-  Dab dab = dab_near(*before, {0.9, 0.1, 0.1}, 0);
+  Dab dab = dab_near(*before, {0.9, 0.1, 0.1}, 0, 1, 0.01);
   dab.normal = {0, 1, 0};
-  dab.cursor = dab.contact - dab.normal * 0.015;
-  EXPECT_GT(apply(editor, {.tool = Tool::Carve, .radius = 2}, dab).samples, 0U);
+  EXPECT_GT(apply(editor, {.tool = Tool::Deposit, .radius = 0.3}, dab).samples, 0U);
   EXPECT_TRUE(valid(*editor.head()));
   std::size_t changed_below = 0;
   for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
