@@ -294,7 +294,7 @@ Status check_no_model(std::initializer_list<std::string_view> outputs) {
 }
 
 Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only) {
-  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only));
+  RELIEF_TRY(ModelFile model, ModelFile::open(file, read_only, context.progress));
   RELIEF_CHECK(warn_of_doubt(file, model, context));
   return model;
 }

@@ -338,8 +338,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                                               "which other --samples may avoid.",
                                               printable(o.in), tiles.first));
   nothing_written.reset();
-  context.progress("save", 0.99);
-  RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model));
+  RELIEF_TRY(const ModelFile saved, ModelFile::create(o.out, made.model, context.progress));
   RELIEF_CHECK(mended.keep());
   phase_done("save");
   made.report.phases = std::move(phases);
@@ -352,24 +351,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
                       name(made.model.info.mode), seconds));
   }
   return {};
-}
-
-/// The model before its first stroke: of a copy in the folder for temporary files, taken back to there.
-Result<SnapshotPtr> untouched(const std::string& file, const ModelFile& model) {
-  if (model.stroke_count() == 0) return model.model().head;
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  if (error) return fail(Errc::Io, "there is no folder for temporary files: " + error.message());
-  const std::filesystem::path copy = folder / fmt::format("relief-verify-{}.relief", getpid());
-  RELIEF_CHECK(ModelFile::copy(file, copy));
-  const auto take_back = [&]() -> Result<SnapshotPtr> {
-    RELIEF_TRY(ModelFile first, ModelFile::open(copy));
-    RELIEF_CHECK(first.undo(model.stroke_count()));
-    return first.model().head;
-  };
-  auto head = take_back();
-  std::filesystem::remove(copy, error);
-  return head;
 }
 
 /// The share of the slabs' diagonal within which a sample must lie from where its fibre meets the source.
@@ -425,7 +406,7 @@ ordered_json to_json(const verify::Failure& f) {
 Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
   std::optional<NothingWritten> nothing_written(std::in_place);
   // Opening checks the tiles, too; the verifier does it in its own way.
-  RELIEF_TRY(const ModelFile model, ModelFile::open(file, true));
+  RELIEF_TRY(const ModelFile model, ModelFile::open(file, true, context.progress));
   const Mode mode = model.model().info.mode;
   const PlainCage shell(model.model().head->slab_mesh());
   verify::Certificate certificate;
@@ -439,9 +420,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     if (source.phantom_from) phantoms = source.triangles.size() - *source.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);
     if (certificate.holds[0] && !context.progress.cancelled()) {
-      nothing_written.reset();  // the copy, until it is removed
-      RELIEF_TRY(const SnapshotPtr first, untouched(file, model));
-      nothing_written.emplace();
+      RELIEF_TRY(const SnapshotPtr first, model.at(0, context.progress));
       samples = compare_samples(*model.model().head, *first, shell, source, context.progress);
     }
   }
@@ -506,8 +485,59 @@ Status run_verify(const std::string& file, const std::string& source_file, const
                   reason, source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
 }
 
+/// What a stroke's own text says of samples that would have gone beyond their fibre; nothing where it says nothing.
+std::optional<std::uint64_t> limited_samples(const StrokeRecord& stroke) {
+  const auto details = ordered_json::parse(stroke.details, nullptr, false);
+  if (!details.is_object()) return std::nullopt;
+  const auto found = details.find("limited");
+  return found != details.end() && found->is_number_unsigned() ? std::optional(found->get<std::uint64_t>())
+                                                               : std::nullopt;
+}
+
+/// One entry of the history: what the journal holds, whether it is undone, and whether its state can be read.
+struct HistoryLine {
+  const StrokeRecord& stroke;
+  bool undone, damaged;
+
+  [[nodiscard]] ordered_json json() const {
+    ordered_json line = {{"number", stroke.number},
+                         {"label", stroke.damaged ? ordered_json() : ordered_json(stroke.label)},
+                         {"tiles", stroke.damaged ? ordered_json() : ordered_json(stroke.tiles)},
+                         {"undone", undone},
+                         {"damaged", damaged}};
+    if (const auto limited = limited_samples(stroke)) line["limited"] = *limited;
+    return line;
+  }
+  [[nodiscard]] std::string text() const {
+    std::string facts = stroke.damaged ? "its record is damaged" : fmt::format("{} tiles", stroke.tiles);
+    if (const auto limited = limited_samples(stroke); limited.value_or(0) > 0)
+      facts += fmt::format(", {} samples limited", *limited);
+    if (undone) facts += ", undone";
+    if (damaged) facts += ", damaged";
+    return fmt::format("  {:4d}  {} ({})\n", stroke.number, printable(stroke.label), facts);
+  }
+};
+
+Status run_salvage(const std::string& file, const std::string& out, bool force, const Context& context) {
+  RELIEF_CHECK(check_outputs({out}, {file}));
+  RELIEF_CHECK(check_strokes(out, force));
+  RELIEF_TRY(const Salvaged saved, ModelFile::salvage(file, out, context.progress));
+  const std::uint64_t strokes = saved.current - saved.first, redo = saved.last - saved.current;
+  if (context.json) {
+    print_json({{"salvaged", {{"first", saved.first}, {"current", saved.current}, {"last", saved.last}}},
+                {"strokes", strokes},
+                {"redo", redo},
+                {"lost", saved.lost}});
+    return {};
+  }
+  print(fmt::format("{}: the model at stroke {}; {} can be undone, {} redone; {}\n", out, saved.current, strokes, redo,
+                    saved.lost.empty() ? "nothing is lost" : "lost: " + joined(saved.lost)));
+  return {};
+}
+
 Status run_info(const std::string& file, bool list_strokes, const Context& context) {
   RELIEF_TRY(const ModelFile model, open_model(file, context));
+  RELIEF_TRY(const std::vector<DamagedStrokes> damage, model.damage(context.progress));
   const ModelInfo& info = model.model().info;
   const Snapshot& head = *model.model().head;
   const SlabMesh& mesh = head.slab_mesh();
@@ -515,6 +545,11 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
   if (list_strokes) {
     RELIEF_TRY(strokes, model.strokes());
   }
+  const auto line_of = [&](const StrokeRecord& s) {
+    const bool damaged = std::ranges::any_of(
+        damage, [&](const DamagedStrokes& lost) { return lost.first <= s.number && s.number <= lost.last; });
+    return HistoryLine{s, s.number > model.stroke_count(), damaged};
+  };
   int n_min = kMaxIntervals, n_max = 1;
   for (const Slab& s : mesh.slabs()) {
     n_min = std::min(n_min, s.intervals);
@@ -532,6 +567,8 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
     json["intervals"] = {{"min", n_min}, {"max", n_max}};
     json["strokes"] = model.stroke_count();
     json["redo"] = model.redo_count();
+    json["damaged"] = ordered_json::array();
+    for (const auto& [first, last] : damage) json["damaged"].push_back({{"first", first}, {"last", last}});
     json["layers"] = layers;
     if (head.has(Layer::Colour)) json["colour_intervals"] = head.tile(Layer::Colour, 0).intervals();
     json["unit"] = name(info.unit);
@@ -543,12 +580,13 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
     json["content_hash"] = fmt::format("{:016x}", head.content_hash());
     if (list_strokes) {
       json["journal"] = ordered_json::array();
-      for (const StrokeRecord& s : strokes)
-        json["journal"].push_back({{"number", s.number}, {"label", s.label}, {"tiles", s.tiles}});
+      for (const StrokeRecord& s : strokes) json["journal"].push_back(line_of(s).json());
     }
     print_json(json);
     return {};
   }
+  for (const DamagedStrokes& lost : damage)
+    print(fmt::format("{}: {} stops there\n", to_string(lost), lost.last < model.stroke_count() ? "undo" : "redo"));
   std::string layer_text;
   for (const std::string& layer : layers) layer_text += (layer_text.empty() ? "" : ", ") + layer;
   print(fmt::format(
@@ -558,14 +596,14 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
       n_min == n_max ? std::to_string(n_min) : fmt::format("{} to {}", n_min, n_max), distinct_samples(mesh),
       static_cast<double>(head.bytes()) / (1 << 20), layer_text, model.stroke_count(),
       model.redo_count() > 0 ? fmt::format(" ({} undone)", model.redo_count()) : ""));
-  for (const StrokeRecord& s : strokes)
-    print(fmt::format("  {:4d}  {} ({} tiles)\n", s.number, printable(s.label), s.tiles));
+  for (const StrokeRecord& s : strokes) print(line_of(s).text());
   return {};
 }
 
 Status run_undo(const std::string& file, std::uint64_t strokes, bool forward, const Context& context) {
   RELIEF_TRY(ModelFile model, open_model(file, context, false));
-  RELIEF_TRY(const std::uint64_t moved, forward ? model.redo(strokes) : model.undo(strokes));
+  RELIEF_TRY(const std::uint64_t moved,
+             forward ? model.redo(strokes, context.progress) : model.undo(strokes, context.progress));
   if (moved == 0)
     return fail(Errc::NotFound,
                 fmt::format("{}: there is no stroke to {}", printable(file), forward ? "redo" : "undo"));
@@ -637,12 +675,25 @@ void add_verify(CLI::App& app, Context& context) {
 }
 
 void add_info(CLI::App& app, Context& context) {
-  auto file = std::make_shared<std::string>();
-  auto strokes = std::make_shared<bool>(false);
-  CLI::App* c = app.add_subcommand("info", "Say what a model holds");
-  c->add_option("MODEL", *file, "The model")->required()->check(names_file);
-  c->add_flag("--strokes", *strokes, "List the journal of strokes");
-  finish_command(*c, context, [file, strokes, &context] { return run_info(*file, *strokes, context); });
+  struct Options {
+    std::string file, out;
+    bool strokes = false, salvage = false, force = false;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand("info", "Say what a model holds, and save what is whole of a damaged one");
+  c->add_option("MODEL", o->file, "The model")->required()->check(names_file);
+  auto* strokes = c->add_flag("--strokes", o->strokes, "List the history: every stroke, undone ones at the end");
+  auto* salvage = c->add_flag("--salvage", o->salvage,
+                              "Write the newest whole state of a damaged model, with the strokes that follow it "
+                              "without a gap, and say what is lost");
+  auto* out = c->add_option("-o,--output", o->out, "Where --salvage writes, OUT.relief")->check(names_file);
+  auto* force = c->add_flag("--force", o->force, "Replace a model that has strokes, or a file that is no model");
+  salvage->excludes(strokes)->needs(out);
+  out->needs(salvage);
+  force->needs(salvage);
+  finish_command(*c, context, [o, &context] {
+    return o->salvage ? run_salvage(o->file, o->out, o->force, context) : run_info(o->file, o->strokes, context);
+  });
 }
 
 void add_undo(CLI::App& app, Context& context) {

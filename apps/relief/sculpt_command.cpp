@@ -37,7 +37,7 @@ Status run_sculpt(const std::string& model, const std::string& strokes_file, con
   std::error_code ignored;
   if (!std::filesystem::equivalent(model, out, ignored)) {
     RELIEF_CHECK(check_strokes(out, force));
-    RELIEF_CHECK(ModelFile::copy(model, out));
+    RELIEF_CHECK(ModelFile::copy(model, out, context.progress));
   }
   RELIEF_TRY(ModelFile file, open_model(out, context, false));
   Editor editor(file.model().head);

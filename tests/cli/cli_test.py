@@ -1,6 +1,7 @@
 """The command line as a user meets it: exit statuses, one line per failure, files that are whole or absent, real work."""
 
 import array
+import contextlib
 import csv
 import itertools
 import json
@@ -12,6 +13,7 @@ import random
 import resource
 import shutil
 import signal
+import sqlite3
 import struct
 import subprocess
 import tempfile
@@ -22,6 +24,26 @@ import zlib
 BIN = pathlib.Path(os.environ["RELIEF_BIN"])
 DATA = pathlib.Path(os.environ.get("RELIEF_TEST_DATA", "no-such-folder"))
 SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
+
+
+def hash_64(parts):
+    """The checksum of a row, as docs/file-format.md gives it: of numbers and of bytes, as SQLite keeps it."""
+    mask = 2**64 - 1
+    state = 0x243f6a8885a308d3
+
+    def mix(z):
+        z = ((z ^ z >> 30) * 0xbf58476d1ce4e5b9) & mask
+        z = ((z ^ z >> 27) * 0x94d049bb133111eb) & mask
+        return z ^ z >> 31
+
+    for part in parts:
+        words = [part]
+        if isinstance(part, bytes):
+            whole = len(part) // 8 * 8
+            words = [*struct.unpack(f"<{whole // 8}Q", part[:whole]), int.from_bytes(part[whole:], "little"), len(part)]
+        for word in words:
+            state = mix(state ^ ((word + 0x9e3779b97f4a7c15 + (state << 6) + (state >> 2)) & mask))
+    return struct.unpack("<q", struct.pack("<Q", mix(state)))[0]
 
 
 class Run:
@@ -1513,6 +1535,69 @@ class Sculpt(Case):
         self.ok("redo", out, "--strokes", 3)
         self.assertEqual(self.hash(out), full)
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
+
+    def test_the_history_is_listed_with_what_is_undone(self):
+        out = self.folder / "listed.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out)
+        self.ok("undo", out)
+        with contextlib.closing(sqlite3.connect(out)) as database, database:
+            label, tiles, rows, details = database.execute(
+                "SELECT label, tiles, row_count, details FROM strokes WHERE number = 2").fetchone()
+            details = json.dumps({**json.loads(details), "limited": 40})
+            checksum = hash_64([label.encode(), 2, tiles, rows, details.encode()])
+            database.execute("UPDATE strokes SET details = ?, hash = ? WHERE number = 2", [details, checksum])
+        journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
+        self.assertEqual([s["number"] for s in journal], [1, 2, 3])
+        self.assertEqual([s["undone"] for s in journal], [False, False, True])
+        self.assertEqual([s["damaged"] for s in journal], [False, False, False])
+        self.assertEqual([s.get("limited") for s in journal], [None, 40, None])
+        for stroke in journal:
+            self.assertGreater(stroke["tiles"], 0)
+        text = self.ok("info", out, "--strokes").out
+        self.assertRegex(text, r"\n +1  carve \(\d+ tiles[^)]*\)\n")
+        self.assertRegex(text, r"\n +2  deposit \(\d+ tiles, 40 samples limited\)\n")
+        self.assertRegex(text, r"\n +3  paint \(\d+ tiles[^)]*, undone\)\n")
+
+    def break_rows(self, model, rows):
+        with contextlib.closing(sqlite3.connect(model)) as database, database:
+            self.assertGreater(database.execute(f"UPDATE pages SET data = x'00' WHERE {rows}").rowcount, 0)
+
+    def test_damage_is_named_and_what_is_whole_is_salvaged(self):
+        out, saved = self.folder / "damaged.relief", self.folder / "salvaged.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out)
+        self.assertEqual(self.ok("info", out, "--json").json()["damaged"], [])
+        self.ok("undo", out)
+        second = self.hash(out)
+        self.break_rows(out, "stroke = 3")
+        info = self.ok("info", out, "--strokes", "--json").json()
+        self.assertEqual(info["damaged"], [{"first": 3, "last": 3}])
+        self.assertTrue(info["journal"][2]["damaged"])
+        self.assertEqual(self.ok("info", out).out.splitlines()[0], "stroke 3 is damaged: redo stops there")
+        self.assert_failed(Run("redo", out), 1, "damaged.relief", "stroke 3 is damaged", "redo stops at stroke 2")
+        self.assertEqual(self.hash(out), second)
+
+        self.break_rows(out, "stroke = 2")
+        for command in (["info"], ["undo"], ["verify"], ["export", self.folder / "none.ply"]):
+            self.assert_failed(Run(command[0], out, *command[1:]), 1, "damaged.relief", "--salvage -o")
+        for wrong in (["--salvage"], ["-o", saved], ["--salvage", "--strokes", "-o", saved], ["--force"]):
+            self.assert_failed(Run("info", out, *wrong), 2)
+        self.assert_failed(Run("info", out, "--salvage", "-o", out), 1, "input itself")
+        self.assert_failed(Run("info", out, "--salvage", "-o", self.scan), 1, "pumpkin.ply")
+        report = self.ok("info", out, "--salvage", "-o", saved, "--json").json()
+        self.assertEqual(report["salvaged"], {"first": 0, "current": 1, "last": 1})
+        self.assertEqual((report["strokes"], report["redo"]), (1, 0))
+        self.assertEqual(report["lost"], ["strokes 2 to 3 (damaged)"])
+        self.assertIn("lost: strokes 2 to 3 (damaged)", self.ok("info", out, "--salvage", "-o", saved, "--force").out)
+        first = self.hash(saved)
+        self.ok("undo", saved)
+        self.assertEqual(self.hash(saved), self.hash(self.model))
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES[:1]), "-o", saved, "--force")
+        self.assertEqual(self.hash(saved), first)
+
+        self.break_rows(out, "stroke = 0")
+        gone = self.folder / "gone.relief"
+        self.assert_failed(Run("info", out, "--salvage", "-o", gone), 1, "damaged.relief", "nothing can be salvaged")
+        self.assertFalse(gone.exists())
 
     def test_in_place_and_in_steps_is_the_same(self):
         at_once, in_steps = self.folder / "once.relief", self.folder / "steps.relief"

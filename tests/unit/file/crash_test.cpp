@@ -53,7 +53,7 @@ struct Report {
 }
 
 TEST(KilledProcess, LosesNoFinishedStroke) {
-  const bool soak = std::getenv("RELIEF_SOAK") != nullptr;
+  const bool soak = std::getenv("RELIEF_SOAK") != nullptr;  // as ./dev soak sets it
   const int rounds = soak ? 1000 : 30;
   const Folder folder;
   const auto path = folder / "a.relief";
