@@ -209,6 +209,17 @@ Result<std::vector<DeviceState>> Replay::readings() {
   }
 }
 
+Result<PlayedDevice> play_as_device(const std::filesystem::path& file) {
+  RELIEF_TRY(Replay replay, Replay::open(file));
+  RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
+  auto device = std::make_unique<ReplayDevice>(replay.device(), std::move(readings));
+  return PlayedDevice{.replay = std::move(replay), .device = std::move(device)};
+}
+
+bool PlayedDevice::was_made_with(const Snapshot& model) const {
+  return number_of(replay.recording().head().fact("model_hash"), 16) == model.content_hash();
+}
+
 // ---- The model
 
 Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead,
