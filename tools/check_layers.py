@@ -60,7 +60,7 @@ THIRD_PARTY = {
     "openvdb/": ["convert"],
     "meshoptimizer.h": ["convert"],
     "zlib.h": ["mesh", "file"],
-    "nlohmann/": ["mesh", "devices"],
+    "nlohmann/": ["mesh", "devices", "session"],
     "sqlite3.h": ["file"],
     "zstd": ["file"],
     "epoxy/": ["render"],

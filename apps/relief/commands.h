@@ -73,9 +73,6 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 [[nodiscard]] std::string joined(const std::vector<std::string>& words);
 /// A line that says how much of a recording is whole where its end is missing; empty where it is not.
 [[nodiscard]] std::string missing_end(const Recording& recording);
-/// What `relief devices` and --device call a recording, before the name of its file.
-inline constexpr std::string_view kReplayDevice = "replay:";
-
 /// A check for options that are real numbers: finite, and from low to high.
 [[nodiscard]] std::function<std::string(const std::string&)> in_range(double low, double high);
 
@@ -106,11 +103,6 @@ void print_json(const nlohmann::ordered_json& object);
 /// "x,y,z". Error: InvalidArgument naming the option.
 [[nodiscard]] Result<Vec3d> parse_vector(std::string_view option, std::string_view text);
 
-/// How a model lies in a device's workspace: in its middle, at the given scale, or (0) with its diagonal 0.15 m long,
-/// or what fits. `axes`: from the device's to the model's.
-[[nodiscard]] Workspace workspace_for(const Model& model, const DeviceInfo& device, double metres_per_unit,
-                                      Quatd axes = {});
-
 /// One row of a path: a device reading in model units, and its first four fields as they were written.
 struct PathRow {
   double t = 0;
@@ -124,9 +116,6 @@ struct PathRow {
 /// Reads the points of a rigid tool (header x,y,z), model units, in the tool's frame: 1 to TouchTool::kMostPoints.
 /// Errors name the file and the line.
 [[nodiscard]] Result<std::vector<Vec3d>> read_tool_points(const std::filesystem::path& file);
-/// Reads a strokes file. Errors name the file, the stroke and the field.
-[[nodiscard]] Result<std::vector<Stroke>> read_strokes(const std::filesystem::path& file);
-
 /// The whole file, at most `limit` bytes. Errors name the file: NotFound, Io.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& file, std::uintmax_t limit);
 

@@ -81,7 +81,7 @@ Status run_render(RenderOptions& o, const Context& context) {
         .cursor = cursor, .contact_point = cursor, .force = {}, .tool_radius = o.tool_radius, .contact = false};
     if (const auto contact = probe(head, cursor, hint); contact && contact->touching()) {
       const ForceSettings law;
-      const double metres_per_unit = workspace_for(file.model(), {}, 0).metres_per_unit;
+      const double metres_per_unit = fit_workspace({}, file.model()).metres_per_unit;
       hand.contact = true;
       hand.contact_point = cursor + contact->surface.normal * contact->depth;
       hand.force = contact->surface.normal * std::min(law.stiffness * contact->depth * metres_per_unit, 3.3);

@@ -1,13 +1,21 @@
-// sculpt: strokes from a file, one transaction each.
-#include "commands.h"
+// sculpt: strokes from a file, or of a hand at a device, one transaction each.
+#include "live.h"
 
-#include <relief/base/cpu_time.h>
+#include <relief/base/nearest_word.h>
 #include <relief/base/try.h>
-#include <relief/file/model_file.h>
+#include <relief/session/document.h>
+#include <relief/session/stroke_text.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
 
 namespace relief::cli {
 
@@ -15,86 +23,482 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The stroke as the journal keeps it: the same form as in a strokes file.
-std::string journal_text(const Stroke& stroke) {
-  ordered_json json;
-  json["tool"] = name(stroke.brush.tool);
-  json["radius"] = stroke.brush.radius;
-  json["strength"] = stroke.brush.strength;
-  if (stroke.brush.resilience > 0) json["resilience"] = stroke.brush.resilience;
-  const Vec3d rgb = to_double(stroke.brush.colour) * 255.0;
-  if (stroke.brush.tool == Tool::Paint) json["colour"] = {rgb.x, rgb.y, rgb.z};
-  json["points"] = ordered_json::array();
-  for (const StrokePoint& p : stroke.points)
-    json["points"].push_back({p.t, p.position.x, p.position.y, p.position.z, p.pressure});
-  return json.dump();
+/// Strokes that may be finished and not on the disk yet; more would only fill the memory.
+constexpr std::uint64_t kUnsaved = 8;
+
+struct SculptOptions : LiveOptions {
+  std::string strokes, out;
+  bool force = false, resume = false;
+  std::string tool;
+  std::map<std::string, std::string> settings;  ///< by id, as they were written
+  std::string mirror;
+  double full_force = 1.5;  ///< N
+};
+
+// ---- What a document tells
+
+class Listener {
+ public:
+  [[nodiscard]] std::function<void(const Event&)> sink() {
+    return [this](const Event& event) {
+      const std::scoped_lock lock(mutex_);
+      if (const auto* finished = std::get_if<StrokeFinished>(&event)) strokes_.push_back(*finished);
+      if (const auto* failed = std::get_if<Failed>(&event)) failure_ = failed->error;
+      if (const auto* progressed = std::get_if<Progressed>(&event)) share_ = progressed->share;
+      changed_.notify_all();
+    };
+  }
+  /// Waits for the end of stroke `number` (from 0), or for a failure, 20 ms at most; whether it has come.
+  [[nodiscard]] bool wait_for(std::size_t number) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::milliseconds(20),
+                             [&] { return strokes_.size() > number || failure_.has_value(); });
+  }
+  [[nodiscard]] std::vector<StrokeFinished> strokes() const {
+    const std::scoped_lock lock(mutex_);
+    return strokes_;
+  }
+  [[nodiscard]] Status status() const {
+    const std::scoped_lock lock(mutex_);
+    return failure_ ? fail(failure_->code, failure_->message) : Status();
+  }
+  [[nodiscard]] double share() const {
+    const std::scoped_lock lock(mutex_);
+    return share_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<StrokeFinished> strokes_;
+  std::optional<Error> failure_;
+  double share_ = 0;
+};
+
+ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
+  ordered_json json = ordered_json::array();
+  for (const StrokeFinished& s : strokes)
+    json.push_back({{"tool", name(s.tool)},
+                    {"changed", s.result.changed},
+                    {"samples", s.result.samples},
+                    {"limited", s.result.limited},
+                    {"missed", s.result.missed},
+                    {"tiles", s.tiles},
+                    {"seconds", s.seconds}});
+  return json;
 }
 
-Status run_sculpt(const std::string& model, const std::string& strokes_file, const std::string& out, bool force,
-                  const Context& context) {
-  RELIEF_CHECK(check_outputs({out}, {strokes_file}));
-  RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(strokes_file));
-  std::error_code ignored;
-  if (!std::filesystem::equivalent(model, out, ignored)) {
-    RELIEF_CHECK(check_strokes(out, force));
-    RELIEF_CHECK(ModelFile::copy(model, out, context.progress));
+std::string counted(std::uint64_t count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+/// What the strokes could not do; empty where they did all.
+std::string limits_of(const std::vector<StrokeFinished>& strokes) {
+  std::uint64_t limited = 0, missed = 0;
+  for (const StrokeFinished& s : strokes) {
+    limited += s.result.limited;
+    missed += s.result.missed;
   }
-  RELIEF_TRY(ModelFile file, open_model(out, context, false));
-  Editor editor(file.model().head);
-  ordered_json report = ordered_json::array();
-  for (std::size_t k = 0; k < strokes.size(); ++k) {
-    if (context.progress.cancelled())
-      return fail(Errc::Cancelled, fmt::format("{}: cancelled after {} of {} strokes, which are saved", printable(out),
-                                               k, strokes.size()));
-    context.progress("sculpt", static_cast<double>(k) / static_cast<double>(strokes.size()));
-    const double start = thread_cpu_seconds();
-    const bool changed = play(editor, strokes[k]);
-    const double seconds = thread_cpu_seconds() - start;
-    std::uint64_t tiles = 0;
-    if (changed) {
-      for_each_change(*file.model().head, *editor.head(), [&](Layer, SlabId) { ++tiles; });
-      StrokeRecord record;
-      record.label = strokes[k].label.empty() ? std::string(name(strokes[k].brush.tool)) : strokes[k].label;
-      record.details = journal_text(strokes[k]);
-      RELIEF_CHECK(file.commit(editor.head(), record));
+  std::string text;
+  if (limited > 0)
+    text = counted(limited, "sample") + " could not go as far as asked: the clay below them, or the room above, ends";
+  if (missed > 0)
+    text += (text.empty() ? "" : "; ") + counted(missed, "point") +
+            " lay farther from the surface than the radius, and " + (missed == 1 ? "was" : "were") + " left out";
+  return text.empty() ? text : text + '\n';
+}
+
+void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::uint64_t total) {
+  const auto changed = std::ranges::count_if(strokes, [](const StrokeFinished& s) { return s.result.changed; });
+  print(fmt::format("{}: {} of {} strokes changed the model; {} in all\n", printable(out), changed, strokes.size(),
+                    total));
+  print(limits_of(strokes));
+}
+
+// ---- Strokes from a file
+
+Result<std::vector<Stroke>> read_strokes(const std::string& file) {
+  RELIEF_TRY(const std::string text, read_text(file, std::uintmax_t{1} << 30U));
+  return strokes_of(text, printable(file));
+}
+
+/// Whether a record of a journal is of this stroke.
+bool is_of(const StrokeRecord& record, const Stroke& stroke) {
+  const auto read = stroke_of(record.details, "journal");
+  if (!read) return false;
+  Stroke kept = *read, asked = stroke;
+  kept.label = asked.label = {};
+  return text_of(kept) == text_of(asked);
+}
+
+/// How many of the strokes the file has already, from the first on; its journal has `own` strokes that came before. A
+/// stroke that changed nothing is in no journal: it is played again, on the model as it was then.
+Result<std::size_t> strokes_in(const ModelFile& file, std::size_t own, const std::vector<Stroke>& strokes,
+                               const Context& context) {
+  RELIEF_TRY(const std::vector<StrokeRecord> journal, file.strokes());
+  std::size_t done = 0;
+  for (std::size_t k = own; k < file.stroke_count(); ++k, ++done) {
+    for (; done < strokes.size() && !is_of(journal[k], strokes[done]); ++done) {
+      RELIEF_TRY(SnapshotPtr then, file.at(k, context.progress));
+      Editor editor(std::move(then));
+      if (play(editor, strokes[done], context.progress).changed || context.progress.cancelled())
+        return strokes.size() + 1;
     }
-    report.push_back(
-        {{"tool", name(strokes[k].brush.tool)}, {"changed", changed}, {"tiles", tiles}, {"seconds", seconds}});
+    if (done == strokes.size()) return strokes.size() + 1;
   }
-  if (context.json) {
-    ordered_json json;
-    json["strokes"] = report;
-    json["total"] = file.stroke_count();
-    print_json(json);
-  } else {
-    std::size_t changed = 0;
-    for (const auto& r : report) changed += r["changed"].get<bool>() ? 1U : 0U;
-    print(fmt::format("{}: {} of {} strokes changed the model; {} in all\n", out, changed, strokes.size(),
-                      file.stroke_count()));
+  return done;
+}
+
+/// The same where OUT is a copy of MODEL, or MODEL itself: then its last strokes may be the first of these. Error:
+/// InvalidArgument where they do not match.
+Result<std::size_t> resume_at(const SculptOptions& o, const ModelFile& file, const std::vector<Stroke>& strokes,
+                              const Context& context) {
+  std::error_code ignored;
+  if (std::filesystem::equivalent(o.model, o.out, ignored)) {
+    const auto count = static_cast<std::size_t>(file.stroke_count());
+    for (std::size_t own = count - std::min(count, strokes.size()); own < count; ++own) {
+      RELIEF_TRY(const std::size_t done, strokes_in(file, own, strokes, context));
+      if (done <= strokes.size()) return done;
+    }
+    return 0;
+  }
+  RELIEF_TRY(const ModelFile model, ModelFile::open(o.model, true));
+  RELIEF_TRY(const std::vector<StrokeRecord> before, model.strokes());
+  RELIEF_TRY(const std::vector<StrokeRecord> journal, file.strokes());
+  const auto own = static_cast<std::size_t>(model.stroke_count());
+  const bool same_start =
+      own <= file.stroke_count() && std::equal(before.begin(), before.begin() + static_cast<std::ptrdiff_t>(own),
+                                               journal.begin(), [](const StrokeRecord& a, const StrokeRecord& b) {
+                                                 return a.label == b.label && a.details == b.details;
+                                               });
+  if (same_start) {
+    RELIEF_TRY(SnapshotPtr start, file.at(own, context.progress));
+    if (start->content_hash() == model.model().head->content_hash()) {
+      RELIEF_TRY(const std::size_t done, strokes_in(file, own, strokes, context));
+      if (done <= strokes.size()) return done;
+    }
+  }
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, printable(o.out) + ": cancelled before any stroke");
+  return fail(Errc::InvalidArgument,
+              fmt::format("{}: does not hold the first strokes of {} on {}, so they cannot go on; without --resume and "
+                          "with --force it is replaced",
+                          printable(o.out), printable(o.strokes), printable(o.model)));
+}
+
+/// OUT as a model to sculpt, and how many of the strokes it has already.
+Result<std::pair<ModelFile, std::size_t>> open_out(const SculptOptions& o, const std::vector<Stroke>& strokes,
+                                                   const Context& context) {
+  std::error_code ignored;
+  const bool in_place = std::filesystem::equivalent(o.model, o.out, ignored);
+  const bool resumes = o.resume && std::filesystem::exists(o.out, ignored);
+  if (!in_place && !resumes) {
+    if (const Status free = check_strokes(o.out, o.force); !free)
+      return fail(
+          free.error().code,
+          free.error().message + (o.strokes.empty() ? "" : ", or --resume to go on with those that are missing"));
+    RELIEF_CHECK(ModelFile::copy(o.model, o.out, context.progress));
+  }
+  RELIEF_TRY(ModelFile file, open_model(o.out, context, false));
+  std::size_t done = 0;
+  if (resumes) {
+    RELIEF_TRY(done, resume_at(o, file, strokes, context));
+  }
+  return std::pair(std::move(file), done);
+}
+
+Status play_all(Document& document, Listener& listener, const SculptOptions& o, std::span<const Stroke> strokes,
+                const Context& context) {
+  for (std::size_t k = 0; k < strokes.size(); ++k) {
+    document.post(BeginStroke{.brush = strokes[k].brush, .tip = strokes[k].tip, .label = strokes[k].label});
+    document.post(MoveStroke{.points = strokes[k].points});
+    document.post(EndStroke{});
+    while (!listener.wait_for(k)) {
+      if (context.progress.cancelled()) document.post(CancelStroke{});
+      context.progress("sculpt", (static_cast<double>(k) + listener.share()) / static_cast<double>(strokes.size()));
+    }
+    while (document.statistics().unsaved > kUnsaved && listener.status().has_value())
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    RELIEF_CHECK(listener.status());
+    if (context.progress.cancelled())
+      return fail(Errc::Cancelled,
+                  fmt::format("{}: cancelled after {} of {} strokes, which are saved", printable(o.out),
+                              k + (listener.strokes().back().cancelled ? 0 : 1), strokes.size()));
   }
   return {};
+}
+
+Status run_strokes(const SculptOptions& o, const Context& context) {
+  RELIEF_CHECK(check_outputs({o.out}, {o.strokes}));
+  RELIEF_TRY(const std::vector<Stroke> strokes, read_strokes(o.strokes));
+  RELIEF_TRY(auto opened, open_out(o, strokes, context));
+  auto& [file, done] = opened;
+  Listener listener;
+  const std::size_t before = done;
+  RELIEF_TRY(Document document, Document::open(o.out, std::move(file), {.on_event = listener.sink()}));
+  Status ended = play_all(document, listener, o, std::span(strokes).subspan(before), context);
+  const Status saved = document.close();
+  const std::vector<StrokeFinished> told = listener.strokes();
+  const std::uint64_t total = document.statistics().undo_steps;
+  RELIEF_CHECK(ended);
+  RELIEF_CHECK(saved);
+  if (context.json) {
+    ordered_json json;
+    json["strokes"] = json_of(told);
+    if (o.resume) json["resumed_after"] = before;
+    json["total"] = total;
+    print_json(json);
+    return {};
+  }
+  if (before > 0)
+    print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
+  if (!told.empty() || before == 0) say_strokes(o.out, told, total);
+  return {};
+}
+
+// ---- Live
+
+Result<std::vector<double>> numbers_of(std::string_view option, std::string_view text, std::size_t count) {
+  std::vector<double> numbers;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    double value = 0;
+    const auto [stop, error] = std::from_chars(text.data() + at, text.data() + end, value);
+    if (error != std::errc{} || stop != text.data() + end) break;
+    numbers.push_back(value);
+    at = end + 1;
+    if (at > text.size() && numbers.size() == count) return numbers;
+  }
+  return fail(Errc::InvalidArgument, fmt::format("--{} takes {} numbers with commas between them, not \"{}\"", option,
+                                                 count, printable(text, 40)));
+}
+
+/// Every setting that some tool has, once, in the order of the tools.
+std::vector<SettingInfo> all_settings() {
+  std::vector<SettingInfo> all;
+  for (const ToolInfo& tool : tools())
+    for (const SettingInfo& setting : tool.settings)
+      if (std::ranges::find(all, setting.id, &SettingInfo::id) == all.end()) all.push_back(setting);
+  return all;
+}
+
+std::string option_of(const SettingInfo& setting) {
+  std::string option(setting.id);
+  std::ranges::replace(option, '_', '-');
+  return option;
+}
+
+/// One setting as it was written on the command line.
+Status apply(Brush& brush, const SettingInfo& setting, const std::string& text) {
+  const std::string option = option_of(setting);
+  switch (setting.kind) {
+    case SettingInfo::Kind::Value: {
+      RELIEF_TRY(const std::vector<double> value, numbers_of(option, text, 1));
+      set(brush, setting.id, value[0]);
+      return {};
+    }
+    case SettingInfo::Kind::Switch:
+      set(brush, setting.id, 1);
+      return {};
+    case SettingInfo::Kind::Choice: {
+      const auto found = std::ranges::find(setting.choices, text);
+      if (found == setting.choices.end()) {
+        std::vector<std::string> known(setting.choices.begin(), setting.choices.end());
+        return fail(Errc::InvalidArgument,
+                    fmt::format("--{} takes one of {}, not \"{}\"", option, joined(known), printable(text, 40)));
+      }
+      set(brush, setting.id, static_cast<double>(found - setting.choices.begin()));
+      return {};
+    }
+    case SettingInfo::Kind::Colour: {
+      RELIEF_TRY(const std::vector<double> rgb, numbers_of(option, text, 3));
+      brush.colour = to_float(Vec3d{rgb[0], rgb[1], rgb[2]} / 255.0);
+      return {};
+    }
+    case SettingInfo::Kind::Curve: {
+      RELIEF_TRY(const std::vector<double> curve, numbers_of(option, text, 3));
+      brush.pressure = {.low = curve[0], .high = curve[1], .exponent = curve[2]};
+      return {};
+    }
+  }
+  return {};
+}
+
+/// The brush that the options ask for; a radius that they do not say is 3 % of the model's diagonal.
+Result<Brush> brush_of(const SculptOptions& o, double diagonal) {
+  const auto tool = tool_from_name(o.tool);
+  if (!tool) {
+    std::vector<std::string_view> ids;
+    for (const ToolInfo& one : tools()) ids.push_back(one.id);
+    const std::string_view meant = relief::detail::nearest_word(o.tool, ids);
+    return fail(Errc::InvalidArgument,
+                fmt::format("there is no tool \"{}\"{}; known are {}", printable(o.tool, 40),
+                            meant.empty() ? "" : fmt::format("; did you mean {}?", meant), tool_names()));
+  }
+  Brush brush{.tool = *tool, .radius = 0.03 * diagonal};
+  const ToolInfo& known = info(*tool);
+  for (const SettingInfo& setting : all_settings()) {
+    const auto said = o.settings.find(std::string(setting.id));
+    if (said == o.settings.end()) continue;
+    if (std::ranges::find(known.settings, setting.id, &SettingInfo::id) == known.settings.end())
+      return fail(Errc::InvalidArgument, fmt::format("--{} is no setting of {}", option_of(setting), known.id));
+    RELIEF_CHECK(apply(brush, setting, said->second));
+  }
+  if (known.writes == Layer::Colour && !o.settings.contains("colour"))
+    return fail(Errc::InvalidArgument, "--tool paint needs --colour R,G,B, three numbers 0..255");
+  if (!o.mirror.empty()) {
+    RELIEF_TRY(brush.mirror, parse_vector("--mirror", o.mirror));
+  }
+  RELIEF_CHECK(check(Stroke{.brush = brush, .label = {}, .points = {}}));
+  return brush;
+}
+
+Status run_live(const SculptOptions& given, const Context& context) {
+  SculptOptions o = given;
+  if (o.out.empty()) o.out = o.model;
+  RELIEF_CHECK(check_outputs({o.out, o.record}, {o.tool_points, played_recording(o)}));
+  RELIEF_CHECK(check_no_model({o.record}));
+  RELIEF_TRY(auto out, open_out(o, {}, context));
+  ModelFile& file = out.first;
+  RELIEF_TRY(const Brush brush, brush_of(o, diagonal(file.model().head->slab_mesh().bounds())));
+  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model(), 1));
+  Session::Settings settings;
+  settings.loss = o.loss;
+  std::vector<Vec3d> points;
+  RELIEF_TRY(settings.servo, settings_for(o, file, opened.workspace, opened.played, points));
+  settings.sculpt.full_depth = o.full_force / settings.servo.force.stiffness / opened.workspace.metres_per_unit;
+  if (opened.played && !context.json) say_played(o, *opened.played, settings.servo.tool);
+  RELIEF_TRY(std::optional<Recorder> recorder,
+             recorder_for(o, Recorder::Pace::Live, file, settings.servo, opened.device->info()));
+  Listener listener;
+  RELIEF_TRY(Document document, Document::open(o.out, std::move(file), {.on_event = listener.sink()}));
+  Status ended;
+  std::vector<OutputEnd> outputs;
+  SessionStats stats;
+  std::vector<DeviceLoss> losses;
+  {
+    Session session(*opened.device, document, settings, recorder ? &*recorder : nullptr);
+    session.set_brush(brush);
+    std::size_t told = 0;
+    const double seconds = wait_for_end(session, o, context, "sculpt", told);
+    const bool gone = !session.running() && !opened.device->ended();
+    Status recorded = session.stop();
+    stats = session.stats();
+    losses = session.losses();
+    if (!context.json) say_losses(losses, told);
+    if (recorder) outputs.push_back(end_of(o, *recorder, std::move(recorded)));
+    ended = end_of(outputs, context.progress.cancelled() ? fmt::format("stopped after {:.1f} s", seconds) : "");
+    if (ended && gone) ended = device_lost(o, losses, stats.servo);
+  }
+  const Status saved = document.close();
+  if (!saved) ended = saved;
+  const std::vector<StrokeFinished> strokes = listener.strokes();
+  const std::uint64_t total = document.statistics().undo_steps;
+  const Summary summary = summary_of(stats);
+  ordered_json json = to_json(summary);
+  json["metres_per_unit"] = opened.workspace.metres_per_unit;
+  json["strokes"] = json_of(strokes);
+  json["total"] = total;
+  json["servo"] = to_json(stats.servo);
+  json["losses"] = to_json(losses);
+  json["outputs"] = to_json(outputs);
+  add_error(json, ended);
+  if (!context.json) say_strokes(o.out, strokes, total);
+  say_live(context, json, summary, stats.servo, outputs);
+  return ended;
+}
+
+std::string help_of_tools() {
+  std::string text = "Tools:\n";
+  for (const ToolInfo& tool : tools()) text += fmt::format("  {:9} {}\n", tool.id, tool.help);
+  return text;
+}
+
+/// An option for each setting that some tool has.
+void add_settings(CLI::App& c, SculptOptions& o) {
+  for (const SettingInfo& setting : all_settings()) {
+    const std::string id(setting.id), option = "--" + option_of(setting);
+    std::vector<std::string> of;
+    for (const ToolInfo& tool : tools())
+      if (std::ranges::find(tool.settings, setting.id, &SettingInfo::id) != tool.settings.end())
+        of.emplace_back(tool.id);
+    std::string help = "Live: " + std::string(setting.title);
+    if (of.size() < tools().size()) help += " of " + joined(of);
+    const auto take = [&o, id](const std::string& text) { o.settings[id] = text; };
+    const bool length = setting.unit == SettingInfo::Unit::Length;
+    switch (setting.kind) {
+      case SettingInfo::Kind::Switch:
+        c.add_flag_callback(option, [take] { take("1"); }, help);
+        break;
+      case SettingInfo::Kind::Value:
+        c.add_option_function<std::string>(option, take, help + (length ? ", model units" : ", 0 to 1"))
+            ->type_name("N");
+        break;
+      case SettingInfo::Kind::Choice:
+        c.add_option_function<std::string>(
+             option, take,
+             help + ": " + joined(std::vector<std::string>(setting.choices.begin(), setting.choices.end())))
+            ->type_name("NAME");
+        break;
+      case SettingInfo::Kind::Colour:
+        c.add_option_function<std::string>(option, take, help + ", 0 to 255")->type_name("R,G,B");
+        break;
+      case SettingInfo::Kind::Curve:
+        c.add_option_function<std::string>(option, take, help + ": where it begins, where it is full, exponent")
+            ->type_name("LOW,HIGH,E");
+        break;
+    }
+  }
 }
 
 }  // namespace
 
 void add_sculpt(CLI::App& app, Context& context) {
-  struct Options {
-    std::string model, strokes, out;
-    bool force = false;
-  };
-  auto o = std::make_shared<Options>();
-  CLI::App* c = app.add_subcommand(
-      "sculpt",
-      "Play strokes on a model. OUT holds every finished stroke at every moment; it may be MODEL.\n"
-      "S.json: [{\"tool\": \"carve\", \"radius\": r, \"strength\": s, \"colour\": [r, g, b], \"points\": [[t, x, y, z, "
-      "pressure], "
-      "...]}, ...]\n"
-      "Lengths in model units, t in seconds, strength and pressure 0..1, colour 0..255; tools carve, deposit, paint.");
-  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
-  c->add_option("--strokes", o->strokes, "S.json: the strokes")->required()->check(names_file);
-  c->add_option("-o,--output", o->out, "The model with the strokes")->required()->check(names_file);
-  c->add_flag("--force", o->force, "Replace another model that has strokes, or a file that is no model");
-  finish_command(*c, context, [o, &context] { return run_sculpt(o->model, o->strokes, o->out, o->force, context); });
+  auto o = std::make_shared<SculptOptions>();
+  CLI::App* c = app.add_subcommand("sculpt", "Play strokes on a model, or sculpt it live with a device");
+  c->footer(
+      "Examples:\n"
+      "  relief sculpt pumpkin.relief --strokes grin.json -o grinning.relief\n"
+      "  relief sculpt pumpkin.relief --strokes grin.json -o grinning.relief --resume\n"
+      "  relief sculpt pumpkin.relief --device sim:hand --tool clay --radius 8 --seconds 5 -o lumpy.relief\n\n" +
+      help_of_tools() +
+      "\nS.json: [{\"tool\": \"carve\", \"radius\": r, \"strength\": s, \"colour\": [r, g, b], \"points\": [[t, x, y, "
+      "z, "
+      "pressure], ...]}, ...];\n"
+      "lengths in model units, t in seconds, strength and pressure 0..1, colour 0..255; more fields in "
+      "docs/command-line.md.\n"
+      "OUT holds every finished stroke at every moment; it may be MODEL, and live it is MODEL unless another is "
+      "named.");
+  c->add_option("MODEL", o->model, "The model")->required()->check(names_file)->type_name("");
+  CLI::Option* strokes =
+      c->add_option("--strokes", o->strokes, "S.json: the strokes")->check(names_file)->type_name("FILE");
+  c->add_option("-o,--output", o->out, "The model with the strokes")->check(names_file)->type_name("FILE");
+  CLI::Option* force =
+      c->add_flag("--force", o->force, "Replace another model that has strokes, or a file that is no model");
+  c->add_flag("--resume", o->resume, "Where OUT has the first of these strokes already, go on with the others")
+      ->needs(strokes)
+      ->excludes(force);
+  c->add_option("--tool", o->tool, "Live: the tool, while the device's first button is down")->type_name("NAME");
+  add_settings(*c, *o);
+  c->add_option("--mirror", o->mirror, "Live: a point on the planes of --symmetry [default 0,0,0]")->type_name("X,Y,Z");
+  c->add_option("--full-force", o->full_force, "Live: the force that counts as pressure 1 [0.01 to 100 N, default 1.5]")
+      ->check(in_range(0.01, 100))
+      ->type_name("N");
+  add_live_options(*c, *o);
+  strokes->excludes("--device")->excludes("--tool");
+  finish_command(*c, context,
+                 [o, &context] { return o->strokes.empty() ? run_live(*o, context) : run_strokes(*o, context); });
+  c->parse_complete_callback([o, c] {
+    complete(*c, *o, true);
+    if (!o->strokes.empty()) {
+      if (o->out.empty()) throw CLI::ValidationError("sculpt --strokes needs -o OUT, which may be MODEL");
+      if (!o->settings.empty() || !o->mirror.empty())
+        throw CLI::ValidationError(
+            "the settings of the tool are in the strokes file; options for them are for --device");
+      return;
+    }
+    if (o->device.empty() || o->tool.empty() || (o->seconds == 0 && !o->device.starts_with(kReplayDevice)))
+      throw CLI::ValidationError("sculpt needs --strokes S.json -o OUT, or --device NAME --tool T --seconds S");
+  });
 }
 
 }  // namespace relief::cli

@@ -3,6 +3,7 @@
 
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
+#include <relief/session/replay.h>
 
 #include <fmt/format.h>
 #include <spawn.h>

@@ -32,21 +32,6 @@ double ease(double share) noexcept {
 
 }  // namespace
 
-ReplayDevice::ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings)
-    : info_(std::move(info)), readings_(std::move(readings)) {}
-
-DeviceStatus ReplayDevice::status() const {
-  return {.connected = true, .powered = true, .to_do = {}, .force_off = "a recording feels no force", .trouble = {}};
-}
-
-bool ReplayDevice::read(DeviceState& state) noexcept {
-  if (next_ == readings_.size()) return false;
-  state = readings_[next_++];
-  return true;
-}
-
-bool ReplayDevice::write(const Wrench& /*wrench*/) noexcept { return true; }
-
 std::string_view name(Evidence evidence) noexcept {
   switch (evidence) {
     case Evidence::Simulated:
@@ -87,7 +72,7 @@ Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScr
               "no device is named \"" + printable(name) + "\"; known are " + known + "and sim:hand:FILE.json");
 }
 
-HandScript exploring_hand(const Snapshot& model, const Workspace& workspace) {
+HandScript exploring_hand(const Snapshot& model, const Workspace& workspace, std::uint32_t buttons) {
   Box3d box;
   box.add(workspace.to_device(model.slab_mesh().bounds().low));
   box.add(workspace.to_device(model.slab_mesh().bounds().high));
@@ -109,7 +94,7 @@ HandScript exploring_hand(const Snapshot& model, const Workspace& workspace) {
     const Vec3d side = normalized(cross(normal, std::abs(normal.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}));
     places[static_cast<std::size_t>(k)] = {above, surface - normal * (0.08 * size), side * (0.08 * size)};
   }
-  return [places, around](double t) -> HandTarget {
+  return [places, around, buttons](double t) -> HandTarget {
     // One place after the other, 2 s each: travel around the box, press in, stroke there and back, lift off. The first
     // one needs no travel.
     constexpr double kVisit = 2, kFirst = 0.5;
@@ -125,7 +110,8 @@ HandScript exploring_hand(const Snapshot& model, const Workspace& workspace) {
     const Place& place = places[static_cast<std::size_t>(index % kPlaces)];
     const double press = ease((at - 0.7) / 0.3) * (1 - ease((at - 1.7) / 0.3));
     const double stroke = ease((at - 0.95) / 0.35) - ease((at - 1.35) / 0.35);
-    return {.position = place.above + (place.in - place.above) * press + place.side * stroke, .buttons = 0};
+    return {.position = place.above + (place.in - place.above) * press + place.side * stroke,
+            .buttons = press > 0.5 ? buttons : 0U};
   };
 }
 

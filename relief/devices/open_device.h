@@ -4,6 +4,7 @@
 #include <relief/core/snapshot.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/haptics/device.h>
+#include <relief/haptics/replay_device.h>
 #include <relief/haptics/servo.h>
 
 #include <cstdint>
@@ -13,23 +14,6 @@
 #include <vector>
 
 namespace relief {
-
-/// A recorded path as a device: plays readings one per read(), ignores forces, has ended() after the last.
-class ReplayDevice final : public HapticDevice {
- public:
-  ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
-  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
-  /// Its forces are never on: nobody is there.
-  [[nodiscard]] DeviceStatus status() const override;
-  [[nodiscard]] bool read(DeviceState& state) noexcept override;
-  [[nodiscard]] bool ended() const noexcept override { return next_ == readings_.size(); }
-  [[nodiscard]] bool write(const Wrench& wrench) noexcept override;
-
- private:
-  DeviceInfo info_;
-  std::vector<DeviceState> readings_;
-  std::size_t next_ = 0;
-};
 
 /// What is claimed of a kind of device.
 enum class Evidence : std::uint8_t {
@@ -53,7 +37,7 @@ struct DeviceListing {
 [[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
 
 /// The default script for a model nobody scripted: presses and strokes all over its surface, the first one within a
-/// second. It knows the surface as it is now.
-[[nodiscard]] HandScript exploring_hand(const Snapshot& model, const Workspace& workspace);
+/// second, with `buttons` down while the hand is pressed in. It knows the surface as it is now.
+[[nodiscard]] HandScript exploring_hand(const Snapshot& model, const Workspace& workspace, std::uint32_t buttons = 0);
 
 }  // namespace relief

@@ -19,6 +19,18 @@ struct TouchTool {
   std::span<const Vec3d> points = {};
 };
 
+/// The radii that a ball may have on a model of this diagonal: a smaller one is a point, a larger one looks at too much
+/// of the surface for a tick.
+struct BallRange {
+  static constexpr double kLeast = 1e-6, kMost = 0.05;  // of the diagonal
+
+  double least = 0, most = 0;
+  [[nodiscard]] bool has(double radius) const noexcept { return radius >= least && radius <= most; }
+};
+[[nodiscard]] constexpr BallRange ball_range(double diagonal) noexcept {
+  return {BallRange::kLeast * diagonal, BallRange::kMost * diagonal};
+}
+
 /// Where a tool is: its own frame in the model's.
 struct ToolPose {
   Vec3d origin;       ///< model units

@@ -64,6 +64,12 @@ Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double siz
           .rotation = rotation};
 }
 
+Workspace fit_workspace(const DeviceInfo& device, const Model& model, double metres_per_unit, Quatd rotation) noexcept {
+  Workspace fitted = fit_workspace(device, model.head->slab_mesh().bounds(), model.info.source_diagonal, rotation);
+  if (metres_per_unit > 0) fitted.metres_per_unit = metres_per_unit;
+  return fitted;
+}
+
 Result<Quatd> rotation_of_axes(std::string_view map) {
   const auto refuse = [&](std::string_view why) {
     return fail(Errc::InvalidArgument, "the map of axes \"" + printable(map, 40) + "\" " + std::string(why));

@@ -1,6 +1,7 @@
 // How a device's workspace lies over the model.
 #pragma once
 
+#include <relief/core/model.h>
 #include <relief/haptics/device.h>
 
 #include <string_view>
@@ -50,6 +51,10 @@ struct Workspace {
 /// each axis, or into the ball of the radius. `model` is its box; `size` its diagonal, where that is known better than
 /// by the box; `rotation` as in Workspace.
 [[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double size = 0,
+                                      Quatd rotation = {}) noexcept;
+
+/// The same for a model, whose scan may say how large it is; at the given scale where that is above 0.
+[[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Model& model, double metres_per_unit = 0,
                                       Quatd rotation = {}) noexcept;
 
 /// The rotation that a map of axes means: for each axis of the model, x, y and z, the axis of the device that is it, a

@@ -2,7 +2,7 @@
 // A new field is one line here. Recordings without it read as its default; see docs/recordings.md.
 #pragma once
 
-#include <relief/edit/editor.h>
+#include <relief/edit/stroke.h>
 #include <relief/file/recording.h>
 #include <relief/haptics/servo.h>
 #include <relief/session/replay.h>
@@ -37,7 +37,7 @@ inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
 static_assert(sizeof(DeviceState) == 184 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 208 &&
-              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 48 && sizeof(Dab) == 96);
+              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 128 && sizeof(Dab) == 128);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -147,6 +147,15 @@ void for_each_field(T& brush, Visit&& visit) {
   visit(Field{"strength", ""}, brush.strength);
   visit(Field{"colour", ""}, brush.colour);
   visit(Field{"resilience", kUnits}, brush.resilience);
+  visit(Field{"height", kUnits}, brush.height);
+  visit(Field{"falloff", ""}, brush.falloff);
+  visit(Field{"exact", ""}, brush.exact);
+  visit(Field{"pressure_low", ""}, brush.pressure.low);
+  visit(Field{"pressure_high", ""}, brush.pressure.high);
+  visit(Field{"pressure_exponent", ""}, brush.pressure.exponent);
+  visit(Field{"stabiliser", kUnits}, brush.stabiliser);
+  visit(Field{"symmetry", ""}, brush.symmetry);
+  visit(Field{"mirror", kUnits}, brush.mirror);
 }
 
 template <Is<Dab> T, typename Visit>
@@ -157,12 +166,28 @@ void for_each_field(T& dab, Visit&& visit) {
   visit(Field{"normal", ""}, dab.normal);
   visit(Field{"pressure", ""}, dab.pressure);
   visit(Field{"seconds", "s"}, dab.seconds);
+  visit(Field{"from", kUnits}, dab.from);
+  visit(Field{"swept", ""}, dab.swept);
 }
 
 /// What a row without numbers is made of: the end of a stroke.
 struct Nothing {};
 template <Is<Nothing> T, typename Visit>
 void for_each_field(T& /*nothing*/, Visit&& /*visit*/) {}
+
+/// A stroke that was dropped.
+struct Cancelled {};
+template <Is<Cancelled> T, typename Visit>
+void for_each_field(T& /*cancelled*/, Visit&& /*visit*/) {}
+
+/// Undo and redo.
+struct Moved {
+  std::int32_t steps = 0;  ///< back where negative
+};
+template <Is<Moved> T, typename Visit>
+void for_each_field(T& moved, Visit&& visit) {
+  visit(Field{"steps", ""}, moved.steps);
+}
 
 /// The streams of a recording besides the ticks.
 template <typename T>
@@ -179,6 +204,10 @@ template <>
 inline constexpr std::string_view kStream<Dab> = "dab";
 template <>
 inline constexpr std::string_view kStream<Nothing> = "stroke-end";
+template <>
+inline constexpr std::string_view kStream<Cancelled> = "stroke-cancel";
+template <>
+inline constexpr std::string_view kStream<Moved> = "history";
 
 // ---- From fields to numbers
 

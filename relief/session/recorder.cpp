@@ -87,6 +87,7 @@ struct Recorder::State {
   // ---- The caller's side
 
   void tick(const ServoTick& given) {
+    const std::scoped_lock order(order_mutex);
     device_lost = (given.sample.flags & bit(ServoFault::DeviceLost)) != 0;
     if (given.model == nullptr) return;  // no reading, no step
     // The heads that the servo has left behind will not come again.
@@ -99,6 +100,30 @@ struct Recorder::State {
     next = given.number + 1;
     detail::append_row(RecordedTick{given.clock_ns, given.settings, model, given.reading, given.sample}, open.rows);
     if (++open_count == kBatch) flush();
+  }
+
+  void note(const EditNote& told) {
+    const std::scoped_lock order(order_mutex);
+    if (const auto* made = std::get_if<HeadMade>(&told)) {
+      heads.push_back(made->head);
+      push_edits();
+      return;
+    }
+    if (const auto* begun = std::get_if<StrokeBegun>(&told)) edits.push_back(event_of(begun->brush, 0));
+    if (const auto* dab = std::get_if<DabMade>(&told)) edits.push_back(event_of(dab->dab, 0));
+    if (const auto* ended = std::get_if<StrokeEnded>(&told))
+      edits.push_back(ended->kept ? event_of(detail::Nothing{}, 0) : event_of(detail::Cancelled{}, 0));
+    if (const auto* moved = std::get_if<HistoryMoved>(&told))
+      edits.push_back(event_of(detail::Moved{static_cast<std::int32_t>(moved->steps)}, 0));
+  }
+
+  /// The edits since the last head are what leads to the newest one.
+  void push_edits() {
+    for (RecordingEvent& event : edits) {
+      event.at = newest();
+      push(std::move(event));
+    }
+    edits.clear();
   }
 
   /// The number of the newest head.
@@ -168,9 +193,11 @@ struct Recorder::State {
   std::uint64_t model = 0;        ///< the number of heads.front()
   Ticks open;                     ///< not yet handed over
   std::size_t open_count = 0;
+  std::vector<RecordingEvent> edits;  ///< that no head shows yet
   std::uint64_t next = 0;
   bool device_lost = false;
 
+  std::mutex order_mutex;  ///< of all above
   std::mutex mutex;
   std::condition_variable wake, freed;
   std::deque<Job> jobs;
@@ -211,6 +238,8 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
   add_stream<Brush>(head);
   add_stream<Dab>(head);
   add_stream<detail::Nothing>(head);
+  add_stream<detail::Cancelled>(head);
+  add_stream<detail::Moved>(head);
   RELIEF_TRY(RecordingWriter writer, RecordingWriter::create(file, std::move(head)));
   RELIEF_CHECK(writer.add_event(event_of(device, 0)));
   RELIEF_CHECK(writer.add_event(event_of(settings, 0)));
@@ -221,12 +250,7 @@ Result<Recorder> Recorder::create(const std::filesystem::path& file, Pace pace, 
 }
 
 void Recorder::tick(const ServoTick& tick) { state_->tick(tick); }
-void Recorder::begin_stroke(const Brush& brush) { state_->push(event_of(brush, state_->newest())); }
-void Recorder::end_stroke() { state_->push(event_of(detail::Nothing{}, state_->newest())); }
-void Recorder::dab(const Dab& dab, const SnapshotPtr& head) {
-  if (head != state_->heads.back()) state_->heads.push_back(head);
-  state_->push(event_of(dab, state_->newest()));
-}
+void Recorder::note(const EditNote& note) { state_->note(note); }
 
 void Recorder::set(const ServoSettings& settings) {
   std::uint64_t number = 0;
@@ -242,6 +266,7 @@ std::uint64_t Recorder::kept() const noexcept { return state_->writer.committed_
 Status Recorder::finish(const ServoTimes* times) {
   State& s = *state_;
   s.flush();
+  s.push_edits();
   s.end();
   RELIEF_CHECK(s.status);
   std::map<std::string, std::string, std::less<>> facts = {{"end", s.device_lost ? "device lost" : "stopped"}};

@@ -3,8 +3,8 @@
 
 #include <relief/base/error.h>
 #include <relief/core/snapshot.h>
-#include <relief/edit/editor.h>
 #include <relief/haptics/servo_thread.h>
+#include <relief/session/document.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -37,12 +37,10 @@ class Recorder {
   Recorder& operator=(Recorder&&) noexcept;
   ~Recorder();
 
-  /// One thread calls these. A tick's model must be the first one, or a head that came with a dab.
+  /// One thread. The tick's model must be the first one, or a head that was noted before.
   void tick(const ServoTick& tick);
-  void begin_stroke(const Brush& brush);
-  /// `head` is what the editor has after the dab.
-  void dab(const Dab& dab, const SnapshotPtr& head);
-  void end_stroke();
+  /// What a document tells who watches it. Another thread, perhaps.
+  void note(const EditNote& note);
   /// The next settings that ServoThread::set() took. Any thread.
   void set(const ServoSettings& settings);
 

@@ -1,6 +1,6 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
-#include <relief/edit/editor.h>
+#include <relief/edit/stroke.h>
 #include <relief/file/model_file.h>
 #include <relief/session/fields.h>
 #include <relief/session/replay.h>
@@ -24,11 +24,10 @@ constexpr std::string_view kDamagedOrder = "its edits do not follow from each ot
 constexpr std::uint32_t kThreadFlags =
     bit(ServoFault::DeviceLost) | bit(ServoFault::Overrun) | bit(ServoFault::SampleDropped);
 
-struct EndOfStroke {};
-/// An edit; a stroke of paint, for example, is a Brush, Dabs, and an EndOfStroke.
+/// An edit; a stroke of paint, for example, is a Brush, Dabs, and Nothing more.
 struct Edit {
   std::uint64_t model = 0;  ///< the number of the snapshot that it leads to
-  std::variant<Brush, Dab, EndOfStroke> what;
+  std::variant<Brush, Dab, detail::Nothing, detail::Cancelled, detail::Moved> what;
 };
 
 std::uint64_t number_of(std::string_view text, int base) {
@@ -85,6 +84,7 @@ struct Replay::State {
     const auto point_reader = reader_of<Vec3d>(recording);
     const auto brush_reader = reader_of<Brush>(recording);
     const auto dab_reader = reader_of<Dab>(recording);
+    const auto moved_reader = reader_of<detail::Moved>(recording);
     note(device_reader, true);
     note(settings_reader, true);
     RecordingColumns inputs = ticks.unknown();
@@ -108,7 +108,8 @@ struct Replay::State {
       } else if (is(detail::kStream<Brush>)) {
         Brush brush;
         brush_reader.read(event.row, brush);
-        const bool sound = brush.tool <= Tool::Paint && std::isfinite(brush.radius) && brush.radius > 0;
+        const bool sound = static_cast<std::size_t>(brush.tool) < tools().size() && brush.falloff <= Falloff::Dome &&
+                           check(Stroke{.brush = brush, .label = {}, .points = {}}).has_value();
         if (!sound || in_stroke) return recording.damaged(kDamagedOrder);
         in_stroke = true;
         edits.push_back({event.at, brush});
@@ -117,10 +118,16 @@ struct Replay::State {
         Dab dab;
         dab_reader.read(event.row, dab);
         edits.push_back({event.at, dab});
-      } else if (is(detail::kStream<detail::Nothing>)) {
+      } else if (is(detail::kStream<detail::Nothing>) || is(detail::kStream<detail::Cancelled>)) {
         if (!in_stroke) return recording.damaged(kDamagedOrder);
         in_stroke = false;
-        edits.push_back({event.at, EndOfStroke{}});
+        edits.push_back({event.at, detail::Nothing{}});
+        if (is(detail::kStream<detail::Cancelled>)) edits.back().what = detail::Cancelled{};
+      } else if (is(detail::kStream<detail::Moved>)) {
+        if (in_stroke) return recording.damaged(kDamagedOrder);
+        detail::Moved moved;
+        moved_reader.read(event.row, moved);
+        edits.push_back({event.at, moved});
       } else {
         unknown += (unknown.empty() ? "" : ", ") + printable(event.stream, 40);
       }
@@ -202,30 +209,18 @@ Result<std::vector<DeviceState>> Replay::readings() {
   }
 }
 
-// ---- The model
-
-namespace {
-
-/// The model as it was after `strokes` strokes, from a copy that goes away again.
-Result<SnapshotPtr> model_at(const std::filesystem::path& file, std::uint64_t strokes) {
-  std::error_code code;
-  std::string pattern = (std::filesystem::temp_directory_path(code) / "relief-replay-XXXXXX").string();
-  if (code || ::mkdtemp(pattern.data()) == nullptr) return fail(Errc::Io, "no temporary folder can be made");
-  const std::filesystem::path folder = pattern;
-  const auto moved = [&]() -> Result<SnapshotPtr> {
-    RELIEF_CHECK(ModelFile::copy(file, folder / "model.relief"));
-    RELIEF_TRY(ModelFile copy, ModelFile::open(folder / "model.relief"));
-    const std::uint64_t now = copy.stroke_count();
-    RELIEF_TRY(const std::uint64_t steps, now > strokes ? copy.undo(now - strokes) : copy.redo(strokes - now));
-    static_cast<void>(steps);
-    return copy.model().head;
-  };
-  Result<SnapshotPtr> found = moved();
-  std::filesystem::remove_all(folder, code);
-  return found;
+Result<PlayedDevice> play_as_device(const std::filesystem::path& file) {
+  RELIEF_TRY(Replay replay, Replay::open(file));
+  RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
+  auto device = std::make_unique<ReplayDevice>(replay.device(), std::move(readings));
+  return PlayedDevice{.replay = std::move(replay), .device = std::move(device)};
 }
 
-}  // namespace
+bool PlayedDevice::was_made_with(const Snapshot& model) const {
+  return number_of(replay.recording().head().fact("model_hash"), 16) == model.content_hash();
+}
+
+// ---- The model
 
 Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead,
                                const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened) {
@@ -246,7 +241,7 @@ Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path
   if (opened) RELIEF_CHECK(opened(file, found));
   if (found.model().head->content_hash() == hash) return found.model().head;
   if (found.stroke_count() != strokes && found.stroke_count() + found.redo_count() >= strokes) {
-    RELIEF_TRY(SnapshotPtr before, model_at(file, strokes));
+    RELIEF_TRY(SnapshotPtr before, found.at(strokes));
     if (before->content_hash() == hash) return before;
   }
   return fail(Errc::InvalidArgument, said + ": '" + printable(file.string()) +
@@ -261,31 +256,55 @@ namespace {
 /// Leads a model through the recorded edits.
 class Edits {
  public:
-  Edits(const std::vector<Edit>& edits, const SnapshotPtr& model) : edits_(edits), editor_(model) {}
+  Edits(const std::vector<Edit>& edits, const SnapshotPtr& model) : edits_(edits), editor_(model), history_{model} {}
 
   /// Does what leads to snapshot `model`; false where nothing recorded leads there.
   [[nodiscard]] bool lead_to(std::uint64_t model) {
     before_ = editor_.head();
-    for (; next_ < edits_.size() && edits_[next_].model <= model; ++next_) apply(edits_[next_]);
+    for (; next_ < edits_.size() && edits_[next_].model <= model; ++next_) {
+      number_ = edits_[next_].model;
+      if (!std::visit([this](const auto& edit) { return apply(edit); }, edits_[next_].what)) return false;
+    }
+    head_ = editor_.head();
     return number_ == model;
   }
-  [[nodiscard]] const Snapshot& head() const noexcept { return *editor_.head(); }
+  [[nodiscard]] const Snapshot& head() const noexcept { return *head_; }
 
  private:
-  void apply(const Edit& edit) {
-    if (const auto* brush = std::get_if<Brush>(&edit.what)) editor_.begin_stroke(*brush);
-    if (std::holds_alternative<EndOfStroke>(edit.what)) static_cast<void>(editor_.end_stroke());
-    const auto* dab = std::get_if<Dab>(&edit.what);
-    if (dab == nullptr) return;
-    const SnapshotPtr was = editor_.head();
-    editor_.dab(*dab);
-    if (editor_.head() != was) ++number_;
+  bool apply(const Brush& brush) {
+    editor_.begin_stroke(brush);
+    return true;
+  }
+  bool apply(const Dab& dab) {
+    editor_.dab(dab);
+    return true;
+  }
+  bool apply(detail::Nothing /*end*/) {
+    if (!editor_.end_stroke().changed) return true;
+    history_.resize(++position_);
+    history_.push_back(editor_.head());
+    return true;
+  }
+  bool apply(detail::Cancelled /*end*/) {
+    editor_.cancel_stroke();
+    return true;
+  }
+  /// False where it leads to what was before the recording.
+  bool apply(detail::Moved moved) {
+    const std::int64_t to = static_cast<std::int64_t>(position_) + moved.steps;
+    if (to < 0 || to >= static_cast<std::int64_t>(history_.size())) return false;
+    position_ = static_cast<std::size_t>(to);
+    editor_.set_head(history_[position_]);
+    return true;
   }
 
   const std::vector<Edit>& edits_;
   std::size_t next_ = 0;
   Editor editor_;
-  SnapshotPtr before_;  ///< alive for a tick more, so that the servo never meets its address again
+  SnapshotPtr head_ = editor_.head();
+  SnapshotPtr before_;                ///< alive for a tick more, so that the servo never meets its address again
+  std::vector<SnapshotPtr> history_;  ///< after each stroke of the recording
+  std::size_t position_ = 0;
   std::uint64_t number_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <relief/core/snapshot.h>
 #include <relief/file/model_file.h>
 #include <relief/file/recording.h>
+#include <relief/haptics/replay_device.h>
 #include <relief/haptics/servo_thread.h>
 
 #include <array>
@@ -66,6 +67,19 @@ class Replay {
   explicit Replay(std::unique_ptr<State> state) noexcept;
   std::unique_ptr<State> state_;
 };
+
+/// What a device's name begins with where it is a recording; the file's name follows.
+inline constexpr std::string_view kReplayDevice = "replay:";
+
+/// A recording as a device.
+struct PlayedDevice {
+  Replay replay;  ///< what it was made with
+  std::unique_ptr<HapticDevice> device;
+  /// Whether the recording was made with this model.
+  [[nodiscard]] bool was_made_with(const Snapshot& model) const;
+};
+/// Errors: those of Replay::open(); Corrupt.
+[[nodiscard]] Result<PlayedDevice> play_as_device(const std::filesystem::path& file);
 
 /// The model that was recorded: `instead` where given, else where the recording says, else the file of that name beside
 /// the recording; as it was after the strokes that it had then. `opened` gets the file that was found, to ask it for a

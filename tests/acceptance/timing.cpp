@@ -73,6 +73,7 @@ Work work_over(int cells, int ticks) {
 
 struct Live {
   SessionStats session;
+  std::uint64_t dabs = 0;
   int pictures = 0;
 };
 /// A simulated hand carves a sphere of a million triangles while another thread draws each state that it finds.
@@ -83,10 +84,11 @@ Live live_session(double seconds) {
     return HandTarget{{0.04 * std::sin(t), 0.016, 0.04 * std::cos(t)}, t > 0.3 ? 1U : 0U};
   });
   hand.set_state({0, 0.017, 0.047}, {});
-  Session session(hand, model, nullptr, {.servo = {.workspace = space}, .sculpt = {.full_depth = 0.05}});
+  Document document({.info = {}, .head = model});
+  Session session(hand, document, {.servo = {.workspace = space}, .sculpt = {.full_depth = 0.05}});
   session.set_brush({.tool = Tool::Carve, .radius = 0.05, .strength = 0.2});
   std::atomic<int> pictures{0};
-  std::jthread drawing([&pictures, reader = session.reader(), model](const std::stop_token& stop) mutable {
+  std::jthread drawing([&pictures, reader = document.reader(), model](const std::stop_token& stop) mutable {
     Result<Renderer> renderer = Renderer::create();
     if (!renderer) {
       std::fprintf(stderr, "%s\n", renderer.error().message.c_str());
@@ -102,7 +104,7 @@ Live live_session(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
   drawing = {};  // ends and waits
   if (const Status stopped = session.stop(); !stopped) std::fprintf(stderr, "%s\n", stopped.error().message.c_str());
-  return {session.stats(), pictures};
+  return {session.stats(), document.statistics().dabs, pictures};
 }
 
 double us(std::uint64_t ns) { return double(ns) * 1e-3; }
@@ -130,7 +132,7 @@ void work_per_tick(Report& report) {
   show_times(report, "CPU time of a contact point's tick, small sheet", small.compute);
   show_times(report, "the same, large sheet", large.compute);
   const Live live = live_session(report.long_form() ? 60 : 3);
-  report.shown("dabs while carving a million triangles live", double(live.session.dabs));
+  report.shown("dabs while carving a million triangles live", double(live.dabs));
   report.shown("pictures of it drawn meanwhile", live.pictures);
   show_times(report, "CPU time of a whole tick meanwhile", live.session.servo.compute);
   show_times(report, "the null loop's, in the same run", null_loop(1).compute);

@@ -1,15 +1,15 @@
-#include "support/shells.h"
+#include "document_support.h"
 
 #include <relief/devices/open_device.h>
 #include <relief/session/session.h>
+#include <relief/session/stroke_text.h>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
+#include <memory>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,7 +18,7 @@ namespace relief {
 namespace {
 
 /// A sphere of radius about 1 in model units, 0.05 m in the hand.
-SnapshotPtr ball() { return Snapshot::make(testing::sphere_shell(3, 16)); }
+Model ball() { return {.info = {}, .head = Snapshot::make(testing::sphere_shell(3, 16))}; }
 constexpr double kMetres = 0.05;
 
 Session::Settings settings() {
@@ -55,7 +55,8 @@ void wait_for(const std::atomic<bool>& done, const Session& session) {
 TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
   auto done = std::make_shared<std::atomic<bool>>(false);
   SimulatedHand hand(plant_presets()[1], {.stiffness = 800, .damping = 8, .max_force = 3}, pressing(3, done));
-  const SnapshotPtr start = ball();
+  Document document(ball());
+  const SnapshotPtr start = document.head();
   std::uint64_t seen = 0, next = 0;
   Session::Settings with_sink = settings();
   with_sink.on_tick = [&](const ServoTick& tick) {
@@ -63,13 +64,13 @@ TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
     EXPECT_GE(tick.number, next);
     next = tick.number + 1;
   };
-  Session session(hand, start, nullptr, with_sink);
+  Session session(hand, document, with_sink);
   session.set_brushes({{.tool = Tool::Carve, .radius = 0.2, .resilience = 0.005},
                        {.tool = Tool::Deposit, .radius = 0.2, .strength = 0.5},
                        {.tool = Tool::Paint, .radius = 0.2, .strength = 0.5, .colour = {1, 0, 0}}});
   // The application draws meanwhile: whatever it sees is whole.
   {
-    SnapshotChannel::Reader reader = session.reader();
+    SnapshotChannel::Reader reader = document.reader();
     for (int k = 0; k < 1000 && !done->load() && session.running(); ++k) {
       EXPECT_TRUE(validate(reader.latest()));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -77,13 +78,17 @@ TEST(Session, PressesBecomeStrokesWithTheBrushesOfTheButtons) {
   }
   ASSERT_TRUE(done->load());
   ASSERT_TRUE(session.stop());
-  const SessionStats& stats = session.stats();
+  document.settle();
+  const SessionStats stats = session.stats();
+  const DocumentStatistics did = document.statistics();
   EXPECT_EQ(stats.strokes, 3U);
-  EXPECT_GT(stats.dabs, 20U);
-  EXPECT_EQ(stats.dab_time.count(), stats.dabs);
+  EXPECT_EQ(did.strokes, 3U);
+  EXPECT_GT(did.dabs, 20U);
+  EXPECT_EQ(did.dab_time.count(), did.dabs);
+  EXPECT_GT(stats.points, 20U);
   EXPECT_EQ(seen, stats.samples);
   EXPECT_GT(stats.contact_samples, 100U);
-  const Snapshot& end = *session.head();
+  const Snapshot& end = *document.head();
   EXPECT_TRUE(validate(end));
   EXPECT_TRUE(end.has(Layer::Colour));
   const auto alpha = [&](const Snapshot& model, double side) {
@@ -109,36 +114,58 @@ TEST(Session, AButtonThatDropsOutIsOneStroke) {
     ReplayDevice device(DeviceInfo{.name = "hand"}, readings);
     Session::Settings with = settings();
     with.servo.readings.debounce = debounce;
-    Session session(device, ball(), nullptr, with);
+    Document document(ball());
+    Session session(device, document, with);
     session.set_brush({.tool = Tool::Carve, .radius = 0.2});
     for (int k = 0; k < 2000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ASSERT_TRUE(session.stop());
     if (session.stats().servo.dropped != 0) GTEST_SKIP() << "the machine was too busy to keep every tick";
-    EXPECT_EQ(session.stats().strokes, debounce > 0 ? 1U : 13U) << "or cut by each of them";
+    document.settle();
+    EXPECT_EQ(document.statistics().strokes, debounce > 0 ? 1U : 13U) << "or cut by each of them";
   }
 }
 
-TEST(Session, EachFinishedStrokeIsInTheFile) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("relief-session-" + std::to_string(::getpid()) + ".relief");
-  std::uint64_t made = 0;
+/// What a hand does is in the file, and its text makes it again on the model as it was, stroke by stroke.
+TEST(Session, EachFinishedStrokeIsInTheFileAndItsTextMakesItAgain) {
+  const testing::Folder folder;
+  testing::Events events;
+  std::vector<std::uint64_t> hashes;
   {
-    auto created = ModelFile::create(file, Model{.info = ModelInfo{}, .head = ball()});
-    ASSERT_TRUE(created) << created.error().message;
+    DocumentSettings with = events.settings();
+    std::atomic<Document*> there{nullptr};
+    with.on_event = [&](const Event& event) {
+      events.add(event);
+      const auto* finished = std::get_if<StrokeFinished>(&event);
+      if (finished != nullptr && finished->result.changed) hashes.push_back(there.load()->head()->content_hash());
+    };
+    Document document = testing::document_in(folder / "a.relief", ball(), with);
+    there.store(&document);
     auto done = std::make_shared<std::atomic<bool>>(false);
-    SimulatedHand hand(plant_presets()[1], {.stiffness = 800, .damping = 8, .max_force = 3}, pressing(2, done));
-    Session session(hand, created->model().head, &*created, settings());
-    session.set_brush({.tool = Tool::Carve, .radius = 0.2});
+    SimulatedHand hand(plant_presets()[1], {.stiffness = 800, .damping = 8, .max_force = 3}, pressing(4, done));
+    Session session(hand, document, settings());
+    session.set_brushes({{.tool = Tool::Carve, .radius = 0.2, .resilience = 0.005},
+                         {.tool = Tool::Clay, .radius = 0.2, .strength = 0.5, .stabiliser = 0.05},
+                         {.tool = Tool::Paint, .radius = 0.2, .strength = 0.5, .colour = {1, 0, 0}, .symmetry = 1},
+                         {.tool = Tool::Smooth, .radius = 0.2, .strength = 0.5}});
     wait_for(*done, session);
     ASSERT_TRUE(session.stop());
-    EXPECT_EQ(session.stats().strokes, 2U);
-    made = session.head()->content_hash();
+    ASSERT_TRUE(document.close());
   }
-  auto opened = ModelFile::open(file);
+  ASSERT_EQ(hashes.size(), 4U);
+  auto opened = ModelFile::open(folder / "a.relief");
   ASSERT_TRUE(opened) << opened.error().message;
-  EXPECT_EQ(opened->stroke_count(), 2U);
-  EXPECT_EQ(opened->model().head->content_hash(), made);
-  std::filesystem::remove(file);
+  EXPECT_EQ(opened->stroke_count(), 4U);
+  EXPECT_EQ(opened->model().head->content_hash(), hashes.back());
+  const auto journal = opened->strokes();
+  ASSERT_TRUE(journal);
+  Editor editor(ball().head);
+  for (std::size_t k = 0; k < journal->size(); ++k) {
+    const auto stroke = stroke_of((*journal)[k].details, "journal");
+    ASSERT_TRUE(stroke) << stroke.error().message;
+    EXPECT_TRUE(stroke->tip);
+    EXPECT_TRUE(play(editor, *stroke).changed);
+    EXPECT_EQ(editor.head()->content_hash(), hashes[k]) << "stroke " << k + 1;
+  }
 }
 
 /// A recording that ends, or breaks off.
@@ -164,33 +191,27 @@ TEST(Session, AStrokeIsKeptWhereTheDeviceEndsOrIsLost) {
         {.t = k * 1e-3, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 60 ? 1U : 0U});
   }
   for (const bool lost : {false, true}) {
-    const std::string name = "relief-end-" + std::to_string(::getpid());
-    const auto folder = std::filesystem::temp_directory_path(), file = folder / (name + ".relief"),
-               copy = folder / (name + "-copy.relief");
-    auto created = ModelFile::create(file, Model{.info = ModelInfo{}, .head = ball()});
-    ASSERT_TRUE(created) << created.error().message;
+    const testing::Folder folder;
+    testing::Events events;
+    Document document = testing::document_in(folder / "a.relief", ball(), events.settings());
     EndingDevice device(readings, lost);
     Session::Settings settings_here = settings();
     settings_here.loss.give_up_after = 0.1;
-    Session session(device, created->model().head, &*created, settings_here);
+    Session session(device, document, settings_here);
     session.set_brush({.tool = Tool::Carve, .radius = 0.2});
-    // It is in the file, which the session holds, before anybody stops that.
-    std::size_t strokes = 0;
-    for (int k = 0; k < 1000 && strokes == 0; ++k) {
+    // It is in the file before anybody stops the session.
+    for (int k = 0; k < 1000 && events.of<Saved>().empty(); ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      std::filesystem::copy_file(file, copy, std::filesystem::copy_options::overwrite_existing);
-      if (const auto opened = ModelFile::open(copy)) strokes = opened->stroke_count();
-    }
-    EXPECT_EQ(strokes, 1U) << lost;
+    const auto opened = ModelFile::open(folder / "a.relief", true);
+    ASSERT_TRUE(opened) << opened.error().message;
+    EXPECT_EQ(opened->stroke_count(), 1U) << lost;
     for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_FALSE(session.running());
     EXPECT_TRUE(session.stop());
     EXPECT_TRUE(session.stop()) << "stopping twice is harmless";
-    EXPECT_EQ(session.stats().strokes, 1U);
+    EXPECT_EQ(document.statistics().strokes, 1U);
     EXPECT_EQ((session.stats().flags & bit(ServoFault::DeviceLost)) != 0, lost);
-    EXPECT_TRUE(validate(*session.head()));
-    std::filesystem::remove(file);
-    std::filesystem::remove(copy);
+    EXPECT_TRUE(validate(*document.head()));
   }
 }
 
@@ -206,20 +227,22 @@ TEST(Session, InTheSafeStateNothingIsCut) {
       readings.push_back({.t = t, .position = {0, 0, reach * kMetres}, .velocity = {}, .buttons = k >= 100 ? 1U : 0U});
     }
     EndingDevice device(readings, false);
-    const SnapshotPtr start = ball();
-    Session session(device, start, nullptr, settings());
+    Document document(ball());
+    const SnapshotPtr start = document.head();
+    Session session(device, document, settings());
     session.set_brush({.tool = Tool::Carve, .radius = 0.2});
     for (int k = 0; k < 1000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     ASSERT_FALSE(session.running());
     ASSERT_TRUE(session.stop());
-    const SessionStats& stats = session.stats();
-    EXPECT_GT(stats.contact_samples, 150U) << "the tip is in the material, " << int(now);
+    document.settle();
+    const DocumentStatistics did = document.statistics();
+    EXPECT_GT(session.stats().contact_samples, 150U) << "the tip is in the material, " << int(now);
     if (now == Case::Fine) {
-      EXPECT_GT(stats.dabs, 0U);
-      EXPECT_EQ(stats.strokes, 1U);
+      EXPECT_GT(did.dabs, 0U);
+      EXPECT_EQ(did.strokes, 1U);
     } else {
-      EXPECT_EQ(stats.dabs, 0U) << int(now);
-      EXPECT_EQ(session.head()->content_hash(), start->content_hash()) << int(now);
+      EXPECT_EQ(did.dabs, 0U) << int(now);
+      EXPECT_EQ(document.head()->content_hash(), start->content_hash()) << int(now);
     }
   }
 }

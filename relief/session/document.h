@@ -1,0 +1,216 @@
+// The one live model of a program: takes commands, publishes snapshots, keeps the history, saves.
+#pragma once
+
+#include <relief/core/model.h>
+#include <relief/core/snapshot_channel.h>
+#include <relief/edit/stroke.h>
+#include <relief/file/model_file.h>
+#include <relief/haptics/servo_thread.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace relief {
+
+// ---- Commands
+
+/// Who makes a stroke: the mouse, the hand at a device, a file. While one has a stroke open, the strokes of others are
+/// refused whole (StrokeRefused), so that two never mix.
+using StrokeSource = std::uint32_t;
+
+/// Ends the stroke that the same source has open.
+struct BeginStroke {
+  Brush brush;
+  bool tip = false;   ///< see Stroke
+  std::string label;  ///< what people read; the tool's title where it is empty
+  StrokeSource source = 0;
+};
+/// Points that are not finite or run back in time are left out, pressures are clamped.
+struct MoveStroke {
+  std::vector<StrokePoint> points;
+  StrokeSource source = 0;
+};
+struct EndStroke {
+  StrokeSource source = 0;
+};
+/// Drops the stroke that the source has open, also where it is being worked on and its end waits: what is left of it is
+/// not done.
+struct CancelStroke {
+  StrokeSource source = 0;
+};
+/// Fewer at the end of the history. An open stroke is ended first, and is the first one that is undone.
+struct Undo {
+  std::uint64_t steps = 1;
+};
+struct Redo {
+  std::uint64_t steps = 1;
+};
+/// Goes on in another file, which is replaced: a copy of the file so far with its whole history. Without a file, or
+/// where it cannot be read, a new one with what is in memory: the model and the steps that can be undone without it.
+struct SaveElsewhere {
+  std::filesystem::path file;
+};
+/// Another budget for the history, bytes.
+struct SetHistoryBytes {
+  std::size_t bytes = 0;
+};
+using Command =
+    std::variant<BeginStroke, MoveStroke, EndStroke, CancelStroke, Undo, Redo, SaveElsewhere, SetHistoryBytes>;
+
+// ---- Events
+
+/// A snapshot was published. What differs from the one before lies in the box, model units.
+struct SnapshotChanged {
+  std::uint64_t number = 0;  ///< Snapshot::number()
+  Box3d box;
+};
+struct StrokeFinished {
+  StrokeSource source = 0;
+  Tool tool = Tool::Carve;
+  std::string label;
+  StrokeResult result;       ///< changed: it is a step of the history
+  bool cancelled = false;    ///< it has left nothing
+  std::uint64_t stroke = 0;  ///< strokes that stand now
+  std::uint64_t tiles = 0;   ///< that it changed
+  double seconds = 0;        ///< thread CPU time, with undo and publishing
+};
+/// A stroke was not begun, for another source had one open.
+struct StrokeRefused {
+  StrokeSource source = 0;
+};
+struct HistoryChanged {
+  std::uint64_t undo_steps = 0, redo_steps = 0;
+  std::string undo_label, redo_label;  ///< of the next ones; empty where there is none
+};
+/// Old steps did not fit into the budget of a document without a file: they can no more be undone, or redone.
+struct HistoryDropped {
+  std::uint64_t steps = 0;
+};
+/// Stroke `stroke` and all before it are on the disk.
+struct Saved {
+  std::uint64_t stroke = 0;
+};
+/// The document goes on in this file.
+struct SavedElsewhere {
+  std::filesystem::path file;
+  bool whole = true;  ///< with all of the history; else with what was in memory
+};
+/// The first time in a stroke that samples would have gone beyond their fibre's ends.
+struct LimitReached {
+  StrokeSource source = 0;
+  StrokeResult so_far;
+};
+/// The first time in a stroke that a point was farther from the surface than the radius, and left out.
+struct PointMissed {
+  StrokeSource source = 0;
+};
+/// The world failed. Strokes that are not saved are tried again with the next one, and by close().
+struct Failed {
+  Error error;
+  std::uint64_t unsaved = 0;  ///< strokes that are in memory only
+};
+/// Of a long command.
+struct Progressed {
+  std::string phase;
+  double share = 0;  ///< 0..1
+};
+using Event = std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved,
+                           SavedElsewhere, LimitReached, PointMissed, Failed, Progressed>;
+
+// ---- What a recorder must know to make the same snapshots again, in order
+
+struct StrokeBegun {
+  Brush brush;
+};
+struct DabMade {
+  Dab dab;
+};
+struct StrokeEnded {
+  bool kept = true;     ///< else it was cancelled
+  bool changed = true;  ///< it is a step of the history
+};
+/// By this many steps of the history, back where negative.
+struct HistoryMoved {
+  std::int64_t steps = 0;
+};
+/// What the editor has after all that came before; told before any reader sees it.
+struct HeadMade {
+  SnapshotPtr head;
+};
+using EditNote = std::variant<StrokeBegun, DabMade, StrokeEnded, HistoryMoved, HeadMade>;
+
+/// What a document has counted since it was opened.
+struct DocumentStatistics {
+  std::uint64_t strokes = 0;  ///< that changed the model
+  std::uint64_t dabs = 0;
+  std::uint64_t samples = 0;  ///< changed by them
+  std::uint64_t limited = 0;  ///< that would have gone beyond their fibre's ends
+  std::uint64_t missed = 0;   ///< points that were left out
+  TimeHistogram dab_time;     ///< thread CPU time of one dab, with finding its place, undo and publishing
+  std::uint64_t undo_steps = 0, redo_steps = 0;
+  std::size_t history_bytes = 0;     ///< of tiles that only the history holds in memory
+  std::size_t history_held = 0;      ///< states in memory, the head included
+  std::uint64_t unsaved = 0;         ///< strokes that are in memory only
+  std::size_t waiting_commands = 0;  ///< that were posted and not begun
+};
+
+struct DocumentSettings {
+  /// Of tiles that only the history holds. The default holds some thousand strokes.
+  std::size_t history_bytes = std::size_t{512} << 20U;
+  /// Called by the edit thread, in the order in which things happen. It may post commands; strokes wait for it.
+  std::function<void(const Event&)> on_event = {};
+};
+
+/// One model, one history, one writer. Commands are values that an edit thread of the document's own carries out in
+/// their order; a saver thread writes finished strokes into the file, each with its text (stroke_text.h), and neither
+/// the edit thread nor any reader waits for it, but for an undo into steps that only the file holds.
+/// One history: steps stay in memory within a budget; of a document with a file older ones, and those that the file had
+/// when it was opened, are read back from it when they are needed. A stroke after an undo ends the redo.
+class Document {
+ public:
+  /// A document without a file; see SaveElsewhere.
+  explicit Document(Model model, DocumentSettings settings = {});
+  /// Goes on with a file; `place` is its name. Errors: those of ModelFile::strokes().
+  [[nodiscard]] static Result<Document> open(std::filesystem::path place, ModelFile file,
+                                             DocumentSettings settings = {});
+  Document(Document&&) noexcept;
+  Document& operator=(Document&&) = delete;
+  /// close(). Readers must be gone.
+  ~Document();
+
+  /// Any thread but a servo's; takes a short lock. After close() nothing is done.
+  void post(Command command);
+  /// Returns when all that was posted before has been done; not when it is on the disk. Any thread but that of events.
+  void settle();
+  /// Ends an open stroke, does what was posted, writes what is not in the file yet, and ends both threads. Error: why
+  /// not all is in the file. One thread; again harmless.
+  [[nodiscard]] Status close();
+
+  /// The newest published snapshot. Any thread but a servo's.
+  [[nodiscard]] SnapshotPtr head() const;
+  /// Where it is published: for a ServoThread, and for the readers of others.
+  [[nodiscard]] SnapshotChannel& channel() noexcept;
+  [[nodiscard]] SnapshotChannel::Reader reader();
+  [[nodiscard]] const ModelInfo& info() const noexcept;
+  /// Any thread.
+  [[nodiscard]] DocumentStatistics statistics() const;
+  /// Labels of all strokes that can be undone, then of those that can be redone. Any thread.
+  [[nodiscard]] std::vector<std::string> labels() const;
+
+  /// From now on `note` is called by the edit thread with all that makes snapshots; empty: nobody any more. An open
+  /// stroke is ended. Returns, with the head at that moment, when it holds. Any thread but that of events.
+  SnapshotPtr watch(std::function<void(const EditNote&)> note);
+
+ private:
+  struct State;
+  explicit Document(std::unique_ptr<State> state) noexcept;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace relief

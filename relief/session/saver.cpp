@@ -1,0 +1,192 @@
+#include <relief/base/try.h>
+#include <relief/session/saver.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace relief::detail {
+
+Saver::Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFile> file,
+             std::function<void(Notice)> tell)
+    : info_(std::move(info)), place_(std::move(place)), file_(std::move(file)), tell_(std::move(tell)), thread_([this] {
+        run();
+      }) {}
+
+Saver::~Saver() { static_cast<void>(close()); }
+
+// ---- The document's side
+
+void Saver::push(Job job) {
+  const std::scoped_lock lock(mutex_);
+  jobs_.push_back(std::move(job));
+  ++pushed_;
+  stalled_ = false;
+  wake_.notify_one();
+}
+
+void Saver::commit(std::uint64_t serial, SnapshotPtr state, StrokeRecord record) {
+  push(Commit{serial, std::move(state), std::move(record)});
+}
+
+void Saver::go_to(std::uint64_t number, SnapshotPtr state) { push(Place{number, std::move(state)}); }
+
+void Saver::elsewhere(std::filesystem::path file, std::uint64_t first, std::uint64_t position, std::vector<Kept> kept) {
+  const std::scoped_lock lock(mutex_);
+  moves_.push_back({std::move(file), first, position, std::move(kept), pushed_});
+  stalled_ = false;
+  wake_.notify_one();
+}
+
+Result<SnapshotPtr> Saver::read(std::uint64_t number, std::uint64_t near_number, const SnapshotPtr& near) {
+  Read read{number, near_number, near, std::nullopt};
+  std::unique_lock lock(mutex_);
+  read_ = &read;
+  wake_.notify_one();
+  answered_.wait(lock, [&] { return read.result.has_value(); });
+  return *std::move(read.result);
+}
+
+std::uint64_t Saver::unsaved_now() const {
+  return static_cast<std::uint64_t>(
+      std::ranges::count_if(jobs_, [](const Job& job) { return std::holds_alternative<Commit>(job); }));
+}
+
+std::uint64_t Saver::unsaved() const {
+  const std::scoped_lock lock(mutex_);
+  return unsaved_now();
+}
+
+Status Saver::close() {
+  if (thread_.joinable()) {
+    {
+      const std::scoped_lock lock(mutex_);
+      closing_ = true;
+      stalled_ = false;
+      wake_.notify_one();
+    }
+    thread_.join();
+    file_.reset();
+  }
+  return jobs_.empty() ? Status() : status_;
+}
+
+// ---- The saver's side
+
+void Saver::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    const auto has_job = [&] { return !jobs_.empty() && !stalled_; };
+    // What was done before it goes into the old file first, if that takes it.
+    const auto moves_now = [&] { return !moves_.empty() && (!has_job() || popped_ >= moves_.front().after); };
+    wake_.wait(lock, [&] { return read_ != nullptr || !moves_.empty() || has_job() || closing_; });
+    if (read_ != nullptr) {
+      // Its caller waits, so it stays as it is.
+      Read& read = *std::exchange(read_, nullptr);
+      lock.unlock();
+      Result<SnapshotPtr> found =
+          !file_.has_value() ? fail(Errc::NotFound, "there is no file that has this step")
+          : read.near        ? file_->at(read.number - offset_, read.near, read.near_number - offset_, progress())
+                             : file_->at(read.number - offset_, progress());
+      lock.lock();
+      read.result = std::move(found);
+      answered_.notify_one();
+    } else if (moves_now()) {
+      move(lock);
+    } else if (has_job()) {
+      write_next(lock);
+    } else {
+      return;
+    }
+  }
+}
+
+void Saver::write_next(std::unique_lock<std::mutex>& lock) {
+  Job& job = jobs_.front();  // a deque keeps its place when others come behind it
+  lock.unlock();
+  Status done = write(job);
+  const auto* commit = std::get_if<Commit>(&job);
+  const std::uint64_t serial = commit != nullptr ? commit->serial : 0;
+  lock.lock();
+  Job finished;  // lets go of its snapshot after the lock
+  if (done) {
+    finished = std::move(jobs_.front());
+    jobs_.pop_front();
+    ++popped_;
+  }
+  stalled_ = !done;
+  status_ = done;
+  const std::uint64_t unsaved = unsaved_now();
+  lock.unlock();
+  if (!done)
+    tell_(Failed{done.error(), unsaved});
+  else if (serial != 0 && file_.has_value())
+    tell_(Saved{serial});
+  finished = {};
+  lock.lock();
+}
+
+Status Saver::write(Job& job) {
+  // Without a file there is nobody to write for: that another one could not be made was told.
+  if (!file_.has_value()) return {};
+  if (const auto* place = std::get_if<Place>(&job)) return file_->go_to(place->number - offset_, place->state);
+  const auto& commit = std::get<Commit>(job);
+  return file_->commit(commit.state, commit.record);
+}
+
+void Saver::move(std::unique_lock<std::mutex>& lock) {
+  const Move move = std::move(moves_.front());
+  moves_.pop_front();
+  lock.unlock();
+  Result<Elsewhere> done = file_.has_value() ? copy_to(move) : make_at(move);
+  if (!done && file_.has_value() && done.error().code != Errc::Cancelled) done = make_at(move);
+  lock.lock();
+  std::deque<Job> obsolete;
+  const std::uint64_t until = !file_.has_value() ? pushed_ : done && !done->copied ? move.after : popped_;
+  for (; popped_ < until; ++popped_) {
+    obsolete.push_back(std::move(jobs_.front()));
+    jobs_.pop_front();
+  }
+  if (!done) status_ = fail(done.error().code, done.error().message);
+  const std::uint64_t unsaved = unsaved_now();
+  lock.unlock();
+  if (done)
+    tell_(*std::move(done));
+  else
+    tell_(NotElsewhere{done.error(), unsaved, file_.has_value()});
+  obsolete.clear();
+  lock.lock();
+}
+
+Result<Saver::Elsewhere> Saver::copy_to(const Move& move) {
+  RELIEF_CHECK(ModelFile::copy(place_, move.file, progress()));
+  RELIEF_TRY(ModelFile copy, ModelFile::open(move.file, false, progress()));
+  file_.emplace(std::move(copy));
+  place_ = move.file;
+  return Elsewhere{.file = move.file};
+}
+
+Result<Saver::Elsewhere> Saver::make_at(const Move& move) {
+  RELIEF_TRY(ModelFile made, ModelFile::create(move.file, {info_, move.kept.front().snapshot}, progress()));
+  // What the old file can still tell of the strokes that only it has the text of.
+  std::vector<StrokeRecord> old;
+  if (file_.has_value())
+    if (auto told = file_->strokes()) old = *std::move(told);
+  for (std::size_t k = 1; k < move.kept.size(); ++k) {
+    const Kept& kept = move.kept[k];
+    const std::size_t number = move.first + k - offset_;
+    StrokeRecord record{.label = kept.label, .details = kept.text};
+    if (record.details.empty() && number <= old.size()) record.details = old[number - 1].details;
+    RELIEF_CHECK(made.commit(kept.snapshot, record, progress()));
+  }
+  RELIEF_CHECK(made.go_to(move.position - move.first, move.kept[move.position - move.first].snapshot));
+  file_.emplace(std::move(made));
+  place_ = move.file;
+  offset_ = move.first;
+  return Elsewhere{.file = move.file, .copied = false};
+}
+
+Progress Saver::progress() const {
+  return {.report = [this](std::string_view phase, double share) { tell_(Progressed{std::string(phase), share}); }};
+}
+
+}  // namespace relief::detail
