@@ -74,7 +74,8 @@ bool sane(const Brush& brush) noexcept { return check(brush).has_value(); }
 
 /// The normal of the surface around a place, averaged over the tool's area: the area vector of what a ring of places
 /// around it encloses, whatever lies between them (Stokes). The place's own where the ring finds no such area.
-Vec3d averaged_normal(const Snapshot& surface, const SurfacePoint& place, double radius) {
+Vec3d averaged_normal(const Snapshot& surface, const SurfacePoint& place, double radius,
+                      std::array<PickHint, kRing>& hints) {
   const Vec3d n = place.normal;
   const Vec3d side = normalized(std::abs(n.x) < 0.6 ? cross(n, Vec3d{1, 0, 0}) : cross(n, Vec3d{0, 1, 0}));
   const Vec3d ahead = cross(n, side);
@@ -82,7 +83,7 @@ Vec3d averaged_normal(const Snapshot& surface, const SurfacePoint& place, double
   for (int k = 0; k < kRing; ++k) {
     const double turn = 2 * std::numbers::pi * k / kRing;
     const Vec3d at = place.position + (side * std::cos(turn) + ahead * std::sin(turn)) * (radius * kRingRadius);
-    const SurfacePoint found = closest_point(surface, at, radius);
+    const SurfacePoint found = closest_point(surface, at, hints[static_cast<std::size_t>(k)], radius);
     ring[static_cast<std::size_t>(k)] = (found.slab == kNoSlab ? at : found.position) - place.position;
   }
   Vec3d area;
@@ -138,6 +139,8 @@ struct StrokeEngine::State {
   struct Image {
     bool swept = false;  ///< whether `centre` and `axis` are those of the dab before
     Vec3d centre, axis;
+    PickHint hint = {};
+    std::array<PickHint, kRing> ring = {};
   };
   std::array<Image, 8> images;
 
@@ -150,7 +153,7 @@ struct StrokeEngine::State {
     so_far = {};
     last.reset();
     way = seconds = 0;
-    images = {};
+    for (Image& image : images) image.swept = false;
   }
 
   void take(StrokePoint p) {
@@ -225,14 +228,14 @@ struct StrokeEngine::State {
   bool dab_at(Image& image, Vec3d at, double lasted) {
     const bool was_swept = std::exchange(image.swept, false);
     const Snapshot& surface = *editor.start();
-    const SurfacePoint place = closest_point(surface, at);
+    const SurfacePoint place = closest_point(surface, at, image.hint);
     if (place.slab == kNoSlab) return false;
     const Vec3d off = at - place.position;
     const bool below = dot(off, place.normal) < 0;
     if (length(off) > brush.radius && !(tip && below)) return false;
     const ToolInfo& tool = info(brush.tool);
     const double pressure = brush.pressure(held.pressure), strength = std::clamp(brush.strength, 0.0, 1.0);
-    const Vec3d axis = averaged_normal(surface, place, brush.radius);
+    const Vec3d axis = averaged_normal(surface, place, brush.radius, image.ring);
     Dab dab{.slab = place.slab,
             .contact = place.position,
             .cursor = at,
@@ -248,7 +251,9 @@ struct StrokeEngine::State {
       // The nearest place may leap, to another limb or round an edge; what lies between is not to be cut then.
       dab.swept = was_swept && length(centre - image.centre) < 0.5 * brush.radius && dot(axis, image.axis) > 0.7;
       dab.from = image.centre;
-      image = {.swept = true, .centre = centre, .axis = axis};
+      image.swept = true;
+      image.centre = centre;
+      image.axis = axis;
     } else if (tool.writes == Layer::Displacement) {
       dab.contact = editor.position(place.slab, place.u, place.v);
     }
