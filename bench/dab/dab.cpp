@@ -171,45 +171,45 @@ class DabBench {
     for (int k = 0; k < plan_.rounds; ++k) rounds.add(run_strokes(model, starts_, tool, sized.radius, plan_.dabs));
     const std::string what = fmt::format("{}, {} samples", name(tool), size);
     out_["figures"].push_back(row(what + ", whole dab", rounds, goal_of(tool, size), wanted));
+    out_["figures"].back()["more"]["end of the stroke"] = rounds.end();
     if (const auto kernel = plain_kernel(tool))
-      on_plain_mesh(*kernel, what, first_guess(tool, wanted), wanted, rounds.middle());
+      on_plain_mesh(tool, *kernel, what, first_guess(tool, wanted), wanted, rounds.middle());
   }
 
   // ---- The plain mesh
 
-  Dabs plain_strokes(PlainMesh::Kernel kernel, double radius, int dabs) {
+  Dabs plain_strokes(Tool tool, PlainMesh::Kernel kernel, double radius, int dabs) {
     const CallTimer timer;
     Dabs all;
-    const bool carves = kernel == PlainMesh::Kernel::Carve;
+    const double rate = kernel == PlainMesh::Kernel::Deposit ? radius : info(tool).rate;
     plain_->begin_stroke();
-    for (const SurfacePoint& start : starts_)
+    for (const SurfacePoint& start : starts_) {
+      PickHint hint;
       for (int k = 0; k < dabs; ++k) {
-        const double sinks = radius * (kCarveDepth + kCarveSinks * k);
-        const Vec3d centre = carves ? start.position + start.normal * (radius - sinks)
-                                    : start.position + aside(start) * (radius / 16 * k);
+        const SurfacePoint at = place_of(*sphere_, start, tool, radius, k, hint);
+        const double up = kernel == PlainMesh::Kernel::Carve ? radius * (1 - kCarveDepth - kCarveSinks * k) : 0;
         const PlainMesh::Dab dab = {.kernel = kernel,
-                                    .centre = to_float(centre),
-                                    .up = to_float(start.normal),
+                                    .centre = to_float(at.position + at.normal * up),
+                                    .up = to_float(at.normal),
                                     .radius = static_cast<float>(radius),
-                                    .amount = static_cast<float>(0.3 * kDabSeconds *
-                                                                 (kernel == PlainMesh::Kernel::Deposit ? radius
-                                                                  : kernel == PlainMesh::Kernel::Paint ? 12
-                                                                                                       : 60)),
+                                    .amount = static_cast<float>(0.3 * kDabSeconds * rate),
                                     .colour = {0.8F, 0.2F, 0.1F}};
         std::size_t changed = 0;
         all.seconds.push_back(timer([&] { changed = plain_->dab(dab); }));
         all.samples.push_back(static_cast<double>(changed));
       }
+    }
     plain_->undo();
     return all;
   }
 
-  void on_plain_mesh(PlainMesh::Kernel kernel, const std::string& what, double guess, double wanted, double ours) {
+  void on_plain_mesh(Tool tool, PlainMesh::Kernel kernel, const std::string& what, double guess, double wanted,
+                     double ours) {
     const Sized sized = find_radius(wanted, guess, [&](double radius) {
-      return median(plain_strokes(kernel, radius, std::min(plan_.dabs, 6)).samples);
+      return median(plain_strokes(tool, kernel, radius, std::min(plan_.dabs, 6)).samples);
     });
     Rounds rounds;
-    for (int k = 0; k < plan_.rounds; ++k) rounds.add(plain_strokes(kernel, sized.radius, plan_.dabs));
+    for (int k = 0; k < plan_.rounds; ++k) rounds.add(plain_strokes(tool, kernel, sized.radius, plan_.dabs));
     ordered_json made = row(what + ", plain mesh", rounds, {}, wanted);
     made["more"]["times slabs"] = rounds.middle() / std::max(ours, 0.01);
     out_["figures"].push_back(std::move(made));
@@ -243,7 +243,7 @@ class DabBench {
         if (carves) brush.strength = 1;
         engine.begin(brush);
         for (int k = 0; k < plan_.dabs; ++k) {
-          const Vec3d at = start.position + aside(start) * (radius * (carves ? 1e-4 : 0.05) * k);
+          const Vec3d at = start.position + aside(start.normal) * (radius * (carves ? 1e-4 : 0.05) * k);
           const Ray3d ray = {at + start.normal * 2.0, -start.normal};
           const double pressure = carves ? kCarveDepth + kCarveSinks * k : 1;
           dabs = 0;

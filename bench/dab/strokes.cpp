@@ -21,6 +21,7 @@ void Rounds::add(const Dabs& dabs) {
   times_.back().erase("count");
   middles_.push_back(times_.back()["p50"].get<double>());
   samples_.push_back(median(dabs.samples));
+  ends_.push_back(median(dabs.ends) * 1e6);
 }
 
 ordered_json Rounds::percentiles() const {
@@ -50,9 +51,14 @@ Brush brush_of(Tool tool, double radius) {
   return {.tool = tool, .radius = radius, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
 }
 
-Vec3d aside(const SurfacePoint& place) noexcept {
-  const Vec3d n = place.normal;
-  return normalized(std::abs(n.x) < 0.6 ? cross(n, Vec3d{1, 0, 0}) : cross(n, Vec3d{0, 1, 0}));
+Vec3d aside(Vec3d normal) noexcept {
+  return normalized(cross(normal, std::abs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+}
+
+SurfacePoint place_of(const Snapshot& model, const SurfacePoint& start, Tool tool, double radius, int k,
+                      PickHint& hint) {
+  if (tool == Tool::Carve) return start;
+  return closest_point(model, start.position + aside(start.normal) * (radius / 16 * k), hint);
 }
 
 SnapshotPtr with_layer(const SnapshotPtr& model, Tool tool, const SurfacePoint& somewhere) {
@@ -85,8 +91,7 @@ Dabs run_strokes(const SnapshotPtr& model, std::span<const SurfacePoint> starts,
     editor.begin_stroke(brush_of(tool, radius));
     PickHint hint;
     for (int k = 0; k < dabs; ++k) {
-      const SurfacePoint at =
-          carves ? start : closest_point(*model, start.position + aside(start) * (radius / 16 * k), hint);
+      const SurfacePoint at = place_of(*model, start, tool, radius, k, hint);
       const double depth = radius * (kCarveDepth + kCarveSinks * k);
       const Dab dab = {
           .slab = at.slab,
@@ -101,7 +106,7 @@ Dabs run_strokes(const SnapshotPtr& model, std::span<const SurfacePoint> starts,
       }));
       all.samples.push_back(static_cast<double>(result.samples));
     }
-    editor.end_stroke();
+    all.ends.push_back(timer([&] { editor.end_stroke(); }));
   }
   return all;
 }

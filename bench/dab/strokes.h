@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <functional>
 #include <span>
 #include <vector>
@@ -16,6 +17,7 @@ namespace relief::bench {
 struct Dabs {
   std::vector<double> seconds;  ///< thread CPU
   std::vector<double> samples;  ///< changed, copies of shared samples counted once per copy
+  std::vector<double> ends;     ///< s, of Editor::end_stroke()
 };
 /// 0 of none.
 [[nodiscard]] double median(std::vector<double> values);
@@ -30,10 +32,12 @@ class Rounds {
   [[nodiscard]] double least() const { return *std::ranges::min_element(middles_); }
   [[nodiscard]] double most() const { return *std::ranges::max_element(middles_); }
   [[nodiscard]] double samples() const { return median(samples_); }
+  /// Of a stroke.
+  [[nodiscard]] double end() const { return median(ends_); }
 
  private:
   std::vector<nlohmann::ordered_json> times_;
-  std::vector<double> middles_, samples_;  ///< by round, of the median dab
+  std::vector<double> middles_, samples_, ends_;  ///< by round, medians
 };
 
 /// A radius at which the median dab changes as many samples as are wanted, or nearly.
@@ -59,11 +63,14 @@ inline constexpr double kCarveDepth = 0.15, kCarveSinks = 0.0005;
 
 /// Strokes that begin at these places of the model, one after the other. Carve stays and sinks, the others go a
 /// sixteenth of the radius with each dab. The state before each stroke is held as undo does, and the newest head as a
-/// reader does; making and letting go of them is in the time.
+/// reader does; making and letting go of them is in the time of the dabs.
 [[nodiscard]] Dabs run_strokes(const SnapshotPtr& model, std::span<const SurfacePoint> starts, Tool tool, double radius,
                                int dabs);
 
-/// Unit, along the surface.
-[[nodiscard]] Vec3d aside(const SurfacePoint& place) noexcept;
+/// Where dab k of such a stroke is on the model.
+[[nodiscard]] SurfacePoint place_of(const Snapshot& model, const SurfacePoint& start, Tool tool, double radius, int k,
+                                    PickHint& hint);
+/// A unit vector across a unit normal.
+[[nodiscard]] Vec3d aside(Vec3d normal) noexcept;
 
 }  // namespace relief::bench
