@@ -41,8 +41,22 @@ struct Lanes {
 #endif
 }
 
-[[nodiscard]] inline Four least(Four a, Four b) noexcept { return a < b ? a : b; }
-[[nodiscard]] inline Four greatest(Four a, Four b) noexcept { return a < b ? b : a; }
+/// Lane by lane: a < b ? a : b.
+[[nodiscard]] inline Four least(Four a, Four b) noexcept {
+#if defined(__SSE2__)
+  return std::bit_cast<Four>(_mm_min_ps(std::bit_cast<__m128>(a), std::bit_cast<__m128>(b)));
+#else
+  return a < b ? a : b;
+#endif
+}
+/// Lane by lane: a < b ? b : a.
+[[nodiscard]] inline Four greatest(Four a, Four b) noexcept {
+#if defined(__SSE2__)
+  return std::bit_cast<Four>(_mm_max_ps(std::bit_cast<__m128>(b), std::bit_cast<__m128>(a)));
+#else
+  return a < b ? b : a;
+#endif
+}
 [[nodiscard]] inline FourInts least(FourInts a, FourInts b) noexcept { return a < b ? a : b; }
 [[nodiscard]] inline FourInts greatest(FourInts a, FourInts b) noexcept { return a < b ? b : a; }
 

@@ -780,7 +780,7 @@ Result<SnapshotPtr> sample_grids(CagePtr mesh, const SampleSource& source, std::
     return tile;
   }));
   const auto add_marks = [&](Layer layer, SlabId s, auto&& marked) {
-    auto tile = Tile::make(intervals[s], 1, 0.0F, memory.tiles);
+    auto tile = Tile::make(layer, intervals[s], 0.0F, memory.tiles);
     for (std::size_t k = 0; k < tile->size(); ++k) tile->plane()[k] = marked(k) ? 1.0F : 0.0F;
     constrain(*mesh, layer, s, *tile);
     tile->rest();
@@ -883,8 +883,8 @@ Result<SnapshotPtr> add_colours(const SnapshotPtr& model, const SourceSurface& s
   std::vector<ColourTile> tiles;
   tiles.reserve(mesh.slab_count());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    const auto tile = Tile::make(m, 3, 1.0F, memory);
-    tiles.push_back({tile.get(), tile->plane()});
+    const auto tile = Tile::make(Layer::Colour, m, 1.0F, memory);
+    tiles.push_back({tile.get(), tile->plane16(0)});
     draft.put(Layer::Colour, s, tile);
     tile->rest();
   }

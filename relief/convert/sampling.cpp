@@ -421,7 +421,7 @@ SampledAlpha sample_alpha(const SlabMesh& finest, const SampleSource& source,
         field.take(often[o], outermost_of_often[o], field.line(often[o]).direction);
     }
     SlabAlpha& kept = sampled.slabs[slab];
-    kept.tile = Tile::make(n, 1, 0.0F, memory.tiles);
+    kept.tile = Tile::make(Layer::Displacement, n, 0.0F, memory.tiles);
     sampled.intervals[slab] = n;
     const auto every = [&](auto&& take) {
       const int step = most / n;
@@ -529,8 +529,9 @@ bool sample_colour(const Snapshot& model, const SampleNumbers& numbers, const So
       }
       // Each sample has one thread that writes it, in all of its slabs.
       numbers.for_each_copy(s, p, [&](const SampleCopy& copy) {
-        float* const red = tiles[copy.slab].planes + sample_index(n, copy.at);
-        for (std::size_t channel = 0; channel < 3; ++channel) red[channel * Tile::padded(n)] = colour[channel];
+        std::uint16_t* const red = tiles[copy.slab].planes + sample_index(n, copy.at);
+        for (std::size_t channel = 0; channel < 3; ++channel)
+          red[channel * tiles[copy.slab].tile->stride()] = to_u16(colour[channel]);
       });
     });
     model.tile(Layer::Displacement, s).rest();

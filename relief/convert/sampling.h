@@ -151,7 +151,7 @@ struct SampledAlpha {
 /// A tile of colour, and its planes to write to: to ask a tile for them is not for several threads.
 struct ColourTile {
   const Tile* tile;
-  float* planes;
+  std::uint16_t* planes;
 };
 /// Writes into the tiles of colour, by slab and with the intervals of `numbers`, the colour of `coloured`, whose
 /// surface `source` is, where the fibre crosses it nearest to the displaced surface, or at the point nearest to that

@@ -251,9 +251,11 @@ inline bool find(const SlabMesh& mesh, Vec3d point, LocateHint& hint, SlabCoord&
 }
 
 /// Value of a one-channel plane in a cell.
-double blend(const float* plane, int n, const GridCell& cell) noexcept {
+template <typename Sample>
+double blend(const Sample* plane, int n, const GridCell& cell) noexcept {
   double sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += cell.weights[k] * double{plane[sample_index(n, cell.corners[k])]};
+  for (std::size_t k = 0; k < 3; ++k)
+    sum += cell.weights[k] * static_cast<double>(plane[sample_index(n, cell.corners[k])]);
   return sum;
 }
 
@@ -587,8 +589,8 @@ Vec3f colour_at(const Snapshot& model, SlabId slab, double u, double v) noexcept
   if (!model.has(Layer::Colour)) return {1, 1, 1};
   const Tile& tile = model.tile(Layer::Colour, slab);
   const GridCell cell = cell_at(tile.intervals(), u, v);
-  return to_float({blend(tile.plane(0), tile.intervals(), cell), blend(tile.plane(1), tile.intervals(), cell),
-                   blend(tile.plane(2), tile.intervals(), cell)});
+  const auto channel = [&](int c) { return blend(tile.plane16(c), tile.intervals(), cell) / 65535; };
+  return to_float({channel(0), channel(1), channel(2)});
 }
 
 bool hole_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {
@@ -693,9 +695,9 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
                 "the " + std::string(name(layer)) + " tile of slab " + std::to_string(s) + " has the wrong size");
   for (int c = 0; c < tile.channel_count(); ++c)
     for (std::size_t i = 0; i < tile.size(); ++i)
-      if (!(tile.plane(c)[i] >= allowed.low && tile.plane(c)[i] <= allowed.high))
+      if (const float value = tile.value(c, i); !(value >= allowed.low && value <= allowed.high))
         return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
-                                       std::to_string(tile.plane(c)[i]) + ", outside its range");
+                                       std::to_string(value) + ", outside its range");
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
   const bool own_intervals = has_own_intervals(layer);
   for (int edge = 0; edge < 3; ++edge)
@@ -707,8 +709,8 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
         const Tile& other = model.tile(layer, copy.slab);
         same = same && other.intervals() == (own_intervals ? mesh.intervals(copy.slab) : n);
         for (int c = 0; same && c < tile.channel_count(); ++c)
-          same = bits(tile.plane(c)[sample_index(n, at)]) ==
-                 bits(other.plane(c)[sample_index(other.intervals(), copy.at)]);
+          same = bits(tile.value(c, sample_index(n, at))) ==
+                 bits(other.value(c, sample_index(other.intervals(), copy.at)));
       };
       if (own_intervals)
         mesh.for_each_copy(s, at, compare);

@@ -22,25 +22,33 @@ std::uint64_t next_number() noexcept {
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
-/// The tiles of a layer, slab by slab.
+/// A layer from its tiles, slab by slab.
 template <typename TileOf>
-PageTable pages_of(const SlabMesh& mesh, TileOf&& tile_of) {
-  PageTable pages;
-  pages.reserve((mesh.slab_count() + kTilesPerPage - 1) / kTilesPerPage);
-  for (SlabId first = 0; first < mesh.slab_count(); first += kTilesPerPage) {
-    auto page = std::make_shared<Page>();
-    for (SlabId s = first; s < std::min(first + kTilesPerPage, mesh.slab_count()); ++s)
-      page->tiles[s - first] = tile_of(s);
-    pages.push_back(std::move(page));
+PageTable table_of(const SlabMesh& mesh, TileOf&& tile_of) {
+  const auto slabs = static_cast<SlabId>(mesh.slab_count());
+  PageTable table;
+  SlabId s = 0;
+  while (s < slabs) {
+    auto node = std::make_shared<PageNode>();
+    for (SlabId p = 0; p < kPagesPerNode && s < slabs; ++p) {
+      auto page = std::make_shared<Page>();
+      for (SlabId t = 0; t < kTilesPerPage && s < slabs; ++t, ++s) page->tiles[t] = tile_of(s);
+      node->pages[p] = std::move(page);
+    }
+    table.push_back(std::move(node));
   }
-  return pages;
+  return table;
 }
 
 /// A tile that was in a snapshot before knows its bounds; the others were made as mutable ones, and nobody has seen
-/// them.
-void know_bounds(const Tile& tile) {
+/// them. `before` is what stood in its place, if anything.
+void know_bounds(const Tile& tile, const Tile* before) {
   if (tile.bounds_known()) return;
-  const_cast<Tile&>(tile).find_bounds();
+  auto& mutable_tile = const_cast<Tile&>(tile);
+  if (before != nullptr && before->intervals() == tile.intervals())
+    mutable_tile.find_bounds(*before);
+  else
+    mutable_tile.find_bounds();
   tile.rest();
 }
 
@@ -51,7 +59,7 @@ class Blanks {
   [[nodiscard]] const TilePtr& of(int n) {
     TilePtr& tile = tiles_[static_cast<std::size_t>(n)];
     if (!tile) {
-      auto made = std::make_shared<Tile>(n, channels(layer_), value_);
+      auto made = std::make_shared<Tile>(layer_, n, value_);
       if (layer_ == Layer::Displacement || layer_ == Layer::Void) made->find_bounds();
       tile = std::move(made);
     }
@@ -102,24 +110,37 @@ LayerRange range(Layer layer) noexcept {
   return layer == Layer::StaticFriction || layer == Layer::DynamicFriction ? LayerRange{0, 4} : LayerRange{0, 1};
 }
 
-Tile::Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory)
+Tile::Tile(int intervals, int channel_count, SampleType type, float value, std::shared_ptr<PagedMemory> memory)
     : intervals_(static_cast<std::int16_t>(intervals)),
       channel_count_(static_cast<std::int8_t>(channel_count)),
-      values_(static_cast<float*>(resource(memory).allocate(bytes(), kLine))),
+      type_(type),
+      values_(resource(memory).allocate(bytes(), kLine)),
       memory_(std::move(memory)) {
   std::memset(values_, 0, bytes());
-  for (int c = 0; c < channel_count_; ++c) std::fill_n(plane(c), size(), value);
+  for (int c = 0; c < channel_count_; ++c) {
+    if (type_ == SampleType::U16)
+      std::fill_n(plane16(c), size(), to_u16(value));
+    else
+      std::fill_n(plane(c), size(), value);
+  }
 }
 
-std::shared_ptr<Tile> Tile::make(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory) {
+Tile::Tile(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory)
+    : Tile(intervals, channels(layer), sample_type(layer), value, std::move(memory)) {}
+
+Tile::Tile(int intervals, int channel_count, float value)
+    : Tile(intervals, channel_count, SampleType::F32, value, nullptr) {}
+
+std::shared_ptr<Tile> Tile::make(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory) {
   const Keeper<Tile> keeper(memory);
-  return std::allocate_shared<Tile>(keeper, intervals, channel_count, value, std::move(memory));
+  return std::allocate_shared<Tile>(keeper, layer, intervals, value, std::move(memory));
 }
 
 Tile::Tile(const Tile& other)
     : intervals_(other.intervals_),
       channel_count_(other.channel_count_),
-      values_(static_cast<float*>(resource(nullptr).allocate(other.bytes(), kLine))) {
+      type_(other.type_),
+      values_(resource(nullptr).allocate(other.bytes(), kLine)) {
   std::memcpy(values_, other.values_, bytes());
 }
 
@@ -129,19 +150,40 @@ Tile::~Tile() {
   rest();
 }
 
-std::size_t Tile::bytes() const noexcept { return stride() * static_cast<std::size_t>(channel_count_) * sizeof(float); }
-
-bool Tile::same_values(const Tile& other) const noexcept {
-  return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ &&
-         std::memcmp(values_, other.values_, bytes()) == 0;
+std::size_t Tile::bytes() const noexcept {
+  return stride() * static_cast<std::size_t>(channel_count_) * relief::bytes(type_);
 }
 
-void Tile::find_bounds() {
+bool Tile::same_shape(const Tile& other) const noexcept {
+  return intervals_ == other.intervals_ && channel_count_ == other.channel_count_ && type_ == other.type_;
+}
+
+bool Tile::same_values(const Tile& other) const noexcept {
+  return same_shape(other) && std::memcmp(values_, other.values_, bytes()) == 0;
+}
+
+void Tile::copy_values(const Tile& other) noexcept {
+  RELIEF_ASSERT(same_shape(other));
+  std::memcpy(values_, other.values_, bytes());
+  bounded_ = false;
+}
+
+SampleBounds& Tile::make_bounds() {
   if (bounds_ == nullptr) {
     std::pmr::memory_resource* const memory = &resource(memory_);
     bounds_ = std::pmr::polymorphic_allocator<>(memory).new_object<SampleBounds>(intervals_, memory);
   }
-  bounds_->update(values_);
+  return *bounds_;
+}
+
+void Tile::find_bounds() {
+  make_bounds().update(std::as_const(*this).plane());
+  bounded_ = true;
+}
+
+void Tile::find_bounds(const Tile& before) {
+  RELIEF_ASSERT(before.bounds_known());
+  make_bounds().update(std::as_const(*this).plane(), before.bounds(), before.plane());
   bounded_ = true;
 }
 
@@ -182,11 +224,12 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
                            const std::function<TilePtr(SlabId)>& displacement) {
   const std::shared_ptr<Snapshot> made(new Snapshot);
   made->tables_[static_cast<std::size_t>(Layer::Displacement)] =
-      std::make_shared<const PageTable>(pages_of(*slab_mesh, [&](SlabId s) {
+      std::make_shared<const PageTable>(table_of(*slab_mesh, [&](SlabId s) {
         TilePtr tile = displacement(s);
         RELIEF_ASSERT(tile && tile->intervals() == slab_mesh->intervals(s));
         RELIEF_ASSERT(tile->channel_count() == channels(Layer::Displacement));
-        know_bounds(*tile);
+        RELIEF_ASSERT(tile->type() == sample_type(Layer::Displacement));
+        know_bounds(*tile, nullptr);
         return tile;
       }));
   made->slab_mesh_ = std::move(slab_mesh);
@@ -203,7 +246,12 @@ std::uint64_t Snapshot::content_hash() const noexcept {
     for (SlabId s = 0; s < slab_mesh_->slab_count(); ++s) {
       const Tile& t = tile(layer, s);
       hash.add(static_cast<std::uint64_t>(t.intervals()));
-      for (int c = 0; c < t.channel_count(); ++c) hash.add_values(std::span(t.plane(c), t.size()));
+      for (int c = 0; c < t.channel_count(); ++c) {
+        if (t.type() == SampleType::U16)
+          hash.add_values(std::span(t.plane16(c), t.size()));
+        else
+          hash.add_values(std::span(t.plane(c), t.size()));
+      }
     }
   }
   return hash.value();
@@ -211,10 +259,14 @@ std::uint64_t Snapshot::content_hash() const noexcept {
 
 std::size_t Snapshot::bytes() const noexcept {
   std::size_t sum = 0;
-  for (const auto& table : tables_)
-    for (const PagePtr& page : *table)
-      for (const TilePtr& t : page->tiles)
-        if (t) sum += t->bytes() + (t->bounds_known() ? t->bounds().bytes() : 0);
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!has(layer)) continue;
+    for (SlabId s = 0; s < slab_mesh_->slab_count(); ++s) {
+      const Tile& t = tile(layer, s);
+      sum += t.bytes() + (t.bounds_known() ? t.bounds().bytes() : 0);
+    }
+  }
   return sum;
 }
 
@@ -229,7 +281,7 @@ SnapshotDraft::OwnLayer& SnapshotDraft::layer_for_writing(Layer layer) {
   OwnLayer& own = own_[k];
   if (!own.table) {
     own.table = std::make_shared<PageTable>(*next_->tables_[k]);
-    own.pages.resize(own.table->size());
+    own.nodes.resize(own.table->size());
     next_->tables_[k] = own.table;
   }
   return own;
@@ -237,12 +289,14 @@ SnapshotDraft::OwnLayer& SnapshotDraft::layer_for_writing(Layer layer) {
 
 SnapshotDraft::OwnPage& SnapshotDraft::page_for_writing(Layer layer, SlabId s) {
   OwnLayer& own = layer_for_writing(layer);
-  const std::size_t p = s / kTilesPerPage;
+  const SlabId p = s / kTilesPerPage;
   OwnPage& page = own.pages[p];
   if (!page.page) {
-    page.page = std::make_shared<Page>(*(*own.table)[p]);
-    own.own_pages.push_back(p);
-    (*own.table)[p] = page.page;
+    PageNodePtr& in_table = (*own.table)[p / kPagesPerNode];
+    std::shared_ptr<PageNode>& node = own.nodes[p / kPagesPerNode];
+    if (!node) in_table = node = std::make_shared<PageNode>(*in_table);
+    PagePtr& in_node = node->pages[p % kPagesPerNode];
+    in_node = page.page = std::make_shared<Page>(*in_node);
   }
   return page;
 }
@@ -267,14 +321,14 @@ void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   const SlabMesh& mesh = next_->slab_mesh();
   OwnLayer& own = layer_for_writing(layer);
   Blanks blanks(layer, value);
-  *own.table = pages_of(mesh, [&](SlabId s) { return blanks.of(own_intervals ? mesh.intervals(s) : m); });
-  own.pages.assign(own.table->size(), {});
-  own.own_pages.clear();
+  *own.table = table_of(mesh, [&](SlabId s) { return blanks.of(own_intervals ? mesh.intervals(s) : m); });
+  own.nodes.assign(own.table->size(), nullptr);
+  own.pages.clear();
 }
 
 void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
   RELIEF_ASSERT(next_->has(layer));
-  RELIEF_ASSERT(tile->channel_count() == channels(layer));
+  RELIEF_ASSERT(tile->channel_count() == channels(layer) && tile->type() == sample_type(layer));
   RELIEF_ASSERT(tile->intervals() == next_->tile(layer, s).intervals());
   OwnPage& own = page_for_writing(layer, s);
   own.page->tiles[s % kTilesPerPage] = std::move(tile);
@@ -284,23 +338,17 @@ void SnapshotDraft::put(Layer layer, SlabId s, TilePtr tile) {
 }
 
 SnapshotPtr SnapshotDraft::finish() {
-  for (const Layer layer : {Layer::Displacement, Layer::Void}) {
-    const OwnLayer& own = own_[static_cast<std::size_t>(layer)];
-    for (const std::size_t p : own.own_pages) {
-      const OwnPage& page = own.pages[p];
-      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1)
-        know_bounds(*page.page->tiles[static_cast<std::size_t>(std::countr_zero(left))]);
-    }
-  }
+  for (const Layer layer : {Layer::Displacement, Layer::Void})
+    for (const auto& [p, page] : own_[static_cast<std::size_t>(layer)].pages)
+      for (std::uint64_t left = page.new_tiles; left != 0; left &= left - 1) {
+        const auto t = static_cast<SlabId>(std::countr_zero(left));
+        know_bounds(*page.page->tiles[t], base_->has(layer) ? &base_->tile(layer, p * kTilesPerPage + t) : nullptr);
+      }
   SnapshotPtr finished = next_;
   base_ = finished;
   next_ = std::make_shared<Snapshot>(*finished);
   next_->number_ = next_number();
-  for (OwnLayer& own : own_) {
-    own.table.reset();
-    for (const std::size_t p : own.own_pages) own.pages[p] = {};
-    own.own_pages.clear();
-  }
+  own_ = {};
   return finished;
 }
 

@@ -1,6 +1,7 @@
 // One immutable version of a model: the cage and, layer by layer, the tiles.
 #pragma once
 
+#include <relief/base/assert.h>
 #include <relief/core/sample_bounds.h>
 #include <relief/core/slab_mesh.h>
 
@@ -11,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace relief {
@@ -50,15 +52,34 @@ struct LayerRange {
 };
 [[nodiscard]] LayerRange range(Layer layer) noexcept;
 
-/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 floats, each plane padded to a whole number
+/// What a sample is kept as: a float, or 0..65535 for 0..1.
+enum class SampleType : std::uint8_t { F32, U16 };
+/// Colour needs no more than 16 bits, and has three channels.
+[[nodiscard]] constexpr SampleType sample_type(Layer layer) noexcept {
+  return layer == Layer::Colour ? SampleType::U16 : SampleType::F32;
+}
+[[nodiscard]] constexpr std::size_t bytes(SampleType type) noexcept {
+  return type == SampleType::U16 ? sizeof(std::uint16_t) : sizeof(float);
+}
+/// The nearest of 16 bits to 0..1; the nearer end for what is beyond, 0 for what is no number. A colour of 8 bits, k /
+/// 255, becomes 257 k.
+[[nodiscard]] constexpr std::uint16_t to_u16(float value) noexcept {
+  return static_cast<std::uint16_t>((value > 0 ? value < 1 ? value : 1.0F : 0.0F) * 65535.0F + 0.5F);
+}
+/// 0..1; to_u16() gives it back.
+[[nodiscard]] constexpr float from_u16(std::uint16_t sample) noexcept { return sample / 65535.0F; }
+
+/// The samples of one slab in one layer: `channels` planes of (n+1)(n+2)/2 samples, each plane padded to a whole number
 /// of 64-byte lines and aligned to one. The padding holds zeros and takes part in nothing.
 class Tile {
  public:
-  /// Its values in ordinary memory, or in that given.
-  Tile(int intervals, int channel_count, float value, std::shared_ptr<PagedMemory> memory = nullptr);
+  /// As a layer has them, in ordinary memory, or the values in that given.
+  Tile(Layer layer, int intervals, float value, std::shared_ptr<PagedMemory> memory = nullptr);
   /// The same, but all of it is in that memory.
-  [[nodiscard]] static std::shared_ptr<Tile> make(int intervals, int channel_count, float value,
+  [[nodiscard]] static std::shared_ptr<Tile> make(Layer layer, int intervals, float value,
                                                   std::shared_ptr<PagedMemory> memory);
+  /// Floats of no layer, to compute with.
+  Tile(int intervals, int channel_count, float value);
   /// In ordinary memory.
   Tile(const Tile& other);
   Tile& operator=(const Tile&) = delete;
@@ -68,28 +89,50 @@ class Tile {
 
   [[nodiscard]] int intervals() const noexcept { return intervals_; }
   [[nodiscard]] int channel_count() const noexcept { return channel_count_; }
+  [[nodiscard]] SampleType type() const noexcept { return type_; }
   [[nodiscard]] std::size_t size() const noexcept { return sample_count(intervals_); }
   /// Samples per plane including the padding.
-  [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_); }
-  [[nodiscard]] const float* plane(int channel = 0) const noexcept {
-    return values_ + static_cast<std::size_t>(channel) * stride();
+  [[nodiscard]] std::size_t stride() const noexcept { return padded(intervals_, type_); }
+  [[nodiscard]] static constexpr std::size_t padded(int n, SampleType type = SampleType::F32) noexcept {
+    const std::size_t in_line = 64 / relief::bytes(type);
+    return (sample_count(n) + in_line - 1) / in_line * in_line;
   }
+  /// The samples of a channel; asserts that they are of that type.
+  [[nodiscard]] const float* plane(int channel = 0) const noexcept { return plane_as<float>(channel); }
   [[nodiscard]] float* plane(int channel = 0) noexcept {
     bounded_ = false;
-    return values_ + static_cast<std::size_t>(channel) * stride();
+    return plane_as<float>(channel);
   }
-  [[nodiscard]] static constexpr std::size_t padded(int n) noexcept { return (sample_count(n) + 15) / 16 * 16; }
+  [[nodiscard]] const std::uint16_t* plane16(int channel) const noexcept { return plane_as<std::uint16_t>(channel); }
+  [[nodiscard]] std::uint16_t* plane16(int channel) noexcept { return plane_as<std::uint16_t>(channel); }
+  /// A sample as a number in the layer's range, whatever it is kept as; exact.
+  [[nodiscard]] float value(int channel, std::size_t k) const noexcept {
+    return type_ == SampleType::U16 ? from_u16(plane16(channel)[k]) : plane(channel)[k];
+  }
+  /// Keeps what comes nearest to a number.
+  void set(int channel, std::size_t k, float value) noexcept {
+    if (type_ == SampleType::U16)
+      plane16(channel)[k] = to_u16(value);
+    else
+      plane(channel)[k] = value;
+  }
+  /// Takes over all values of a tile of the same shape.
+  void copy_values(const Tile& other) noexcept;
   /// Of the planes.
   [[nodiscard]] std::size_t bytes() const noexcept;
   static constexpr std::size_t kBeside = 192;  ///< about what a small tile takes beside its planes: itself, its bounds
+  /// Equal intervals, channels and type.
+  [[nodiscard]] bool same_shape(const Tile& other) const noexcept;
   /// Equal values, bit for bit.
   [[nodiscard]] bool same_values(const Tile& other) const noexcept;
 
-  /// Between which values the samples of the first plane lie; of Displacement and Void tiles in a snapshot.
+  /// Between which values the samples of the one plane lie; of Displacement and Void tiles in a snapshot.
   [[nodiscard]] const SampleBounds& bounds() const noexcept { return *bounds_; }
   /// Makes bounds() true. Whoever asks for a plane to write makes it untrue; SnapshotDraft::finish() and
   /// Snapshot::make() mend it.
   void find_bounds();
+  /// The same, fast where the two differ little: `before` knows its bounds and has the same intervals.
+  void find_bounds(const Tile& before);
   [[nodiscard]] bool bounds_known() const noexcept { return bounded_; }
 
   /// Where its values and bounds lie, and it too if make() made it; null: in ordinary memory.
@@ -99,10 +142,20 @@ class Tile {
   void rest(std::size_t tiles = 1) const noexcept;
 
  private:
+  Tile(int intervals, int channel_count, SampleType type, float value, std::shared_ptr<PagedMemory> memory);
+  template <typename Sample>
+  [[nodiscard]] Sample* plane_as(int channel) const noexcept {
+    constexpr SampleType kType = sizeof(Sample) == sizeof(float) ? SampleType::F32 : SampleType::U16;
+    RELIEF_ASSERT(type_ == kType);
+    return static_cast<Sample*>(values_) + static_cast<std::size_t>(channel) * padded(intervals_, kType);
+  }
+  [[nodiscard]] SampleBounds& make_bounds();
+
   std::int16_t intervals_;
   std::int8_t channel_count_;
+  SampleType type_;
   bool bounded_ = false;
-  float* values_;
+  void* values_;
   std::shared_ptr<PagedMemory> memory_;
   SampleBounds* bounds_ = nullptr;
 };
@@ -119,13 +172,20 @@ void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept
   return (a > 0.5F && (b > 0.5F || c > 0.5F)) || (b > 0.5F && c > 0.5F);
 }
 
-inline constexpr SlabId kTilesPerPage = 64;
-/// The tiles of 64 consecutive slabs in one layer; the unit of copy-on-write above the tile.
+inline constexpr SlabId kTilesPerPage = 64, kPagesPerNode = 64;
+/// The tiles of 64 consecutive slabs in one layer; those beyond the last slab are null.
 struct Page {
   std::array<TilePtr, kTilesPerPage> tiles;
 };
 using PagePtr = std::shared_ptr<const Page>;
-using PageTable = std::vector<PagePtr>;
+/// 64 consecutive pages; those beyond the last are null.
+struct PageNode {
+  std::array<PagePtr, kPagesPerNode> pages;
+};
+using PageNodePtr = std::shared_ptr<const PageNode>;
+/// A layer in order of slabs. Table, nodes, pages and tiles are each copied when something below them is written first,
+/// so a change of one tile costs the same in any model: a table of a pointer per 4096 slabs, a node and a page.
+using PageTable = std::vector<PageNodePtr>;
 
 class Snapshot;
 using SnapshotPtr = std::shared_ptr<const Snapshot>;
@@ -142,9 +202,11 @@ class Snapshot {
 
   [[nodiscard]] const SlabMesh& slab_mesh() const noexcept { return *slab_mesh_; }
   [[nodiscard]] const std::shared_ptr<const SlabMesh>& shared_slab_mesh() const noexcept { return slab_mesh_; }
-  [[nodiscard]] bool has(Layer layer) const noexcept { return !pages(layer).empty(); }
-  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept {
-    return *pages(layer)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+  [[nodiscard]] bool has(Layer layer) const noexcept { return !table(layer).empty(); }
+  [[nodiscard]] const Tile& tile(Layer layer, SlabId s) const noexcept { return *shared_tile(layer, s); }
+  [[nodiscard]] const TilePtr& shared_tile(Layer layer, SlabId s) const noexcept {
+    const SlabId page = s / kTilesPerPage;
+    return table(layer)[page / kPagesPerNode]->pages[page % kPagesPerNode]->tiles[s % kTilesPerPage];
   }
   [[nodiscard]] const float* displacement(SlabId s) const noexcept { return tile(Layer::Displacement, s).plane(); }
   /// Whether a micro-triangle of the slab's grid is a hole.
@@ -155,8 +217,8 @@ class Snapshot {
     return relief::is_hole(voids[sample_index(n, cell[0])], voids[sample_index(n, cell[1])],
                            voids[sample_index(n, cell[2])]);
   }
-  /// The pages of a layer in order of slabs; empty where the model has no such layer.
-  [[nodiscard]] const PageTable& pages(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
+  /// Empty where the model has no such layer.
+  [[nodiscard]] const PageTable& table(Layer layer) const noexcept { return *tables_[static_cast<std::size_t>(layer)]; }
   /// Another one for each snapshot that this process has made; never 0.
   [[nodiscard]] std::uint64_t number() const noexcept { return number_; }
   /// Equal for equal content (cage, layers, values), whatever the history; O(model).
@@ -184,7 +246,7 @@ class SnapshotDraft {
   /// Adds a layer with m intervals per slab edge (1..128; kOwnIntervals for Void), or replaces it, filled with `value`
   /// in every channel.
   void add_layer(Layer layer, int m, float value);
-  /// Puts a ready tile in place; its intervals and channels must fit the layer.
+  /// Puts a ready tile in place; its intervals, channels and type must fit the layer.
   void put(Layer layer, SlabId s, TilePtr tile);
   [[nodiscard]] const Snapshot& base() const noexcept { return *base_; }
 
@@ -200,8 +262,8 @@ class SnapshotDraft {
   };
   struct OwnLayer {
     std::shared_ptr<PageTable> table;
-    std::vector<OwnPage> pages;          ///< by page number
-    std::vector<std::size_t> own_pages;  ///< numbers of those that are set
+    std::vector<std::shared_ptr<PageNode>> nodes;  ///< by number; null for the base's
+    std::unordered_map<SlabId, OwnPage> pages;     ///< by number
   };
   OwnLayer& layer_for_writing(Layer layer);
   OwnPage& page_for_writing(Layer layer, SlabId s);
@@ -212,19 +274,23 @@ class SnapshotDraft {
 };
 
 /// Calls visit(Layer, SlabId) for each tile whose pointer differs between two snapshots of the same cage, in order.
-/// Cost: the number of pages plus the tiles of pages that differ. A layer present in `to` only counts as changed
-/// throughout; one that only `from` has is not visited.
+/// Cost: a pointer per 4096 slabs, and the pages of nodes and the tiles of pages that differ. A layer present in `to`
+/// only counts as changed throughout; one that only `from` has is not visited.
 template <typename Visit>
 void for_each_change(const Snapshot& from, const Snapshot& to, Visit&& visit) {
+  static const PageNode no_pages;
+  static const Page no_tiles;
   for (int k = 0; k < kLayerCount; ++k) {
     const auto layer = static_cast<Layer>(k);
-    const auto &a = from.pages(layer), &b = to.pages(layer);
-    for (std::size_t page = 0; page < b.size(); ++page) {
-      if (page < a.size() && a[page] == b[page]) continue;
-      for (SlabId t = 0; t < kTilesPerPage; ++t) {
-        const TilePtr& now = b[page]->tiles[t];
-        if (now && (page >= a.size() || a[page]->tiles[t] != now))
-          visit(layer, static_cast<SlabId>(page) * kTilesPerPage + t);
+    const auto &before = from.table(layer), &after = to.table(layer);
+    for (SlabId n = 0; n < after.size(); ++n) {
+      const PageNode &a = before.empty() ? no_pages : *before[n], &b = *after[n];
+      if (&a == &b) continue;
+      for (SlabId p = 0; p < kPagesPerNode; ++p) {
+        if (a.pages[p] == b.pages[p]) continue;
+        const Page &old_page = a.pages[p] ? *a.pages[p] : no_tiles, &new_page = *b.pages[p];
+        for (SlabId t = 0; t < kTilesPerPage; ++t)
+          if (old_page.tiles[t] != new_page.tiles[t]) visit(layer, (n * kPagesPerNode + p) * kTilesPerPage + t);
       }
     }
   }

@@ -6,10 +6,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <mutex>
 #include <span>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 
 namespace relief {
@@ -85,12 +86,28 @@ struct EdgeSamples {
 bool same_edge(const Tile& a, EdgeSamples from, const Tile& b, EdgeSamples to, std::size_t m,
                int channel_count) noexcept {
   std::uint32_t differ = 0;
+  const auto compare = [&](const auto* va, const auto* vb) {
+    using Bits = std::conditional_t<std::is_same_v<decltype(va), const float*>, std::uint32_t, std::uint16_t>;
+    for (std::size_t t = 1; t < m; ++t) differ |= std::bit_cast<Bits>(va[from[t]]) ^ std::bit_cast<Bits>(vb[to[m - t]]);
+  };
   for (int c = 0; c < channel_count; ++c) {
-    const float *va = a.plane(c), *vb = b.plane(c);
-    for (std::size_t t = 1; t < m; ++t)
-      differ |= std::bit_cast<std::uint32_t>(va[from[t]]) ^ std::bit_cast<std::uint32_t>(vb[to[m - t]]);
+    if (a.type() == SampleType::U16)
+      compare(a.plane16(c), b.plane16(c));
+    else
+      compare(a.plane(c), b.plane(c));
   }
   return differ == 0;
+}
+
+/// How many samples of two tiles of colour differ in any channel.
+std::size_t count_changes16(const Tile& a, const Tile& b) noexcept {
+  std::uint32_t changes = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    std::uint32_t differ = 0;
+    for (int c = 0; c < 3; ++c) differ |= static_cast<std::uint32_t>(a.plane16(c)[k] ^ b.plane16(c)[k]);
+    changes += static_cast<std::uint32_t>(differ != 0);
+  }
+  return changes;
 }
 
 bool sane(const Brush& brush) noexcept { return std::isfinite(brush.radius) && brush.radius > 0; }
@@ -105,8 +122,9 @@ int colour_intervals(const SlabMesh& mesh) noexcept {
 }
 
 TilePtr clay_tile(int intervals) {
-  auto tile = std::make_shared<Tile>(intervals, 3, 0.0F);
-  for (int c = 0; c < 3; ++c) std::fill_n(tile->plane(c), tile->size(), kClayColour[static_cast<std::size_t>(c)]);
+  auto tile = std::make_shared<Tile>(Layer::Colour, intervals, 0.0F);
+  for (int c = 0; c < 3; ++c)
+    std::fill_n(tile->plane16(c), tile->size(), to_u16(kClayColour[static_cast<std::size_t>(c)]));
   return tile;
 }
 
@@ -131,10 +149,9 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
   }
   std::shared_ptr<Tile> copy(const Tile& tile) {
     auto made = take(tile);
-    std::memcpy(made->plane(), tile.plane(), tile.bytes());
+    made->copy_values(tile);
     return made;
   }
-  static bool same_shape(const Tile& a, const Tile& b) noexcept { return shape(a) == shape(b); }
   /// Frees the tiles that wait.
   void clear() {
     const std::lock_guard lock(mutex_);
@@ -151,10 +168,11 @@ class TilePool : public std::enable_shared_from_this<TilePool> {
     idle_bytes_ += tile->bytes();
     idle_[shape(*tile)].push_back(std::move(tile));
   }
-  static std::pair<int, int> shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count()}; }
+  using Shape = std::tuple<int, int, SampleType>;
+  static Shape shape(const Tile& tile) noexcept { return {tile.intervals(), tile.channel_count(), tile.type()}; }
 
   std::mutex mutex_;
-  std::map<std::pair<int, int>, std::vector<std::unique_ptr<Tile>>> idle_;  ///< by shape
+  std::map<Shape, std::vector<std::unique_ptr<Tile>>> idle_;
   std::size_t idle_bytes_ = 0;
 };
 
@@ -194,6 +212,7 @@ struct Editor::Scratch {
   Tile mask{kMaxIntervals, 1, 0.0F};
   Tile voids{kMaxIntervals, 1, 0.0F};
   Tile guard{kMaxIntervals, 1, 0.0F};
+  Tile colour{kMaxIntervals, 2, 0.0F};  ///< one channel before the dab, and after it
 
   TilePtr clay;
   std::optional<SnapshotDraft> draft;  ///< continues from dab to dab
@@ -232,7 +251,7 @@ struct Editor::Scratch {
   }
 
   Known& know(const Snapshot& model, SlabId s) {
-    const TilePtr& tile = model.pages(Layer::Displacement)[s / kTilesPerPage]->tiles[s % kTilesPerPage];
+    const TilePtr& tile = model.shared_tile(Layer::Displacement, s);
     Known& entry = known[s];
     if (entry.tile.owner_before(tile) || tile.owner_before(entry.tile))
       entry = {
@@ -336,7 +355,7 @@ void Editor::Scratch::grow(const Snapshot& model, SlabId seed, const Sphere& sph
 void Editor::Scratch::copy_sample(const Slot& from, std::size_t from_index, Slot& to, std::size_t to_index,
                                   int channel_count) {
   Values values{};
-  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = from.now().plane(c)[from_index];
+  for (int c = 0; c < channel_count; ++c) values[static_cast<std::size_t>(c)] = from.now().value(c, from_index);
   put_sample(to, to_index, values, channel_count);
 }
 
@@ -345,16 +364,15 @@ void Editor::Scratch::put_sample(Slot& to, std::size_t index, const Values& valu
   bool same = true;
   for (int c = 0; c < channel_count; ++c)
     same = same && std::bit_cast<std::uint32_t>(values[static_cast<std::size_t>(c)]) ==
-                       std::bit_cast<std::uint32_t>(before.plane(c)[index]);
+                       std::bit_cast<std::uint32_t>(before.value(c, index));
   if (same) return;
   if (!to.tile) to.tile = pool->copy(*to.base);
   bool was_changed = false, is_changed = false;
   for (int c = 0; c < channel_count; ++c) {
-    float& value = to.tile->plane(c)[index];
-    const float base = to.base->plane(c)[index];
-    was_changed = was_changed || value != base;
-    value = values[static_cast<std::size_t>(c)];
+    const float value = values[static_cast<std::size_t>(c)], base = to.base->value(c, index);
+    was_changed = was_changed || before.value(c, index) != base;
     is_changed = is_changed || value != base;
+    to.tile->set(c, index, value);
   }
   to.changes += static_cast<std::size_t>(is_changed);
   to.changes -= static_cast<std::size_t>(was_changed);
@@ -447,7 +465,6 @@ DabResult Editor::dab(const Dab& dab) {
   scratch.grow(model, dab.slab, sphere, up);
 
   const Layer layer = painting ? Layer::Colour : Layer::Displacement;
-  const int channel_count = channels(layer);
   const bool fresh_layer = !model.has(layer);
   if (fresh_layer && !scratch.clay) scratch.clay = clay_tile(colour_intervals(mesh));
   const auto base_tile = [&](SlabId s) -> const Tile& { return fresh_layer ? *scratch.clay : model.tile(layer, s); };
@@ -460,16 +477,20 @@ DabResult Editor::dab(const Dab& dab) {
     const std::size_t count = base.size();
     const detail::SlabFrame frame(mesh.corners(s), origin, radius, scratch.grid(n));
     const float* protect = scratch.protection(model, s, n);
-    if (!scratch.spare || !TilePool::same_shape(*scratch.spare, base)) scratch.spare = scratch.pool->take(base);
+    if (!scratch.spare || !scratch.spare->same_shape(base)) scratch.spare = scratch.pool->take(base);
     Tile& result = *scratch.spare;
     if (painting) {
       const float* displacement = scratch.displacement_on_grid(model, s, n);
       float* share = scratch.share.plane();
       kernels.cone(frame, intensity, displacement, share, count);
       if (protect != nullptr) kernels.fade(protect, share, count);
-      for (int c = 0; c < 3; ++c)
-        kernels.blend(share, unit_range(static_cast<double>(brush_.colour[static_cast<std::size_t>(c)])), base.plane(c),
-                      result.plane(c), count);
+      float *const from = scratch.colour.plane(0), *const to = scratch.colour.plane(1);
+      for (int c = 0; c < 3; ++c) {
+        std::transform(base.plane16(c), base.plane16(c) + count, from, from_u16);
+        kernels.blend(share, unit_range(static_cast<double>(brush_.colour[static_cast<std::size_t>(c)])), from, to,
+                      count);
+        std::transform(to, to + count, result.plane16(c), to_u16);
+      }
     } else {
       if (carving)
         kernels.carve(frame, to_float(up), base.plane(), result.plane(), count);
@@ -477,8 +498,8 @@ DabResult Editor::dab(const Dab& dab) {
         kernels.deposit(frame, amount, base.plane(), result.plane(), count);
       if (protect != nullptr) kernels.protect(protect, base.plane(), result.plane(), count);
     }
-    const std::size_t changes =
-        kernels.count_changes(base.plane(), result.plane(), base.stride(), channel_count, count);
+    const std::size_t changes = painting ? count_changes16(base, result)
+                                         : kernels.count_changes(base.plane(), result.plane(), base.stride(), 1, count);
     Slot slot{.slab = s, .base = &base, .tile = nullptr, .changes = changes};
     if (changes != 0) slot.tile = std::move(scratch.spare);
     scratch.marks[s] = {.dab = scratch.dab, .slot = static_cast<std::uint32_t>(scratch.slots.size())};

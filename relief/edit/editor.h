@@ -70,7 +70,7 @@ class Editor {
   /// proportion to 1 - mask where the model has Layer::Mask, void ones not at all. The tool works on the slabs that
   /// hang together inside its sphere, starting at dab.slab, and whose fibres point to the tool's side (mean direction
   /// against dab.normal), so the far side of a thin wall stays as it is. The first paint makes the colour layer, filled
-  /// with kClayColour. Cost: the samples of the slabs reached, and a copy of the page table.
+  /// with kClayColour. Cost: the samples of the slabs reached, whatever the model's size.
   DabResult dab(const Dab& dab);
   /// Ends the stroke; a stroke that changed nothing leaves no undo step. Returns whether it left one.
   bool end_stroke();

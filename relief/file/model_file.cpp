@@ -125,13 +125,17 @@ std::uint64_t all_tiles(const SlabMesh& mesh, SlabId page) {
   return ~std::uint64_t{0} >> (kTilesPerPage - tiles_in_page(mesh, page));
 }
 
-/// One layer as it lies in the file: since which stroke, and with how many intervals.
+/// One layer as it lies in the file: since which stroke, with how many intervals, and what its samples are there.
 struct LayerEntry {
   std::int64_t stroke = 0;
   std::int64_t intervals = kOwnIntervals;
+  SampleType type = SampleType::F32;
   friend bool operator==(const LayerEntry&, const LayerEntry&) = default;
 };
 using LayerTable = std::array<std::optional<LayerEntry>, kLayerCount>;
+
+/// Up to format 2, colours were floats.
+SampleType type_in_file(Layer layer, std::int64_t format) { return format < 3 ? SampleType::F32 : sample_type(layer); }
 
 int intervals_of(const LayerEntry& entry, const SlabMesh& mesh, SlabId s) {
   return entry.intervals == kOwnIntervals ? mesh.intervals(s) : static_cast<int>(entry.intervals);
@@ -151,7 +155,7 @@ struct PageLayout {
     for (SlabId t = 0; t < kTilesPerPage; ++t) {
       begin[t + 1] = begin[t];
       if (has(t))
-        begin[t + 1] += detail::tile_bytes(intervals_of(entry, mesh, page * kTilesPerPage + t), channels(layer));
+        begin[t + 1] += detail::tile_bytes(layer, intervals_of(entry, mesh, page * kTilesPerPage + t), entry.type);
     }
   }
   [[nodiscard]] bool has(SlabId t) const { return (mask >> t & 1U) != 0; }
@@ -247,13 +251,13 @@ class Rows {
       if (!layout.has(t)) continue;
       const SlabId s = change.page * kTilesPerPage + t;
       const auto samples = layout.tile(std::span(raw), t);
-      detail::copy_samples(now.tile(change.layer, s), samples);
+      detail::copy_samples(now.tile(change.layer, s), entry.type, samples);
       if (change.whole) continue;
       old.resize(samples.size());
-      detail::copy_samples(before->tile(change.layer, s), old);
+      detail::copy_samples(before->tile(change.layer, s), entry.type, old);
       detail::exclusive_or(samples, old);
     }
-    const std::vector<std::byte> blob = detail::pack(raw, sizeof(float));
+    const std::vector<std::byte> blob = detail::pack(raw, bytes(entry.type));
     const std::int64_t whole = change.whole ? 1 : 0;
     const auto tiles = std::bit_cast<std::int64_t>(mask);
     RELIEF_TRY(Statement put, database_.prepare("INSERT INTO pages VALUES(?, ?, ?, ?, ?, ?, ?)"));
@@ -371,7 +375,7 @@ class Rows {
   }
 
   /// The layers in effect at a stroke. A damaged row matters until a later one of its layer takes its place.
-  [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke) const {
+  [[nodiscard]] Result<LayerTable> read_layers(std::int64_t stroke, std::int64_t format) const {
     LayerTable table;
     std::array<bool, kLayerCount> lost{};
     RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM layers WHERE stroke <= ? ORDER BY stroke"));
@@ -380,11 +384,12 @@ class Rows {
       RELIEF_TRY(const bool row, rows.step());
       if (!row) break;
       const auto layer = layer_from_name(rows.text(0));
-      const LayerEntry entry{.stroke = rows.integer(1), .intervals = rows.integer(2)};
       if (!layer) return damaged("it has a layer that does not exist");
       const auto k = static_cast<std::size_t>(*layer);
       lost[k] = !detail::layer_holds(rows);
       if (lost[k]) continue;
+      const LayerEntry entry{
+          .stroke = rows.integer(1), .intervals = rows.integer(2), .type = type_in_file(*layer, format)};
       const bool sound = *layer == Layer::Displacement   ? entry.intervals == kOwnIntervals && entry.stroke == 0
                          : entry.intervals == kLayerGone ? true
                          : has_own_intervals(*layer)     ? entry.intervals == kOwnIntervals
@@ -454,7 +459,7 @@ class Rows {
     if (row.stroke < entry.stroke || (row.tiles & ~allowed) != 0 || !detail::may_hold(row.data, layout.bytes()))
       return page_damage(layer, page, row.stroke, "does not fit the cage");
     samples.resize(layout.bytes());
-    if (!detail::unpack(row.data, sizeof(float), samples))
+    if (!detail::unpack(row.data, bytes(entry.type), samples))
       return page_damage(layer, page, row.stroke, "cannot be unpacked");
     return {};
   }
@@ -464,6 +469,8 @@ class Rows {
   [[nodiscard]] Result<std::optional<std::array<TilePtr, kTilesPerPage>>> read_differences(
       const Snapshot& known, Layer layer, const LayerEntry& entry, SlabId page, std::int64_t after,
       std::int64_t last) const {
+    // What the file has as another type was rounded when it was read: a difference would not lead back to it.
+    if (entry.type != sample_type(layer)) return std::nullopt;
     const SlabMesh& mesh = known.slab_mesh();
     RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM pages WHERE layer = ? AND page = ? AND stroke > ? AND "
                                                  "stroke <= ? ORDER BY stroke"));
@@ -482,7 +489,7 @@ class Rows {
         const auto difference = changed.tile(Bytes(part), t);
         if (samples[t].empty()) {
           samples[t].resize(difference.size());
-          detail::copy_samples(known.tile(layer, page * kTilesPerPage + t), samples[t]);
+          detail::copy_samples(known.tile(layer, page * kTilesPerPage + t), entry.type, samples[t]);
         }
         detail::exclusive_or(samples[t], difference);
       }
@@ -490,7 +497,8 @@ class Rows {
     std::array<TilePtr, kTilesPerPage> tiles;
     for (SlabId t = 0; t < kTilesPerPage; ++t)
       if (!samples[t].empty())
-        tiles[t] = detail::tile_from(samples[t], intervals_of(entry, mesh, page * kTilesPerPage + t), channels(layer));
+        tiles[t] =
+            detail::tile_from(samples[t], entry.type, layer, intervals_of(entry, mesh, page * kTilesPerPage + t));
     return tiles;
   }
 
@@ -526,7 +534,8 @@ class Rows {
     std::array<TilePtr, kTilesPerPage> tiles;
     for (SlabId t = 0; t < tiles_in_page(mesh, page); ++t) {
       const int n = intervals_of(entry, mesh, page * kTilesPerPage + t);
-      tiles[t] = detail::tile_from(layout.tile(Bytes(all), t), n, channels(layer));
+      tiles[t] = detail::tile_from(layout.tile(Bytes(all), t), entry.type, layer, n);
+      if (!tiles[t]) return page_damage(layer, page, stroke, "holds values outside its range");
       if (t > 0 && tiles[t]->same_values(*tiles[t - 1])) tiles[t] = tiles[t - 1];
     }
     return tiles;
@@ -717,7 +726,7 @@ LayerTable layers_of(const Snapshot& head) {
   LayerTable layers;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto layer = static_cast<Layer>(k);
-    if (head.has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(head, layer)};
+    if (head.has(layer)) layers[k] = {.stroke = 0, .intervals = intervals_of(head, layer), .type = sample_type(layer)};
   }
   return layers;
 }
@@ -884,7 +893,7 @@ Status ModelFile::State::read(const Progress& progress) {
   if (incomplete <= meta.current)
     return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
   RELIEF_TRY(const auto mesh, rows.read_cage(meta));
-  RELIEF_TRY(layers, rows.read_layers(meta.current));
+  RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
   RELIEF_TRY(model.head, load(rows, mesh, layers, meta.current, progress));
   model.info = meta.info;
   if (read_only) database.roll_back();
@@ -959,14 +968,14 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke, const Pro
     const auto layer = static_cast<Layer>(k);
     if (layer == Layer::Displacement) continue;
     if (!head->has(layer)) {
-      if (layers[k]) layer_rows.emplace_back(layer, LayerEntry{number, kLayerGone});
+      if (layers[k]) layer_rows.emplace_back(layer, LayerEntry{.stroke = number, .intervals = kLayerGone});
       layers[k].reset();
       continue;
     }
     const std::int64_t intervals = intervals_of(*head, layer);
     fresh[k] = !layers[k] || layers[k]->intervals != intervals;
     if (!fresh[k]) continue;
-    layers[k] = {.stroke = number, .intervals = intervals};
+    layers[k] = {.stroke = number, .intervals = intervals, .type = type_in_file(layer, state.meta.format)};
     layer_rows.emplace_back(layer, *layers[k]);
   }
 
@@ -997,11 +1006,14 @@ Status ModelFile::commit(SnapshotPtr head, const StrokeRecord& stroke, const Pro
     Steps pages(progress, "save", changes.size());
     for (PageChange& change : changes) {
       if (!pages.next()) return rows.cancelled();
+      const LayerEntry& entry = *layers[static_cast<std::size_t>(change.layer)];
+      // What the file has as another type was rounded when it was read: a difference would not lead back to it.
+      change.whole = change.whole || entry.type != sample_type(change.layer);
       if (!change.whole) {
         RELIEF_TRY(const std::int64_t earlier, rows.changes_since_whole(change.layer, change.page));
         change.whole = earlier >= kWholeEvery;
       }
-      RELIEF_CHECK(rows.write_page(change, *layers[static_cast<std::size_t>(change.layer)], number, &before, *head));
+      RELIEF_CHECK(rows.write_page(change, entry, number, &before, *head));
     }
     RELIEF_CHECK(rows.write_stroke(record, static_cast<std::int64_t>(changes.size() + layer_rows.size())));
     return rows.write_place(meta);
@@ -1025,7 +1037,8 @@ Result<SnapshotPtr> ModelFile::at(std::uint64_t stroke, const SnapshotPtr& near,
   return state.reading([&]() -> Result<SnapshotPtr> {
     State::Place from{near, state.layers};
     if (near_stroke != stroke_count()) {
-      RELIEF_TRY(from.layers, Rows(state.database).read_layers(static_cast<std::int64_t>(near_stroke)));
+      RELIEF_TRY(from.layers,
+                 Rows(state.database).read_layers(static_cast<std::int64_t>(near_stroke), state.meta.format));
     }
     RELIEF_TRY(State::Place found, state.state_at(static_cast<std::int64_t>(stroke), from,
                                                   static_cast<std::int64_t>(near_stroke), progress));
@@ -1069,7 +1082,7 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
   LayerTable layers;
   RELIEF_CHECK(state.transaction([&]() -> Status {
     const Rows rows(state.database);
-    RELIEF_TRY(layers, rows.read_layers(meta.current));
+    RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const auto layer = static_cast<Layer>(k);
       if (state_there->has(layer) != layers[k].has_value() ||
@@ -1091,7 +1104,7 @@ Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, 
   if (stroke == near_stroke) return near;
   if (stroke >= incomplete) return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
   Place place;
-  RELIEF_TRY(place.layers, rows.read_layers(stroke));
+  RELIEF_TRY(place.layers, rows.read_layers(stroke, meta.format));
   if (place.layers == near.layers) {
     RELIEF_TRY(place.snapshot, move(rows, near.snapshot, near.layers, near_stroke, stroke, progress));
   } else {

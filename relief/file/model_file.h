@@ -13,7 +13,7 @@
 
 namespace relief {
 
-inline constexpr int kFormatVersion = 2;
+inline constexpr int kFormatVersion = 3;
 
 /// One finished stroke as the journal keeps it.
 struct StrokeRecord {

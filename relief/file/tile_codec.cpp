@@ -53,18 +53,38 @@ bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::b
   return true;
 }
 
-void copy_samples(const Tile& tile, std::span<std::byte> to) noexcept {
-  const std::size_t plane = tile.size() * sizeof(float);
-  for (int c = 0; c < tile.channel_count(); ++c)
-    std::memcpy(to.data() + static_cast<std::size_t>(c) * plane, tile.plane(c), plane);
+void copy_samples(const Tile& tile, SampleType type, std::span<std::byte> to) noexcept {
+  for (int c = 0; c < tile.channel_count(); ++c) {
+    const std::span<std::byte> plane = to.subspan(static_cast<std::size_t>(c) * tile.size() * bytes(type));
+    if (type != tile.type())
+      for (std::size_t k = 0; k < tile.size(); ++k) {
+        const float value = tile.value(c, k);
+        std::memcpy(plane.data() + k * sizeof value, &value, sizeof value);
+      }
+    else if (type == SampleType::U16)
+      std::memcpy(plane.data(), tile.plane16(c), tile.size() * bytes(type));
+    else
+      std::memcpy(plane.data(), tile.plane(c), tile.size() * bytes(type));
+  }
   tile.rest();
 }
 
-TilePtr tile_from(std::span<const std::byte> samples, int intervals, int channel_count) {
-  auto tile = std::make_shared<Tile>(intervals, channel_count, 0.0F);
-  const std::size_t plane = tile->size() * sizeof(float);
-  for (int c = 0; c < channel_count; ++c)
-    std::memcpy(tile->plane(c), samples.data() + static_cast<std::size_t>(c) * plane, plane);
+TilePtr tile_from(std::span<const std::byte> samples, SampleType type, Layer layer, int intervals) {
+  auto tile = std::make_shared<Tile>(layer, intervals, 0.0F);
+  for (int c = 0; c < tile->channel_count(); ++c) {
+    const std::span<const std::byte> plane = samples.subspan(static_cast<std::size_t>(c) * tile->size() * bytes(type));
+    if (type != tile->type())
+      for (std::size_t k = 0; k < tile->size(); ++k) {
+        float value = 0;
+        std::memcpy(&value, plane.data() + k * sizeof value, sizeof value);
+        if (!(value >= range(layer).low && value <= range(layer).high)) return nullptr;
+        tile->set(c, k, value);
+      }
+    else if (type == SampleType::U16)
+      std::memcpy(tile->plane16(c), plane.data(), tile->size() * bytes(type));
+    else
+      std::memcpy(tile->plane(c), plane.data(), tile->size() * bytes(type));
+  }
   return tile;
 }
 

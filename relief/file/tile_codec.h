@@ -26,12 +26,13 @@ inline constexpr std::size_t kMaxCageExpansion = 16;
 /// Fills `raw`; false when the blob does not stand for exactly as many bytes.
 [[nodiscard]] bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::byte> raw);
 
-/// Bytes of a tile's samples, plane after plane, without padding.
-[[nodiscard]] constexpr std::size_t tile_bytes(int intervals, int channel_count) noexcept {
-  return sample_count(intervals) * static_cast<std::size_t>(channel_count) * sizeof(float);
+/// Bytes of a tile's samples as the file has them: plane after plane, without padding, each of that type.
+[[nodiscard]] constexpr std::size_t tile_bytes(Layer layer, int intervals, SampleType type) noexcept {
+  return sample_count(intervals) * static_cast<std::size_t>(channels(layer)) * bytes(type);
 }
-void copy_samples(const Tile& tile, std::span<std::byte> to) noexcept;
-[[nodiscard]] TilePtr tile_from(std::span<const std::byte> samples, int intervals, int channel_count);
+void copy_samples(const Tile& tile, SampleType type, std::span<std::byte> to) noexcept;
+/// Null where the samples are of another type than the layer's and beyond its range.
+[[nodiscard]] TilePtr tile_from(std::span<const std::byte> samples, SampleType type, Layer layer, int intervals);
 /// to ^= by.
 void exclusive_or(std::span<std::byte> to, std::span<const std::byte> by) noexcept;
 

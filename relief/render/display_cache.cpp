@@ -36,8 +36,8 @@ std::uint32_t pack_normal(Vec3f n) noexcept {
 std::uint32_t pack_colour(const Tile& tile, std::size_t k) noexcept {
   std::uint32_t word = 0xff000000U;
   for (int c = 0; c < 3; ++c) {
-    const float value = std::clamp(tile.plane(c)[k], 0.0F, 1.0F);
-    word |= static_cast<std::uint32_t>(std::lround(value * 255.0F)) << (8U * static_cast<unsigned>(c));
+    const std::uint32_t nearest = (tile.plane16(c)[k] + 128U) / 257U;
+    word |= nearest << (8U * static_cast<unsigned>(c));
   }
   return word;
 }

@@ -331,6 +331,18 @@ TEST(Convert, ColoursFollowTheSource) {
   EXPECT_EQ(convert(mesh, settings)->model.head->tile(Layer::Colour, 0).intervals(), 5);
 }
 
+TEST(Convert, ColoursOfEightBitsComeOutAsTheyWentIn) {
+  for (const Rgba8 colour : {Rgba8{0, 1, 2, 255}, Rgba8{127, 128, 129, 255}, Rgba8{253, 254, 255, 255}}) {
+    TriangleMesh mesh = testing::ball(20);
+    mesh.colours.assign(mesh.positions.size(), colour);
+    const auto result = convert(mesh, few(60, 5));
+    ASSERT_TRUE(result);
+    const TriangleMesh out = to_mesh(*result->model.head);
+    ASSERT_EQ(out.colours.size(), out.positions.size());
+    for (const Rgba8 c : out.colours) ASSERT_EQ(std::tie(c.r, c.g, c.b), std::tie(colour.r, colour.g, colour.b));
+  }
+}
+
 /// A ball of loose triangles, its image laid on along y: below z = 0 a picture, above it plain.
 TriangleMesh pictured_ball(int rows, const std::function<Vec3d(double, double)>& picture, Rgba8 plain) {
   constexpr std::uint32_t kSize = 256;
@@ -398,7 +410,7 @@ TEST(Convert, ImagesArriveAtTheResolutionOfTheColours) {
           const Vec3d p = surface_point(model, s, i / 64.0, j / 64.0).position;
           const Tile& tile = model.tile(Layer::Colour, s);
           const std::size_t at = sample_index(64, {i, j});
-          const Vec3d got = {double(tile.plane(0)[at]), double(tile.plane(1)[at]), double(tile.plane(2)[at])};
+          const Vec3d got = to_double({tile.value(0, at), tile.value(1, at), tile.value(2, at)});
           if (std::abs(p.z) < 0.25) continue;
           const Vec3d want = p.z > 0 ? Vec3d{kPlain.r / 255.0, kPlain.g / 255.0, kPlain.b / 255.0}
                                      : picture((p.x + 1) / 2, (p.z + 1) / 2);

@@ -442,8 +442,8 @@ TEST(Raycast, NothingPassesBetweenSlabsOfDifferentN) {
 TEST(Layers, ColourInterpolatesOnItsOwnGrid) {
   SnapshotDraft draft(Snapshot::make(plane_shell(1, 4)));
   draft.add_layer(Layer::Colour, 2, 0);
-  draft.edit(Layer::Colour, 0).plane(0)[sample_index(2, {1, 0})] = 1;
-  draft.edit(Layer::Colour, 0).plane(2)[sample_index(2, {2, 0})] = 1;
+  draft.edit(Layer::Colour, 0).set(0, sample_index(2, {1, 0}), 1);
+  draft.edit(Layer::Colour, 0).set(2, sample_index(2, {2, 0}), 1);
   const SnapshotPtr model = draft.finish();
   EXPECT_NEAR(double{colour_at(*model, 0, 0.5, 0).x}, 1, 1e-6);
   EXPECT_NEAR(double{colour_at(*model, 0, 0.75, 0).x}, 0.5, 1e-6);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <random>
 #include <vector>
 
@@ -45,6 +46,49 @@ TEST(SampleBounds, HoldEverySampleOfEverySquareAndAreTightOnSlopes) {
       }
       EXPECT_TRUE(kind != 1 || widest < 0.01) << n;
     }
+}
+
+using Square = std::array<double, 4>;
+
+std::vector<Square> squares_of(const SampleBounds& bounds) {
+  std::vector<Square> squares;
+  for (int level = 0; level < bounds.levels(); ++level)
+    for (int j = 0; j < bounds.squares(level); ++j)
+      for (int i = 0; i + j < bounds.squares(level); ++i) {
+        const auto [low, high, slope_i, slope_j] = bounds.between(level, i, j);
+        squares.push_back({low, high, slope_i, slope_j});
+      }
+  return squares;
+}
+
+TEST(SampleBounds, FollowEditsAsIfMadeAnew) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 31, 32, 33, 63, 64, 100, 128}) {
+    std::vector<float> before(sample_count(n), 0.5F);
+    SampleBounds bounds_before(n);
+    bounds_before.update(before.data());
+    std::uniform_int_distribution<std::size_t> any(0, before.size() - 1);
+    for (int edit = 0; edit < 200; ++edit) {
+      std::vector<float> samples = before;
+      // Nothing, one sample, some of them, or a disc.
+      const int kind = edit % 4;
+      if (kind == 1) samples[any(random)] = unit(random);
+      if (kind == 2)
+        for (int k = 0; k < n; ++k) samples[any(random)] = unit(random);
+      const double radius = kind == 3 ? n * 0.7 * static_cast<double>(unit(random)) : 0;
+      const double ci = n * static_cast<double>(unit(random)), cj = n * static_cast<double>(unit(random));
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i)
+          if ((i - ci) * (i - ci) + (j - cj) * (j - cj) < radius * radius) samples[sample_index(n, {i, j})] *= 0.9F;
+      SampleBounds anew(n), followed(n);
+      anew.update(samples.data());
+      followed.update(samples.data(), bounds_before, before.data());
+      ASSERT_EQ(squares_of(followed), squares_of(anew)) << n << " edit " << edit;
+      before = samples;
+      bounds_before.update(before.data());
+    }
+  }
 }
 
 }  // namespace

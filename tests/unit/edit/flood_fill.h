@@ -19,7 +19,8 @@ inline Values values_of(const Snapshot& model, Layer layer, int channel = 0) {
   Values all;
   for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
     const Tile& tile = model.tile(layer, s);
-    all.emplace_back(tile.plane(channel), tile.plane(channel) + tile.size());
+    std::vector<double>& values = all.emplace_back();
+    for (std::size_t k = 0; k < tile.size(); ++k) values.push_back(double(tile.value(channel, k)));
   }
   return all;
 }
@@ -106,7 +107,7 @@ inline Values reference_colour(const Snapshot& model, const Brush& brush, const 
     const double distance = length(sample_position(mesh, s, m, at, alpha) - dab.contact);
     if (distance >= brush.radius) return std::nullopt;
     const double share = brush.strength * dab.pressure * (1 - distance / brush.radius);
-    const double old = double(model.tile(Layer::Colour, s).plane(channel)[sample_index(m, at)]);
+    const double old = double(model.tile(Layer::Colour, s).value(channel, sample_index(m, at)));
     return double(brush.colour[static_cast<std::size_t>(channel)]) * share + old * (1 - share);
   };
   flood_fill(model, dab.slab, dab.contact, grid, change, values);

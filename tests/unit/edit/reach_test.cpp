@@ -54,14 +54,14 @@ TEST_P(Valence, AllSlabsOfAFanTakePart) {
       EXPECT_TRUE(valid(*editor.head()));
     }
     const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
-    const float untouched = tool == Tool::Paint ? kClayColour.x : 0.5F;
+    const float untouched = tool == Tool::Paint ? from_u16(to_u16(kClayColour.x)) : 0.5F;
     for (const SlabCorner c : mesh->fan(0)) {
       const Tile& tile = editor.head()->tile(layer, c.slab);
       // The tip itself and a sample inside the slab next to it.
-      EXPECT_NE(tile.plane()[sample_index(tile.intervals(), corner_point(tile.intervals(), c.corner))], untouched);
+      EXPECT_NE(tile.value(0, sample_index(tile.intervals(), corner_point(tile.intervals(), c.corner))), untouched);
       std::array<int, 3> w = {1, 1, 1};
       w[static_cast<std::size_t>(c.corner)] = tile.intervals() - 2;
-      EXPECT_NE(tile.plane()[sample_index(tile.intervals(), from_weights(w))], untouched);
+      EXPECT_NE(tile.value(0, sample_index(tile.intervals(), from_weights(w))), untouched);
     }
   }
 }
@@ -109,7 +109,8 @@ TEST(Reach, TheFarSideOfAThinWallStaysAsItIs) {
             const int n = tile.intervals();
             for (int j = 1; j < n; ++j)
               for (int i = 1; i + j < n; ++i)
-                ASSERT_EQ(tile.plane()[sample_index(n, {i, j})], tool == Tool::Paint ? kClayColour.x : 0.5F)
+                ASSERT_EQ(tile.value(0, sample_index(n, {i, j})),
+                          tool == Tool::Paint ? from_u16(to_u16(kClayColour.x)) : 0.5F)
                     << name(tool) << " reached slab " << s;
           }
         }

@@ -268,7 +268,7 @@ void expect_refused(const std::string& sql, Errc code, const char* word) {
 }
 
 TEST(ForgedFile, IsRefusedWithAReason) {
-  expect_refused("PRAGMA user_version = 3", Errc::NewerVersion, "newer");
+  expect_refused("PRAGMA user_version = 4", Errc::NewerVersion, "newer");
   expect_refused("PRAGMA user_version = 0", Errc::Corrupt, "version");
   expect_refused("PRAGMA application_id = 7", Errc::UnsupportedFormat, "not a .relief");
   expect_refused("DROP TABLE strokes", Errc::Corrupt, "table");
@@ -402,6 +402,56 @@ TEST(ForgedFile, NumbersInsideBlobsAreChecked) {
   };
   EXPECT_NE(fibre(std::numeric_limits<double>::infinity()).find("fibre 13"), std::string::npos);
   EXPECT_NE(fibre(std::nan("")).find("fibre 13"), std::string::npos);
+}
+
+/// A file of format 2 with a layer of colour, floats there, in which `change` changed the value of every sample.
+void make_format_2(const std::filesystem::path& file, const std::function<float(std::size_t, float)>& change) {
+  std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data/format-2.relief", file,
+                             std::filesystem::copy_options::overwrite_existing);
+  Forger forger(file);
+  std::vector<std::byte> raw(32 * 3 * sample_count(3) * sizeof(float));
+  ASSERT_TRUE(detail::unpack(forger.blob("SELECT data FROM pages WHERE layer = 'colour'"), sizeof(float), raw));
+  for (std::size_t k = 0; k < raw.size() / sizeof(float); ++k) {
+    float value = 0;
+    std::memcpy(&value, raw.data() + k * sizeof value, sizeof value);
+    value = change(k, value);
+    std::memcpy(raw.data() + k * sizeof value, &value, sizeof value);
+  }
+  forger.put("pages", "layer = 'colour'", detail::pack(raw, sizeof(float)));
+}
+
+TEST(ForgedFile, ColoursOfFormat2AreCheckedBeforeTheyAreRounded) {
+  const Folder folder;
+  for (const float bad : {std::nanf(""), 1.0001F, -0.0001F}) {
+    make_format_2(folder / "a.relief", [&](std::size_t k, float value) { return k == 5 ? bad : value; });
+    const auto opened = ModelFile::open(folder / "a.relief");
+    ASSERT_FALSE(opened.has_value()) << bad;
+    EXPECT_EQ(opened.error().code, Errc::Corrupt);
+    EXPECT_NE(opened.error().message.find("page 0 of colour"), std::string::npos) << opened.error().message;
+    EXPECT_NE(opened.error().message.find("outside its range"), std::string::npos) << opened.error().message;
+  }
+}
+
+TEST(ForgedFile, ColoursOfFormat2TakeStrokes) {
+  const Folder folder;
+  // What rounding to 16 bits takes across a power of two, where the bits of floats change most.
+  make_format_2(folder / "a.relief", [](std::size_t, float value) { return value == 0.25F ? 0.249999F : value; });
+  std::vector<std::uint64_t> hashes;
+  {
+    RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+    for (const SlabId s : {7, 8, 7}) {
+      SnapshotDraft draft(file.model().head);
+      dab(draft, Layer::Colour, s, 0.3F * static_cast<float>(hashes.size() + 1));
+      hashes.push_back(file.model().head->content_hash());
+      EXPECT_OK(file.commit(draft.finish(), {.label = "paint"}));
+    }
+    hashes.push_back(file.model().head->content_hash());
+  }
+  RELIEF_MUST(file, ModelFile::open(folder / "a.relief"));
+  for (std::size_t k = hashes.size(); k-- > 0;) {
+    EXPECT_EQ(file.model().head->content_hash(), hashes[k]) << k;
+    EXPECT_OK(file.undo());
+  }
 }
 
 TEST(ForgedFile, ConstrainedSamplesAreCheckedToTheLastBit) {

@@ -78,7 +78,7 @@ inline void dab(SnapshotDraft& draft, Layer layer, SlabId slab, float value) {
   const auto write = [&](const SampleCopy& copy) {
     Tile& tile = draft.edit(layer, copy.slab);
     for (int c = 0; c < tile.channel_count(); ++c)
-      tile.plane(c)[sample_index(tile.intervals(), copy.at)] = value * static_cast<float>(c + 1) / 4;
+      tile.set(c, sample_index(tile.intervals(), copy.at), value * static_cast<float>(c + 1) / 4);
     written.insert(copy.slab);
   };
   for (int j = 0; j <= n; ++j)

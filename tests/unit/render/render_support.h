@@ -107,7 +107,7 @@ SnapshotPtr coloured(const SnapshotPtr& model, int m, Colour&& colour) {
     for (int j = 0; j <= m; ++j)
       for (int i = 0; i + j <= m; ++i) {
         const Vec3f c = colour(sample_position(mesh, s, m, {i, j}, 0.5));
-        for (int k = 0; k < 3; ++k) tile.plane(k)[sample_index(m, {i, j})] = c[static_cast<std::size_t>(k)];
+        for (int k = 0; k < 3; ++k) tile.set(k, sample_index(m, {i, j}), c[static_cast<std::size_t>(k)]);
       }
   }
   return draft.finish();

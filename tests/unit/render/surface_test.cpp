@@ -200,7 +200,7 @@ TEST(Upload, AnEditLeavesTheSamePictureAsAFreshRenderer) {
       for (int i = 0; i + j <= 16; ++i)
         if (length(sample_position(*before, s, {i, j}) - Vec3d{0.3, 0.1, 0.95}) < 0.2) {
           draft.edit(Layer::Displacement, s).plane()[sample_index(16, {i, j})] -= 0.2F;
-          draft.edit(Layer::Colour, s).plane(2)[sample_index(8, {i / 2, j / 2})] = 1;
+          draft.edit(Layer::Colour, s).set(2, sample_index(8, {i / 2, j / 2}), 1);
         }
   const auto after = draft.finish();
   const Picture kept = draw(*after, front(), settings);
