@@ -309,6 +309,26 @@ TEST(DamagedHistory, WhatIsWholeAndFollowsIsSalvaged) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"a.relief", "out.relief"}));
 }
 
+TEST(DamagedHistory, FilesOfOlderFormatsAreSalvagedAsTheyOpen) {
+  const Folder folder;
+  for (const char* golden : {"format-1.relief", "format-2.relief"}) {
+    const auto path = folder / golden, out = folder / "out.relief";
+    std::filesystem::copy_file(std::filesystem::path(RELIEF_SOURCE_DIR) / "tests/data" / golden, path);
+    RELIEF_MUST(saved, ModelFile::salvage(path, out));
+    EXPECT_TRUE(saved.lost.empty());
+    RELIEF_MUST(before, ModelFile::open(path, true));
+    RELIEF_MUST(after, ModelFile::open(out, true));
+    EXPECT_EQ(after.stroke_count(), before.stroke_count());
+    EXPECT_EQ(after.redo_count(), before.redo_count());
+    for (std::uint64_t k = 0; k <= before.stroke_count() + before.redo_count(); ++k) {
+      RELIEF_MUST(old_state, before.at(k));
+      RELIEF_MUST(new_state, after.at(k));
+      EXPECT_EQ(new_state->content_hash(), old_state->content_hash()) << golden << " at " << k;
+    }
+    std::filesystem::remove(out);
+  }
+}
+
 TEST(DamagedHistory, FactsThatFailClaimLeast) {
   const Folder folder;
   const auto path = folder / "a.relief", out = folder / "out.relief";
