@@ -810,6 +810,11 @@ struct ModelFile::State {
     database.roll_back();
     return found;
   }
+  /// That no stroke up to this one lacks rows.
+  [[nodiscard]] Status check_complete(std::int64_t stroke) const {
+    if (stroke < incomplete) return {};
+    return database.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  }
   [[nodiscard]] std::unexpected<Error> changed_by_another() const {
     return database.failure(Errc::Io, "was changed by another program: open it again");
   }
@@ -890,8 +895,7 @@ Status ModelFile::State::read(const Progress& progress) {
   RELIEF_CHECK(database.check_tables());
   RELIEF_TRY(meta, rows.read_meta());
   RELIEF_TRY(incomplete, rows.first_incomplete(meta));
-  if (incomplete <= meta.current)
-    return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  RELIEF_CHECK(check_complete(meta.current));
   RELIEF_TRY(const auto mesh, rows.read_cage(meta));
   RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
   RELIEF_TRY(model.head, load(rows, mesh, layers, meta.current, progress));
@@ -1080,8 +1084,9 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
   Meta meta = state.meta;
   meta.current = static_cast<std::int64_t>(stroke);
   LayerTable layers;
-  RELIEF_CHECK(state.transaction([&]() -> Status {
+  const auto write = [&]() -> Status {
     const Rows rows(state.database);
+    RELIEF_CHECK(state.check_complete(meta.current));
     RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const auto layer = static_cast<Layer>(k);
@@ -1091,7 +1096,8 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
             Errc::InvalidArgument, "keeps its place: the model given is not that of stroke " + std::to_string(stroke));
     }
     return rows.write_place(meta);
-  }));
+  };
+  RELIEF_CHECK(state.transaction(write));
   state.meta = std::move(meta);
   state.layers = layers;
   state.model.head = std::move(state_there);
@@ -1102,7 +1108,7 @@ Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, 
                                                            std::int64_t near_stroke, const Progress& progress) const {
   const Rows rows(database);
   if (stroke == near_stroke) return near;
-  if (stroke >= incomplete) return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  RELIEF_CHECK(check_complete(stroke));
   Place place;
   RELIEF_TRY(place.layers, rows.read_layers(stroke, meta.format));
   if (place.layers == near.layers) {

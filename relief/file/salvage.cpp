@@ -239,13 +239,23 @@ struct ModelFile::Rescued {
   HistoryCheck check;
   std::vector<std::uint64_t> unnamed;  ///< strokes whose records are lost
   bool facts_hold = true;
+  std::string reason = "no stroke is whole";  ///< why nothing can be written, if nothing can
 
   [[nodiscard]] static Result<Rescued> from(const std::filesystem::path& file, const std::filesystem::path& beside,
                                             const Progress& progress);
   [[nodiscard]] static Result<Rescued> from(const Database& source, const std::filesystem::path& beside,
                                             const Progress& progress);
+  /// The strokes to write: the newest whole one, and those around it that follow each other.
+  [[nodiscard]] std::optional<Salvaged> whole_span() const;
+  /// Writes them to a new model. False: the checksums of one hold and it cannot be read all the same, as if somebody
+  /// had forged it; `check` has it as damaged from now on.
+  [[nodiscard]] Result<bool> write(const Salvaged& span, const std::filesystem::path& to, const Progress& progress);
+  /// What is not written, clause by clause.
+  [[nodiscard]] std::vector<std::string> lost(const Salvaged& span) const;
+
+ private:
   /// Opened at a stroke.
-  [[nodiscard]] Result<ModelFile> open_at(std::int64_t stroke, const Progress& progress);
+  [[nodiscard]] Result<ModelFile> open_at(std::uint64_t stroke, const Progress& progress);
 };
 
 Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path& file,
@@ -297,15 +307,79 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const Database& source, cons
                  .facts_hold = facts.hold};
 }
 
-Result<ModelFile> ModelFile::Rescued::open_at(std::int64_t stroke, const Progress& progress) {
+Result<ModelFile> ModelFile::Rescued::open_at(std::uint64_t stroke, const Progress& progress) {
   {
     RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind()));
     RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
     Meta there = meta;
-    there.current = stroke;
+    there.current = static_cast<std::int64_t>(stroke);
     RELIEF_CHECK(detail::write_meta(rows, there));
   }
   return ModelFile::open(place.file(), true, progress);
+}
+
+std::optional<Salvaged> ModelFile::Rescued::whole_span() const {
+  const auto newest = newest_whole(check.readable, meta.current);
+  if (!newest) return std::nullopt;
+  const auto is_whole = [&](std::int64_t k) {
+    return k >= 0 && k <= check.last() && check.readable[static_cast<std::size_t>(k)];
+  };
+  std::int64_t first = *newest, last = *newest;
+  while (is_whole(first - 1)) --first;
+  while (is_whole(last + 1)) ++last;
+  return Salvaged{.first = static_cast<std::uint64_t>(first),
+                  .current = static_cast<std::uint64_t>(*newest),
+                  .last = static_cast<std::uint64_t>(last)};
+}
+
+Result<bool> ModelFile::Rescued::write(const Salvaged& span, const std::filesystem::path& to,
+                                       const Progress& progress) {
+  const Progress quiet{.report = {}, .cancel = progress.cancel};
+  std::uint64_t stroke = span.current;
+  const auto give_up = [&](const Error& error) -> Result<bool> {
+    if (error.code != Errc::Corrupt) return std::unexpected(error);
+    check.readable[stroke] = false;
+    reason = error.message;
+    return false;
+  };
+  const auto source = open_at(span.current, quiet);
+  if (!source) return give_up(source.error());
+  stroke = span.first;
+  auto head = source->at(stroke, quiet);
+  if (!head) return give_up(head.error());
+  RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
+  Model model{.info = source->model().info, .head = *head};
+  if (!(model.info.source_diagonal > 0)) model.info.source_diagonal = diagonal(model.head->slab_mesh().bounds());
+
+  RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
+  {
+    RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, quiet));
+    const std::uint64_t count = span.last - span.first;
+    for (stroke = span.first + 1; stroke <= span.last; ++stroke) {
+      const std::uint64_t done = stroke - span.first;
+      if (done * 50 / count != (done - 1) * 50 / count)
+        progress("salvage", 0.5 + 0.5 * static_cast<double>(done) / static_cast<double>(count));
+      auto next = source->at(stroke, *head, stroke - 1, quiet);
+      if (!next) return give_up(next.error());
+      RELIEF_CHECK(saved.commit(*next, records[stroke - 1], quiet));
+      head = std::move(next);
+    }
+    if (span.current != span.last) RELIEF_CHECK(saved.go_to(span.current - span.first, source->model().head));
+  }
+  RELIEF_CHECK(replacement.replace_target());
+  return true;
+}
+
+std::vector<std::string> ModelFile::Rescued::lost(const Salvaged& span) const {
+  std::vector<std::string> lost;
+  for (const DamagedStrokes& run : runs(check.readable, false, span)) lost.push_back(name_of(run) + " (damaged)");
+  for (const DamagedStrokes& run : runs(check.readable, true, span))
+    lost.push_back(name_of(run) + " (cut off by that)");
+  for (const std::uint64_t stroke : unnamed)
+    if (stroke > span.first && stroke <= span.last)
+      lost.push_back("the label and text of stroke " + std::to_string(stroke));
+  if (!facts_hold) lost.emplace_back("which stroke was current; mode, unit and source are as they read");
+  return lost;
 }
 
 Result<Salvaged> ModelFile::salvage(const std::filesystem::path& from, const std::filesystem::path& to,
@@ -315,70 +389,13 @@ Result<Salvaged> ModelFile::salvage(const std::filesystem::path& from, const std
     return fail(Errc::InvalidArgument, "'" + printable(to.string()) +
                                            "' is the damaged model itself: choose another name for what is salvaged");
   RELIEF_TRY(Rescued rescued, Rescued::from(from, to, progress));
-  std::vector<bool>& readable = rescued.check.readable;
-  const auto is_whole = [&](std::int64_t k) {
-    return k >= 0 && k <= rescued.check.last() && readable[static_cast<std::size_t>(k)];
-  };
-  // Only what somebody forged holds its checksums and cannot be read; then the next best is tried.
-  Status reason = fail(Errc::Corrupt, "no stroke is whole");
-  const auto give_up_on = [&](std::int64_t stroke, const Error& error) -> Status {
-    if (error.code != Errc::Corrupt) return std::unexpected(error);
-    readable[static_cast<std::size_t>(stroke)] = false;
-    reason = std::unexpected(error);
-    return {};
-  };
-  while (const auto newest = newest_whole(readable, rescued.meta.current)) {
-    auto source = rescued.open_at(*newest, progress);
-    if (!source) {
-      RELIEF_CHECK(give_up_on(*newest, source.error()));
-      continue;
-    }
-    std::int64_t first = *newest, last = *newest;
-    while (is_whole(first - 1)) --first;
-    while (is_whole(last + 1)) ++last;
-    auto head = source->at(static_cast<std::uint64_t>(first), progress);
-    if (!head) {
-      RELIEF_CHECK(give_up_on(first, head.error()));
-      continue;
-    }
-    RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
-    Model model{.info = source->model().info, .head = *head};
-    if (!(model.info.source_diagonal > 0)) model.info.source_diagonal = diagonal(model.head->slab_mesh().bounds());
-    RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
-    std::optional<std::int64_t> unreadable;
-    {
-      RELIEF_TRY(ModelFile saved, make_unsaved(replacement.file(), to, model, progress));
-      SnapshotPtr current = first == *newest ? *head : nullptr;
-      for (std::int64_t k = first + 1; k <= last && !unreadable; ++k) {
-        progress("salvage", 0.5 + 0.5 * static_cast<double>(k - first) / static_cast<double>(last - first));
-        auto next = source->at(static_cast<std::uint64_t>(k), *head, static_cast<std::uint64_t>(k - 1), progress);
-        if (!next) {
-          RELIEF_CHECK(give_up_on(k, next.error()));
-          unreadable = k;
-          break;
-        }
-        RELIEF_CHECK(saved.commit(*next, records[static_cast<std::size_t>(k - 1)], progress));
-        head = std::move(next);
-        if (k == *newest) current = *head;
-      }
-      if (!unreadable && last != *newest)
-        RELIEF_CHECK(saved.go_to(static_cast<std::uint64_t>(*newest - first), current));
-    }
-    if (unreadable) continue;
-    RELIEF_CHECK(replacement.replace_target());
-    Salvaged kept{.first = static_cast<std::uint64_t>(first),
-                  .current = static_cast<std::uint64_t>(*newest),
-                  .last = static_cast<std::uint64_t>(last)};
-    for (const DamagedStrokes& run : runs(readable, false, kept)) kept.lost.push_back(name_of(run) + " (damaged)");
-    for (const DamagedStrokes& run : runs(readable, true, kept))
-      kept.lost.push_back(name_of(run) + " (cut off by that)");
-    for (const std::uint64_t stroke : rescued.unnamed)
-      if (stroke > kept.first && stroke <= kept.last)
-        kept.lost.push_back("the label and text of stroke " + std::to_string(stroke));
-    if (!rescued.facts_hold) kept.lost.emplace_back("which stroke was current; mode, unit and source are as they read");
-    return kept;
+  while (auto span = rescued.whole_span()) {
+    RELIEF_TRY(const bool written, rescued.write(*span, to, progress));
+    if (!written) continue;
+    span->lost = rescued.lost(*span);
+    return *std::move(span);
   }
-  return fail(Errc::Corrupt, "'" + printable(from.string()) + "' " + kNothing + reason.error().message);
+  return fail(Errc::Corrupt, "'" + printable(from.string()) + "' " + kNothing + rescued.reason);
 }
 
 }  // namespace relief
