@@ -131,7 +131,7 @@ TEST(PaperSec5, ColourIsBlendedByPressureAndDistance) {
         const double k = pressure * std::max(0.0, 1 - length(at - dab.contact) / r);
         const Vec3f is = colour_at(after, s, i / 32.0, j / 32.0);
         for (std::size_t c = 0; c < 3; ++c)
-          EXPECT_NEAR(double{is[c]}, double{paint[c]} * k + 0.25 * (1 - k), 1e-5) << "c_n = c_p k + c_o (1 - k)";
+          EXPECT_NEAR(double{is[c]}, double{paint[c]} * k + 0.25 * (1 - k), 1.0 / 65535) << "c_n = c_p k + c_o (1 - k)";
       }
   each_sample(*before, after, [](Vec3d was, Vec3d is) { EXPECT_EQ(was, is) << "painting moves nothing"; });
 }
