@@ -6,6 +6,10 @@
 #include <cmath>
 #include <cstdint>
 
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
 namespace relief::detail {
 
 using Four = float __attribute__((vector_size(16)));
