@@ -1,4 +1,5 @@
 // relief-bench: measures this build on this machine. Every figure is thread CPU time unless its name says otherwise.
+#include "dab/dab.h"
 #include "growth.h"
 #include "ours.h"
 #include "paper/paper_algorithm.h"
@@ -60,7 +61,9 @@ class Bench {
     if (all || what == "touch") {
       RELIEF_TRY(out_["touch"], measure_touch(extent_));
     }
-    if (all || what == "dab") dab_times();
+    if (all || what == "dab") {
+      RELIEF_TRY(out_["dab"], measure_dabs(extent_));
+    }
     if (all || what == "render") RELIEF_CHECK(render_times());
     if (all || what == "paper") RELIEF_CHECK(paper_table());
     return {};
@@ -143,45 +146,6 @@ class Bench {
     ordered_json json = percentiles(steps, 1e9);
     json["contact_share"] = static_cast<double>(row.touching()) / static_cast<double>(row.ticks());
     return json;
-  }
-
-  /// Whole dabs of a stroke, with undo and a new snapshot each, on a sphere of slabs with n = 32.
-  void dab_times() {
-    const SnapshotPtr model = Snapshot::make(testing::sphere_shell(thorough_ ? 6 : 5, 32, 0.9, 1.1));
-    const double samples_per_area = static_cast<double>(model->slab_mesh().slab_count()) * 512 / 12.566;
-    for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint})
-      for (const double wanted : {1e3, 1e4, 1e5}) {
-        const double radius = std::sqrt(wanted / samples_per_area / 3.14159265);
-        Brush brush{.tool = tool, .radius = radius, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
-        // A large ball makes a shallow dent of the wanted radius; it sinks a little with each dab.
-        const double dent = std::min(0.02, radius / 2);
-        if (tool == Tool::Carve) brush.radius = (radius * radius + dent * dent) / (2 * dent);
-        Editor editor(model);
-        std::vector<double> seconds, affected;
-        editor.begin_stroke(brush);
-        const int dabs = thorough_ ? 400 : 100;
-        for (int k = 0; k < dabs; ++k) {
-          const double turn = tool == Tool::Carve ? 0 : 0.3 * k / dabs;
-          const SurfacePoint p = closest_point(*model, Vec3d{std::sin(turn), 0.3, std::cos(turn)} * 1.3);
-          const double depth = tool == Tool::Carve ? dent * (0.7 + 0.3 * k / dabs) : 0;
-          const Dab dab{.slab = p.slab,
-                        .contact = p.position,
-                        .cursor = p.position - p.normal * depth,
-                        .normal = p.normal,
-                        .pressure = 0.5,
-                        .seconds = 4e-3};
-          const double start = thread_cpu_seconds();
-          const DabResult result = editor.dab(dab);
-          static_cast<void>(editor.head());
-          seconds.push_back(thread_cpu_seconds() - start);
-          affected.push_back(static_cast<double>(result.samples));
-        }
-        editor.end_stroke();
-        std::ranges::sort(affected);
-        ordered_json json = percentiles(seconds, 1e6);
-        json["samples_median"] = affected[affected.size() / 2];
-        out_["dab_us"][std::string(name(tool))][fmt::format("{:.0f}", wanted)] = json;
-      }
   }
 
   Status render_times() {
@@ -274,15 +238,15 @@ class Bench {
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, what touch() found as a table, for people.
+/// Nested objects as indented lines, percentiles in one line, what touch and dab found as tables, for people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
-    if (key == "touch") {
-      std::fputs((line + "\n" + touch_text(value)).c_str(), stdout);
+    if (key == "touch" || key == "dab") {
+      std::fputs((line + "\n" + (key == "touch" ? touch_text(value) : dab_text(value))).c_str(), stdout);
       continue;
     }
     if (value.contains("p50")) {
@@ -302,7 +266,8 @@ int main_inner(int argc, char** argv) {
   app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
   app.add_flag("--long", thorough, "More repeats, larger models");
-  app.add_flag("--form", form, "With touch: next to nothing, to see the form of what it says")->excludes("--long");
+  app.add_flag("--form", form, "With touch and dab: next to nothing, to see the form of what it says")
+      ->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
   CLI11_PARSE(app, argc, argv);
   Bench bench(form ? Extent::Form : thorough ? Extent::Long : Extent::Usual);

@@ -36,13 +36,6 @@ constexpr std::size_t kPoints = TouchTool::kMostPoints;
 constexpr std::size_t kOwnEviction = std::size_t{16} << 20U;
 constexpr int kColdPasses = 3;
 
-struct Goal {
-  const char* kind = nullptr;  ///< "at_most" or "at_least"; none
-  double value = 0;
-};
-constexpr Goal at_most(double value) { return {"at_most", value}; }
-constexpr Goal at_least(double value) { return {"at_least", value}; }
-
 /// What is measured for how long.
 struct Plan {
   Repeats repeats;
@@ -103,12 +96,9 @@ class TouchBench {
   explicit TouchBench(Extent extent) : plan_(plan_of(extent)) {}
 
   Status run() {
-    out_["machine"] = {{"processor", machine_.processor},
-                       {"cores", machine_.cores},
-                       {"level_2_cache_bytes", machine_.core_cache},
-                       {"last_level_cache_bytes", machine_.last_level_cache},
-                       {"evicting_bytes", {own_.bytes(), all_.bytes()}},
-                       {"load_average_before", load_average()}};
+    out_["machine"] = to_json(machine_);
+    out_["machine"]["evicting_bytes"] = {own_.bytes(), all_.bytes()};
+    out_["machine"]["load_average_before"] = load_average();
     out_["figures"] = ordered_json::array();
     RELIEF_CHECK(pumpkin());
     for (const int n : plan_.scan_intervals)
@@ -124,11 +114,7 @@ class TouchBench {
  private:
   void figure(const std::string& name, const std::string& surface, double value, const char* unit, Goal goal,
               const ordered_json& also = nullptr, const char* clock = "thread CPU") {
-    ordered_json row = {{"name", name}, {"surface", surface}, {"value", value}, {"unit", unit}, {"clock", clock}};
-    if (goal.kind != nullptr) {
-      row["goal"] = {{goal.kind, goal.value}};
-      row["met"] = goal.kind == std::string_view("at_most") ? value <= goal.value : value >= goal.value;
-    }
+    ordered_json row = bench::figure(name, surface, value, unit, goal, clock);
     if (!also.is_null()) row["percentiles"] = also;
     out_["figures"].push_back(std::move(row));
   }
@@ -336,13 +322,6 @@ class TouchBench {
   ordered_json out_;
 };
 
-std::string goal_text(const ordered_json& figure) {
-  if (!figure.contains("goal")) return "";
-  const auto goal = figure["goal"].items().begin();
-  return fmt::format("{} {:g}{}", goal.key() == "at_most" ? "at most" : "at least", goal.value().get<double>(),
-                     figure["met"].get<bool>() ? "" : ", MISSED");
-}
-
 }  // namespace
 
 Result<ordered_json> measure_touch(Extent extent) {
@@ -352,19 +331,8 @@ Result<ordered_json> measure_touch(Extent extent) {
 }
 
 std::string touch_text(const ordered_json& touch) {
-  std::vector<std::vector<std::string>> rows = {{"", "on", "is", "", "goal", "clock", "p50/p99/p99.9/max"}};
-  for (const ordered_json& f : touch["figures"]) {
-    const double value = f["value"].get<double>();
-    std::string all;
-    if (f.contains("percentiles"))
-      for (const auto& [which, us] : f["percentiles"].items())
-        all += fmt::format("{}{:.2f}", all.empty() ? "" : "/", us.get<double>());
-    rows.push_back({f["name"].get<std::string>(), f["surface"].get<std::string>(),
-                    f["unit"] == "bytes" ? fmt::format("{}", value) : fmt::format("{:.2f}", value),
-                    f["unit"].get<std::string>(), goal_text(f), f["clock"].get<std::string>(), all});
-  }
   const ordered_json& machine = touch["machine"];
-  std::string text = aligned(rows);
+  std::string text = figures_table(touch["figures"]);
   text += fmt::format(
       "  {}, {} cores, {} KiB of cache each, {} MiB of last-level cache; load average {:.1f} before, {:.1f} after\n"
       "  Warm, unless said otherwise: of each frame the least of all passes after a first one, so that preemption goes "

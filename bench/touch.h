@@ -1,6 +1,8 @@
 // What touch takes, beside what it may take.
 #pragma once
 
+#include "figures.h"
+
 #include <relief/base/error.h>
 
 #include <nlohmann/json.hpp>
@@ -8,9 +10,6 @@
 #include <string>
 
 namespace relief::bench {
-
-/// How much is measured. Form: models so small and repeats so few that only the form of the output means something.
-enum class Extent { Form, Usual, Long };
 
 /// Touch on the sample pumpkin and on two scans, beside its peers, with every tool; with cold caches and in a loop at
 /// 1 kHz; with more and more slabs; and its memory. `figures` holds one object per figure: name, surface, value, unit,

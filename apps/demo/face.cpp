@@ -143,9 +143,9 @@ Performance plan_face(const Snapshot& model, const Workspace& workspace, bool br
   const std::vector<Brush> brushes = {
       {.tool = Tool::Carve, .radius = 0.012 * d, .resilience = 0.002 * d},
       {.tool = Tool::Deposit, .radius = 0.024 * d, .strength = 1.0},
-      {.tool = Tool::Paint, .radius = 0.017 * d, .strength = 0.25, .colour = {0.23F, 0.11F, 0.05F}},
-      {.tool = Tool::Paint, .radius = 0.018 * d, .strength = 0.12, .colour = {0.98F, 0.87F, 0.55F}},
-      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.05, .colour = {0.80F, 0.20F, 0.12F}}};
+      {.tool = Tool::Paint, .radius = 0.017 * d, .strength = 1.0, .colour = {0.23F, 0.11F, 0.05F}},
+      {.tool = Tool::Paint, .radius = 0.018 * d, .strength = 1.0, .colour = {0.98F, 0.87F, 0.55F}},
+      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.3, .colour = {0.80F, 0.20F, 0.12F}}};
   const Line left_eye = fill_triangle({-0.30, 0.42}, {-0.46, 0.12}, {-0.14, 0.12}, brief ? 3 : 9);
   const Line right_eye = fill_triangle({0.30, 0.42}, {0.14, 0.12}, {0.46, 0.12}, 9);
   const Line nose = fill_triangle({0, 0.06}, {-0.08, -0.12}, {0.08, -0.12}, 5);

@@ -62,7 +62,6 @@ class Demo {
     RELIEF_CHECK(picture(head, "heat.png", "displacement and slabs after", {.slab_wires = true, .heat_map = true}));
     RELIEF_CHECK(hand_picture());
     RELIEF_CHECK(export_mesh(to_mesh(head), o_.out / "after.ply", {.unit = file_->model().info.unit}));
-    report_.stats = &session_->stats();
     // The order a reader wants: before and after side by side first.
     std::ranges::stable_sort(report_.figures, {}, [](const Figure& f) {
       return f.caption == "before" ? 0 : f.caption == "after" ? 1 : f.caption == "slabs" ? 2 : 3;
@@ -131,7 +130,10 @@ class Demo {
   Status perform() {
     // A device with little friction: the hand draws smooth lines with it.
     const PlantPreset& preset = *std::ranges::find(plant_presets(), "premium-like", &PlantPreset::name);
-    const SnapshotPtr head = file_->model().head;
+    const std::uint64_t strokes = file_->stroke_count();
+    RELIEF_TRY(Document document, Document::open(o_.out / "model.relief", *std::move(file_)));
+    file_.reset();
+    const SnapshotPtr head = document.head();
     const Workspace workspace = fit_workspace(preset.info, head->slab_mesh().bounds());
     const Performance performance = plan_face(*head, workspace, o_.quick);
     say(fmt::format("the hand works for {:.0f} s", performance.seconds));
@@ -141,24 +143,25 @@ class Demo {
     Session::Settings settings;
     settings.servo.workspace = workspace;
     settings.on_tick = [this](const ServoTick& tick) { report_.trace.push_back(tick.sample); };
-    settings.sculpt.dabs_per_second = 250;
     settings.sculpt.full_depth = 0.008 * diagonal(box_);
     RELIEF_TRY(Recorder recorder, Recorder::create(o_.out / "session.rlog", Recorder::Pace::Live,
                                                    {.program = "relief-demo",
                                                     .model = o_.out / "model.relief",
-                                                    .model_strokes = file_->stroke_count(),
-                                                    .model_unit = std::string(name(file_->model().info.unit))},
+                                                    .model_strokes = strokes,
+                                                    .model_unit = std::string(name(document.info().unit))},
                                                    head, settings.servo, hand.info()));
-    recorder_.emplace(std::move(recorder));
-    session_ = std::make_unique<Session>(hand, head, &*file_, settings, &*recorder_);
-    session_->set_brushes(performance.brushes);
+    Session session(hand, document, settings, &recorder);
+    session.set_brushes(performance.brushes);
     std::thread null_thread([&] { report_.null_loop = null_loop(performance.seconds, &cancel_asked); });
 
-    const Status drawn = draw_until(*done);
-    const Status stopped = session_->stop();
+    const Status drawn = draw_until(session, document, *done);
+    const Status stopped = session.stop();
     null_thread.join();
+    const Status saved = document.close();
     RELIEF_CHECK(drawn);
     RELIEF_CHECK(stopped);
+    RELIEF_CHECK(saved);
+    made_ = document.head();
     double clamped_since = 0;
     bool clamped = false;
     for (const ServoSample& s : report_.trace) {
@@ -166,23 +169,25 @@ class Demo {
       if (!std::exchange(clamped, (s.flags & bit(ServoFault::ForceClamped)) != 0)) clamped_since = s.t;
       if (clamped) report_.stuck_for = std::max(report_.stuck_for, s.t - clamped_since);
     }
-    const SessionStats& stats = session_->stats();
+    report_.stats = session.stats();
+    report_.edits = document.statistics();
+    const SessionStats& stats = report_.stats;
     say(
         fmt::format("felt {} ticks ({} in contact, up to {:.2f} N, at the largest force for {:.0f} ms at a time), {} "
                     "strokes, {} dabs, {} samples edited, {} frames drawn",
-                    stats.samples, stats.contact_samples, report_.force_max, 1e3 * report_.stuck_for, stats.strokes,
-                    stats.dabs, stats.samples_edited, report_.frames));
+                    stats.samples, stats.contact_samples, report_.force_max, 1e3 * report_.stuck_for,
+                    report_.edits.strokes, report_.edits.dabs, report_.edits.samples, report_.frames));
     return cancelled();
   }
 
-  Status draw_until(const std::atomic<bool>& done) {
+  Status draw_until(const Session& session, Document& document, const std::atomic<bool>& done) {
     DrawSettings settings;
     settings.width = o_.quick ? 320 : 640;
     settings.height = o_.quick ? 180 : 360;
     settings.level = o_.quick ? 0 : 2;
-    SnapshotChannel::Reader reader = session_->reader();
+    SnapshotChannel::Reader reader = document.reader();
     std::vector<double> seconds;
-    while (!done.load() && session_->running() && !cancel_asked.load()) {
+    while (!done.load() && session.running() && !cancel_asked.load()) {
       const auto start = std::chrono::steady_clock::now();
       RELIEF_CHECK(renderer_->draw_quick(reader.latest(), camera_, settings));
       seconds.push_back(renderer_->stats().cpu_seconds);
@@ -198,8 +203,7 @@ class Demo {
 
   /// What was saved must be what was made.
   Status reload() {
-    const std::uint64_t made = session_->head()->content_hash();
-    file_.reset();
+    const std::uint64_t made = made_->content_hash();
     RELIEF_TRY(ModelFile opened, ModelFile::open(o_.out / "model.relief"));
     file_.emplace(std::move(opened));
     report_.reload_identical = file_->model().head->content_hash() == made;
@@ -228,8 +232,7 @@ class Demo {
   Options o_;
   std::optional<Renderer> renderer_;
   std::optional<ModelFile> file_;
-  std::optional<Recorder> recorder_;
-  std::unique_ptr<Session> session_;
+  SnapshotPtr made_;  ///< what the hand left
   Box3d box_;
   Camera camera_;
   Report report_;

@@ -55,7 +55,7 @@ std::string force_trace(const std::vector<ServoSample>& trace) {
 
 Status write_report(const Report& r, const std::filesystem::path& file) {
   const ConvertReport& c = r.conversion;
-  const SessionStats& s = *r.stats;
+  const SessionStats& s = r.stats;
   std::string html = fmt::format(
       "<p>{}: converted, felt, carved and painted by a simulated hand while it was drawn; saved, and read back {}.</p>",
       escaped(r.model_name), r.reload_identical ? "bit for bit the same" : "<b>with differences</b>");
@@ -106,15 +106,16 @@ Status write_report(const Report& r, const std::filesystem::path& file) {
   html += plots::kTimesHead;
   html += times_row("period", s.servo.period) + times_row("period, null loop", r.null_loop.period);
   html += times_row("late", s.servo.late) + times_row("late, null loop", r.null_loop.late);
-  html += times_row("CPU per tick", s.servo.compute) + times_row("CPU per dab with undo and publishing", s.dab_time) +
-          "</table>";
+  html += times_row("CPU per tick", s.servo.compute) +
+          times_row("CPU per dab with undo and publishing", r.edits.dab_time) + "</table>";
   html += fmt::format(
       "<p>{} ticks, {} periods skipped, {} samples dropped. {}</p>", s.servo.ticks, s.servo.overruns, s.servo.dropped,
       s.servo.note.empty() ? std::string("Real-time priority and locked memory were granted.") : escaped(s.servo.note));
 
   html += "<h2>Editing and drawing, meanwhile</h2><table>";
-  html += row("strokes / dabs", fmt::format("{} / {}", s.strokes, s.dabs));
-  html += row("samples edited", fmt::format("{}", s.samples_edited));
+  html += row("strokes / dabs", fmt::format("{} / {}", r.edits.strokes, r.edits.dabs));
+  html += row("samples edited", fmt::format("{}", r.edits.samples));
+  html += row("samples that the clay or its room did not let go further", fmt::format("{}", r.edits.limited));
   html += row("frames drawn while the servo ran", fmt::format("{} of {} triangles, {:.0f} ms of CPU each (median)",
                                                               r.frames, r.frame_triangles, r.frame_cpu_seconds * 1e3));
   html += "</table>";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/convert/convert.h>
+#include <relief/session/document.h>
 #include <relief/session/session.h>
 
 #include <filesystem>
@@ -22,7 +23,8 @@ struct Report {
   double convert_seconds = 0;  ///< CPU, all threads
   double force_max = 0;        ///< N
   double stuck_for = 0;        ///< s, longest time at the largest force that the device gives
-  const SessionStats* stats = nullptr;
+  SessionStats stats;
+  DocumentStatistics edits;
   std::vector<ServoSample> trace;  ///< of every tick
   ServoTimes null_loop;
   std::uint64_t frames = 0;      ///< drawn while the servo ran

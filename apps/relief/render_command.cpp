@@ -17,10 +17,12 @@ namespace relief::cli {
 
 namespace {
 
+constexpr double kLeastWidth = 1e-9;  // model units
+
 struct RenderOptions {
-  std::string model, out, size = "1280x720", view = "front", at;
+  std::string model, out, size = "1280x720", view = "front", at, look_at;
   std::vector<std::string> overlays;
-  double tool_radius = 0;
+  double tool_radius = 0, width = 0;
   DrawSettings draw;
 };
 
@@ -61,6 +63,11 @@ Result<std::pair<double, double>> parse_view(const std::string& text) {
                   printable(text, 40)));
 }
 
+std::string is_vector(const char* option, const std::string& text) {
+  const auto parsed = parse_vector(option, text);
+  return parsed ? std::string() : parsed.error().message;
+}
+
 Status run_render(RenderOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
   RELIEF_CHECK(check_no_model({o.out}));
@@ -89,7 +96,11 @@ Status run_render(RenderOptions& o, const Context& context) {
     o.draw.hand = hand;
   }
   const double aspect = static_cast<double>(o.draw.width) / o.draw.height;
-  const Camera camera = framing(head, angles.first, angles.second, aspect);
+  Camera camera = framing(head, angles.first, angles.second, aspect);
+  if (!o.look_at.empty()) {
+    RELIEF_TRY(const Vec3d point, parse_vector("--look-at", o.look_at));
+    camera = looking_at(point, o.width, head.slab_mesh().bounds(), angles.first, angles.second, aspect);
+  }
   context.progress("render", 0.1);
   RELIEF_TRY(Renderer renderer, Renderer::create());
   RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));
@@ -118,6 +129,10 @@ Status run_render(RenderOptions& o, const Context& context) {
 void add_render(CLI::App& app, Context& context) {
   auto o = std::make_shared<RenderOptions>();
   CLI::App* c = app.add_subcommand("render", "Draw a picture of a model, without a screen");
+  c->footer(
+      "Examples:\n"
+      "  relief render pumpkin.relief -o pumpkin.png --size 1920x1080 --view corner\n"
+      "  relief render pumpkin.relief -o wart.png --view 20,10 --look-at 2.5,40,54 --width 30");
   c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
   c->add_option("-o,--output", o->out, "The picture, OUT.png")->required()->check(has_extension({".png"}));
   c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)")->check([](const std::string& text) {
@@ -132,14 +147,19 @@ void add_render(CLI::App& app, Context& context) {
         const auto parsed = parse_view(text);
         return parsed ? std::string() : parsed.error().message;
       });
+  CLI::Option* look_at =
+      c->add_option("--look-at", o->look_at, "Look at x,y,z (model units) instead of the whole model; needs --width")
+          ->check([](const std::string& text) { return is_vector("--look-at", text); });
+  CLI::Option* width = c->add_option("--width", o->width,
+                                     "Model units across the picture's width, at the distance of the point looked at")
+                           ->check(in_range(kLeastWidth, 1e12));
+  look_at->needs(width);
+  width->needs(look_at);
   c->add_option("--overlay", o->overlays, "slabs (wires), heat (displacement); may be given more than once")
       ->check(CLI::IsMember({"slabs", "heat"}))
       ->delimiter(',');
   c->add_option("--at", o->at, "Show the hand with its cursor at x,y,z (model units): tool, contact point, force")
-      ->check([](const std::string& text) {
-        const auto parsed = parse_vector("--at", text);
-        return parsed ? std::string() : parsed.error().message;
-      });
+      ->check([](const std::string& text) { return is_vector("--at", text); });
   c->add_option("--tool-radius", o->tool_radius, "Radius of the shown tool sphere, model units")
       ->check(in_range(0, 1e12));
   c->add_option("--level", o->draw.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));

@@ -6,10 +6,6 @@
 #include <cmath>
 #include <cstdint>
 
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
-
 namespace relief::detail {
 
 using Four = float __attribute__((vector_size(16)));
@@ -25,7 +21,7 @@ struct Lanes {
 /// A bit per lane of what a comparison gave.
 [[nodiscard]] inline unsigned bits_of(FourMask mask) noexcept {
 #if defined(__SSE2__)
-  return static_cast<unsigned>(_mm_movemask_ps(std::bit_cast<__m128>(mask)));
+  return static_cast<unsigned>(__builtin_ia32_movmskps(std::bit_cast<Four>(mask)));
 #else
   return (static_cast<unsigned>(mask[0]) & 1U) | (static_cast<unsigned>(mask[1]) & 2U) |
          (static_cast<unsigned>(mask[2]) & 4U) | (static_cast<unsigned>(mask[3]) & 8U);
@@ -35,7 +31,7 @@ struct Lanes {
 /// The square roots.
 [[nodiscard]] inline Four root(Four a) noexcept {
 #if defined(__SSE2__)
-  return std::bit_cast<Four>(_mm_sqrt_ps(std::bit_cast<__m128>(a)));
+  return __builtin_ia32_sqrtps(a);
 #else
   return {std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
 #endif

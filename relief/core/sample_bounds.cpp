@@ -7,18 +7,17 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace relief {
 
 namespace {
 
 using detail::Four;
-using detail::FourInts;
 
-template <typename Vector>
-Vector load(const float* from) noexcept {
-  Vector values;
-  std::memcpy(&values, from, sizeof(Vector));
+Four load(const float* from) noexcept {
+  Four values;
+  std::memcpy(&values, from, sizeof values);
   return values;
 }
 
@@ -39,43 +38,33 @@ float greatest_of(Four a) noexcept {
   return std::max(a[0], a[1]);
 }
 
-bool differ(float a, float b) noexcept { return std::bit_cast<std::uint32_t>(a) != std::bit_cast<std::uint32_t>(b); }
-bool four_differ(const float* a, const float* b) noexcept {
-  return detail::bits_of(load<FourInts>(a) != load<FourInts>(b)) != 0;
+/// The first and the last row in which the samples of two grids differ; n + 1 and what is no matter for none.
+std::array<int, 2> differing_rows(int n, const float* a, const float* b) noexcept {
+  const auto same = [&](int j) {
+    const std::size_t row = sample_index(n, {0, j});
+    return std::memcmp(a + row, b + row, static_cast<std::size_t>(n - j + 1) * sizeof(float)) == 0;
+  };
+  int first = 0, last = n;
+  while (first <= n && same(first)) ++first;
+  while (last > first && same(last)) --last;
+  return {first, last};
 }
 
-/// A row of squares of a level: bit i for square i.
-using Squares = std::uint64_t;
-
-/// The squares of level 0 that a row of samples crosses from the first in which two grids differ to the last.
-Squares squares_between(const float* a, const float* b, int count) noexcept {
+/// Whether two grids of n intervals have the same samples in square (i, j) of level 0.
+bool same_in_square(int n, int i, int j, const float* a, const float* b) noexcept {
   constexpr int kSide = SampleBounds::kSide;
-  int first = 0, last = count - 1;
-  while (first + 4 <= count && !four_differ(a + first, b + first)) first += 4;
-  while (first < count && !differ(a[first], b[first])) ++first;
-  if (first == count) return 0;
-  while (last - 3 > first && !four_differ(a + last - 3, b + last - 3)) last -= 4;
-  while (!differ(a[last], b[last])) --last;
-  // A sample between two squares belongs to both.
-  return (Squares{2} << (last / kSide)) - (Squares{1} << (std::max(first - 1, 0) / kSide));
-}
-
-/// By row, the squares of level 0 in which two grids of n intervals differ, those between them, and some that do not
-/// exist.
-std::array<Squares, kMaxIntervals / SampleBounds::kSide + 1> differing_squares(int n, const float* a,
-                                                                               const float* b) noexcept {
-  constexpr int kSide = SampleBounds::kSide;
-  std::array<Squares, kMaxIntervals / kSide + 1> differing{};
-  for (int j = 0; j <= n; ++j) {
-    const int count = n - j + 1;
-    const Squares squares = squares_between(a, b, count);
-    const auto row = static_cast<std::size_t>(j / kSide);
-    differing[row] |= squares;
-    if (j % kSide == 0 && row > 0) differing[row - 1] |= squares;
-    a += count;
-    b += count;
+  const GridPoint corner = {i * kSide, j * kSide};
+  const int there = n - corner.i - corner.j;  // how far the grid goes on
+  std::size_t row = sample_index(n, corner);
+  for (int dj = 0; dj <= std::min(kSide, there); row += static_cast<std::size_t>(n + 1 - (corner.j + dj)), ++dj) {
+    const bool whole = there - dj >= kSide;
+    if (std::memcmp(a + row, b + row, sizeof(float) * (whole ? kSide : static_cast<std::size_t>(there - dj))) != 0)
+      return false;
+    // The last one by itself: the others are compared at once.
+    const std::size_t last = row + static_cast<std::size_t>(std::min(kSide, there - dj));
+    if (std::bit_cast<std::uint32_t>(a[last]) != std::bit_cast<std::uint32_t>(b[last])) return false;
   }
-  return differing;
+  return true;
 }
 
 }  // namespace
@@ -103,21 +92,25 @@ void SampleBounds::update(const float* samples) noexcept {
 void SampleBounds::update(const float* samples, const SampleBounds& before, const float* samples_before) noexcept {
   RELIEF_ASSERT(before.n_ == n_);
   squares_ = before.squares_;
-  auto stale = differing_squares(n_, samples_before, samples);
-  for (int level = 0; level < levels_; ++level) {
-    decltype(stale) above{};
-    for (int j = 0; j < squares(level); ++j) {
-      const Squares existing = (Squares{1} << (squares(level) - j)) - 1;
-      for (Squares left = stale[static_cast<std::size_t>(j)] & existing; left != 0; left &= left - 1) {
-        const int i = std::countr_zero(left);
-        Packed& square = squares_[index(level, i, j)];
-        const Packed now = bound(samples, level, i, j);
-        if (now == square) continue;
-        square = now;
-        above[static_cast<std::size_t>(j / 2)] |= Squares{1} << (i / 2);
-      }
-    }
-    stale = above;
+  const auto [first, last] = differing_rows(n_, samples, samples_before);
+  if (first > n_) return;
+  // Bit i of row j: whether a square that square (i, j) of the next level is made of has changed.
+  std::array<std::uint32_t, kMaxIntervals / kSide / 2> above{};
+  const auto renew = [&](int level, int i, int j) {
+    Packed& square = squares_[index(level, i, j)];
+    const Packed now = bound(samples, level, i, j);
+    if (now == square) return;
+    square = now;
+    above[static_cast<std::size_t>(j / 2)] |= std::uint32_t{1} << (i / 2);
+  };
+  for (int j = std::max(first - 1, 0) / kSide; j <= std::min(last / kSide, squares(0) - 1); ++j)
+    for (int i = 0; i + j < squares(0); ++i)
+      if (!same_in_square(n_, i, j, samples, samples_before)) renew(0, i, j);
+  for (int level = 1; level < levels_; ++level) {
+    const auto stale = std::exchange(above, {});
+    for (int j = 0; j < squares(level); ++j)
+      for (std::uint32_t left = stale[static_cast<std::size_t>(j)]; left != 0; left &= left - 1)
+        renew(level, std::countr_zero(left), j);
   }
 }
 
@@ -138,7 +131,7 @@ SampleBounds::Packed SampleBounds::bound(const float* samples, int i, int j) con
     const float* row = at(0, 0);
     for (int r = 0; r <= kSide; row += n_ + 1 - (j0 + r), ++r) {
       const float down = static_cast<float>(r - 2) * by_j;
-      const Four a = load<Four>(row) - left - down, b = load<Four>(row + 1) - right - down;
+      const Four a = load(row) - left - down, b = load(row + 1) - right - down;
       lowest = detail::least(lowest, detail::least(a, b));
       highest = detail::greatest(highest, detail::greatest(a, b));
     }
@@ -151,51 +144,60 @@ SampleBounds::Packed SampleBounds::bound(const float* samples, int i, int j) con
     low = 1;
     high = 0;
   }
-  for (int dj = 0; dj <= kSide && j0 + dj <= n_; ++dj)
-    for (int di = 0; di <= kSide && i0 + di + j0 + dj <= n_; ++di) {
-      low = std::min(low, *at(di, dj));
-      high = std::max(high, *at(di, dj));
+  const float* row = at(0, 0);
+  const int there = n_ - i0 - j0;  // how far the grid goes on
+  for (int dj = 0; dj <= std::min(kSide, there); row += n_ + 1 - (j0 + dj), ++dj)
+    for (int di = 0; di <= std::min(kSide, there - dj); ++di) {
+      low = std::min(low, row[di]);
+      high = std::max(high, row[di]);
     }
   return {rounded_down(double{std::max(low, 0.0F)} * kSteps), rounded_up(double{std::min(high, 1.0F)} * kSteps), 0, 0};
 }
 
 SampleBounds::Packed SampleBounds::bound(int level, int i, int j) const noexcept {
-  const double half = 0.5 * side(level - 1);  // of the smaller squares, and how far their centres are from this one's
-  struct Part {
-    Between between;
-    double i, j;
-  };
-  std::array<Part, 4> parts;
-  int count = 0;
-  double slope_i = 0, slope_j = 0;
+  // Heights in whole parts of 1 / (kSteps * kSlopes), so that nothing is rounded before the end.
+  constexpr auto kHeight = static_cast<std::int64_t>(kSlopes), kSlope = static_cast<std::int64_t>(kSteps);
+  constexpr std::int64_t kOne = kHeight * kSlope;
+  // Of the smaller squares, and how far their centres are from this one's; a slope of one over that way.
+  const std::int64_t half = side(level - 1) / 2, way = half * kSlope;
+  std::array<Packed, 4> parts;
+  std::array<std::int64_t, 4> to_i, to_j;  // towards their centres: 1 or -1
+  std::size_t count = 0;
+  int slope_i = 0, slope_j = 0;
   for (int k = 0; k < 4; ++k) {
     const int ci = 2 * i + (k & 1), cj = 2 * j + (k >> 1);
     if (ci + cj >= squares(level - 1)) continue;
-    const Between b = between(level - 1, ci, cj);
-    parts[static_cast<std::size_t>(count++)] = {b, (k & 1) != 0 ? half : -half, (k >> 1) != 0 ? half : -half};
-    slope_i += b.slope_i;
-    slope_j += b.slope_j;
+    const Packed& part = parts[count] = squares_[index(level - 1, ci, cj)];
+    to_i[count] = (k & 1) != 0 ? 1 : -1;
+    to_j[count] = (k >> 1) != 0 ? 1 : -1;
+    slope_i += part.slope_i;
+    slope_j += part.slope_j;
+    ++count;
   }
-  Packed made = {65535, 0, static_cast<std::int16_t>(slope_i / count * kSlopes),
-                 static_cast<std::int16_t>(slope_j / count * kSlopes)};
-  for (const bool level_planes : {false, true}) {
-    if (level_planes) made.slope_i = made.slope_j = 0;
-    double low = 1, high = 0;
-    for (int k = 0; k < count; ++k) {
-      const auto& [b, to_i, to_j] = parts[static_cast<std::size_t>(k)];
-      const double by_i = made.slope_i / kSlopes, by_j = made.slope_j / kSlopes;
-      const double lower = by_i * to_i + by_j * to_j;
-      const double spread = (std::abs(b.slope_i - by_i) + std::abs(b.slope_j - by_j)) * half;
-      low = std::min(low, b.low - lower - spread);
-      high = std::max(high, b.high - lower + spread);
+  slope_i /= static_cast<int>(count);
+  slope_j /= static_cast<int>(count);
+  std::int64_t low = 0, high = 0;
+  const auto bound_by = [&](int by_i, int by_j) {
+    low = kOne;
+    high = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Packed& part = parts[k];
+      const std::int64_t lower = (by_i * to_i[k] + by_j * to_j[k]) * way;
+      const std::int64_t spread = (std::abs(part.slope_i - by_i) + std::abs(part.slope_j - by_j)) * way;
+      low = std::min(low, part.low * kHeight - lower - spread);
+      high = std::max(high, part.high * kHeight - lower + spread);
     }
-    if (!level_planes && (low < 0 || high > 1)) continue;
-    // The samples themselves are within 0..1.
-    made.low = rounded_down(std::max(low, 0.0) * kSteps);
-    made.high = rounded_up(std::min(high, 1.0) * kSteps);
-    break;
+  };
+  bound_by(slope_i, slope_j);
+  // Where the sloping planes leave what can be stored, level ones do; the samples themselves are within 0..1.
+  if (low < 0 || high > kOne) {
+    slope_i = slope_j = 0;
+    bound_by(0, 0);
+    low = std::max<std::int64_t>(low, 0);
+    high = std::min(high, kOne);
   }
-  return made;
+  return {static_cast<std::uint16_t>(low / kHeight), static_cast<std::uint16_t>((high + kHeight - 1) / kHeight),
+          static_cast<std::int16_t>(slope_i), static_cast<std::int16_t>(slope_j)};
 }
 
 SampleBounds::Between SampleBounds::around(int level, int i, int j, int cells) const noexcept {

@@ -27,8 +27,8 @@ class SampleBounds {
   explicit SampleBounds(int n, std::pmr::memory_resource* memory = std::pmr::new_delete_resource());
   /// Takes in the (n+1)(n+2)/2 samples, each 0..1; one to two nanoseconds for each.
   void update(const float* samples) noexcept;
-  /// The same, bit for bit, from what bounds other samples of the same grid: a quarter of a nanosecond for each sample,
-  /// and as much as above for those in whose squares the two differ.
+  /// The same, bit for bit, from what bounds other samples of the same grid: 0.15 nanoseconds for each sample where the
+  /// two are equal, and a little more than above for those in whose squares they differ.
   void update(const float* samples, const SampleBounds& before, const float* samples_before) noexcept;
 
   [[nodiscard]] int levels() const noexcept { return levels_; }

@@ -133,27 +133,35 @@ struct Meeting {
   float at;   ///< where the fibre enters that ball, as a share of it, perhaps below 0
   int hit;    ///< whether it does
 };
-// Of a swept ball, that one counts whose centre lies beside the start's surface at the sample, or the nearer end; those
-// beside it in the other dabs of the stroke make up for a fibre that leans. With o = inner end - lowest point and D the
-// fibre, a ball is met where A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool
-// cuts, and C / (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
+/// How the ball is swept. The share of the sweep that counts at a place, counted from its centre, is
+/// dot(place, per_way) + before.
+struct Sweep {
+  Vec3f along, per_way;
+  float before;
+};
+/// A ball that stands has none. Places count as deep as the ball's lowest point: of a tool that goes straight down the
+/// lower ball counts, wherever the surface was.
+Sweep sweep_of(const Cutter& cutter) noexcept {
+  const float square = dot(cutter.along, cutter.along);
+  const Vec3f way = square > 1e-12F ? cutter.along / square : Vec3f{};
+  const float climb = dot(way, cutter.up);
+  return {cutter.along, way - cutter.up * climb, -climb};
+}
+// Of a swept ball, that one counts whose centre lies beside the sample's place, or the nearer end; those beside it in
+// the other dabs of the stroke make up for a fibre that leans. With o = inner end - lowest point and D the fibre, a
+// ball is met where A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool cuts, and C /
+// (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
 [[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float square_of_fibre, float start, Vec3f up,
-                                           Vec3f along, Vec3f per_way) noexcept {
+                                           const Sweep& swept) noexcept {
   const Vec3f from_centre = f.inner + f.along * start - up;
-  const float share = smaller(larger(dot(from_centre, per_way), 0.0F), 1.0F);
-  const Vec3f sweep = along * share, o = f.inner - sweep;
+  const float share = smaller(larger(dot(from_centre, swept.per_way) + swept.before, 0.0F), 1.0F);
+  const Vec3f sweep = swept.along * share, o = f.inner - sweep;
   const float b = dot(o, f.along) - dot(f.along, up);
   const float c = dot(o, o) - 2 * dot(o, up);
   const float square = b * b - square_of_fibre * c;
   const float root = std::sqrt(larger(square, 0.0F));
   const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
   return {from_centre - sweep, c / larger(root - b, 1e-30F), hit};
-}
-
-/// The way of the sweep over the square of its length; zero for a ball that stands.
-Vec3f per_way(Vec3f along) noexcept {
-  const float square = dot(along, along);
-  return square > 1e-12F ? along / square : Vec3f{};
 }
 
 /// tan of the angle between the start's surface and the ball, at most kSteepestRim.
@@ -168,7 +176,8 @@ Vec3f per_way(Vec3f along) noexcept {
                                             const float* __restrict protect, const float* __restrict from,
                                             float* __restrict to, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
+  const Vec3f up = cutter.up;
+  const Sweep sweep = sweep_of(cutter);
   const float* __restrict alpha = start.displacement;
   const float* __restrict nx = start.x;
   const float* __restrict ny = start.y;
@@ -181,7 +190,7 @@ Vec3f per_way(Vec3f along) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
-    const Meeting met = meet(f, square, a, up, along, way);
+    const Meeting met = meet(f, square, a, up, sweep);
     const float blend = (blends[0] * read.wa[k] + blends[1] * read.wb[k]) + blends[2] * read.wc[k];
     const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}) * per_fibre;
     const float gap = met.at - a, between = gap > 0 ? gap : -gap;
@@ -200,14 +209,15 @@ Vec3f per_way(Vec3f along) noexcept {
                                              const float* __restrict start, const float* __restrict protect,
                                              std::uint8_t* __restrict over, std::size_t count) noexcept {
   const FrameReader read(frame);
-  const Vec3f up = cutter.up, along = cutter.along, way = per_way(cutter.along);
+  const Vec3f up = cutter.up;
+  const Sweep sweep = sweep_of(cutter);
   std::int32_t most = 0;  // lifts are not negative, so their bits sort as they do, and integers may come in any order
   std::uint32_t limited = 0;
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
     const float square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
-    const Meeting met = meet(f, square, start[k], up, along, way);
+    const Meeting met = meet(f, square, start[k], up, sweep);
     const int cuts = met.hit & static_cast<int>(met.at < start[k]) & static_cast<int>(protect[k] < 1);
     const int beyond = cuts & static_cast<int>(met.at < 0);
     over[k] = static_cast<std::uint8_t>(beyond);

@@ -148,6 +148,19 @@ Camera framing(const Snapshot& model, double azimuth, double elevation, double a
   return camera;
 }
 
+Camera looking_at(Vec3d point, double width, const Box3d& box, double azimuth, double elevation, double aspect,
+                  Vec3d up) {
+  RELIEF_ASSERT(width > 0);
+  const Look look = look_from(azimuth, elevation, aspect, up);
+  const double outside = box.empty() ? 0 : dot(box.centre() - point, look.back) + 0.5 * diagonal(box) * kMargin;
+  const double away = std::max(0.5 * width / look.tan_x, outside);
+  Camera camera = look.camera;
+  camera.target = point;
+  camera.eye = point + look.back * away;
+  camera.field_of_view *= std::atan(look.tan_y / look.tan_x * 0.5 * width / away) / std::atan(look.tan_y);
+  return camera;
+}
+
 Box3d surface_bounds(const Snapshot& model) {
   Box3d box;
   for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {

@@ -28,6 +28,12 @@ struct Camera {
 [[nodiscard]] Camera framing(const Snapshot& model, double azimuth, double elevation, double aspect,
                              Vec3d up = {0, 1, 0});
 
+/// A camera that looks at a point, with `width` model units, more than 0, from one side of the picture to the other at
+/// the point's distance. Its eye is outside the box, so that nothing is cut away: where the usual field of view would
+/// have it inside, the field of view is narrower.
+[[nodiscard]] Camera looking_at(Vec3d point, double width, const Box3d& box, double azimuth, double elevation,
+                                double aspect, Vec3d up = {0, 1, 0});
+
 /// The box of the displaced surface, tighter than that of the slabs; O(samples).
 [[nodiscard]] Box3d surface_bounds(const Snapshot& model);
 

@@ -113,6 +113,11 @@ class Contract(Case):
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--size", "wide"), 2, "--size", "wide")
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--view", "inside"), 2, "--view", "inside")
         self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", "--at", "1,2"), 2, "--at")
+        for options, named in ((["--look-at", "1,2", "--width", "3"], "--look-at"), (["--look-at", "1,2,3"], "--width"),
+                               (["--look-at", "1,2,3", "--width", "0"], "--width"), (["--width", "3"], "--look-at"),
+                               (["--look-at", "1,2,3", "--width", "-4"], "--width"),
+                               (["--look-at", "1,2,3", "--width", "nan"], "--width")):
+            self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", *options), 2, named)
         for option in ("--stiffness", "--damping", "--friction", "--static-friction", "--metres-per-unit"):
             self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", option, "nan"), 2, option)
         self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", "--static-friction", 1), 2, "--friction")
@@ -1662,7 +1667,8 @@ class Render(Case):
         pictures = {}
         for name, options in {"plain": [], "slabs": ["--overlay", "slabs"], "heat": ["--overlay", "heat"],
                               "hand": ["--at", "2.5,40,54", "--tool-radius", "4"], "back": ["--view", "back"],
-                              "free": ["--view", "-30,20"], "coarse": ["--level", "3"]}.items():
+                              "free": ["--view", "-30,20"], "near": ["--look-at", "2.5,40,54", "--width", "30"],
+                              "near, from aside": ["--look-at", "2.5,40,54", "--width", "30", "--view", "40,30"], "coarse": ["--level", "3"]}.items():
             out = self.folder / f"{name}.png"
             report = self.ok("render", self.model, "-o", out, "--size", "160x90", "--lights", 4, "--json", *options).json()
             raw = out.read_bytes()

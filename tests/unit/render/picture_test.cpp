@@ -330,6 +330,53 @@ TEST(Framing, AzimuthCountsFromZToX) {
   EXPECT_GT(framing(box, 90, 0, 1, {0, 0, 1}).eye.x, 3);
 }
 
+TEST(LookingAt, HasThePointInTheMiddleAndTheWidthAcross) {
+  const Box3d box = {{-3, 1, 10}, {5, 2, 30}};
+  for (const Vec3d point : {Vec3d{1, 1.5, 20}, Vec3d{-3, 2, 10}, Vec3d{40, 0, 0}})
+    for (const double width : {1e-3, 0.5, 20.0, 500.0})
+      for (const double aspect : {0.4, 1.78})
+        for (const double azimuth : {0.0, 35.0, 200.0})
+          for (const double elevation : {-60.0, 0.0, 89.9}) {
+            const Camera camera = looking_at(point, width, box, azimuth, elevation, aspect);
+            const Vec3d forward = normalized(camera.target - camera.eye), right = normalized(cross(forward, camera.up));
+            const int high = 1000, wide = static_cast<int>(high * aspect);
+            const auto at = [&](Vec3d p) { return project(camera, wide, high, p); };
+            EXPECT_NEAR(at(point).x, 0.5 * wide, 1e-6);
+            EXPECT_NEAR(at(point).y, 0.5 * high, 1e-6);
+            EXPECT_NEAR(at(point - right * (0.5 * width)).x, 0, 1e-6 * wide);
+            EXPECT_NEAR(at(point + right * (0.5 * width)).x, wide, 1e-6 * wide);
+            EXPECT_LE(camera.field_of_view, 30 + 1e-9);
+            for (unsigned k = 0; k < 8; ++k) {
+              const Vec3d corner = {(k & 1U) != 0 ? 5.0 : -3.0, (k & 2U) != 0 ? 2.0 : 1.0, (k & 4U) != 0 ? 30.0 : 10.0};
+              EXPECT_GT(dot(corner - camera.eye, forward), 0) << "the eye is in the box";
+            }
+          }
+}
+
+TEST(LookingAt, ABallIsAsWideInThePictureAsItMustBe) {
+  const Vec3d centre = {10, -20, 5};
+  const auto model = ball(3, 16, [](Vec3d) { return 0; }, centre);
+  DrawSettings settings = small_settings();
+  settings.base_colour = {0.9F, 0.1F, 0.1F};
+  const double aspect = static_cast<double>(settings.width) / settings.height;
+  for (const double width : {3.0, 6.0}) {
+    const Camera camera = looking_at(centre, width, model->slab_mesh().bounds(), 20, 10, aspect);
+    const Picture picture = quick(*model, camera, settings);
+    // Along the middle row the ball is red, and what is behind it is grey.
+    const auto red = [&](int x) {
+      const Pixel p = pixel(picture, x, picture.height / 2);
+      return p[0] - p[2] > 20;
+    };
+    int left = 0, right = picture.width - 1;
+    while (left < right && !red(left)) ++left;
+    while (left < right && !red(right)) --right;
+    // What is seen of a ball of radius 1 from so far away is a little nearer than its middle.
+    const double away = length(camera.eye - centre), seen = 2 * away / std::sqrt(away * away - 1);
+    EXPECT_NEAR(right - left + 1, seen / width * picture.width, 2.5) << width;
+    EXPECT_NEAR(left + right + 1, picture.width, 2.5) << width;
+  }
+}
+
 TEST(Framing, SurfaceBoundsHoldTheSurfaceTightly) {
   const Box3d box = surface_bounds(*ball(2, 16, {5, 6, 7}));
   EXPECT_NEAR(box.low.x, 4, 1e-6);

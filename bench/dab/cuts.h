@@ -1,0 +1,16 @@
+// Cuts with a ball, beside the exact ball and beside a plain mesh.
+#pragma once
+
+#include "../figures.h"
+
+#include <relief/base/error.h>
+
+namespace relief::bench {
+
+/// On a flat sheet, a sphere and a converted pumpkin, balls of 6, 12 and 25 spacings of samples, exact and blended, and
+/// a plain mesh of the same spacing whose vertices are clipped: figures with the rms distance of the cut surface from
+/// the true one in spacings, the greatest, and how uneven the rim is (`more`: max, ripple, ripple_degrees). And the
+/// ball of 0.5 % of the diagonal in a default conversion. Errors: as from convert().
+[[nodiscard]] Result<nlohmann::ordered_json> measure_cuts(Extent extent);
+
+}  // namespace relief::bench
