@@ -9,10 +9,6 @@
 #include <emmintrin.h>
 #endif
 
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
-
 namespace relief::detail {
 
 using Four = float __attribute__((vector_size(16)));
