@@ -1515,7 +1515,7 @@ class Sculpt(Case):
     STROKES = [
         {"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0.1 * k, -12 + 3 * k, 45, 60, 1] for k in range(9)]},
         {"tool": "deposit", "radius": 6, "strength": 0.8, "points": [[0.1 * k, -12 + 3 * k, 30, 60, 1] for k in range(9)]},
-        {"tool": "paint", "radius": 6, "strength": 0.9, "colour": [20, 40, 200], "points": [[0, 0, 60, 60, 1]]}]
+        {"tool": "paint", "radius": 6, "strength": 0.9, "colour": [20, 40, 200], "points": [[0, 0, 40, 60, 1]]}]
 
     def strokes(self, content, name="S.json"):
         file = self.folder / name
