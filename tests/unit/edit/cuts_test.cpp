@@ -186,6 +186,33 @@ TEST(Cuts, InSlabsOfAnyShape) {
   }
 }
 
+TEST(Cuts, OfManyStrokesInOnePlaceShowNoSlabBorders) {
+  // Inside the cut, on a corner of six slabs, the normals are the ball's.
+  const Shape sheet = even_sheet(32);
+  const double radius = 12 * sheet.spacing;
+  const Vec3d corner = sheet.mesh->corners(20).point({1, 0, 0}, 0.5);
+  for (const int strokes : {1, 2, 20}) {
+    Editor editor(Snapshot::make(sheet.mesh));
+    Dab dab = dab_near(*editor.head(), corner, 0);
+    dab.normal = {0, 1, 0};
+    dab.cursor = corner - Vec3d{0, 0.6 * radius, 0};
+    for (int k = 0; k < strokes; ++k) testing::apply(editor, {.tool = Tool::Carve, .radius = radius}, dab);
+    const Ball ball = {dab.cursor + dab.normal * radius, radius};
+    double worst = 0;
+    std::size_t inside = 0;
+    for_each_sample(*sheet.mesh, [&](SlabId s, std::size_t, GridPoint at) {
+      const Vec3d p = sample_position(*editor.head(), s, at);
+      if (std::hypot(p.x - ball.centre.x, p.z - ball.centre.z) > 0.6 * ball.rim()) return;
+      const double cosine = dot(sample_normal(*editor.head(), s, at), normalized(ball.centre - p));
+      worst = std::max(worst, std::acos(std::min(cosine, 1.0)) * 180 / std::numbers::pi);
+      ++inside;
+    });
+    tell("normals after " + std::to_string(strokes) + ", degrees", worst);
+    EXPECT_GT(inside, 100U);
+    EXPECT_LE(worst, 0.9) << strokes;
+  }
+}
+
 // ---- Grooves
 
 constexpr double kGrooveRadius = 0.25, kRough = 0.003 * kGrooveRadius;
