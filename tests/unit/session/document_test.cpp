@@ -499,6 +499,26 @@ TEST(Document, AFullDiskIsToldAtOnceAndTriedAgain) {
   EXPECT_EQ(file->model().head->content_hash(), hashes[4]);
 }
 
+TEST(Document, AStepIsReadFromTheFileThatHasAnotherOneInPlaceOfAnUnsavedStroke) {
+  const Folder folder;
+  Events events;
+  Document document = document_in(folder / "a.relief", ball(), events.settings(0));
+  const std::vector<std::uint64_t> hashes = draw(document, 5);
+  while (document.statistics().unsaved > 0) std::this_thread::yield();
+  document.post(Undo{2});
+  document.settle();
+  while (document.statistics().unsaved > 0) std::this_thread::yield();
+  const FullDisk full(std::filesystem::file_size(folder / "a.relief") / 2);
+  post(document, stroke_over_ball(21));  // the fourth; the file still has the other fourth, and the fifth
+  document.settle();
+  while (events.of<Failed>().empty()) std::this_thread::yield();
+  for (const std::size_t k : {3U, 2U, 1U, 0U}) {
+    document.post(Undo{});
+    document.settle();
+    EXPECT_EQ(hash_of(document), hashes[k]) << k;
+  }
+}
+
 TEST(Document, CloseSaysWhatCouldNotBeSaved) {
   const Folder folder;
   Events events;
@@ -572,6 +592,11 @@ TEST(Document, WithoutAFileAllThatIsInMemoryIsSavedElsewhere) {
   document.settle();
   while (events.of<SavedElsewhere>().empty()) std::this_thread::yield();
   EXPECT_TRUE(events.of<SavedElsewhere>()[0].whole);
+  {
+    const auto reader = ModelFile::open(folder / "b.relief", true);
+    ASSERT_TRUE(reader) << reader.error().message;
+    EXPECT_EQ(reader->stroke_count(), 3U) << "at the place where the document is";
+  }
   document.post(Redo{1});
   document.post(Undo{4});
   document.post(Redo{4});
