@@ -233,7 +233,7 @@ struct Document::State {
     SnapshotPtr start;      ///< the model before it
     std::uint64_t cpu = 0;  ///< ns of the edit thread
     int unseen = 0;         ///< dabs since the last publication
-    Box3d box, whole;       ///< of these; of all
+    Box3d box;              ///< of these
     bool said_limit = false, said_miss = false;
   };
 
@@ -288,10 +288,8 @@ struct Document::State {
   void made(const Dab& dab, const DabResult& result) {
     say(DabMade{dab});
     const Box3d reach = reach_of(open->stroke.brush, dab);
-    for (Box3d* box : {&open->box, &open->whole}) {
-      box->add(reach.low);
-      box->add(reach.high);
-    }
+    open->box.add(reach.low);
+    open->box.add(reach.high);
     if (++open->unseen >= kDabsUnseen) {
       publish();
       while (take_notice()) {
@@ -364,7 +362,6 @@ struct Document::State {
     finished.cancelled = true;
     finished.stroke = history.position();
     say(StrokeEnded{.kept = false, .changed = false});
-    open->box = open->whole;
     publish();
     open.reset();
     stop.store(false);

@@ -168,6 +168,33 @@ TEST(Session, EachFinishedStrokeIsInTheFileAndItsTextMakesItAgain) {
   }
 }
 
+/// The button stays down while the hand lifts off for `away` s, and touches again beside.
+TEST(Session, AHandThatLiftsOffEndsItsStrokeAndOneThatBouncesDoesNot) {
+  for (const double away : {0.02, 0.3}) {
+    std::vector<DeviceState> readings;
+    const int lift = 600, land = lift + static_cast<int>(away * 1000);
+    for (int k = 0; k < land + 500; ++k) {
+      const bool off = k >= lift && k < land;
+      const double reach = k < 300 ? 1.25 - 0.001 * k : off ? 1.04 : 0.97;
+      const double side = k < land ? 0 : std::min(1e-3 * (k - land), 0.1);
+      readings.push_back({.t = k * 1e-3,
+                          .position = Vec3d{std::sin(side), 0, std::cos(side)} * (reach * kMetres),
+                          .velocity = {},
+                          .buttons = k >= 320 && k < land + 450 ? 1U : 0U});
+    }
+    ReplayDevice device(DeviceInfo{.name = "hand"}, readings);
+    Document document(ball());
+    Session session(device, document, settings());
+    session.set_brush({.tool = Tool::Deposit, .radius = 0.2, .strength = 0.2});
+    for (int k = 0; k < 2000 && session.running(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(session.stop());
+    if (session.stats().servo.dropped != 0) GTEST_SKIP() << "the machine was too busy to keep every tick";
+    document.settle();
+    EXPECT_EQ(session.stats().strokes, away > 0.05 ? 2U : 1U) << away;
+    EXPECT_EQ(document.statistics().strokes, session.stats().strokes);
+  }
+}
+
 /// A recording that ends, or breaks off.
 class EndingDevice final : public HapticDevice {
  public:
