@@ -5,9 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-
 #if defined(__SSE2__)
-#include <xmmintrin.h>
+#include <emmintrin.h>
 #endif
 
 namespace relief::detail {
@@ -44,7 +43,7 @@ struct Lanes {
 /// Lane by lane: a < b ? a : b.
 [[nodiscard]] inline Four least(Four a, Four b) noexcept {
 #if defined(__SSE2__)
-  return std::bit_cast<Four>(_mm_min_ps(std::bit_cast<__m128>(a), std::bit_cast<__m128>(b)));
+  return __builtin_ia32_minps(a, b);
 #else
   return a < b ? a : b;
 #endif
@@ -52,7 +51,7 @@ struct Lanes {
 /// Lane by lane: a < b ? b : a.
 [[nodiscard]] inline Four greatest(Four a, Four b) noexcept {
 #if defined(__SSE2__)
-  return std::bit_cast<Four>(_mm_max_ps(std::bit_cast<__m128>(b), std::bit_cast<__m128>(a)));
+  return __builtin_ia32_maxps(b, a);
 #else
   return a < b ? b : a;
 #endif

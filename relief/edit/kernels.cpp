@@ -164,12 +164,16 @@ Sweep sweep_of(const Cutter& cutter) noexcept {
   return {from_centre - sweep, c / larger(root - b, 1e-30F), hit};
 }
 
-/// tan of the angle between the start's surface and the ball, at most kSteepestRim.
-[[gnu::always_inline]] inline float rim_slope(Vec3f out, Vec3f normal) noexcept {
+/// What the start's normals are off by at the border of a slab, where they come from one side alone, in radians for a
+/// ball of a radius on which the spacing is one. Angles below that ask for no blend, so that an older cut of the same
+/// ball stays as it is.
+constexpr float kSidedNormal = 0.75F;
+/// tan of the angle between the start's surface and the ball, at most kSteepestRim; `space`: in radii.
+[[gnu::always_inline]] inline float rim_slope(Vec3f out, Vec3f normal, float space) noexcept {
   const float down = -dot(out, normal);
   const float side = std::sqrt(larger(dot(out, out) - down * down, 0.0F));
-  const float slope = side / larger(down, 1e-9F);
-  return smaller(slope, kSteepestRim);
+  const float slope = side / larger(down, 1e-9F) - kSidedNormal * space;
+  return smaller(larger(slope, 0.0F), kSteepestRim);
 }
 
 [[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
@@ -192,11 +196,12 @@ Sweep sweep_of(const Cutter& cutter) noexcept {
     const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
     const Meeting met = meet(f, square, a, up, sweep);
     const float blend = (blends[0] * read.wa[k] + blends[1] * read.wb[k]) + blends[2] * read.wc[k];
-    const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}) * per_fibre;
+    const float space = read.space(k);
+    const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}, space) * per_fibre;
     const float gap = met.at - a, between = gap > 0 ? gap : -gap;
     const float over = larger(width - between, 0.0F);
     const float lowest = smaller(a, met.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = kBlendFade * fade_of(a, read.space(k) * per_fibre);
+    const float fade = kBlendFade * fade_of(a, space * per_fibre);
     const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
     const float kept = lowest < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);

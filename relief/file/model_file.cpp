@@ -384,12 +384,12 @@ class Rows {
       RELIEF_TRY(const bool row, rows.step());
       if (!row) break;
       const auto layer = layer_from_name(rows.text(0));
-      const LayerEntry entry{
-          .stroke = rows.integer(1), .intervals = rows.integer(2), .type = type_in_file(*layer, format)};
       if (!layer) return damaged("it has a layer that does not exist");
       const auto k = static_cast<std::size_t>(*layer);
       lost[k] = !detail::layer_holds(rows);
       if (lost[k]) continue;
+      const LayerEntry entry{
+          .stroke = rows.integer(1), .intervals = rows.integer(2), .type = type_in_file(*layer, format)};
       const bool sound = *layer == Layer::Displacement   ? entry.intervals == kOwnIntervals && entry.stroke == 0
                          : entry.intervals == kLayerGone ? true
                          : has_own_intervals(*layer)     ? entry.intervals == kOwnIntervals
@@ -469,7 +469,7 @@ class Rows {
   [[nodiscard]] Result<std::optional<std::array<TilePtr, kTilesPerPage>>> read_differences(
       const Snapshot& known, Layer layer, const LayerEntry& entry, SlabId page, std::int64_t after,
       std::int64_t last) const {
-    // What the file has as another type was rounded when it was read.
+    // What the file has as another type was rounded when it was read: a difference would not lead back to it.
     if (entry.type != sample_type(layer)) return std::nullopt;
     const SlabMesh& mesh = known.slab_mesh();
     RELIEF_TRY(Statement rows, database_.prepare("SELECT * FROM pages WHERE layer = ? AND page = ? AND stroke > ? AND "
@@ -496,11 +496,9 @@ class Rows {
     }
     std::array<TilePtr, kTilesPerPage> tiles;
     for (SlabId t = 0; t < kTilesPerPage; ++t)
-      if (!samples[t].empty()) {
+      if (!samples[t].empty())
         tiles[t] =
             detail::tile_from(samples[t], entry.type, layer, intervals_of(entry, mesh, page * kTilesPerPage + t));
-        if (!tiles[t]) return page_damage(layer, page, last, "holds values outside its range");
-      }
     return tiles;
   }
 
@@ -812,6 +810,11 @@ struct ModelFile::State {
     database.roll_back();
     return found;
   }
+  /// That no stroke up to this one lacks rows.
+  [[nodiscard]] Status check_complete(std::int64_t stroke) const {
+    if (stroke < incomplete) return {};
+    return database.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  }
   [[nodiscard]] std::unexpected<Error> changed_by_another() const {
     return database.failure(Errc::Io, "was changed by another program: open it again");
   }
@@ -892,8 +895,7 @@ Status ModelFile::State::read(const Progress& progress) {
   RELIEF_CHECK(database.check_tables());
   RELIEF_TRY(meta, rows.read_meta());
   RELIEF_TRY(incomplete, rows.first_incomplete(meta));
-  if (incomplete <= meta.current)
-    return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  RELIEF_CHECK(check_complete(meta.current));
   RELIEF_TRY(const auto mesh, rows.read_cage(meta));
   RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
   RELIEF_TRY(model.head, load(rows, mesh, layers, meta.current, progress));
@@ -1082,8 +1084,9 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
   Meta meta = state.meta;
   meta.current = static_cast<std::int64_t>(stroke);
   LayerTable layers;
-  RELIEF_CHECK(state.transaction([&]() -> Status {
+  const auto write = [&]() -> Status {
     const Rows rows(state.database);
+    RELIEF_CHECK(state.check_complete(meta.current));
     RELIEF_TRY(layers, rows.read_layers(meta.current, meta.format));
     for (std::size_t k = 0; k < layers.size(); ++k) {
       const auto layer = static_cast<Layer>(k);
@@ -1093,7 +1096,8 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
             Errc::InvalidArgument, "keeps its place: the model given is not that of stroke " + std::to_string(stroke));
     }
     return rows.write_place(meta);
-  }));
+  };
+  RELIEF_CHECK(state.transaction(write));
   state.meta = std::move(meta);
   state.layers = layers;
   state.model.head = std::move(state_there);
@@ -1104,7 +1108,7 @@ Result<ModelFile::State::Place> ModelFile::State::state_at(std::int64_t stroke, 
                                                            std::int64_t near_stroke, const Progress& progress) const {
   const Rows rows(database);
   if (stroke == near_stroke) return near;
-  if (stroke >= incomplete) return rows.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
+  RELIEF_CHECK(check_complete(stroke));
   Place place;
   RELIEF_TRY(place.layers, rows.read_layers(stroke, meta.format));
   if (place.layers == near.layers) {

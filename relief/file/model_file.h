@@ -105,7 +105,8 @@ class ModelFile {
   [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1, const Progress& progress = {});
   [[nodiscard]] Result<std::uint64_t> redo(std::uint64_t strokes = 1, const Progress& progress = {});
   /// Moves the current stroke to one whose model the caller holds, as at() or commit() had it: only the place is
-  /// written, no page is read. Errors: NotFound (no such stroke), InvalidArgument (`state` has other layers), Io.
+  /// written, no page is read, so damage there shows at the next open(). Errors: NotFound (no such stroke), Corrupt (it
+  /// lacks rows), InvalidArgument (`state` has other layers), Io.
   [[nodiscard]] Status go_to(std::uint64_t stroke, SnapshotPtr state);
 
  private:

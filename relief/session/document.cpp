@@ -254,7 +254,7 @@ struct Document::State {
       emit(Failed{sound.error(), saver.unsaved()});
       return;
     }
-    std::string label = begin.label.empty() ? std::string(relief::info(begin.brush.tool).title) : begin.label;
+    std::string label = begin.label.empty() ? std::string(name(begin.brush.tool)) : begin.label;
     open.emplace();
     open->source = begin.source;
     open->stroke = {.brush = begin.brush, .label = std::move(label), .tip = begin.tip, .points = {}};
@@ -373,7 +373,7 @@ struct Document::State {
 
   /// The stroke that has just ended becomes a step of the history.
   void keep(const StrokeFinished& finished) {
-    std::string text = text_of(open->stroke);
+    std::string text = journal_text(open->stroke, finished.result);
     StrokeRecord record{.label = finished.label, .details = text};
     const std::size_t number = history.push(editor.head(), finished.label, std::move(text));
     {

@@ -28,7 +28,7 @@ using StrokeSource = std::uint32_t;
 struct BeginStroke {
   Brush brush;
   bool tip = false;   ///< see Stroke
-  std::string label;  ///< what people read; the tool's title where it is empty
+  std::string label;  ///< what people read; the tool's name where it is empty
   StrokeSource source = 0;
 };
 /// Points that are not finite or run back in time are left out, pressures are clamped.

@@ -18,6 +18,8 @@ using nlohmann::ordered_json;
 constexpr std::array<std::string_view, 15> kFields = {
     "tool",  "radius",         "strength",   "colour",   "points", "label",   "resilience", "height",
     "exact", "pressure_curve", "stabiliser", "symmetry", "mirror", "falloff", "tip"};
+/// What the journal adds to them.
+constexpr std::string_view kLimited = "limited";
 constexpr std::string_view kAxes = "xyz";
 
 std::string in_quotes(std::string_view text) { return '"' + printable(text, 40) + '"'; }
@@ -70,7 +72,7 @@ class StrokeReader {
 
   [[nodiscard]] Status only_known_fields() const {
     for (const auto& [key, value] : object_.items()) {
-      if (std::ranges::find(kFields, key) != kFields.end()) continue;
+      if (key == kLimited || std::ranges::find(kFields, key) != kFields.end()) continue;
       std::string known;
       for (const std::string_view field : kFields) known.append(known.empty() ? "" : ", ").append(field);
       return problem("has the unknown field " + in_quotes(key) + hint(key, kFields) + "; known are " + known);
@@ -214,9 +216,7 @@ Result<json> parse(std::string_view text, std::string_view place) {
 
 ordered_json list_of(Vec3d v) { return {v.x, v.y, v.z}; }
 
-}  // namespace
-
-std::string text_of(const Stroke& stroke) {
+ordered_json json_of(const Stroke& stroke) {
   const Brush plain, &brush = stroke.brush;
   ordered_json object;
   const auto put = [&object](const char* key, const auto& value, const auto& usual) {
@@ -246,7 +246,21 @@ std::string text_of(const Stroke& stroke) {
   ordered_json& points = object["points"] = ordered_json::array();
   for (const StrokePoint& p : stroke.points)
     points.push_back({p.t, p.position.x, p.position.y, p.position.z, p.pressure});
+  return object;
+}
+
+std::string one_line(const ordered_json& object) {
   return object.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string text_of(const Stroke& stroke) { return one_line(json_of(stroke)); }
+
+std::string journal_text(const Stroke& stroke, const StrokeResult& result) {
+  ordered_json object = json_of(stroke);
+  if (result.limited > 0) object[std::string(kLimited)] = result.limited;
+  return one_line(object);
 }
 
 Result<Stroke> stroke_of(std::string_view text, std::string_view place) {

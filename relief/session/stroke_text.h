@@ -14,6 +14,10 @@ namespace relief {
 /// long as all numbers are finite. The label must be UTF-8.
 [[nodiscard]] std::string text_of(const Stroke& stroke);
 
+/// The same as the journal keeps it: with "limited", the samples that would have gone beyond their fibre's ends, where
+/// there were any. It is passed over where the stroke is read.
+[[nodiscard]] std::string journal_text(const Stroke& stroke, const StrokeResult& result);
+
 /// The stroke that a JSON object holds. `place` begins each sentence, such as "a.json: stroke 3". Error: Corrupt, with
 /// the field that is missing, unknown or out of its range.
 [[nodiscard]] Result<Stroke> stroke_of(std::string_view text, std::string_view place);

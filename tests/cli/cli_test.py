@@ -1515,7 +1515,7 @@ class Sculpt(Case):
     STROKES = [
         {"tool": "carve", "radius": 6, "strength": 0.5, "points": [[0.1 * k, -12 + 3 * k, 45, 60, 1] for k in range(9)]},
         {"tool": "deposit", "radius": 6, "strength": 0.8, "points": [[0.1 * k, -12 + 3 * k, 30, 60, 1] for k in range(9)]},
-        {"tool": "paint", "radius": 6, "strength": 0.9, "colour": [20, 40, 200], "points": [[0, 0, 60, 60, 1]]}]
+        {"tool": "paint", "radius": 6, "strength": 0.9, "colour": [20, 40, 200], "points": [[0, 0, 40, 60, 1]]}]
 
     def strokes(self, content, name="S.json"):
         file = self.folder / name
@@ -1611,6 +1611,112 @@ class Sculpt(Case):
         for stroke in self.STROKES:
             self.ok("sculpt", in_steps, "--strokes", self.strokes([stroke]), "-o", in_steps)
         self.assertEqual(self.hash(at_once), self.hash(in_steps))
+
+    def test_resume_goes_on_with_the_strokes_that_are_missing(self):
+        whole, out = self.folder / "whole.relief", self.folder / "resumed.relief"
+        beside = {"tool": "carve", "radius": 6, "points": [[0, 900, 0, 0, 1]]}  # changes nothing, so is in no journal
+        strokes = [self.STROKES[0], beside, *self.STROKES[1:], self.STROKES[0], beside]
+        file = self.strokes(strokes)
+        report = self.ok("sculpt", self.model, "--strokes", file, "-o", whole, "--json").json()
+        self.assertEqual([s["changed"] for s in report["strokes"]], [True, False, True, True, True, False])
+        self.assertEqual([s["missed"] for s in report["strokes"]][1], 1)
+        self.assertEqual(report["total"], 4)
+        self.ok("sculpt", self.model, "--strokes", file, "-o", out, "--resume")  # nothing is there: all of them
+        self.assertEqual(self.hash(out), self.hash(whole))
+        for done, expected in ((1, 1), (2, 3), (3, 4), (4, 6)):
+            self.ok("undo", out, "--strokes", 99)
+            self.ok("redo", out, "--strokes", done)
+            report = self.ok("sculpt", self.model, "--strokes", file, "-o", out, "--resume", "--json").json()
+            # A stroke that changed nothing and is followed by none that did may be played again.
+            self.assertEqual(report["resumed_after"], expected if done < 4 else 5)
+            self.assertEqual(report["total"], 4)
+            self.assertEqual(self.hash(out), self.hash(whole))
+        # In place, on top of strokes of its own.
+        shutil.copy(self.model, out)
+        self.ok("sculpt", out, "--strokes", self.strokes(self.STROKES[1:2], "own.json"), "-o", out)
+        shutil.copy(out, self.folder / "start.relief")
+        self.ok("sculpt", self.folder / "start.relief", "--strokes", file, "-o", whole, "--force")
+        self.ok("sculpt", out, "--strokes", file, "-o", out)
+        self.ok("undo", out, "--strokes", 2)
+        self.ok("sculpt", out, "--strokes", file, "-o", out, "--resume")
+        self.assertEqual(self.hash(out), self.hash(whole))
+        self.assert_failed(Run("sculpt", out, "--strokes", file, "-o", out, "--resume", "--force"), 2)
+
+    def test_resume_refuses_what_does_not_match(self):
+        out = self.folder / "other.relief"
+        self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES[:2]), "-o", out)
+        before = self.hash(out)
+        changed = [dict(self.STROKES[0], radius=6.5), *self.STROKES[1:]]
+        inserted = [self.STROKES[0], self.STROKES[2], self.STROKES[1]]
+        fewer = self.STROKES[:1]
+        for strokes in (changed, inserted, fewer):
+            self.assert_failed(Run("sculpt", self.model, "--strokes", self.strokes(strokes), "-o", out, "--resume"), 1,
+                               "other.relief", "does not hold the first strokes", "S.json")
+            self.assertEqual(self.hash(out), before)
+        shutil.copy(out, self.folder / "another.relief")
+        self.ok("undo", self.folder / "another.relief")
+        self.assert_failed(Run("sculpt", self.folder / "another.relief", "--strokes", self.strokes(self.STROKES), "-o", out,
+                               "--resume"), 1, "does not hold the first strokes")
+        self.assert_failed(Run("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out), 1, "--force", "--resume")
+
+    def test_what_a_stroke_could_not_do_is_said_in_one_line(self):
+        out = self.folder / "deep.relief"
+        deep = {"tool": "carve", "radius": 60, "points": [[0, 0, 45, 60, 1], [1, 5, 45, 60, 1], [1, 0, 500, 0, 1]]}
+        run = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out)
+        self.assertRegex(run.out, r"\n\d+ samples could not go as far as asked: .*; 1 point lay farther")
+        stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out, "--force", "--json").json()["strokes"][0]
+        self.assertGreater(stroke["limited"], 0)
+        self.assertEqual(stroke["missed"], 1)
+        journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
+        self.assertEqual(journal[0]["limited"], stroke["limited"])
+
+    def test_control_c_stops_inside_a_stroke_and_keeps_those_before(self):
+        out = self.folder / "stopped.relief"
+        # At rest for an hour: it would be 450,000 dabs.
+        endless = {"tool": "inflate", "radius": 6, "strength": 0.001, "points": [[0, 0, 40, 60, 1], [3600, 0, 40, 60, 1]]}
+        strokes = self.strokes([self.STROKES[0], self.STROKES[1], endless, self.STROKES[0]])
+        started = subprocess.Popen([str(BIN / "relief"), "sculpt", str(self.model), "--strokes", str(strokes), "-o", str(out)],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        while True:  # until the first two are in the file
+            with contextlib.suppress(sqlite3.Error), contextlib.closing(sqlite3.connect(f"file:{out}?mode=ro", uri=True)) as database:
+                if database.execute("SELECT count(*) FROM strokes WHERE number > 0").fetchone()[0] == 2:
+                    break
+            self.assertIsNone(started.poll())
+            time.sleep(0.05)
+        started.send_signal(signal.SIGINT)
+        _, err = started.communicate(timeout=300)
+        self.assertEqual(started.returncode, 130)
+        self.assertIn(b"cancelled after 2 of 4 strokes, which are saved", err)
+        self.assertEqual(self.ok("info", out, "--json").json()["strokes"], 2)
+
+    def test_live_strokes_are_in_the_model_and_can_be_played_again(self):
+        out, again, record = self.folder / "live.relief", self.folder / "again.relief", self.folder / "live.rlog"
+        report = self.ok("sculpt", self.model, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--symmetry", "x",
+                         "--seconds", 4, "-o", out, "--record", record, "--json").json()
+        self.assertGreater(report["total"], 0)
+        self.assertEqual(report["total"], sum(s["changed"] for s in report["strokes"]))
+        self.assertEqual(self.ok("info", out, "--json").json()["strokes"], report["total"])
+        with contextlib.closing(sqlite3.connect(out)) as database:
+            texts = [json.loads(row[0]) for row in database.execute("SELECT details FROM strokes WHERE number > 0 ORDER BY number")]
+        self.assertTrue(all(text["tip"] and text["symmetry"] == "x" and text["radius"] == 6 for text in texts))
+        self.ok("sculpt", self.model, "--strokes", self.strokes(texts), "-o", again)
+        self.assertEqual(self.hash(again), self.hash(out))
+        if report["servo"]["dropped"] == 0:
+            self.ok("replay", record, "--verify", "--model", self.model)
+        # The recorded hand on the recorded model, with another tool, into the model itself.
+        shutil.copy(self.model, again)
+        report = self.ok("sculpt", again, "--device", f"replay:{record}", "--tool", "paint", "--colour", "200,30,30", "--json").json()
+        self.assertGreater(report["total"], 0)
+        self.assertIn("colour", self.ok("info", again, "--json").json()["layers"])
+
+    def test_wrong_settings_of_a_live_tool_are_told(self):
+        live = ["sculpt", self.model, "--device", "sim:hand", "--seconds", 1, "-o", self.folder / "none.relief"]
+        for options, word in ((["--tool", "crave"], "did you mean carve?"), (["--tool", "carve", "--colour", "1,2,3"], "no setting of carve"),
+                              (["--tool", "paint"], "--colour"), (["--tool", "carve", "--radius", "x"], "--radius"),
+                              (["--tool", "carve", "--radius", "-3"], "radius"), (["--tool", "clay", "--falloff", "cubic"], "own, linear")):
+            self.assert_failed(Run(*live, *options), 1, word)
+        for options in ([], ["--strokes", "S.json", "--tool", "carve"]):
+            self.assert_failed(Run(*live, *options), 2)
 
     def surface(self, model):
         mesh = self.folder / "surface.obj"

@@ -196,12 +196,10 @@ TEST(Carve, MoreStrokesInTheSamePlaceRoundTheRimByLessThanACell) {
       if (cut < 6 * cell) return;
       EXPECT_NEAR(length(sample_position(*once, s, at) - centre), radius, 2e-6);
       ++inside;
-      moved = std::max(moved, std::abs(first - last) * fibre * radius / (cell * cell));
+      moved = std::max(moved, std::abs(first - last));
     });
     EXPECT_LE(deepest, 1);
-    // The normals of a sampled ball, from the triangles of one slab alone at its border, are off by a cell per radius;
-    // so is the angle that the blend goes by, which makes this of a cell.
-    EXPECT_LE(moved, 1);
+    EXPECT_LE(moved, 1e-6);
     EXPECT_GT(inside, 100U);
   }
 }

@@ -140,7 +140,7 @@ void for_each_pair(const Snapshot& before, const Snapshot& after, Layer layer, V
 /// Whether a sample has the same bits in two tiles.
 inline bool same_sample(const Tile& a, const Tile& b, std::size_t k) {
   bool same = true;
-  for (int c = 0; c < a.channel_count(); ++c) same = same && a.plane(c)[k] == b.plane(c)[k];
+  for (int c = 0; c < a.channel_count(); ++c) same = same && a.value(c, k) == b.value(c, k);
   return same;
 }
 

@@ -57,7 +57,7 @@ SnapshotPtr with_written_layer(const SnapshotPtr& before, const SnapshotPtr& aft
     for (SlabId s = 0; s < before->slab_mesh().slab_count(); ++s)
       for (int c = 0; c < 3; ++c) {
         Tile& tile = draft.edit(layer, s);
-        std::fill_n(tile.plane(c), tile.size(), kClayColour[static_cast<std::size_t>(c)]);
+        for (std::size_t k = 0; k < tile.size(); ++k) tile.set(c, k, kClayColour[static_cast<std::size_t>(c)]);
       }
   return draft.finish();
 }

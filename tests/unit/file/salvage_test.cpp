@@ -257,6 +257,26 @@ TEST(DamagedHistory, UndoStopsBeforeItAndSaysSo) {
   EXPECT_EQ(records[5].label, "stroke 6");
 }
 
+TEST(DamagedHistory, UndoneStrokesThatLackRowsAreNotRedone) {
+  const Folder folder;
+  const auto path = folder / "a.relief";
+  const Known known = make_history(path, ball(1, 3), 12);
+  Sql(path).run("DELETE FROM pages WHERE stroke = 12 AND layer = 'displacement'");
+  RELIEF_MUST(file, ModelFile::open(path));
+  RELIEF_MUST(damage, file.damage());
+  EXPECT_EQ(damage, (std::vector<DamagedStrokes>{{12, 12}}));
+  EXPECT_EQ(file.at(12).error().code, Errc::Corrupt);
+  EXPECT_EQ(file.go_to(12, file.model().head).error().code, Errc::Corrupt);
+  EXPECT_EQ(file.redo(2).error().code, Errc::Corrupt);
+  EXPECT_OK(file.redo(1));
+  EXPECT_EQ(file.model().head->content_hash(), known.hashes[11]);
+  const SnapshotPtr next = stroke(file.model().head, 99);
+  EXPECT_OK(file.commit(next, {}));
+  EXPECT_OK(file.undo());
+  EXPECT_OK(file.redo());
+  EXPECT_EQ(file.model().head->content_hash(), next->content_hash()) << "what lacked rows was dropped";
+}
+
 TEST(DamagedHistory, FromAStateAtHandTheOneBesideItIsReadByTheDifferenceAlone) {
   const Folder folder;
   const auto path = folder / "a.relief";

@@ -168,7 +168,7 @@ TEST(Document, TheFileHasEachStrokeWithTheTextThatMakesItAgain) {
   const auto journal = file->strokes();
   ASSERT_TRUE(journal);
   EXPECT_EQ((*journal)[0].label, "stroke 1");
-  EXPECT_EQ((*journal)[5].label, "Carve") << "the tool's title";
+  EXPECT_EQ((*journal)[5].label, "carve") << "the tool's name";
   auto start = file->at(0);
   ASSERT_TRUE(start);
   Editor editor(*start);
@@ -234,7 +234,7 @@ std::size_t bytes_beside(const std::vector<std::weak_ptr<const Snapshot>>& all, 
 }
 
 TEST(Document, TheHistoryKeepsToItsBudgetAndLosesNothing) {
-  constexpr std::size_t kBudget = std::size_t{96} << 10U;
+  constexpr std::size_t kBudget = std::size_t{64} << 10U;
   const Folder folder;
   Document document = document_in(folder / "a.relief", ball(), {.history_bytes = kBudget, .on_event = {}});
   std::vector<std::uint64_t> hashes = {hash_of(document)};
@@ -272,7 +272,7 @@ TEST(Document, TheHistoryKeepsToItsBudgetAndLosesNothing) {
 }
 
 TEST(Document, WithoutAFileOldStepsAreDroppedAndThisIsSaid) {
-  constexpr std::size_t kBudget = std::size_t{96} << 10U;
+  constexpr std::size_t kBudget = std::size_t{64} << 10U;
   Events events;
   Document document(ball(), events.settings(kBudget));
   const std::vector<std::uint64_t> hashes = draw(document, 60);
