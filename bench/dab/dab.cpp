@@ -67,10 +67,10 @@ Plan plan_of(Extent extent) {
           .intervals = 32,
           .share = 1,
           .rounds = 3,
-          .strokes = 6,
-          .dabs = 40,
+          .strokes = 5,
+          .dabs = 30,
           .growth = {64, 101, 202},
-          .growth_rounds = 9};
+          .growth_rounds = 7};
 }
 
 /// What a whole dab may take, us.
