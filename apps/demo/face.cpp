@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace relief::demo {
 
@@ -63,8 +64,11 @@ class Planner {
     scale_ = diagonal(box_);
   }
 
-  /// Follows a line at the given depth below the surface; `buttons` are held from touch-down to lift-off.
+  /// Follows a line at the given depth below the surface; `buttons` are held from touch-down to lift-off. What is built
+  /// or painted adds up over time, so the hand goes slowly there.
   void follow(const Line& line, double depth, std::uint32_t buttons) {
+    const std::uint32_t brush = buttons >> 8U;
+    const double work = brush == Cutter ? kWork : brush == DarkPaint ? kPaint : kSlow;
     std::vector<std::optional<RayHit>> places;
     for (std::size_t k = 0; k < line.size(); ++k) {
       const FacePoint to = line[k], from = k > 0 ? line[k - 1] : to;
@@ -88,7 +92,8 @@ class Planner {
         go(p - n * (0.3 * depth * scale_), 0, kTravel);
         down = true;
       }
-      go(p - n * (depth * scale_), buttons, buttons == 0 ? kFeel : kWork);
+      go(p - n * (depth * scale_), buttons, buttons == 0 ? kFeel : work);
+      if (brush >= DarkPaint) painted_.emplace_back(p, brush);
       last_normal_ = n;
     }
     if (down) lift();
@@ -96,13 +101,15 @@ class Planner {
 
   Performance finish(std::vector<Brush> brushes) {
     performance_.brushes = std::move(brushes);
+    for (const auto& [place, brush] : painted_)
+      performance_.painted.push_back({place, performance_.brushes[brush].colour});
     for (const Leg& leg : performance_.legs) performance_.seconds += leg.seconds;
     return std::move(performance_);
   }
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04;  // m/s
+  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.03, kSlow = 0.012;  // m/s
 
   std::optional<RayHit> cast(FacePoint f) const {
     const Vec3d half = box_.extent() * 0.5, centre = box_.centre();
@@ -130,6 +137,7 @@ class Planner {
   Box3d box_;
   double scale_ = 1;
   Vec3d last_normal_{0, 0, 1};
+  std::vector<std::pair<Vec3d, std::uint32_t>> painted_;  ///< places, and the brush that is led over them
   Performance performance_;
 };
 

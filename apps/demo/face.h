@@ -19,8 +19,15 @@ struct Leg {
   std::uint32_t buttons = 0;
 };
 
+/// A place of the surface, as it was at first, that is to have a colour in the end.
+struct Painted {
+  Vec3d position;  ///< model units
+  Vec3f colour;    ///< sRGB
+};
+
 struct Performance {
   std::vector<Leg> legs;
+  std::vector<Painted> painted;
   std::vector<Brush> brushes;  ///< chosen by the buttons, see Session::set_brushes
   double seconds = 0;
 };

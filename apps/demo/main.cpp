@@ -16,10 +16,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <numbers>
 #include <optional>
 #include <thread>
+#include <vector>
 
 namespace relief::demo {
 
@@ -53,12 +56,14 @@ class Demo {
     if (error) return fail(Errc::Io, printable(o_.out.string()) + ": cannot be made: " + error.message());
     RELIEF_CHECK(convert_source());
     RELIEF_TRY(renderer_, make_renderer());
-    RELIEF_CHECK(picture(*file_->model().head, "before.png", "before", {}));
+    RELIEF_CHECK(picture(*file_->model().head, "before.png", "before", {}, &before_));
     RELIEF_CHECK(picture(*file_->model().head, "slabs.png", "slabs", {.slab_wires = true}));
     RELIEF_CHECK(perform());
     RELIEF_CHECK(reload());
     const Snapshot& head = *file_->model().head;
-    RELIEF_CHECK(picture(head, "after.png", "after", {}));
+    Picture after;
+    RELIEF_CHECK(picture(head, "after.png", "after", {}, &after));
+    say_colours(after);
     RELIEF_CHECK(picture(head, "heat.png", "displacement and slabs after", {.slab_wires = true, .heat_map = true}));
     RELIEF_CHECK(hand_picture());
     RELIEF_CHECK(export_mesh(to_mesh(head), o_.out / "after.ply", {.unit = file_->model().info.unit}));
@@ -112,16 +117,43 @@ class Demo {
     return {};
   }
 
-  Status picture(const Snapshot& model, const char* name, const char* caption, DrawSettings settings) {
+  Status picture(const Snapshot& model, const char* name, const char* caption, DrawSettings settings,
+                 Picture* keep = nullptr) {
     settings.width = o_.quick ? 320 : 1280;
     settings.height = o_.quick ? 180 : 720;
     settings.lights = o_.quick ? 8 : 64;
     RELIEF_TRY(const Picture drawn, renderer_->draw(model, camera_, settings));
     RELIEF_CHECK(save_png(drawn, o_.out / name));
+    if (keep != nullptr) *keep = drawn;
     report_.figures.push_back({o_.out / name, caption});
     say(fmt::format("drew {} ({} triangles, {:.1f} CPU s)", name, renderer_->stats().triangles,
                     renderer_->stats().cpu_seconds));
     return cancelled();
+  }
+
+  /// Whether what was meant to be painted is seen in the picture: a place counts where its pixel went a quarter of the
+  /// way from what it was to the colour that was meant, or more.
+  void say_colours(const Picture& after) const {
+    std::size_t found = 0;
+    for (const Painted& place : painted_) {
+      const Vec3d at = closest_point(*made_, place.position).position;
+      const Vec3d forward = normalized(camera_.target - camera_.eye), right = normalized(cross(forward, camera_.up));
+      const Vec3d up = cross(right, forward), way = at - camera_.eye;
+      const double focal = 0.5 * after.height / std::tan(camera_.field_of_view * std::numbers::pi / 360);
+      const auto x = static_cast<int>(0.5 * after.width + focal * dot(way, right) / dot(way, forward));
+      const auto y = static_cast<int>(0.5 * after.height - focal * dot(way, up) / dot(way, forward));
+      if (x < 0 || y < 0 || x >= after.width || y >= after.height) continue;
+      const auto colour = [&](const Picture& picture) {
+        const std::size_t k =
+            3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x));
+        return Vec3d{static_cast<double>(picture.rgb[k]), static_cast<double>(picture.rgb[k + 1]),
+                     static_cast<double>(picture.rgb[k + 2])} /
+               255.0;
+      };
+      const Vec3d was = colour(before_), wanted = to_double(place.colour) - was;
+      found += dot(colour(after) - was, wanted) >= 0.25 * dot(wanted, wanted) ? 1U : 0U;
+    }
+    say(fmt::format("colours are seen where they were meant at {} of {} places", found, painted_.size()));
   }
 
   static Status cancelled() { return cancel_asked.load() ? fail(Errc::Cancelled, "cancelled") : Status{}; }
@@ -136,6 +168,7 @@ class Demo {
     const SnapshotPtr head = document.head();
     const Workspace workspace = fit_workspace(preset.info, head->slab_mesh().bounds());
     const Performance performance = plan_face(*head, workspace, o_.quick);
+    painted_ = performance.painted;
     say(fmt::format("the hand works for {:.0f} s", performance.seconds));
     auto done = std::make_shared<std::atomic<bool>>(false);
     SimulatedHand hand(preset, {.stiffness = 800, .damping = 8, .max_force = 4}, script_of(performance, done));
@@ -232,7 +265,9 @@ class Demo {
   Options o_;
   std::optional<Renderer> renderer_;
   std::optional<ModelFile> file_;
-  SnapshotPtr made_;  ///< what the hand left
+  SnapshotPtr made_;              ///< what the hand left
+  std::vector<Painted> painted_;  ///< what it was to paint
+  Picture before_{};
   Box3d box_;
   Camera camera_;
   Report report_;

@@ -136,7 +136,7 @@ void add_bench(CLI::App& app, Context& context) {
   CLI::App* c = app.add_subcommand("bench", "Measure this build on this machine");
   c->add_option(
        "WHAT", *what,
-       "convert, query, touch (each goal beside its figure, and peers on the same surfaces), dab, render, paper "
+       "convert, query, touch and dab (each goal beside its figure, peers on the same surfaces), render, paper "
        "(the paper's own table), or all")
       ->required()
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));

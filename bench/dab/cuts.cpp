@@ -246,36 +246,35 @@ class Cut {
     return error;
   }
 
-  /// Along curves beside the rim: how much height, less that of the true surface, and normal, seen from the axis, vary.
+  /// Along curves beside the rim: how much height and normal vary, less those of the true surface, seen from the axis.
   void find_ripple(const Patch& after, Error& error) const {
     const Heights now(after, ball_, spacing_);
     double heights = 0, turns = 0;
     for (int curve = 0; curve < kCurves; ++curve) {
       const double beside = spacing_ * (2.0 * curve / (kCurves - 1) - 1);
       std::vector<double> off;
-      std::vector<Vec3d> normals;
+      std::vector<Vec3d> turns_of;
       for (int k = 0; k < kAngles; ++k) {
         const double from_axis = rim_[static_cast<std::size_t>(k)] + beside;
         const Vec3d p = heights_.place(from_axis, angle(k));
         const auto hit = now.above(p), before = heights_.above(p);
         if (!hit || !before || !(from_axis > 0)) continue;
-        const bool in_ball = length(before->position - ball_.centre) < ball_.radius;
-        off.push_back(hit->height - (in_ball ? ball_.bottom(from_axis * from_axis) : before->height));
+        const bool in_ball = beside < 0;
+        const double height = in_ball ? ball_.bottom(from_axis * from_axis) : before->height;
+        off.push_back(hit->height - height);
+        const Vec3d truth = in_ball ? (ball_.centre - p - ball_.axis * height) / ball_.radius : before->normal;
         const Vec3d outwards = (p - ball_.contact) / from_axis, along = cross(ball_.axis, outwards);
-        normals.push_back({dot(hit->normal, outwards), dot(hit->normal, along), dot(hit->normal, ball_.axis)});
+        const Vec3d turn = hit->normal - truth;
+        turns_of.push_back({dot(turn, outwards), dot(turn, along), dot(turn, ball_.axis)});
       }
       if (off.empty()) continue;
       const auto count = static_cast<double>(off.size());
       double mean = 0, square = 0, turned = 0;
       Vec3d middle;
       for (const double x : off) mean += x / count;
-      for (const Vec3d n : normals) middle += n;
-      middle = normalized(middle);
+      for (const Vec3d x : turns_of) middle += x / count;
       for (const double x : off) square += (x - mean) * (x - mean) / count;
-      for (const Vec3d n : normals) {
-        const double turn = std::atan2(length(cross(n, middle)), dot(n, middle)) / kDegree;
-        turned += turn * turn / count;
-      }
+      for (const Vec3d x : turns_of) turned += dot(x - middle, x - middle) / (count * kDegree * kDegree);
       heights += square / kCurves;
       turns += turned / kCurves;
     }

@@ -67,10 +67,10 @@ Plan plan_of(Extent extent) {
           .intervals = 32,
           .share = 1,
           .rounds = 3,
-          .strokes = 6,
-          .dabs = 40,
+          .strokes = 5,
+          .dabs = 30,
           .growth = {64, 101, 202},
-          .growth_rounds = 9};
+          .growth_rounds = 7};
 }
 
 /// What a whole dab may take, us.
@@ -383,7 +383,7 @@ std::string dab_text(const ordered_json& dab) {
              "slabs: what it\n"
              "  takes of the time of slabs. Ball cuts: 0.6 of the radius deep; distances within a spacing of the rim "
              "and inside it;\n"
-             "  ripple: standard deviation along curves beside the rim, in spacings and of the normal.\n"
+             "  ripple: standard deviation of height and normal along curves beside the rim, less the true ones.\n"
              "  {}\n",
              machine["processor"].get<std::string>(), machine["cores"].get<unsigned>(),
              machine["level_2_cache_bytes"].get<std::size_t>() >> 10U,

@@ -141,7 +141,8 @@ RELIEF_CLONES void smooth(const Ball& b, float amount, const std::int32_t* __res
   }
 }
 
-/// Unit normals of the vertices of a list: of the triangles around each, weighted by area.
+/// Unit normals of the vertices of a list: of the triangles around each, weighted by area. The sum of the six is the
+/// area that their outer edges enclose, whatever lies between them: that of two quadrangles.
 RELIEF_CLONES void find_normals(const std::int32_t* __restrict list, std::size_t count, const Coordinates& at,
                                 const Ring& ring, const Moved& to) {
   const float *const x = at.x, *const y = at.y, *const z = at.z;
@@ -150,16 +151,13 @@ RELIEF_CLONES void find_normals(const std::int32_t* __restrict list, std::size_t
   float* __restrict const to_x = to.x, * __restrict const to_y = to.y, * __restrict const to_z = to.z;
   for (std::size_t k = 0; k < count; ++k) {
     const std::int32_t v = list[k], a = r0[v], b = r1[v], c = r2[v], d = r3[v], e = r4[v], f = r5[v];
-    const float px = x[v], py = y[v], pz = z[v];
-    const float ax = x[a] - px, ay = y[a] - py, az = z[a] - pz, bx = x[b] - px, by = y[b] - py, bz = z[b] - pz;
-    const float cx = x[c] - px, cy = y[c] - py, cz = z[c] - pz, dx = x[d] - px, dy = y[d] - py, dz = z[d] - pz;
-    const float ex = x[e] - px, ey = y[e] - py, ez = z[e] - pz, fx = x[f] - px, fy = y[f] - py, fz = z[f] - pz;
-    const float nx = (ay * bz - az * by) + (by * cz - bz * cy) + (cy * dz - cz * dy) + (dy * ez - dz * ey) +
-                     (ey * fz - ez * fy) + (fy * az - fz * ay);
-    const float ny = (az * bx - ax * bz) + (bz * cx - bx * cz) + (cz * dx - cx * dz) + (dz * ex - dx * ez) +
-                     (ez * fx - ex * fz) + (fz * ax - fx * az);
-    const float nz = (ax * by - ay * bx) + (bx * cy - by * cx) + (cx * dy - cy * dx) + (dx * ey - dy * ex) +
-                     (ex * fy - ey * fx) + (fx * ay - fy * ax);
+    const float px = x[c] - x[a], py = y[c] - y[a], pz = z[c] - z[a];
+    const float qx = x[d] - x[b], qy = y[d] - y[b], qz = z[d] - z[b];
+    const float sx = x[e] - x[a], sy = y[e] - y[a], sz = z[e] - z[a];
+    const float tx = x[f] - x[d], ty = y[f] - y[d], tz = z[f] - z[d];
+    const float nx = (py * qz - pz * qy) + (sy * tz - sz * ty);
+    const float ny = (pz * qx - px * qz) + (sz * tx - sx * tz);
+    const float nz = (px * qy - py * qx) + (sx * ty - sy * tx);
     const float scale = 1 / std::sqrt(std::max(nx * nx + ny * ny + nz * nz, 1e-30F));
     to_x[k] = nx * scale;
     to_y[k] = ny * scale;
@@ -171,12 +169,12 @@ struct Extreme {
   float low, high;
 };
 RELIEF_CLONES Extreme extremes(const float* values) {
-  Extreme of = {values[0], values[0]};
+  float low = values[0], high = values[0];
   for (std::size_t v = 0; v < kLeaf; ++v) {
-    of.low = std::min(of.low, values[v]);
-    of.high = std::max(of.high, values[v]);
+    low = std::min(low, values[v]);
+    high = std::max(high, values[v]);
   }
-  return of;
+  return {low, high};
 }
 
 }  // namespace

@@ -5,9 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
 
 namespace relief::detail {
 

@@ -95,7 +95,7 @@ inline constexpr std::size_t kOverrun = 8;
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
-  /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-clean-cuts.md. What
+  /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-strokes.md. What
   /// `protect` names stays in proportion.
   void (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);

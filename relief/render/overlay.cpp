@@ -173,6 +173,8 @@ void draw_legend(Picture& picture, float min_alpha, float max_alpha) {
     const float f = t - static_cast<float>(k);
     for (int x = 0; x < wide; ++x) put(picture, left + x, top + y, kHeat[k] * (1 - f) + kHeat[k + 1] * f, 1);
   }
+  for (const int y : {top - 3 * dot, top + tall})
+    for (int k = 0; k < 3 * dot * wide; ++k) put(picture, left + k % wide, y + k / wide, kAtEnd, 1);
   std::array<char, 16> number{};
   const auto label = [&](int y, float value) {
     std::snprintf(number.data(), number.size(), "%.3f", static_cast<double>(value));

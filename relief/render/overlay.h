@@ -21,6 +21,8 @@ inline constexpr std::array<Vec3f, 9> kHeat = {{{0.06F, 0.03F, 0.14F},
                                                 {0.98F, 0.80F, 0.14F},
                                                 {0.97F, 0.42F, 0.10F},
                                                 {0.80F, 0.07F, 0.09F}}};
+/// What it shows instead within a twentieth of an end of a fibre, where tools have faded out: sRGB.
+inline constexpr Vec3f kAtEnd = {0.95F, 0.25F, 0.85F};
 
 /// The way from the stylus's tip to its end, unit, for a surface that faces `out`: 50 degrees off it, so outside a
 /// solid that is not hollow there, like the hand of a right-handed user, and in the picture clear of an arrow along

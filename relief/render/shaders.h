@@ -108,6 +108,7 @@ void main() {
     float t = clamp((alpha_hollow.x - heat_range.x) * heat_range.y, 0.0, 1.0) * 8.0;
     int k = min(int(t), 7);
     base = linear(mix(heat[k], heat[k + 1], t - float(k)));
+    if (abs(alpha_hollow.x - 0.5) > 0.45) base = linear(vec3(0.95, 0.25, 0.85));  // kAtEnd
     shine = 0.5;
   } else {
     base = linear(clamp(modes.x != 0 ? lattice_colour() : base_colour, 0.0, 1.0));
@@ -407,6 +408,7 @@ layout(location = 30) uniform vec3 heat[9];    // linear
 vec3 surface_colour(vec2 weights, uvec2 tile, float tint) {
   float t = clamp((tint - heat_range.x) * heat_range.y, 0.0, 1.0) * 8.0;
   int k = min(int(t), 7);
+  if (abs(tint - 0.5) > 0.45) return vec3(0.888, 0.051, 0.693);  // kAtEnd, linear
   return mix(heat[k], heat[k + 1], t - float(k));
 }
 #elif defined(COLOUR)

@@ -780,7 +780,7 @@ class Workflow(Case):
         hashes = set()
         for mode in ("certified", "preview"):
             for threads in (1, 2):
-                json_out = Run("convert", mesh, "-o", model, "--slabs", 1000, "--samples", 63, "--mode", mode, "--force",
+                json_out = Run("convert", mesh, "-o", model, "--slabs", 1000, "--samples", 90, "--mode", mode, "--force",
                                "--json", "--threads", threads, env={"TMPDIR": str(folder)}).json()
                 info = Run("info", model, "--json").json()
                 limit = 64 + 300 * json_out["source_triangles"] / 2**20
@@ -1815,6 +1815,10 @@ class Demo(Case):
             out = self.folder / f"out{len(scan)}"
             run = subprocess.run([str(BIN / "relief-demo"), "--quick", "--out", str(out), *scan], capture_output=True, timeout=600)
             self.assertEqual(run.returncode, 0, run.stderr.decode())
+            if not scan:
+                seen, of = map(int, re.search(r"colours are seen .* at (\d+) of (\d+) places", run.stdout.decode()).groups())
+                self.assertGreater(of, 10)
+                self.assertGreaterEqual(seen, 0.9 * of)
             names = {p.name for p in out.iterdir()}
             self.assertLessEqual({"before.png", "after.png", "model.relief", "report.html", "after.ply"}, names)
             self.assertNotEqual((out / "before.png").read_bytes(), (out / "after.png").read_bytes())

@@ -58,7 +58,7 @@ TEST(PaperSec4_1, ResilientBandYieldsWithoutBeingCut) {
   editor.begin_stroke({.tool = Tool::Carve, .radius = 0.2, .resilience = 0.02, .exact = true});
   EXPECT_EQ(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.019)).samples, 0U);
   EXPECT_GT(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.03)).samples, 0U);
-  EXPECT_TRUE(editor.end_stroke());
+  EXPECT_TRUE(editor.end_stroke().changed);
 }
 
 TEST(PaperSec4_1, TheFillCrossesSlabEdgesWithoutASeam) {
@@ -69,7 +69,7 @@ TEST(PaperSec4_1, TheFillCrossesSlabEdgesWithoutASeam) {
   editor.begin_stroke({.tool = Tool::Carve, .radius = 0.35, .exact = true});
   const DabResult done = editor.dab(dab_at(*before, (c.inner[0] + c.outer[0]) * 0.5, 0.1));
   EXPECT_GE(done.slabs, 4U);
-  EXPECT_TRUE(editor.end_stroke());
+  EXPECT_TRUE(editor.end_stroke().changed);
   EXPECT_TRUE(validate(*editor.head()));
 }
 

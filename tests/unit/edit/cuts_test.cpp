@@ -296,6 +296,40 @@ TEST(Grooves, PlayedStrokesLeaveACylinder) {
     }
 }
 
+/// The unit sphere in a round shell, whose facets would stay flat at one alpha.
+SnapshotPtr ball_model(int levels, int n) {
+  return testing::displaced(testing::icosphere_shell(levels, n), [](Vec3d p) { return (1 / length(p) - 0.8) / 0.4; });
+}
+
+/// How far from the middle the surface lies along a tilted great circle, a quarter turn of it.
+Vec3d round_the_ball(double turn) { return {std::cos(turn), 0.6 * std::sin(turn), 0.8 * std::sin(turn)}; }
+std::vector<double> floor_of_round(const Snapshot& model) {
+  std::vector<double> radii;
+  for (double turn = 0.3; turn <= 1.2; turn += 0.002) {
+    const Vec3d out = round_the_ball(turn);
+    const auto hit = raycast(model, {out * 2.0, -out});
+    if (hit) radii.push_back(length(hit->point.position));
+  }
+  return radii;
+}
+Stroke stroke_round(double radius, double strength) {
+  Stroke stroke{.brush = {.tool = Tool::Carve, .radius = radius, .strength = strength}, .label = {}, .points = {}};
+  for (int k = 0; k <= 300; ++k) stroke.points.push_back({0.002 * k, round_the_ball(0.005 * k), 1});
+  return stroke;
+}
+
+TEST(Grooves, RoundABallAreOfOneDepth) {
+  // Across the borders of slabs, where the axis turns all the way.
+  const double radius = 0.25, deep = 0.3 * radius;
+  Editor editor(ball_model(2, 64));
+  EXPECT_TRUE(play(editor, stroke_round(radius, 0.3)).changed);
+  EXPECT_TRUE(valid(*editor.head()));
+  double worst = 0;
+  for (const double r : floor_of_round(*editor.head())) worst = std::max(worst, std::abs(r - (1 - deep)));
+  tell("round a ball: worst, depths", worst / deep);
+  EXPECT_LE(worst, 0.02 * deep);
+}
+
 // ---- Where the clay ends
 
 /// The sphere nearest to some points in the least squares of |p|^2 - 2 p.c + w = 0, and the rms distance from it.
@@ -385,6 +419,24 @@ TEST(FadeOut, AStrokeDeeperThanTheClayKeepsAnEvenFloor) {
   EXPECT_GT(low, -0.1);
   EXPECT_LT(high, -0.06);
   EXPECT_LT(high - low, 0.02 * 0.1);
+}
+
+TEST(FadeOut, RoundABallTheFloorStaysEven) {
+  // A fifth deeper than the clay, which is 0.2 thick.
+  const SnapshotPtr ball = ball_model(2, 64);
+  Editor editor(ball);
+  EXPECT_GT(play(editor, stroke_round(0.4, 0.6)).limited, 100U);
+  EXPECT_TRUE(valid(*editor.head()));
+  const std::vector<double> radii = floor_of_round(*editor.head());
+  // Where the clay ends there are facets, 0.8 from the middle at their corners and 0.785 between, which meet at 0.29
+  // radians. The floor may follow them, but bends no more than they do, over 0.016 radians each way.
+  double bend = 0;
+  for (std::size_t k = 8; k + 8 < radii.size(); ++k)
+    bend = std::max(bend, std::abs(radii[k - 8] + radii[k + 8] - 2 * radii[k]));
+  tell("deeper than the clay round a ball: bend", bend);
+  EXPECT_LE(bend, 0.016 * 0.29 * 0.8);
+  EXPECT_GT(std::ranges::min(radii), 0.785);
+  EXPECT_LT(std::ranges::max(radii), 0.82);
 }
 
 TEST(FadeOut, ADepositLongerThanTheRoomIsRoundAtTheTop) {

@@ -140,6 +140,22 @@ TEST_P(Events, MayComeInOneCallOrOneByOne) {
   }
 }
 
+TEST(Ways, ADepositThatMovesLaysAnEvenRidge) {
+  // Each place is under a fall-off of 1 - |x| / r for 2 r / v seconds, which makes strength * r * r / v.
+  for (const double speed : {0.2, 1.0}) {
+    Editor editor(Snapshot::make(testing::plane_shell(4, 64)));
+    const double radius = 0.1, strength = 0.2 * speed, want = strength * radius * radius / speed;
+    play(editor, {.brush = {.tool = Tool::Deposit, .radius = radius, .strength = strength},
+                  .label = {},
+                  .points = {{0, {0.2, 0, 0.5}, 1}, {0.6 / speed, {0.8, 0, 0.5}, 1}}});
+    for (double x = 0.32; x <= 0.68; x += 0.0043) {
+      const auto hit = raycast(*editor.head(), {{x, 1, 0.5}, {0, -1, 0}});
+      ASSERT_TRUE(hit);
+      EXPECT_NEAR(hit->point.position.y, want, 0.01 * want) << x;
+    }
+  }
+}
+
 // ---- The stabiliser
 
 /// Where the tool was at each dab of a stroke over the plane.
@@ -353,6 +369,22 @@ TEST(Tip, CutsDownToItsPoints) {
     }
 }
 
+TEST(Tip, FewOrManyEventsCutAlike) {
+  const SnapshotPtr on = bumpy_sheet();
+  std::vector<SnapshotPtr> cuts;
+  for (const int count : {17, 171, 1711}) {
+    Editor editor(on);
+    Stroke stroke{
+        .brush = {.tool = Tool::Carve, .radius = 0.1}, .label = {}, .tip = true, .points = events(line, count)};
+    for (StrokePoint& p : stroke.points) p.position.y = -0.06;
+    EXPECT_TRUE(play(editor, stroke).changed);
+    cuts.push_back(editor.head());
+  }
+  const double bar = 1e-4 * diagonal(on->slab_mesh().bounds());
+  EXPECT_LE(largest_gap(*cuts[0], *cuts[1], Layer::Displacement), bar);
+  EXPECT_LE(largest_gap(*cuts[0], *cuts[2], Layer::Displacement), bar);
+}
+
 TEST(Tip, AboveTheSurfaceItCutsNothing) {
   Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
   EXPECT_FALSE(play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.1},
@@ -451,6 +483,23 @@ TEST(OutOfReach, AStrokeThatLeavesAndComesBackWorksAtBothEnds) {
     EXPECT_GT(changed_at(*here, 0.27), 0) << tool.id;
     EXPECT_GT(changed_at(*there, 0.73), 0) << tool.id;
   }
+}
+
+TEST(OutOfReach, EachOfManyPointsIsCounted) {
+  // Up to 0.2 above the plane and down again at 1 kHz: those above 0.1 are out of reach.
+  Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
+  std::vector<StrokePoint> points;
+  std::size_t above = 0;
+  for (int k = 0; k <= 1000; ++k) {
+    const double y = 0.2 * std::sin(std::numbers::pi * k / 1000);
+    points.push_back({0.001 * k, {0.3 + 0.0004 * k, y, 0.5}, 1});
+    above += y > 0.1 ? 1U : 0U;
+  }
+  const StrokeResult result =
+      play(editor, {.brush = {.tool = Tool::Paint, .radius = 0.1}, .label = {}, .points = points});
+  EXPECT_TRUE(result.changed);
+  // Points between two dabs, up to 8 ms apart, share what became of the first, at both crossings.
+  EXPECT_NEAR(double(result.missed), double(above), 16);
 }
 
 TEST(OutOfReach, PointsAreCountedAndChangeNothing) {
