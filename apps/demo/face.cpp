@@ -109,7 +109,7 @@ class Planner {
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.03, kSlow = 0.012;  // m/s
+  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.02, kSlow = 0.012;  // m/s
 
   std::optional<RayHit> cast(FacePoint f) const {
     const Vec3d half = box_.extent() * 0.5, centre = box_.centre();
