@@ -7,14 +7,13 @@
 
 namespace relief::detail {
 
-GridTables::GridTables(int n) : weights(n, 3, 0.0F) {
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i + j <= n; ++i) {
-      const auto w = relief::weights(n, {i, j});
-      for (int k = 0; k < 3; ++k)
-        weights.plane(k)[sample_index(n, {i, j})] =
-            static_cast<float>(w[static_cast<std::size_t>(k)]) / static_cast<float>(n);
-    }
+GridTables::GridTables(int n) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i)
+        weights[k].push_back(static_cast<float>(relief::weights(n, {i, j})[k]) / static_cast<float>(n));
+    weights[k].resize(weights[k].size() + kOverrun);
+  }
   for (int k = 0; k < 3; ++k)
     for (int t = 0; t <= n; ++t)
       edges[static_cast<std::size_t>(k)].push_back(static_cast<std::uint16_t>(sample_index(n, edge_point(n, k, t))));
@@ -66,7 +65,7 @@ SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, co
       direction[k][axis] = narrow((corners.outer[corner][axis] - corners.inner[corner][axis]) / radius);
     }
     spacing[k] = spacings[corner];
-    weight[k] = grid.weights.plane(static_cast<int>(corner));
+    weight[k] = grid.weights[corner].data();
   }
 }
 

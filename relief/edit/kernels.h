@@ -12,10 +12,13 @@
 
 namespace relief::detail {
 
+/// normals() and around() read and write up to so many numbers beyond the last sample, and leave junk at the border.
+inline constexpr std::size_t kOverrun = 8;
+
 /// What all tiles of one n share.
 struct GridTables {
   explicit GridTables(int n);
-  Tile weights;                                     ///< planes 0..2: barycentric weights of corners 0..2 at each sample
+  std::array<std::vector<float>, 3> weights;        ///< barycentric, of corners 0..2 at each sample, kOverrun beyond
   std::array<std::vector<std::uint16_t>, 3> edges;  ///< sample numbers along edge k, t = 0..n
 };
 
@@ -88,9 +91,6 @@ struct Lift {
 struct Neighbours {
   const float *x, *y, *z;  ///< in the frame
 };
-
-/// normals() and around() read and write up to so many numbers beyond the last sample, and leave junk at the border.
-inline constexpr std::size_t kOverrun = 8;
 
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
