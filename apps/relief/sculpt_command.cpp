@@ -332,7 +332,7 @@ Result<Brush> brush_of(const SculptOptions& o, double diagonal) {
     const std::string_view meant = relief::detail::nearest_word(o.tool, ids);
     return fail(Errc::InvalidArgument,
                 fmt::format("there is no tool \"{}\"{}; known are {}", printable(o.tool, 40),
-                            meant.empty() ? "" : fmt::format("; did you mean {}?", meant), tool_names()));
+                            meant.empty() ? "" : fmt::format(" (did you mean {}?)", meant), tool_names()));
   }
   Brush brush{.tool = *tool, .radius = 0.03 * diagonal};
   const ToolInfo& known = info(*tool);

@@ -24,10 +24,10 @@ constexpr std::string_view kAxes = "xyz";
 
 std::string in_quotes(std::string_view text) { return '"' + printable(text, 40) + '"'; }
 
-/// "; did you mean X?", or nothing.
+/// " (did you mean X?)", or nothing.
 std::string hint(std::string_view text, std::span<const std::string_view> words) {
   const std::string_view meant = detail::nearest_word(text, words);
-  return meant.empty() ? std::string() : "; did you mean " + std::string(meant) + '?';
+  return meant.empty() ? std::string() : " (did you mean " + std::string(meant) + "?)";
 }
 
 std::vector<std::string_view> ids_of_tools() {

@@ -105,7 +105,7 @@ TEST(StrokeText, ProblemsNameTheStrokeAndTheField) {
       {"[" + good + R"(,{"radius":1}])", {"stroke 2", "needs a \"tool\", one of carve"}},
       {R"([{"tool":"crave","radius":1}])", {"did you mean carve?", "known are carve, deposit"}},
       {R"([{"tool":"carve","radios":1}])",
-       {"unknown field \"radios\"; did you mean radius?", "known are tool, radius"}},
+       {"unknown field \"radios\" (did you mean radius?)", "known are tool, radius"}},
       {R"([{"tool":"carve",)" + points + "}]", {"needs a \"radius\"", ""}},
       {R"([{"tool":"carve","radius":"2"}])", {"\"radius\" that is no number", ""}},
       {R"([{"tool":"carve","radius":-2,)" + points + "}]", {"radius", "-2"}},
