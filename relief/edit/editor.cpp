@@ -122,7 +122,8 @@ struct Editor::State {
   };
   std::vector<std::unique_ptr<Around>> arounds;  ///< of this dab, first `around_count` of them
   std::size_t around_count = 0;
-  std::vector<std::uint32_t> around_of;  ///< by slab: one more than its number in `arounds`; 0 for none
+  static constexpr std::size_t kKeptArounds = 64;  ///< from stroke to stroke: 6 MB, what a dab of 10,000 samples needs
+  std::vector<std::uint32_t> around_of;            ///< by slab: one more than its number in `arounds`; 0 for none
   std::vector<SlabId> around_slabs;
   std::array<std::unique_ptr<detail::BorderTables>, kMaxIntervals + 1> border_tables;
   std::vector<float> border_sums, border_ways, border_changes;
@@ -301,7 +302,7 @@ struct Editor::State {
     for (const SlabId s : around_slabs) around_of[s] = 0;
     around_slabs.clear();
     around_count = 0;
-    arounds.clear();
+    if (arounds.size() > kKeptArounds) arounds.resize(kKeptArounds);
     pool->clear();
   }
 
