@@ -102,14 +102,14 @@ class Planner {
   Performance finish(std::vector<Brush> brushes) {
     performance_.brushes = std::move(brushes);
     for (const auto& [place, brush] : painted_)
-      performance_.painted.push_back({place, performance_.brushes[brush].colour});
+      performance_.painted.push_back({place, performance_.brushes[brush].colour, performance_.brushes[brush].radius});
     for (const Leg& leg : performance_.legs) performance_.seconds += leg.seconds;
     return std::move(performance_);
   }
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.02, kSlow = 0.012;  // m/s
+  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.01, kSlow = 0.012;  // m/s
 
   std::optional<RayHit> cast(FacePoint f) const {
     const Vec3d half = box_.extent() * 0.5, centre = box_.centre();

@@ -23,6 +23,7 @@ struct Leg {
 struct Painted {
   Vec3d position;  ///< model units
   Vec3f colour;    ///< sRGB
+  double radius;   ///< of the brush, model units
 };
 
 struct Performance {

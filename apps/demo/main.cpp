@@ -131,29 +131,34 @@ class Demo {
     return cancelled();
   }
 
-  /// Whether what was meant to be painted is seen in the picture: a place counts where its pixel went a quarter of the
-  /// way from what it was to the colour that was meant, or more.
+  /// Whether what was meant to be painted is seen in the picture: a place counts where a pixel within half of the
+  /// brush's radius went a quarter of the way from what it was to the colour that was meant, or more.
   void say_colours(const Picture& after) const {
-    std::size_t found = 0;
-    for (const Painted& place : painted_) {
-      const Vec3d at = closest_point(*made_, place.position).position;
-      const Vec3d forward = normalized(camera_.target - camera_.eye), right = normalized(cross(forward, camera_.up));
-      const Vec3d up = cross(right, forward), way = at - camera_.eye;
-      const double focal = 0.5 * after.height / std::tan(camera_.field_of_view * std::numbers::pi / 360);
-      const auto x = static_cast<int>(0.5 * after.width + focal * dot(way, right) / dot(way, forward));
-      const auto y = static_cast<int>(0.5 * after.height - focal * dot(way, up) / dot(way, forward));
-      if (x < 0 || y < 0 || x >= after.width || y >= after.height) continue;
-      const auto colour = [&](const Picture& picture) {
-        const std::size_t k =
-            3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x));
-        return Vec3d{static_cast<double>(picture.rgb[k]), static_cast<double>(picture.rgb[k + 1]),
-                     static_cast<double>(picture.rgb[k + 2])} /
-               255.0;
-      };
-      const Vec3d was = colour(before_), wanted = to_double(place.colour) - was;
-      found += dot(colour(after) - was, wanted) >= 0.25 * dot(wanted, wanted) ? 1U : 0U;
-    }
-    say(fmt::format("colours are seen where they were meant at {} of {} places", found, painted_.size()));
+    const Vec3d forward = normalized(camera_.target - camera_.eye), right = normalized(cross(forward, camera_.up));
+    const Vec3d up = cross(right, forward);
+    const double focal = 0.5 * after.height / std::tan(camera_.field_of_view * std::numbers::pi / 360);
+    const auto colour = [](const Picture& picture, int x, int y) {
+      const std::size_t k =
+          3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(x));
+      return Vec3d{static_cast<double>(picture.rgb[k]), static_cast<double>(picture.rgb[k + 1]),
+                   static_cast<double>(picture.rgb[k + 2])} /
+             255.0;
+    };
+    const auto seen = [&](const Painted& place) {
+      const Vec3d way = closest_point(*made_, place.position).position - camera_.eye;
+      const double per_length = focal / dot(way, forward);
+      const auto x = static_cast<int>(0.5 * after.width + per_length * dot(way, right));
+      const auto y = static_cast<int>(0.5 * after.height - per_length * dot(way, up));
+      const auto near = static_cast<int>(0.5 * place.radius * per_length);
+      for (int j = std::max(y - near, 0); j <= std::min(y + near, after.height - 1); ++j)
+        for (int i = std::max(x - near, 0); i <= std::min(x + near, after.width - 1); ++i) {
+          const Vec3d was = colour(before_, i, j), wanted = to_double(place.colour) - was;
+          if (dot(colour(after, i, j) - was, wanted) >= 0.25 * dot(wanted, wanted)) return true;
+        }
+      return false;
+    };
+    say(fmt::format("colours are seen where they were meant at {} of {} places", std::ranges::count_if(painted_, seen),
+                    painted_.size()));
   }
 
   static Status cancelled() { return cancel_asked.load() ? fail(Errc::Cancelled, "cancelled") : Status{}; }
