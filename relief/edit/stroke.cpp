@@ -235,7 +235,9 @@ struct StrokeEngine::State {
     if (length(off) > brush.radius && !(tip && below)) return false;
     const ToolInfo& tool = info(brush.tool);
     const double pressure = brush.pressure(held.pressure), strength = std::clamp(brush.strength, 0.0, 1.0);
-    const Vec3d axis = averaged_normal(surface, place, brush.radius, image.ring);
+    // Only these have an axis; the others need to know which side is out.
+    const bool turns = tool.action == Action::Cut || tool.action == Action::Plane;
+    const Vec3d axis = turns ? averaged_normal(surface, place, brush.radius, image.ring) : place.normal;
     Dab dab{.slab = place.slab,
             .contact = place.position,
             .cursor = at,

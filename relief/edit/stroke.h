@@ -40,9 +40,9 @@ inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 /// tell them or how they are split into calls of move(): between points the hand went straight and evenly. There is a
 /// dab each time that the hand has gone radius/16 or 8 ms have passed, and one at the end. Points are projected to the
 /// surface as it stood at the stroke's start; those farther outside than the radius are left out and counted. The
-/// tool's axis is the normal averaged over its area. Deposit and its like keep their place (slab, u, v) on that surface
-/// but measure distances from the surface as it is now. A stroke that lasts no time counts as a tap of 0.1 s.
-/// One thread; the editor must outlive it.
+/// axis of a tool that cuts or flattens is the normal averaged over its area. Deposit and its like keep their place
+/// (slab, u, v) on that surface but measure distances from the surface as it is now. A stroke that lasts no time counts
+/// as a tap of 0.1 s. One thread; the editor must outlive it.
 class StrokeEngine {
  public:
   explicit StrokeEngine(Editor& editor);
