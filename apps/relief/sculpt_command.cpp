@@ -327,12 +327,8 @@ Status apply(Brush& brush, const SettingInfo& setting, const std::string& text) 
 Result<Brush> brush_of(const SculptOptions& o, double diagonal) {
   const auto tool = tool_from_name(o.tool);
   if (!tool) {
-    std::vector<std::string_view> ids;
-    for (const ToolInfo& one : tools()) ids.push_back(one.id);
-    const std::string_view meant = relief::detail::nearest_word(o.tool, ids);
-    return fail(Errc::InvalidArgument,
-                fmt::format("there is no tool \"{}\"{}; known are {}", printable(o.tool, 40),
-                            meant.empty() ? "" : fmt::format(" (did you mean {}?)", meant), tool_names()));
+    return fail(Errc::InvalidArgument, fmt::format("there is no tool \"{}\"{}; known are {}", printable(o.tool, 40),
+                                                   relief::detail::did_you_mean(o.tool, tool_ids()), tool_names()));
   }
   Brush brush{.tool = *tool, .radius = 0.03 * diagonal};
   const ToolInfo& known = info(*tool);

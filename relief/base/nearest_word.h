@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -41,6 +42,11 @@ namespace relief::detail {
     nearest = word;
   }
   return nearest;
+}
+/// " (did you mean X?)", or nothing.
+[[nodiscard]] inline std::string did_you_mean(std::string_view text, std::span<const std::string_view> words) {
+  const std::string_view meant = nearest_word(text, words);
+  return meant.empty() ? std::string() : " (did you mean " + std::string(meant) + "?)";
 }
 
 }  // namespace relief::detail

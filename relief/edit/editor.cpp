@@ -276,14 +276,25 @@ struct Editor::State {
     return cover.get();
   }
 
-  /// Keeps in mind which samples `over` names.
-  void remember_beyond(SlabId s, std::size_t count) {
+  /// Counts the samples that `over` names, and keeps them in mind.
+  void tell_beyond(SlabId s, std::size_t count, std::size_t limited, DabResult& result) {
+    if (limited == 0) return;
+    result.limited += limited;
     auto& flags = beyond[s];
     if (flags.empty()) {
       flags.resize(count);
       beyond_slabs.push_back(s);
     }
     for (std::size_t k = 0; k < count; ++k) flags[k] |= over[k];
+  }
+  /// from + `change` * share, within the fibre.
+  void settle(SlabId s, const Tile& from, float share, Tile& to, DabResult& result) {
+    const std::size_t limited =
+        kernels.settle(from.plane(), std::as_const(change).plane(), share, to.plane(), over.data(), from.size());
+    tell_beyond(s, from.size(), limited, result);
+  }
+  [[nodiscard]] Falloff falloff() const noexcept {
+    return brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
   }
 
   /// Lets go of what only an open stroke needs.
@@ -365,9 +376,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     const detail::Lift found =
         kernels.lift(frame(s, origin, n), cutter, first.plane(), protection(s, n), over.data(), first.size());
     most = std::max(most, found.lift);
-    if (found.limited == 0) continue;
-    result.limited += found.limited;
-    remember_beyond(s, first.size());
+    tell_beyond(s, first.size(), found.limited, result);
   }
   return static_cast<double>(most) * brush.radius;
 }
@@ -465,13 +474,12 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
                                  DabResult& result) {
   const Action action = tool->action;
   const bool halo = tool->halo() > 0;
-  const Falloff falloff = brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
   const Vec3d origin = dab.contact;
   if (halo || action == Action::Plane) find_around(reached, origin, halo);
 
   const auto weigh = [&](SlabId s, const detail::SlabFrame& f) {
     const Tile& base = base_tile(s);
-    kernels.weigh(f, falloff, base.plane(), protection(s, base.intervals()), weight.plane(), base.size());
+    kernels.weigh(f, falloff(), base.plane(), protection(s, base.intervals()), weight.plane(), base.size());
   };
   detail::TargetPlane plane{{}, to_float(up), tool->lowers, tool->raises};
   if (action == Action::Plane) {
@@ -522,12 +530,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
     const Tile& base = base_tile(s);
     find_change(s, frame(s, origin, base.intervals()));
     Tile& to = result_like(base);
-    const std::size_t limited = kernels.settle(base.plane(), std::as_const(change).plane(), std::max(share, 0.0F),
-                                               to.plane(), over.data(), base.size());
-    if (limited > 0) {
-      result.limited += limited;
-      remember_beyond(s, base.size());
-    }
+    settle(s, base, std::max(share, 0.0F), to, result);
     add(s, base, nullptr, changes_between(base, to));
   }
 }
@@ -535,7 +538,6 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
 // ---- Cover
 
 void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result) {
-  const Falloff falloff = brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
   const Layer layer = tool->writes;
   const double height = brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1;
   for (const SlabId s : reached) {
@@ -543,20 +545,15 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
     const int n = base.intervals();
     const std::size_t count = base.size();
     const detail::SlabFrame f = frame(s, dab.contact, n);
-    kernels.weigh(f, falloff, displacement_on_grid(s, n), protection(s, n), weight.plane(), count);
+    kernels.weigh(f, falloff(), displacement_on_grid(s, n), protection(s, n), weight.plane(), count);
     Tile* cover = cover_of(s, n);
     kernels.cover(amount, std::as_const(weight).plane(), std::as_const(*cover).plane(), change.plane(), count);
     std::copy_n(std::as_const(change).plane(), count, cover->plane());
     const Tile& first = start_tile(s);
     Tile& to = result_like(base);
     if (tool->by_height) {
-      kernels.lay(f, static_cast<float>(height), std::as_const(*cover).plane(), change.plane(), count);
-      const std::size_t limited =
-          kernels.settle(first.plane(), std::as_const(change).plane(), 1, to.plane(), over.data(), count);
-      if (limited > 0) {
-        result.limited += limited;
-        remember_beyond(s, count);
-      }
+      kernels.raise(f, static_cast<float>(height), std::as_const(*cover).plane(), change.plane(), count);
+      settle(s, first, 1, to, result);
     } else {
       for (int c = 0; c < channels(layer); ++c) {
         const float* covered = std::as_const(*cover).plane();

@@ -612,9 +612,6 @@ template <bool kSwell>
                          std::size_t count) {                                                                         \
     mix16_body(cover, value, start, to, count);                                                                       \
   }                                                                                                                   \
-  __VA_ARGS__ void lay(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count) {  \
-    raise_body(frame, height, cover, change, count);                                                                  \
-  }                                                                                                                   \
   __VA_ARGS__ void positions(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z,         \
                              std::size_t count) {                                                                     \
     positions_body(frame, displacement, x, y, z, count);                                                              \
@@ -648,9 +645,9 @@ template <bool kSwell>
     return count16_body(a, b, stride, count);                                                                         \
   }                                                                                                                   \
   __VA_ARGS__ float largest(const float* values, std::size_t count) { return largest_body(values, count); }           \
-  constexpr Kernels kAll = {cut,    lift,          weigh, raise,    flatten,       approach,        scale,   room,    \
-                            settle, cover,         mix,   mix16,    lay,           positions,       normals, around,  \
-                            border, border_change, mean,  resample, count_changes, count_changes16, largest};         \
+  constexpr Kernels kAll = {cut,           lift,  weigh,    raise,         flatten,         approach, scale,  room,   \
+                            settle,        cover, mix,      mix16,         positions,       normals,  around, border, \
+                            border_change, mean,  resample, count_changes, count_changes16, largest};                 \
   }
 
 RELIEF_KERNEL_BUILD(baseline, )

@@ -127,8 +127,6 @@ struct Kernels {
   void (*mix)(const float* cover, float value, const float* start, float* to, std::size_t count);
   /// The same to 16 bits, rounded.
   void (*mix16)(const float* cover, float value, const std::uint16_t* start, std::uint16_t* to, std::size_t count);
-  /// height * cover along the fibre, as a displacement.
-  void (*lay)(const SlabFrame& frame, float height, const float* cover, float* change, std::size_t count);
   void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
   /// Inside the slab (not at its border): unit normals of the surface.
   void (*normals)(int n, const Neighbours& at, float* x, float* y, float* z);

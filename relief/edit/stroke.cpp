@@ -127,7 +127,7 @@ struct StrokeEngine::State {
   bool tip = false;
   StrokeResult so_far;
   std::function<void(const Dab&, const DabResult&)> on_dab;
-  const std::atomic<bool>* cancel = nullptr;  ///< of play()
+  const std::atomic<bool>* cancel = nullptr;  ///< see stop_at()
 
   std::optional<StrokePoint> last;  ///< of the hand
   double began = 0;                 ///< s

@@ -149,6 +149,12 @@ std::optional<Tool> tool_from_name(std::string_view text) noexcept {
   return static_cast<Tool>(at - kTools.begin());
 }
 
+std::vector<std::string_view> tool_ids() {
+  std::vector<std::string_view> ids;
+  for (const ToolInfo& tool : kTools) ids.push_back(tool.id);
+  return ids;
+}
+
 std::string tool_names() {
   std::string names;
   for (const ToolInfo& tool : kTools) names += (names.empty() ? "" : ", ") + std::string(tool.id);

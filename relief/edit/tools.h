@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace relief {
 
@@ -99,6 +100,7 @@ struct ToolInfo {
 [[nodiscard]] const ToolInfo& info(Tool tool) noexcept;
 [[nodiscard]] std::string_view name(Tool tool) noexcept;
 [[nodiscard]] std::optional<Tool> tool_from_name(std::string_view text) noexcept;
+[[nodiscard]] std::vector<std::string_view> tool_ids();
 /// "carve, deposit, paint, ...", for messages.
 [[nodiscard]] std::string tool_names();
 

@@ -24,18 +24,6 @@ constexpr std::string_view kAxes = "xyz";
 
 std::string in_quotes(std::string_view text) { return '"' + printable(text, 40) + '"'; }
 
-/// " (did you mean X?)", or nothing.
-std::string hint(std::string_view text, std::span<const std::string_view> words) {
-  const std::string_view meant = detail::nearest_word(text, words);
-  return meant.empty() ? std::string() : " (did you mean " + std::string(meant) + "?)";
-}
-
-std::vector<std::string_view> ids_of_tools() {
-  std::vector<std::string_view> ids;
-  for (const ToolInfo& tool : tools()) ids.push_back(tool.id);
-  return ids;
-}
-
 /// Reads the fields of one stroke; the first problem is kept as a sentence that names stroke and field.
 class StrokeReader {
  public:
@@ -75,7 +63,8 @@ class StrokeReader {
       if (key == kLimited || std::ranges::find(kFields, key) != kFields.end()) continue;
       std::string known;
       for (const std::string_view field : kFields) known.append(known.empty() ? "" : ", ").append(field);
-      return problem("has the unknown field " + in_quotes(key) + hint(key, kFields) + "; known are " + known);
+      return problem("has the unknown field " + in_quotes(key) + detail::did_you_mean(key, kFields) + "; known are " +
+                     known);
     }
     return {};
   }
@@ -87,8 +76,8 @@ class StrokeReader {
     const auto& said = found->get_ref<const std::string&>();
     const auto known = tool_from_name(said);
     if (known) return *known;
-    return problem("names the unknown tool " + in_quotes(said) + hint(said, ids_of_tools()) + "; known are " +
-                   std::string(tool_names()));
+    return problem("names the unknown tool " + in_quotes(said) + detail::did_you_mean(said, tool_ids()) +
+                   "; known are " + std::string(tool_names()));
   }
 
   [[nodiscard]] Result<double> number(const json& object, const char* key, std::optional<double> fallback) const {

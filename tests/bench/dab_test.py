@@ -2,12 +2,9 @@
 
 import json
 import math
-import os
-import pathlib
-import subprocess
 import unittest
 
-PROGRAM = pathlib.Path(os.environ["RELIEF_BIN"]).parent / "relief-bench"
+from form import numbers, run
 
 TOOLS = ("carve", "deposit", "paint", "smooth", "flatten", "inflate", "clay", "layer", "mask", "unmask")
 SIZES = ("1k", "10k", "100k")
@@ -26,27 +23,10 @@ CLOCKS = {"us": {"thread CPU"}, "times": {"thread CPU"}, "ms": {"process CPU", "
           "bytes each": {"none"}, "spacings": {"none"}, "%": {"none"}}
 
 
-def run(*arguments):
-    return subprocess.run([str(PROGRAM), "dab", "--form", *arguments], capture_output=True, text=True, timeout=280,
-                          check=False)
-
-
-def numbers(value, where=""):
-    """All numbers of a JSON value, with where they stand."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from numbers(inner, f"{where}/{key}")
-    elif isinstance(value, list):
-        for k, inner in enumerate(value):
-            yield from numbers(inner, f"{where}/{k}")
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        yield where, value
-
-
 class Dab(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        started = run("--json")
+        started = run("dab", "--json")
         assert started.returncode == 0, started.stderr
         cls.dab = json.loads(started.stdout, parse_constant=lambda text: math.nan)["dab"]
         cls.figures = cls.dab["figures"]
@@ -113,7 +93,7 @@ class Dab(unittest.TestCase):
             self.assertIn(figure["clock"], CLOCKS[figure["unit"]], figure["name"])
 
     def test_what_people_read_has_the_goals_and_says_how_it_was_taken(self):
-        text = run()
+        text = run("dab")
         self.assertEqual(text.returncode, 0, text.stderr)
         for words in ("at most 60", "at most 400", "at most 1.1", "plain mesh", "wall", "load average", "held as undo does"):
             self.assertTrue(words in text.stdout, words)

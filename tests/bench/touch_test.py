@@ -2,13 +2,10 @@
 
 import json
 import math
-import os
-import pathlib
 import re
-import subprocess
 import unittest
 
-PROGRAM = pathlib.Path(os.environ["RELIEF_BIN"]).parent / "relief-bench"
+from form import numbers, run
 
 # Part of a figure's name, and its goal in the figure's unit.
 GOALS = {
@@ -26,27 +23,10 @@ REPORTED = ("ball of 0.3 %", "ball of 3 %", "points, half in", "in a loop at 1 k
             "one pass", "memory of a servo")
 
 
-def run(*arguments):
-    return subprocess.run([str(PROGRAM), "touch", "--form", *arguments], capture_output=True, text=True, timeout=280,
-                          check=False)
-
-
-def numbers(value, where=""):
-    """All numbers of a JSON value, with where they stand."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from numbers(inner, f"{where}/{key}")
-    elif isinstance(value, list):
-        for k, inner in enumerate(value):
-            yield from numbers(inner, f"{where}/{k}")
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        yield where, value
-
-
 class Touch(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        started = run("--json")
+        started = run("touch", "--json")
         assert started.returncode == 0, started.stderr
         cls.touch = json.loads(started.stdout, parse_constant=lambda text: math.nan)["touch"]
         cls.figures = cls.touch["figures"]
@@ -108,7 +88,7 @@ class Touch(unittest.TestCase):
                         self.assertEqual((at["wrong_side"], at["without_answer"]), (0, 0), f"{name}, {row}, {way}")
 
     def test_what_people_read_has_the_goals_and_says_how_it_was_taken(self):
-        text = run()
+        text = run("touch")
         self.assertEqual(text.returncode, 0, text.stderr)
         for words in ("at most 30", "at least 10", "Embree", "against all triangles", "wall"):
             self.assertIn(words, text.stdout)

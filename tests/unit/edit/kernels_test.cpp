@@ -52,7 +52,7 @@ std::vector<float> everything(const detail::Kernels& kernels, const detail::Slab
   keep(to);
   kernels.mix(to.plane(), 0.7F, start, one.plane(), count);
   keep(one);
-  kernels.lay(frame, 0.3F, start, to.plane(), count);
+  kernels.raise(frame, 0.3F, start, to.plane(), count);
   keep(to);
   kernels.positions(frame, now, one.plane(0), one.plane(1), one.plane(2), count);
   keep(one, 3);
