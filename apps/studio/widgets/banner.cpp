@@ -3,6 +3,7 @@
 #include "accessible.h"
 #include "icons.h"
 
+#include <QEvent>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPainter>
@@ -18,7 +19,7 @@ constexpr double kGroundShare = 0.14;  // of the state's colour in the backgroun
 
 }  // namespace
 
-Banner::Banner(QWidget* parent) : QFrame(parent), words_(new QLabel), buttons_(new QHBoxLayout) {
+Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new QLabel), buttons_(new QHBoxLayout) {
   set_accessible_role(this, QAccessible::AlertMessage);
   setObjectName(QStringLiteral("banner"));
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
@@ -26,17 +27,20 @@ Banner::Banner(QWidget* parent) : QFrame(parent), words_(new QLabel), buttons_(n
   words_->setWordWrap(true);
   words_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
   auto* layout = new QHBoxLayout(this);
-  const int icon_room = scaled(kEdge + kIcon + 20);
-  layout->setContentsMargins(0, scaled(7), scaled(10), scaled(7));
-  layout->addSpacing(icon_room);
+  layout->setContentsMargins(0, 7, 0, 7);
+  layout->addSpacing(2 * kEdge + 5);  // spaces, not margins: they change sides where text runs from the right
+  layout->addWidget(icon_);
+  layout->addSpacing(kEdge);
   layout->addWidget(words_);
   layout->addLayout(buttons_);
+  layout->addSpacing(2 * kEdge);
   hide();
 }
 
 void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions) {
   mood_ = mood;
   words_->setText(words);
+  show_icon();
   setAccessibleName(words);
   while (QLayoutItem* item = buttons_->takeAt(0)) {
     item->widget()->hide();
@@ -70,16 +74,21 @@ void Banner::retract() {
 
 QColor Banner::ground() const { return mixed(current_theme().panel, colour_of(mood_), kGroundShare); }
 
+void Banner::show_icon() {
+  icon_->setPixmap(icon_pixmap(icon_of(mood_), scaled(kIcon), colour_of(mood_), devicePixelRatioF()));
+}
+
+void Banner::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::StyleChange) show_icon();
+  QFrame::changeEvent(event);
+}
+
 void Banner::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   const QColor colour = colour_of(mood_);
   painter.fillRect(rect(), ground());
-  const auto place = [this](const QRect& at) { return QStyle::visualRect(layoutDirection(), rect(), at); };
-  painter.fillRect(place({0, 0, scaled(kEdge), height()}), colour);
+  painter.fillRect(QStyle::visualRect(layoutDirection(), rect(), {0, 0, kEdge, height()}), colour);
   painter.fillRect(QRect(0, height() - 1, width(), 1), mixed(ground(), colour, 0.5));
-  const int side = scaled(kIcon);
-  const QRect icon_at = place({scaled(kEdge + 10), (height() - side) / 2, side, side});
-  painter.drawPixmap(icon_at, icon_pixmap(icon_of(mood_), side, colour, devicePixelRatioF()));
 }
 
 }  // namespace relief::studio

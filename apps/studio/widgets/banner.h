@@ -37,10 +37,13 @@ class Banner : public QFrame {
 
  protected:
   void paintEvent(QPaintEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
+  void show_icon();
+
   Mood mood_ = Mood::Plain;
-  QLabel* words_;
+  QLabel *icon_, *words_;
   QHBoxLayout* buttons_;
 };
 

@@ -24,6 +24,7 @@ constexpr int kIcon = 44;  // pixels
 DropArea::DropArea(const QString& title, const QStringList& suffixes, QWidget* parent)
     : QWidget(parent),
       suffixes_(suffixes),
+      icon_(new QLabel),
       title_(new QLabel(title)),
       hint_(new QLabel),
       browse_(new QPushButton(tr("Choose a file..."))) {
@@ -44,7 +45,7 @@ DropArea::DropArea(const QString& title, const QStringList& suffixes, QWidget* p
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(20, 20, 20, 20);
   layout->addStretch();
-  layout->addSpacing(scaled(kIcon) + scaled(8));
+  layout->addWidget(icon_, 0, Qt::AlignHCenter);
   layout->addWidget(title_, 0, Qt::AlignHCenter);
   layout->addWidget(hint_);
   layout->addSpacing(8);
@@ -67,6 +68,7 @@ void DropArea::set_over(Over over) {
   const QString known = suffixes_.join(QStringLiteral(", "));
   hint_->setText(over == Over::Unknown ? tr("This kind of file cannot be opened. Known are %1.").arg(known) : known);
   describe(this, hint_->text());
+  show_icon();
   update();
 }
 
@@ -90,19 +92,30 @@ void DropArea::dropEvent(QDropEvent* event) {
 
 QSize DropArea::minimumSizeHint() const { return layout()->totalMinimumSize().expandedTo({scaled(280), scaled(200)}); }
 
+QColor DropArea::edge() const {
+  const Theme& theme = current_theme();
+  return over_ == Over::Welcome ? theme.accent : over_ == Over::Unknown ? theme.bad : theme.dim;
+}
+
+void DropArea::show_icon() {
+  const QString id = over_ == Over::Unknown ? QStringLiteral("warning") : QStringLiteral("open");
+  icon_->setPixmap(icon_pixmap(id, scaled(kIcon), edge(), devicePixelRatioF()));
+}
+
+void DropArea::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::StyleChange) show_icon();
+  QWidget::changeEvent(event);
+}
+
 void DropArea::paintEvent(QPaintEvent*) {
   const Theme& theme = current_theme();
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
-  const QColor colour = over_ == Over::Welcome ? theme.accent : over_ == Over::Unknown ? theme.bad : theme.dim;
-  QPen pen(colour, 1.6);
+  QPen pen(edge(), 1.6);
   pen.setDashPattern({5, 4});
   painter.setPen(pen);
   painter.setBrush(over_ == Over::Welcome ? mixed(theme.field, theme.accent, 0.1) : theme.field);
   painter.drawRoundedRect(QRectF(rect()).adjusted(1, 1, -1, -1), 2 * corner(), 2 * corner());
-  const int side = scaled(kIcon);
-  const QPoint at((width() - side) / 2, title_->y() - side - scaled(8));
-  painter.drawPixmap(at, icon_pixmap(over_ == Over::Unknown ? u"warning" : u"open", side, colour, devicePixelRatioF()));
 }
 
 }  // namespace relief::studio

@@ -29,14 +29,17 @@ class DropArea : public QWidget {
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dragLeaveEvent(QDragLeaveEvent* event) override;
   void dropEvent(QDropEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   enum class Over { Nothing, Welcome, Unknown };
   void set_over(Over over);
+  void show_icon();
+  [[nodiscard]] QColor edge() const;
 
   QStringList suffixes_;
   Over over_ = Over::Nothing;
-  QLabel *title_, *hint_;
+  QLabel *icon_, *title_, *hint_;
   QPushButton* browse_;
 };
 

@@ -70,7 +70,7 @@ QSize ForceMeter::sizeHint() const { return {scaled(64), scaled(216)}; }
 
 QRectF ForceMeter::column() const {
   const double line = QFontMetricsF(font()).height();
-  const double top = line + 16 * text_scale(), bottom = height() - line - 12 * text_scale();
+  const double top = line + 16 * text_scale(), bottom = height() - line - 16 * text_scale();
   const double left = 14 * text_scale();
   return QStyle::visualRect(layoutDirection(), rect(), QRectF(left, top, 14 * text_scale(), bottom - top).toRect());
 }

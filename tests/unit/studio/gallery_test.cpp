@@ -35,6 +35,7 @@
 #include <QRadioButton>
 #include <QSet>
 #include <QTabWidget>
+#include <QTest>
 #include <QToolBar>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -343,6 +344,49 @@ TEST(Gallery, EveryControlOfOursSaysWhatItIsOnceOnly) {
       names.insert(control->accessibleName());
     }
   }
+}
+
+/// Pixels of the control that the focus changes to the colour of a ring.
+int ring_pixels(QWidget& page, QWidget& control) {
+  if (QWidget* before = QApplication::focusWidget()) before->clearFocus();
+  const QImage without = control.grab().toImage();
+  control.setFocus(Qt::TabFocusReason);
+  EXPECT_TRUE(control.hasFocus() || QApplication::focusWidget()) << page.objectName().toStdString();
+  const QImage with = control.grab().toImage();
+  const Theme& theme = current_theme();
+  int found = 0;
+  for (int y = 0; y < with.height(); ++y) {
+    for (int x = 0; x < with.width(); ++x) {
+      const QRgb now = with.pixel(x, y);
+      found += now != without.pixel(x, y) && (now == theme.accent.rgb() || now == theme.text.rgb());
+    }
+  }
+  return found;
+}
+
+TEST(Gallery, FocusIsSeenOnEveryControl) {
+  int controls = 0;
+  for (const Theme* theme : {&dark_theme(), &light_theme()}) {
+    apply(*qApp, *theme, 1);
+    for (const Exhibit& exhibit : exhibits()) {
+      const auto page = exhibit.make();
+      if (qobject_cast<QMenu*>(page.get())) continue;  // a menu has its own current row
+      page->show();
+      ASSERT_TRUE(QTest::qWaitForWindowActive(page.get()));
+      QList<QWidget*> all = page->findChildren<QWidget*>();
+      all.append(page.get());
+      for (QWidget* control : all) {
+        if (!control->isVisible() || !control->isEnabled() || (control->focusPolicy() & Qt::TabFocus) == 0) continue;
+        ++controls;
+        const QString which = QStringLiteral("%1 %2 %3")
+                                  .arg(QLatin1String(exhibit.name), QLatin1String(control->metaObject()->className()),
+                                       control->objectName());
+        EXPECT_GT(ring_pixels(*page, *control), 30) << which.toStdString();
+      }
+    }
+  }
+  apply(*qApp, dark_theme(), 1);
+  EXPECT_GT(controls, 100);
 }
 
 int count(const QImage& picture, const QColor& colour) {
