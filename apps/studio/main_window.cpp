@@ -140,12 +140,12 @@ void MainWindow::build_bars() {
   statusBar()->setSizeGripEnabled(false);
 }
 
-QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, QWidget* content) {
+QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content) {
   auto* dock = new QDockWidget(title, this);
   dock->setObjectName(id);
   dock->setAccessibleName(title);
   dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
-  auto* bar = new QLabel(title, dock);
+  auto* bar = new QLabel(shown, dock);
   bar->setFont(ui_font(10, QFont::DemiBold));
   bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
   dock->setTitleBarWidget(bar);
@@ -159,7 +159,7 @@ void MainWindow::build_docks() {
   tool_panel_ = new ToolPanel(tools_, this);
   layers_ = new LayersPanel(this);
   history_ = new HistoryPanel(bridge_, this);
-  add_dock("tool-panel", tr("Tool panel"), tool_panel_);
+  add_dock("tool-panel", tr("Tool panel"), ToolState::title(tools_.id()), tool_panel_);
   auto* layers = new QWidget(this);
   auto* column = new QVBoxLayout(layers);
   column->addWidget(layers_);
@@ -172,8 +172,8 @@ void MainWindow::build_docks() {
   colours_->set_last_used(used);
   const Vec3f first = tools_.brush_of(QStringLiteral("paint")).colour;
   colours_->set_colour(QColor::fromRgbF(first.x, first.y, first.z));
-  add_dock("layers-panel", tr("Layers panel"), layers);
-  add_dock("history-panel", tr("History panel"), history_);
+  add_dock("layers-panel", tr("Layers panel"), tr("Layers and colours"), layers);
+  add_dock("history-panel", tr("History panel"), tr("History"), history_);
 
 }
 
@@ -312,6 +312,7 @@ void MainWindow::connect_view() {
   connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
     tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });
+  connect(viewport_, &Viewport::settled, this, &MainWindow::keep_picture);
   connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
     drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
@@ -321,6 +322,7 @@ void MainWindow::connect_view() {
     event_log().write(QStringLiteral("tool"), {{"id", id}});
     if (QAction* action = actions_.at("tool-" + id); !action->isChecked()) action->setChecked(true);
     strength_->set_real_value(tools_.value("strength"));
+    if (auto* bar = qobject_cast<QLabel*>(docks_.front()->titleBarWidget())) bar->setText(ToolState::title(id));
     refresh();
   });
   connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {

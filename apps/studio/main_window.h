@@ -61,7 +61,7 @@ class MainWindow : public QMainWindow {
   void keep_picture();
   void place_over();
   void choose_colour(const QColor& colour);
-  QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
+  QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
 
   // actions.cpp
   void build_actions();

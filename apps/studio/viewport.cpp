@@ -239,6 +239,7 @@ void Viewport::take(Piece piece) {
                          {"latency_ms", latency}});
     if (!wanted_ && piece.frame.camera != logged_) log_camera(piece.frame.camera);
     emit frameDrawn(frames_);
+    if (!wanted_ && scene_.model && piece.frame.samples >= final_samples_) emit settled();
     const bool unfinished = piece.frame.samples < final_samples_ || piece.frame.tau > 1;
     if (!wanted_ && unfinished) rest_timer_.start(piece.frame.samples > 1 ? 0 : kRest);
   }

@@ -79,6 +79,8 @@ class Viewport : public QWidget {
   /// What people should know, as a toast.
   void said(const QString& words);
   void frameDrawn(quint64 number);
+  /// The picture is the final one.
+  void settled();
   void deviceKnown(const QString& name);
   /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
