@@ -282,8 +282,7 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, Rows rows, bool 
     umbrella.normal *= halvings;
     umbrella.spread *= halvings;
     Umbrella& kept = rings_[slabs_[s].ring_at + k];
-    const int row = ring_point(n, k).j;
-    if (fresh || !(kept == umbrella) || (row >= rows.first && row <= rows.last)) border_.emplace_back(s, k);
+    if (fresh || !(kept == umbrella)) border_.emplace_back(s, k);
     kept = umbrella;
   }
   // The first words of this slab's border, as it alone has them.
@@ -315,6 +314,7 @@ void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t p
 void DisplayCache::touch(SlabId s) {
   if (touched_[s]) return;
   touched_[s] = true;
+  ++changes_.tiles;
   if (!changes_.everything) changes_.slabs.push_back(s);
 }
 
@@ -396,7 +396,6 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
     touch(s);
     measure(model, s, rows, whole);
     note_border(model, s, rows, fresh);
-    ++changes_.tiles;
   }
   for (std::size_t k = 0; k < border_.size(); ++k) {
     if (k % 4096 == 0 && cancelled()) return std::nullopt;
@@ -404,9 +403,9 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
   }
   for (const SlabId s : colours) {
     if (cancelled()) return std::nullopt;
+    if (touched_[s]) ++changes_.tiles;
     touch(s);
     upload_colours(model, s);
-    ++changes_.tiles;
   }
   if (changes_.everything || !changes_.slabs.empty()) total_up();
   last_ = model;

@@ -51,12 +51,12 @@ struct PixelRect {
 
 /// One picture that is asked for.
 struct Frame {
-  Camera camera;
+  Camera camera = {};
   int width = 0, height = 0;  ///< pixels, 1 to 8192
   double tau = 1;   ///< pixels: slabs show the coarsest level whose micro-edges are at most so long; 0: all samples
   int samples = 1;  ///< per pixel: 1 while something moves, 4, 9, or 16 for a final frame
   int level = 0;    ///< every 2^level-th sample at least, as far as each n has it
-  Look look;
+  Look look = {};
   std::optional<HandOverlay> hand = std::nullopt;  ///< only with Look::Light::Studio
   friend bool operator==(const Frame&, const Frame&) = default;
 };
