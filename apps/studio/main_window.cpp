@@ -1,6 +1,7 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
 #include "start_page.h"
@@ -24,7 +25,6 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
-#include <QMessageBox>
 #include <QPushButton>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -393,11 +393,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
 
 void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
   event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
-  auto* box = new QMessageBox(QMessageBox::Warning, title, QStringLiteral("<b>%1</b>").arg(title.toHtmlEscaped()), QMessageBox::Ok, this);
-  box->setInformativeText(why);
-  box->setAttribute(Qt::WA_DeleteOnClose);
-  (void)damaged;
-  box->open();
+  auto* dialog = new FailureDialog(title, why, file, this);
+  if (damaged) dialog->add_remedy(tr("Save what is whole …"), [this, file] { ask_salvage(file); });
+  if (bridge_.document() != nullptr && bridge_.document()->statistics().unsaved > 0)
+    dialog->add_remedy(tr("Save elsewhere …"), [this] { ask_save_as(); });
+  if (bridge_.document() == nullptr) dialog->add_remedy(tr("Open another file …"), [this] { ask_open(); });
+  dialog->open();
 }
 
 void MainWindow::keep_picture() {

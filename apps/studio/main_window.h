@@ -75,6 +75,7 @@ class MainWindow : public QMainWindow {
   void ask_save_as();
   void ask_export();
   void ask_picture();
+  void ask_salvage(const QString& file);
   void save_picture(const QString& file);
 
   QSettings& settings_;
