@@ -8,6 +8,7 @@
 //   grab X Y W H FILE           the pixels of a rectangle, 32 bits each (0x00RRGGBB of this machine), row by row
 //   hold X Y W H                remember a rectangle
 //   until MS                    wait until the remembered rectangle looks otherwise
+//   drop X Y FILE               a file manager lets a file fall there (XDND 5)
 //
 // Answers: "ok T" or "same T", where T is the time in milliseconds (steady clock) at which it was done; path adds the
 // longest wait between two motions. A command that is not understood, or a screen that is gone, ends the program
@@ -55,6 +56,7 @@ class Hand {
     if (word == "grab") return grab(in);
     if (word == "hold") return hold(in);
     if (word == "until") return until(in);
+    if (word == "drop") return drop(in);
     return {};
   }
 
@@ -162,6 +164,102 @@ class Hand {
       std::this_thread::sleep_for(std::chrono::microseconds(300));  // leaves the core to whom we watch
     }
     return told("same");
+  }
+
+  // ---- Drag and drop, https://freedesktop.org/wiki/Specifications/XDND
+
+  Atom atom(const char* name) { return XInternAtom(display_, name, False); }
+
+  /// The topmost window at a place that takes drops; None where there is none.
+  Window taker(int x, int y) {
+    Window at = DefaultRootWindow(display_);
+    for (Window child = at; child != None; at = child) {
+      int inside_x = 0, inside_y = 0;
+      if (at != DefaultRootWindow(display_) && takes_drops(at)) return at;
+      XTranslateCoordinates(display_, DefaultRootWindow(display_), at, x, y, &inside_x, &inside_y, &child);
+      if (child == None) return None;
+    }
+    return None;
+  }
+
+  bool takes_drops(Window window) {
+    Atom type = None;
+    int format = 0;
+    unsigned long count = 0, left = 0;
+    unsigned char* data = nullptr;
+    XGetWindowProperty(display_, window, atom("XdndAware"), 0, 1, False, AnyPropertyType, &type, &format, &count, &left,
+                       &data);
+    if (data != nullptr) XFree(data);
+    return type != None;
+  }
+
+  void tell(Window target, const char* what, long own, long a, long b, long c, long d) {
+    XEvent event{};
+    event.xclient = {.type = ClientMessage,
+                     .serial = 0,
+                     .send_event = True,
+                     .display = display_,
+                     .window = target,
+                     .message_type = atom(what),
+                     .format = 32,
+                     .data = {.l = {own, a, b, c, d}}};
+    XSendEvent(display_, target, False, NoEventMask, &event);
+    XFlush(display_);
+  }
+
+  /// Gives the file's address to whoever asks, until the target says `word`; false after ten seconds.
+  bool served_until(const char* word, const std::string& address) {
+    const Clock::time_point begun = Clock::now();
+    while (milliseconds(Clock::now()) - milliseconds(begun) < 10000) {
+      if (XPending(display_) == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        continue;
+      }
+      XEvent event;
+      XNextEvent(display_, &event);
+      if (event.type == ClientMessage && event.xclient.message_type == atom(word)) return true;
+      if (event.type == SelectionRequest) give(event.xselectionrequest, address);
+    }
+    return false;
+  }
+
+  void give(const XSelectionRequestEvent& request, const std::string& address) {
+    XChangeProperty(display_, request.requestor, request.property, request.target, 8, PropModeReplace,
+                    reinterpret_cast<const unsigned char*>(address.data()), static_cast<int>(address.size()));
+    XEvent answer{};
+    answer.xselection = {.type = SelectionNotify,
+                         .serial = 0,
+                         .send_event = True,
+                         .display = display_,
+                         .requestor = request.requestor,
+                         .selection = request.selection,
+                         .target = request.target,
+                         .property = request.property,
+                         .time = request.time};
+    XSendEvent(display_, request.requestor, False, NoEventMask, &answer);
+    XFlush(display_);
+  }
+
+  std::string drop(std::istream& in) {
+    int x = 0, y = 0;
+    std::string file;
+    if (!(in >> x >> y >> std::ws) || !std::getline(in, file)) return {};
+    const Window target = taker(x, y);
+    if (target == None) return told("same");
+    const Window own = XCreateSimpleWindow(display_, DefaultRootWindow(display_), 0, 0, 1, 1, 0, 0, 0);
+    XSetSelectionOwner(display_, atom("XdndSelection"), own, CurrentTime);
+    const std::string address = "file://" + file + "\r\n";
+    const auto source = static_cast<long>(own);
+    XTestFakeMotionEvent(display_, -1, x, y, CurrentTime);
+    const Clock::time_point begun = Clock::now();
+    tell(target, "XdndEnter", source, 5L << 24, static_cast<long>(atom("text/uri-list")), 0, 0);
+    tell(target, "XdndPosition", source, 0, x << 16 | y, CurrentTime, static_cast<long>(atom("XdndActionCopy")));
+    bool taken = served_until("XdndStatus", address);
+    tell(target, "XdndDrop", source, 0, CurrentTime, 0, 0);
+    taken = taken && served_until("XdndFinished", address);
+    XDestroyWindow(display_, own);
+    XSync(display_, False);
+    return told(taken ? "ok" : "same", begun);
   }
 
   Display* display_;

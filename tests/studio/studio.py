@@ -134,6 +134,10 @@ class Hand:
         for button in (1, 2, 3):
             self.up(button)
 
+    def drop(self, file, x, y):
+        """A file manager lets a file fall there; False where nobody takes it."""
+        return self.say("drop", round(x), round(y), file)[1] == "ok"
+
     def grab(self, rect=None):
         """A Picture of a rectangle of the screen, or of all of it."""
         x, y, width, height = rect or (0, 0, _desktop.width, _desktop.height)
