@@ -52,8 +52,7 @@ class Killed(Case):
 
     def recover_rows(self, s):
         page = s.find("Start page")
-        return list(s.all(lambda o: "recover" in (o.name + " " + o.description).lower() and studio.shows(o) and
-                          o.getRoleName() in ("push button", "list item", "link", "check box"), page))
+        return s.showing("Recover", root=page)
 
     def six_strokes(self, s):
         s.press("Carve")
@@ -88,7 +87,7 @@ class Killed(Case):
         s = Studio(ready=False)
         rows = self.recover_rows(s)
         self.assertNotEqual(rows, [])
-        self.assertTrue(any("6 strokes" in o.name + o.description for o in s.all(studio.shows, s.find("Start page"))))
+        self.assertRegex(rows[0].description, r"\b6 (finished )?strokes\b")
         mark = s.log.mark()
         x, y, width, height = studio.rect(rows[0])
         s.hand.click(x + width // 2, y + height // 2)

@@ -123,6 +123,10 @@ class Hand:
             for name in reversed(names):
                 self.say("key", name, "up")
 
+    def write(self, text):
+        """Types a text, as xdotool does, with the keys that the letters need."""
+        subprocess.run(["xdotool", "type", "--delay", "2", text], check=True, timeout=60)
+
     def hold_key(self, name):
         self.held.append(name)
         self.say("key", name, "down")
