@@ -153,7 +153,7 @@ class Idle(Case):
         s.settled()
         undo = s.find("Undo")
         mark = s.log.mark()
-        s.windows("windowminimize", "%@")
+        s.window("windowminimize")
         wait("the window to be hidden", lambda: not s.windows())
         undo.queryAction().doAction(0)
         head = s.log.wait("history", mark)

@@ -146,7 +146,7 @@ class Monkey(Case):
     def resize(self):
         width, height = self.chance.randint(900, 1590), self.chance.randint(600, 960)
         self.done.append(f"{width}x{height}")
-        self.s.windows("windowsize", "%1", width, height)
+        self.s.window("windowsize", width, height)
 
 
 if __name__ == "__main__":

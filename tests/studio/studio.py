@@ -350,17 +350,23 @@ class Studio:
 
     # ---- its window
 
-    def windows(self, *words):
-        """What xdotool says of, or does to, the studio's windows."""
-        done = subprocess.run(["xdotool", "search", "--onlyvisible", "--pid", str(self.pid), *map(str, words)],
-                              capture_output=True, text=True, timeout=60)
-        return done.stdout.split()
+    def windows(self, hidden=False):
+        """The numbers of the studio's visible windows, or of all."""
+        words = ["xdotool", "search", *([] if hidden else ["--onlyvisible"]), "--pid", str(self.pid)]
+        return subprocess.run(words, capture_output=True, text=True, timeout=60).stdout.split()
+
+    def window(self, verb, *words):
+        """xdotool's verb for the studio's first window, hidden or not: windowminimize, windowsize W H."""
+        windows = self.windows(hidden=True)
+        if windows:
+            subprocess.run(["xdotool", verb, *([words[0]] if words[:1] == ("--sync",) else []), windows[0],
+                            *[str(word) for word in words if word != "--sync"]], capture_output=True, timeout=60)
 
     def to_front(self):
         """Also where it was minimised."""
         if self.process.poll() is None:
-            subprocess.run(["xdotool", "search", "--pid", str(self.pid), "windowmap", "windowactivate", "--sync", "%1"],
-                           capture_output=True, timeout=60)
+            self.window("windowmap")
+            self.window("windowactivate", "--sync")
 
     @contextlib.contextmanager
     def stopped(self):
