@@ -25,7 +25,7 @@ class Rectangles(Case):
             if k % 10 == 0:
                 s.press(titles[k // 10 % len(titles)])
             u, v = chance.uniform(0.38, 0.6), chance.uniform(0.35, 0.62)
-            made = s.stroke((u, v), (u + chance.uniform(-0.05, 0.05), v + chance.uniform(-0.05, 0.05)), steps=12, settle=False)
+            made = s.stroke((u, v), (u + chance.uniform(-0.05, 0.05), v + chance.uniform(-0.05, 0.05)), steps=12, samples=0)
         s.hands_off()
         s.settled(made["revision"], mark)
         moving = [f for f in s.log.since(mark, "frame") if f["samples"] == 1 and f["rect"][2] > 0]

@@ -26,7 +26,7 @@ class SimulatedHand(Case):
         strokes = 0
         while time.monotonic() < end:
             u, v = 0.42 + 0.02 * (strokes % 8), 0.42 + 0.03 * (strokes % 5)
-            made = s.stroke((u, v), (u + 0.03, v + 0.02), settle=False)
+            made = s.stroke((u, v), (u + 0.03, v + 0.02), samples=0)
             self.assertGreater(made["samples"], 0)
             strokes += 1
         told = [e for e in s.log.since(mark, "hand")]

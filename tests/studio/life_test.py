@@ -58,7 +58,7 @@ class Killed(Case):
         s.press("Carve")
         mark = s.log.mark()
         for k in range(6):
-            made = s.stroke((0.42 + 0.03 * k, 0.45), (0.43 + 0.03 * k, 0.55), steps=20, settle=False)
+            made = s.stroke((0.42 + 0.03 * k, 0.45), (0.43 + 0.03 * k, 0.55), steps=20, samples=0)
         s.log.wait("saved", mark, lambda e: e["stroke"] == 6)
         return made
 

@@ -48,6 +48,17 @@ def wait(what, ask, patience=PATIENCE, rest=0.01):
         time.sleep(rest)
 
 
+def steady(ask, rest=0.25):
+    """What ask() says once it says the same twice, `rest` seconds apart: for figures that follow the hand."""
+    last = [ask()]
+
+    def same():
+        before, last[0] = last[0], ask()
+        return before == last[0]
+    wait("a figure that stands", same, rest=rest)
+    return last[0]
+
+
 def relief(*words):
     """What the command line says; with --json, the object."""
     done = subprocess.run([BIN / "relief", *map(str, words)], capture_output=True, text=True, timeout=60 * SLOW)
@@ -312,15 +323,16 @@ class Studio:
         x, y, width, _ = self.viewport()
         self.hand.at(x + width // 2, max(y - 4, 0))
 
-    def settled(self, revision=0, mark=0):
-        """Waits until the final picture of at least this revision stands, and nothing more is to be drawn; its event."""
+    def settled(self, revision=0, mark=0, samples=16):
+        """Waits for a picture of at least this revision, drawn since the mark, and returns its event. With 16 samples it is the
+        final one, after which nothing more is drawn; with 1 the first that shows the revision whole."""
         def stands():
             frame = next((f for f in reversed(self.log.since(mark, "frame"))), None)
-            if frame is None or frame["revision"] < revision or frame["samples"] < 16:
+            if frame is None or frame["revision"] < revision or frame["samples"] < samples:
                 return None
             words = self.showing("Viewport")
-            return frame if words and words[0].description.startswith(f"ready, frame {frame['n']}") else None
-        return wait(f"a final picture of revision {revision}", stands)
+            return frame if words and words[0].description.startswith("ready, frame") else None
+        return wait(f"a picture of revision {revision} with {samples} samples", stands)
 
     def drag(self, *points, button=1, hertz=250, steps=60, keys=()):
         """A press at the first of the points (fractions of the viewport), a way through them, a release."""
@@ -335,15 +347,22 @@ class Studio:
             self.hand.held.remove(key)
             self.hand.say("key", key, "up")
 
-    def stroke(self, *points, settle=True, **how):
-        """drag(), and the event of the stroke that it made; with settle, its final picture stands, without the ring."""
+    def stroke(self, *points, samples=16, **how):
+        """drag(), and the event of the stroke that it made. Then its picture stands, without the ring: see settled(). With 0
+        samples nobody waits for it."""
         mark = self.log.mark()
         self.drag(*points, **how)
         made = self.log.wait("stroke", mark)
-        if settle:
+        if samples:
             self.hands_off()
-            self.settled(made["revision"], mark)
+            self.settled(made["revision"], mark, samples)
         return made
+
+    def around(self, *points, margin=60):
+        """The rectangle of the screen around places in the viewport, fractions of it."""
+        pixels = [self.pixel(*point) for point in points]
+        left, top = min(p[0] for p in pixels) - margin, min(p[1] for p in pixels) - margin
+        return left, top, max(p[0] for p in pixels) + margin - left, max(p[1] for p in pixels) + margin - top
 
     def picture(self, area=None):
         return self.hand.grab(area or self.middle())
