@@ -1,5 +1,6 @@
 """Sculpting by mouse and key: carve, every tool, radius and strength, undo, replay, symmetry, colour."""
 
+import itertools
 import json
 import re
 import unittest
@@ -148,14 +149,16 @@ class Tools(Case):
         self.set_bar("Radius", 0.4)
         self.chosen("Carve")
         kept = s.stroke(*way)
-        self.assertEqual(masked.differing(s.picture(area), 3), 0)
+        self.assertEqual((kept["samples"], kept["changed"]), (0, False))
+        wait("the masked place as it was", lambda: s.picture(area) == masked)
         self.undo_all()
         s.hands_off()
         s.settled()
         bare = s.picture(area)
+        self.assertGreater(bare.differing(masked, 8), 1000, "a mask is seen")
         cut = s.stroke(*way)  # the control: without the mask it is cut
         self.assertGreater(bare.differing(s.picture(area), 8), 100)
-        self.assertLess(kept["samples"], 0.5 * cut["samples"])
+        self.assertGreater(cut["samples"], 0)
 
     def test_03_every_tool_by_key(self):
         s = self.studio
@@ -170,12 +173,21 @@ class Tools(Case):
         mark = s.log.mark()
         s.hand.keys("c")
         s.log.wait("tool", mark, lambda e: e["id"] == "carve")
-        by_key = s.stroke(*ACROSS, samples=0)
+        by_key = self.stroke_in_file()
         self.undo_all()
         self.chosen("Paint")
         self.chosen("Carve")
-        by_name = s.stroke(*ACROSS, samples=0)
-        self.assertEqual(by_key["hash"], by_name["hash"])
+        self.assertEqual(self.stroke_in_file(), by_key)
+
+    def stroke_in_file(self):
+        """A stroke as the file has it, without its times: no hand keeps those to the millisecond. Places at which the hand
+        rested come once."""
+        s, mark = self.studio, self.studio.log.mark()
+        made = s.stroke(*ACROSS, samples=0)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == made["stroke"])
+        stroke = journal(self.file)[-1]
+        stroke["points"] = [place for place, _ in itertools.groupby(point[1:] for point in stroke["points"])]
+        return stroke
 
     def test_04_a_key_in_a_text_field_is_text(self):
         s = self.studio
@@ -221,6 +233,7 @@ class Tools(Case):
     def test_05_radius_by_bar_key_and_hand(self):
         s = self.studio
         self.chosen("Carve")
+        self.set_bar("Radius", 0.5)
         mark = s.log.mark()
         narrow = self.set_bar("Radius", 0.4)
         self.assertAlmostEqual(self.setting(mark), narrow, delta=0.01 * narrow)
@@ -267,6 +280,7 @@ class Tools(Case):
         s = self.studio
         self.chosen("Carve")
         self.set_bar("Radius", 0.5)
+        self.set_bar("Strength", 0.5)
         samples = {}
         for share in (0.3, 0.8):
             mark = s.log.mark()
@@ -333,6 +347,12 @@ class History(Case):
                         wait(f"the picture of step {k}", lambda: s.picture() == pictures[k])
                         s.hand.at(*viewport)
         self.assertEqual(hash_of(self.file), hashes[-1])
+        # The rows of the history.
+        rows = [o for o in s.all(lambda o: o.getRoleName() == "list item", s.find("History panel"))]
+        self.assertEqual(len(rows), self.STROKES + 1)
+        for k in (0, 7, self.STROKES):
+            self.step(lambda: rows[k].queryAction().doAction(0), hashes[k])
+        self.assertEqual(hash_of(self.file), hashes[-1])
 
     def test_02_redo_is_gone_after_a_new_stroke(self):
         s = self.studio
@@ -396,9 +416,10 @@ class Symmetry(Case):
         s = self.studio
         s.press("Carve")
         s.hand.at(*s.pixel(0.5, 0.5))
+        mark = s.log.mark()
         s.hand.keys("1")  # from the front, so that the plane of x is the middle of the picture
         s.hands_off()
-        s.settled()
+        s.settled(mark=mark)
         area = s.middle(0.6)
         clean = s.picture(area)
         one = s.stroke((0.42, 0.50), (0.45, 0.55))

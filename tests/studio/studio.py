@@ -212,6 +212,7 @@ class Studio:
         self.log = Log(folder() / f"{stamp}.jsonl")
         self.errors = folder() / f"{stamp}.txt"
         self.hand = hand()
+        self._known = {}  # objects by (name, role)
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
@@ -266,7 +267,17 @@ class Studio:
                              (o.getRoleName() == role if role else o.getRoleName() != "label"), root))
 
     def find(self, name, role=None, root=None, patience=PATIENCE):
-        return wait(f"{name!r} ({role or 'any role'}) on the screen", lambda: self.showing(name, role, root), patience, 0.05)[0]
+        """The showing object of a name. Where it was found before, it is looked for there first."""
+        known = self._known.get((name, role))
+        try:
+            if root is None and known is not None and known.name == name and shows(known):
+                return known
+        except Exception:
+            pass  # it is gone
+        found = wait(f"{name!r} ({role or 'any role'}) on the screen", lambda: self.showing(name, role, root), patience, 0.05)[0]
+        if root is None:
+            self._known[name, role] = found
+        return found
 
     def press(self, name, role=None):
         """The control's own action: as a screen reader would."""
@@ -330,8 +341,7 @@ class Studio:
             frame = next((f for f in reversed(self.log.since(mark, "frame"))), None)
             if frame is None or frame["revision"] < revision or frame["samples"] < samples:
                 return None
-            words = self.showing("Viewport")
-            return frame if words and words[0].description.startswith("ready, frame") else None
+            return frame if self.find("Viewport").description.startswith("ready, frame") else None
         return wait(f"a picture of revision {revision} with {samples} samples", stands)
 
     def drag(self, *points, button=1, hertz=250, steps=60, keys=()):
@@ -348,14 +358,16 @@ class Studio:
             self.hand.say("key", key, "up")
 
     def stroke(self, *points, samples=16, **how):
-        """drag(), and the event of the stroke that it made. Then its picture stands, without the ring: see settled(). With 0
-        samples nobody waits for it."""
+        """drag(), and the event of the stroke that it made. If it changed the model, its picture then stands, without the ring:
+        see settled(); with 0 samples nobody waits for it."""
         mark = self.log.mark()
         self.drag(*points, **how)
         made = self.log.wait("stroke", mark)
+        if made["changed"]:
+            self.log.wait("history", mark)
         if samples:
             self.hands_off()
-            self.settled(made["revision"], mark, samples)
+            self.settled(made["revision"], mark if made["changed"] else 0, samples)
         return made
 
     def around(self, *points, margin=60):
