@@ -16,14 +16,18 @@ class QLabel;
 class QStackedWidget;
 class QToolBar;
 class QToolButton;
-class QProgressBar;
 
 namespace relief::studio {
 
+class Banner;
+class Card;
+class ColourPalette;
 class CommandPalette;
 class HistoryPanel;
 class LayersPanel;
+class ProgressStrip;
 class StartPage;
+class Toast;
 class ToolPanel;
 class ValueBar;
 
@@ -55,7 +59,9 @@ class MainWindow : public QMainWindow {
   void say(const QString& words);
   void say_state();
   void keep_picture();
-  QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
+  void place_over();
+  void choose_colour(const QColor& colour);
+  QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
 
   // actions.cpp
   void build_actions();
@@ -89,7 +95,11 @@ class MainWindow : public QMainWindow {
   HistoryPanel* history_ = nullptr;
   CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  QWidget* convert_ = nullptr;
+  ColourPalette* colours_ = nullptr;
+  ProgressStrip* convert_ = nullptr;
+  Banner* banner_ = nullptr;
+  Card* card_ = nullptr;
+  Toast* toast_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;

@@ -239,6 +239,7 @@ void Viewport::take(Piece piece) {
                          {"latency_ms", latency}});
     if (!wanted_ && piece.frame.camera != logged_) log_camera(piece.frame.camera);
     emit frameDrawn(frames_);
+    if (!wanted_ && scene_.model && piece.frame.samples >= final_samples_) emit settled();
     const bool unfinished = piece.frame.samples < final_samples_ || piece.frame.tau > 1;
     if (!wanted_ && unfinished) rest_timer_.start(piece.frame.samples > 1 ? 0 : kRest);
   }
@@ -260,6 +261,11 @@ void Viewport::log_camera(const Camera& camera) {
 
 OverlayView Viewport::overlay_view() const { return {.camera = camera_, .size = size(), .unit = unit_}; }
 
+QRect Viewport::ring_in_window() const {
+  const QRectF ring = ring_.bounds(overlay_view());
+  return ring.isEmpty() ? QRect() : QRect(mapTo(window(), ring.topLeft().toPoint()), ring.size().toSize());
+}
+
 void Viewport::add_overlay(const Overlay* overlay) { others_.push_back(overlay); }
 
 void Viewport::update_overlays() {
@@ -270,6 +276,7 @@ void Viewport::update_overlays() {
   };
   add(ring_);
   add(info_);
+  add(axes_);
   add(drag_value_);
   for (const Overlay* overlay : others_) add(*overlay);
   update(painted_ + now);
@@ -296,6 +303,7 @@ void Viewport::paintEvent(QPaintEvent*) {
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);
     info_.paint(painter, view);
+    axes_.paint(painter, view);
     drag_value_.paint(painter, view);
   }
   if (hasFocus() && window()->property("keyboard").toBool()) {
@@ -456,6 +464,10 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
   }
   if (gesture_ != Gesture::None) return;
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1};
+  if (const auto axis = has_scene() ? axes_.ball.hit(sample.at) : std::nullopt; axis && event->button() == Qt::LeftButton) {
+    look_from(*axis);
+    return;
+  }
   const auto under = hit(sample.at);
   if (pick_ && event->button() == Qt::LeftButton) {
     pick_ = false;
@@ -473,7 +485,17 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
 
 void Viewport::mouseMoveEvent(QMouseEvent* event) {
   if (pen_down_) return;
+  if (const auto axis = axes_.ball.hit(event->position()); gesture_ == Gesture::None && axis != axes_.ball.hovered()) {
+    axes_.ball.set_hovered(axis);
+    update_overlays();
+  }
   move({event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1}, event->modifiers());
+}
+
+void Viewport::look_from(Axis axis) {
+  const Vec3d back = direction(axis);
+  for (const AxisView view : {AxisView::Front, AxisView::Back, AxisView::Right, AxisView::Left, AxisView::Top, AxisView::Bottom})
+    if (const Camera seen = look_along(camera_, view, up_); dot(normalized(seen.eye - seen.target), back) > 0.9) set_camera(seen);
 }
 
 void Viewport::mouseReleaseEvent(QMouseEvent* event) {

@@ -64,6 +64,8 @@ class Viewport : public QWidget {
   [[nodiscard]] const QString& device() const { return device_; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   [[nodiscard]] OverlayView overlay_view() const;
+  /// Where the ring is in the window's pixels; empty where it is not.
+  [[nodiscard]] QRect ring_in_window() const;
   [[nodiscard]] const QImage& picture() const { return picture_; }
   /// What the pointer hits on the surface.
   [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
@@ -77,6 +79,8 @@ class Viewport : public QWidget {
   /// What people should know, as a toast.
   void said(const QString& words);
   void frameDrawn(quint64 number);
+  /// The picture is the final one.
+  void settled();
   void deviceKnown(const QString& name);
   /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
@@ -113,6 +117,7 @@ class Viewport : public QWidget {
   void navigate(QPointF by, QPointF at);
   void drag_setting(QPointF at);
   void end_drag(bool keep);
+  void look_from(Axis axis);
   void move_ring_by_keys(QKeyEvent* event);
   void dab_at_ring();
 
@@ -162,6 +167,7 @@ class Viewport : public QWidget {
 
   RingOverlay ring_;
   PillOverlay info_, drag_value_;
+  AxisOverlay axes_;
   std::vector<const Overlay*> others_;
   QRegion painted_;
   mutable PickHint hint_;
