@@ -6,7 +6,6 @@
 #include <QKeyEvent>
 #include <QLocale>
 #include <QPainter>
-#include <QStyle>
 #include <algorithm>
 #include <cmath>
 
@@ -233,15 +232,13 @@ void PlotView::paint_cursor(QPainter& painter, const View& view) const {
 
 void PlotView::paint_texts(QPainter& painter) const {
   const QRect row(scaled(8), scaled(2), width() - 2 * scaled(8), QFontMetrics(font()).height());
-  const auto start = QStyle::visualAlignment(layoutDirection(), Qt::AlignLeft);
-  const auto end = QStyle::visualAlignment(layoutDirection(), Qt::AlignRight);
   const QString text = words();
   const QFontMetrics metrics(font());
   painter.setPen(current_theme().text);
-  painter.drawText(row, end | Qt::AlignVCenter, text);
+  painter.drawText(row, text_flags(layoutDirection(), Qt::AlignRight), text);
   painter.setPen(current_theme().dim);
   const int room = row.width() - metrics.horizontalAdvance(text) - scaled(8);
-  painter.drawText(row, start | Qt::AlignVCenter, metrics.elidedText(title_, Qt::ElideRight, room));
+  painter.drawText(row, text_flags(layoutDirection(), Qt::AlignLeft), metrics.elidedText(title_, Qt::ElideRight, room));
 }
 
 }  // namespace relief::studio

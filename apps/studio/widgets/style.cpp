@@ -36,7 +36,7 @@ void paint_check(QPainter& painter, const QStyleOption& option, bool round) {
   const Theme& theme = current_theme();
   const bool on = option.state.testFlag(QStyle::State_On), some = option.state.testFlag(QStyle::State_NoChange);
   const bool enabled = option.state.testFlag(QStyle::State_Enabled);
-  const QRectF box = QRectF(option.rect).adjusted(1, 1, -1, -1);
+  const QRectF box = centred_square(option.rect, std::min(option.rect.width(), option.rect.height()) - 2);
   const QColor fill = !enabled ? theme.line : on || some ? theme.accent : theme.field;
   painter.setPen(QPen(on || some || !enabled ? fill : theme.dim, 1.2));
   painter.setBrush(fill);
