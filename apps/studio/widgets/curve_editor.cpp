@@ -57,7 +57,7 @@ void CurveEditor::set_live_pressure(std::optional<double> pressure) {
 }
 
 void CurveEditor::describe_curve() {
-  static constexpr auto percent = [](double share) { return static_cast<int>(std::lround(100 * share)); };
+  const auto percent = [](double share) { return static_cast<int>(std::lround(100 * share)); };
   const QString names[] = {tr("start"), tr("bend"), tr("end")};
   const QString words = tr("Starts at %1 % pressure, full at %2 %, exponent %3. Chosen: %4.")
                             .arg(percent(curve_.low))

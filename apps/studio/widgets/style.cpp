@@ -36,7 +36,7 @@ void paint_check(QPainter& painter, const QStyleOption& option, bool round) {
   const Theme& theme = current_theme();
   const bool on = option.state.testFlag(QStyle::State_On), some = option.state.testFlag(QStyle::State_NoChange);
   const bool enabled = option.state.testFlag(QStyle::State_Enabled);
-  const QRectF box = QRectF(option.rect).adjusted(1, 1, -1, -1);
+  const QRectF box = centred_square(option.rect, std::min(option.rect.width(), option.rect.height()) - 2);
   const QColor fill = !enabled ? theme.line : on || some ? theme.accent : theme.field;
   painter.setPen(QPen(on || some || !enabled ? fill : theme.dim, 1.2));
   painter.setBrush(fill);
@@ -64,8 +64,7 @@ void paint_arrow(QPainter& painter, const QStyleOption& option, QStyle::Primitiv
   const double side = std::min({9.0 * text_scale(), double(option.rect.width()), double(option.rect.height())});
   const QRectF box = centred_square(option.rect, side);
   painter.setBrush(Qt::NoBrush);
-  painter.setPen(
-      QPen(enabled ? theme.text : theme.line, 1.5 * text_scale(), Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  painter.setPen(QPen(enabled ? theme.text : theme.line, side / 6, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
   std::array<QPointF, 3> points = {QPointF(0.1, 0.3), QPointF(0.5, 0.7), QPointF(0.9, 0.3)};  // down
   for (QPointF& p : points) {
     if (direction == QStyle::PE_IndicatorArrowUp) p = {p.x(), 1 - p.y()};
