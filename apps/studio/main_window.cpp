@@ -277,6 +277,7 @@ void MainWindow::connect_files() {
     layers_->set_model(head.get());
     pages_->setCurrentWidget(viewport_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
     viewport_->setFocus();
     refresh();
     show_verdict(verdict, doubt);
@@ -384,7 +385,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     card_->set_title(verdict->title);
     card_->set_lines(verdict->lines);
     card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
-    if (card_->findChild<QPushButton*>() == nullptr) connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    if (card_->findChild<QPushButton*>() == nullptr) {
+      QPushButton* upright = card_->add_button(tr("Stand it up"));
+      upright->setToolTip(tr("For scans whose z axis points up"));
+      connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    }
     card_->show();
     place_over();
   }
