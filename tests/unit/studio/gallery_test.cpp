@@ -399,6 +399,27 @@ int count(const QImage& picture, const QColor& a, const QColor& b) {
   return found;
 }
 
+/// Labels and buttons whose text does not fit into them.
+QStringList clipped(const QWidget& page) {
+  QStringList texts;
+  for (const QLabel* label : page.findChildren<QLabel*>())
+    if (label->isVisible() && !label->wordWrap() && label->width() < label->sizeHint().width())
+      texts.append(label->text());
+  for (const QAbstractButton* button : page.findChildren<QAbstractButton*>())
+    if (button->isVisible() && button->width() < button->minimumSizeHint().width()) texts.append(button->text());
+  for (const ValueBar* bar : page.findChildren<ValueBar*>())
+    if (bar->isVisible() && bar->width() < bar->minimumSizeHint().width()) texts.append(bar->accessibleName());
+  return texts;
+}
+
+TEST(Gallery, ALabelThatIsTooNarrowIsFound) {
+  QWidget page;
+  auto* label = new QLabel(QStringLiteral("Convert progress"), &page);
+  label->resize(10, 20);
+  page.show();
+  EXPECT_EQ(clipped(page), QStringList{"Convert progress"});
+}
+
 TEST(Gallery, EveryWidgetDrawsItselfInEveryLook) {
   const QByteArray folder = qgetenv("RELIEF_PICTURES");
   for (const Look& look : {Look{&dark_theme(), 1, Qt::LeftToRight}, Look{&light_theme(), 1, Qt::LeftToRight},
@@ -414,6 +435,7 @@ TEST(Gallery, EveryWidgetDrawsItselfInEveryLook) {
       QApplication::processEvents();
       const QImage picture = widget->grab().toImage().convertToFormat(QImage::Format_ARGB32);
       const QString which = QStringLiteral("%1 %2").arg(QLatin1String(exhibit.name), look.name());
+      EXPECT_EQ(clipped(*widget), QStringList()) << which.toStdString();
       EXPECT_GT(count(picture, look.theme->accent, look.theme->text), 20) << which.toStdString();
       const Theme& other = is_dark(*look.theme) ? light_theme() : dark_theme();
       EXPECT_LT(count(picture, other.panel, other.window), 20) << which.toStdString();
