@@ -74,6 +74,15 @@ void paint_arrow(QPainter& painter, const QStyleOption& option, QStyle::Primitiv
   painter.drawPath(path_in(box, points));
 }
 
+/// A line across a tool bar, one pixel wide, that leaves a fifth free at both ends.
+void paint_separator(QPainter& painter, const QStyleOption& option) {
+  const QRect& all = option.rect;
+  const bool upright = option.state.testFlag(QStyle::State_Horizontal);
+  const QRect line = upright ? QRect(all.center().x(), all.top() + all.height() / 5, 1, all.height() * 3 / 5)
+                             : QRect(all.left() + all.width() / 5, all.center().y(), all.width() * 3 / 5, 1);
+  painter.fillRect(line, current_theme().line);
+}
+
 QString text_of(const QString& resource) {
   QFile file(resource);
   const bool open = file.open(QIODevice::ReadOnly);
@@ -105,6 +114,9 @@ void Style::drawPrimitive(PrimitiveElement element, const QStyleOption* option, 
     case PE_IndicatorArrowRight:
       paint_arrow(*painter, *option, element);
       break;
+    case PE_IndicatorToolBarSeparator:
+      paint_separator(*painter, *option);
+      break;
     case PE_IndicatorSpinUp:
       paint_arrow(*painter, *option, PE_IndicatorArrowUp);
       break;
@@ -130,6 +142,8 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
     case PM_ListViewIconSize:
     case PM_TabBarIconSize:
       return scaled(18);
+    case PM_ToolBarSeparatorExtent:
+      return scaled(11);
     case PM_ToolBarIconSize:
       return scaled(22);
     case PM_MessageBoxIconSize:

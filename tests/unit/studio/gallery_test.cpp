@@ -16,10 +16,12 @@
 #include <studio/widgets/toast.h>
 #include <studio/widgets/value_bar.h>
 
+#include <QActionGroup>
 #include <QApplication>
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
+#include <QDockWidget>
 #include <QDoubleSpinBox>
 #include <QGridLayout>
 #include <QGroupBox>
@@ -34,6 +36,7 @@
 #include <QPushButton>
 #include <QRadioButton>
 #include <QSet>
+#include <QStatusBar>
 #include <QTabWidget>
 #include <QTest>
 #include <QToolBar>
@@ -301,6 +304,53 @@ std::unique_ptr<QWidget> start_page() {
   return page;
 }
 
+/// The frame that the program's window has: bars, a column of tools, docks.
+std::unique_ptr<QWidget> window() {
+  auto made = std::make_unique<QMainWindow>();
+  for (const char* name : {"&File", "&Edit", "&View"}) made->menuBar()->addMenu(QString::fromLatin1(name));
+  auto* top = made->addToolBar(QStringLiteral("Top"));
+  top->setMovable(false);
+  top->addAction(icon(u"undo"), QStringLiteral("Undo"));
+  top->addAction(icon(u"redo"), QStringLiteral("Redo"));
+  top->addSeparator();
+  auto* radius = new ValueBar(QStringLiteral("Radius"));
+  radius->setFixedWidth(scaled(190));
+  radius->set_range(0.1, 100, ValueBar::Scale::Logarithmic);
+  radius->set_format(length_format(QStringLiteral("mm")));
+  radius->set_real_value(7.5);
+  top->addWidget(radius);
+  auto* column = new QToolBar(QStringLiteral("Tools"));
+  column->setMovable(false);
+  made->addToolBar(Qt::LeftToolBarArea, column);
+  auto* group = new QActionGroup(made.get());
+  for (const char* id :
+       {"touch", "carve", "deposit", "smooth", "flatten", "inflate", "layer", "clay", "paint", "mask"}) {
+    QAction* action = column->addAction(icon(QString::fromLatin1(id)), QString::fromLatin1(id));
+    action->setCheckable(true);
+    group->addAction(action);
+  }
+  group->actions()[1]->setChecked(true);
+  auto* picture = new QWidget;
+  picture->setMinimumSize(scaled(500), scaled(420));
+  made->setCentralWidget(picture);
+  const auto dock = [&made](const char* title, std::unique_ptr<QWidget> inside) {
+    auto* panel = new QDockWidget(QString::fromLatin1(title));
+    auto* margin = new QWidget;
+    auto* layout = new QVBoxLayout(margin);
+    layout->setContentsMargins(12, 4, 12, 12);
+    inside->layout() ? inside->layout()->setContentsMargins(0, 0, 0, 0) : void();
+    layout->addWidget(inside.release());
+    panel->setWidget(margin);
+    made->addDockWidget(Qt::RightDockWidgetArea, panel);
+  };
+  dock("Carve", value_bars());
+  dock("Pressure", curve());
+  dock("Device", plots());
+  made->statusBar()->showMessage(QStringLiteral("Tool: Carve"));
+  made->statusBar()->addPermanentWidget(new QLabel(QStringLiteral("Certified · 240 slabs")));
+  return made;
+}
+
 struct Exhibit {
   const char* name;
   std::function<std::unique_ptr<QWidget>()> make;
@@ -317,7 +367,8 @@ const std::vector<Exhibit>& exhibits() {
                                            {"colours", colours},
                                            {"over-picture", over_picture},
                                            {"banners", banners},
-                                           {"start", start_page}};
+                                           {"start", start_page},
+                                           {"window", window}};
   return all;
 }
 
@@ -329,7 +380,8 @@ bool is_control(const QWidget& widget) {
 TEST(Gallery, EveryControlOfOursSaysWhatItIsOnceOnly) {
   for (const Exhibit& exhibit : exhibits()) {
     if (QLatin1String(exhibit.name) == QLatin1String("standard")) continue;
-    if (QLatin1String(exhibit.name) == QLatin1String("icons")) continue;
+    if (QLatin1String(exhibit.name) == QLatin1String("icons") || QLatin1String(exhibit.name) == QLatin1String("window"))
+      continue;
     const auto widget = exhibit.make();
     widget->setAttribute(Qt::WA_DontShowOnScreen);
     widget->show();
