@@ -1,5 +1,6 @@
 #include "style.h"
 
+#include "icons.h"
 #include "theme.h"
 
 #include <QFile>
@@ -74,6 +75,21 @@ void paint_arrow(QPainter& painter, const QStyleOption& option, QStyle::Primitiv
   painter.drawPath(path_in(box, points));
 }
 
+void paint_focus(QPainter& painter, const QStyleOption& option) {
+  painter.setPen(QPen(current_theme().accent, 1));
+  painter.setBrush(Qt::NoBrush);
+  painter.drawRoundedRect(QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5), 2, 2);
+}
+
+/// A line across a tool bar, one pixel wide, that leaves a fifth free at both ends.
+void paint_separator(QPainter& painter, const QStyleOption& option) {
+  const QRect& all = option.rect;
+  const bool upright = option.state.testFlag(QStyle::State_Horizontal);
+  const QRect line = upright ? QRect(all.center().x(), all.top() + all.height() / 5, 1, all.height() * 3 / 5)
+                             : QRect(all.left() + all.width() / 5, all.center().y(), all.width() * 3 / 5, 1);
+  painter.fillRect(line, current_theme().line);
+}
+
 QString text_of(const QString& resource) {
   QFile file(resource);
   const bool open = file.open(QIODevice::ReadOnly);
@@ -105,6 +121,12 @@ void Style::drawPrimitive(PrimitiveElement element, const QStyleOption* option, 
     case PE_IndicatorArrowRight:
       paint_arrow(*painter, *option, element);
       break;
+    case PE_FrameFocusRect:
+      paint_focus(*painter, *option);
+      break;
+    case PE_IndicatorToolBarSeparator:
+      paint_separator(*painter, *option);
+      break;
     case PE_IndicatorSpinUp:
       paint_arrow(*painter, *option, PE_IndicatorArrowUp);
       break;
@@ -130,6 +152,8 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
     case PM_ListViewIconSize:
     case PM_TabBarIconSize:
       return scaled(18);
+    case PM_ToolBarSeparatorExtent:
+      return scaled(11);
     case PM_ToolBarIconSize:
       return scaled(22);
     case PM_MessageBoxIconSize:
@@ -138,6 +162,52 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
       return scaled(28);
     default:
       return QProxyStyle::pixelMetric(metric, option, widget);
+  }
+}
+
+QIcon Style::standardIcon(StandardPixmap which, const QStyleOption* option, const QWidget* widget) const {
+  const int side = scaled(40);  // of a message box; there the icon has the colour of its mood
+  const auto mood_icon = [side](Mood mood) { return QIcon(icon_pixmap(icon_of(mood), side, colour_of(mood), 2)); };
+  switch (which) {
+    case SP_MessageBoxInformation:
+      return mood_icon(Mood::Plain);
+    case SP_MessageBoxWarning:
+      return mood_icon(Mood::Warn);
+    case SP_MessageBoxCritical:
+      return mood_icon(Mood::Bad);
+    case SP_MessageBoxQuestion:
+      return QIcon(icon_pixmap(u"help", side, current_theme().text, 2));
+    case SP_DirIcon:
+    case SP_DirClosedIcon:
+      return icon(u"folder");
+    case SP_DirOpenIcon:
+      return icon(u"open");
+    case SP_DirHomeIcon:
+      return icon(u"home");
+    case SP_FileIcon:
+      return icon(u"file");
+    case SP_ComputerIcon:
+    case SP_DesktopIcon:
+    case SP_DriveHDIcon:
+    case SP_DriveNetIcon:
+      return icon(u"kiosk");
+    case SP_FileDialogNewFolder:
+      return icon(u"folder-new");
+    case SP_FileDialogToParent:
+    case SP_ArrowUp:
+      return icon(u"up");
+    case SP_ArrowBack:
+    case SP_ArrowLeft:
+      return icon(u"back");
+    case SP_ArrowForward:
+    case SP_ArrowRight:
+      return icon(u"forward");
+    case SP_FileDialogListView:
+      return icon(u"grid");
+    case SP_FileDialogDetailedView:
+      return icon(u"list");
+    default:
+      return QProxyStyle::standardIcon(which, option, widget);
   }
 }
 
