@@ -133,9 +133,7 @@ void StartPage::add_samples(QVBoxLayout& into) {
   auto* across = new QHBoxLayout(row);
   across->setContentsMargins(0, 0, 0, 0);
   for (const std::string_view name : sample_names()) {
-    QString title = text(name);
-    title[0] = title[0].toUpper();
-    auto* button = new QPushButton(title, row);
+    auto* button = new QPushButton(sample_title(text(name)), row);
     button->setObjectName(QStringLiteral("sample-") + text(name));
     button->setAccessibleDescription(tr("Makes the sample model and opens it"));
     connect(button, &QPushButton::clicked, this, [this, id = text(name)] { emit sampleAsked(id); });
