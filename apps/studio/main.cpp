@@ -1,8 +1,10 @@
 // Relief Studio: the desktop program.
 #include "accessible.h"
+#include "desktop_scheme.h"
 #include "event_log.h"
 #include "languages.h"
 #include "main_window.h"
+#include "preferences.h"
 #include "text.h"
 #include "widgets/theme.h"
 
@@ -75,15 +77,24 @@ int run(int argc, char** argv) {
   const std::unique_ptr<QSettings> settings = open_settings(o.new_settings);
   if (!o.theme.empty()) settings->setValue("look/theme", text(o.theme));
   if (o.text != 0) settings->setValue("look/text", o.text);
-  use_language(application, language_for(o.language.empty() ? settings->value("language").toString() : text(o.language)));
-  apply(application, settings->value("look/theme", "dark").toString() == QLatin1String("light") ? light_theme() : dark_theme(),
-        settings->value("look/text", 100).toInt() / 100.0);
+  const DesktopScheme desktop;
+  apply(application, theme_for(chosen(*settings, "look/theme").toString(), desktop.dark()), chosen(*settings, "look/text").toInt() / 100.0);
   install_accessibility();
-  MainWindow window(*settings);
-  window.show();
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
-  if (!o.file.empty()) QTimer::singleShot(0, &window, [&] { window.open(text(o.file)); });
-  return QApplication::exec();
+  // Another language builds the window anew; the model goes on where it was.
+  QString language = text(o.language), file = text(o.file);
+  std::optional<Camera> camera;
+  while (true) {
+    use_language(application, language_for(language.isEmpty() ? chosen(*settings, "language").toString() : language));
+    MainWindow window(*settings, desktop);
+    window.show();
+    if (!file.isEmpty()) QTimer::singleShot(0, &window, [&] { window.open(file, camera); });
+    const int status = QApplication::exec();
+    if (!window.wants_another()) return status;
+    language.clear();
+    file = window.last_file();
+    camera = window.viewport().camera();
+  }
 }
 
 }  // namespace

@@ -58,6 +58,11 @@ StartPage::StartPage(Shelf& shelf, QWidget* parent) : QScrollArea(parent), shelf
   connect(&shelf_, &Shelf::changed, this, &StartPage::build);
 }
 
+void StartPage::set_question(std::function<QWidget*(QWidget* parent)> make) {
+  question_ = std::move(make);
+  build();
+}
+
 void StartPage::build() {
   auto* page = new QWidget;
   auto* whole = new QHBoxLayout(page);
@@ -71,6 +76,7 @@ void StartPage::build() {
   whole->addStretch(1);
   add_recovery(*column);
   add_drop(*column);
+  if (QWidget* question = question_ ? question_(middle) : nullptr) column->addWidget(question);
   add_recent(*column);
   add_samples(*column);
   add_hints(*column);

@@ -531,6 +531,64 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
 </context>
 <context>
+    <name>relief::studio::KeyMap</name>
+    <message>
+        <source>Your keys could not be read; the usual ones hold. The file is now %1.</source>
+        <translation>Die Tastenbelegung war nicht lesbar; es gilt die übliche. Die Datei heißt jetzt %1.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KeysPage</name>
+    <message>
+        <source>Keys of all commands</source>
+        <translation>Tasten aller Befehle</translation>
+    </message>
+    <message>
+        <source>Command</source>
+        <translation>Befehl</translation>
+    </message>
+    <message>
+        <source>Keys</source>
+        <translation>Tasten</translation>
+    </message>
+    <message>
+        <source>Change …</source>
+        <translation>Ändern …</translation>
+    </message>
+    <message>
+        <source>No key</source>
+        <translation>Keine Taste</translation>
+    </message>
+    <message>
+        <source>Usual key</source>
+        <translation>Übliche Taste</translation>
+    </message>
+    <message>
+        <source>Take it over</source>
+        <translation>Übernehmen</translation>
+    </message>
+    <message>
+        <source>Leave it</source>
+        <translation>So lassen</translation>
+    </message>
+    <message>
+        <source>also: %1</source>
+        <translation>auch: %1</translation>
+    </message>
+    <message>
+        <source>Press the new key for “%1”, or Esc to leave it.</source>
+        <translation>Neue Taste für „%1“ drücken, oder Esc, um nichts zu ändern.</translation>
+    </message>
+    <message>
+        <source>Double click or “Change …”, then press a key. Changed keys are bold.</source>
+        <translation>Doppelklick oder „Ändern …“, dann eine Taste drücken. Geänderte Tasten sind fett.</translation>
+    </message>
+    <message>
+        <source>%1 belongs to “%2”.</source>
+        <translation>%1 gehört zu „%2“.</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::LayersPanel</name>
     <message>
         <source>Layers</source>
@@ -857,6 +915,49 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>Not everything is saved</source>
         <translation>Nicht alles ist gespeichert</translation>
     </message>
+    <message>
+        <source>&amp;Preferences …</source>
+        <translation>&amp;Einstellungen …</translation>
+    </message>
+    <message>
+        <source>not known before the first picture</source>
+        <translation>vor dem ersten Bild nicht bekannt</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::NavigationCard</name>
+    <message>
+        <source>How do you turn the view?</source>
+        <translation>Wie soll sich die Ansicht drehen lassen?</translation>
+    </message>
+    <message>
+        <source>Middle button</source>
+        <translation>Mittlere Taste</translation>
+    </message>
+    <message>
+        <source>as in Blender; Shift moves</source>
+        <translation>wie in Blender; Shift verschiebt</translation>
+    </message>
+    <message>
+        <source>Alt and left button</source>
+        <translation>Alt und linke Taste</translation>
+    </message>
+    <message>
+        <source>as in film and CAD; middle moves</source>
+        <translation>wie in Film und CAD; die mittlere verschiebt</translation>
+    </message>
+    <message>
+        <source>Beside the model</source>
+        <translation>Neben dem Modell</translation>
+    </message>
+    <message>
+        <source>with a pen; Shift moves</source>
+        <translation>mit dem Stift; Shift verschiebt</translation>
+    </message>
+    <message>
+        <source>The wheel always zooms. This can be changed later under Edit, Preferences.</source>
+        <translation>Das Rad vergrößert immer. Ändern lässt sich das später unter Bearbeiten, Einstellungen.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::PlotView</name>
@@ -867,6 +968,197 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1, %2 s before</source>
         <translation>%1, %2 s davor</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::PreferencesDialog</name>
+    <message>
+        <source>Preferences</source>
+        <translation>Einstellungen</translation>
+    </message>
+    <message>
+        <source>Search in the preferences</source>
+        <translation>In den Einstellungen suchen</translation>
+    </message>
+    <message>
+        <source>Search</source>
+        <translation>Suchen</translation>
+    </message>
+    <message>
+        <source>Pages</source>
+        <translation>Seiten</translation>
+    </message>
+    <message>
+        <source>Nothing of that name.</source>
+        <translation>Nichts dieses Namens.</translation>
+    </message>
+    <message>
+        <source>Back to defaults</source>
+        <translation>Zurück zur Vorgabe</translation>
+    </message>
+    <message>
+        <source>All of the page “%1”</source>
+        <translation>Die ganze Seite „%1“</translation>
+    </message>
+    <message>
+        <source>Choose …</source>
+        <translation>Wählen …</translation>
+    </message>
+    <message>
+        <source>Choose: %1</source>
+        <translation>Wählen: %1</translation>
+    </message>
+    <message>
+        <source>Look</source>
+        <translation>Aussehen</translation>
+    </message>
+    <message>
+        <source>Theme</source>
+        <translation>Farben</translation>
+    </message>
+    <message>
+        <source>“Like the desktop” is dark where the desktop does not say.</source>
+        <translation>„Wie der Desktop“ ist dunkel, wo der Desktop nichts angibt.</translation>
+    </message>
+    <message>
+        <source>Like the desktop</source>
+        <translation>Wie der Desktop</translation>
+    </message>
+    <message>
+        <source>Dark</source>
+        <translation>Dunkel</translation>
+    </message>
+    <message>
+        <source>Light</source>
+        <translation>Hell</translation>
+    </message>
+    <message>
+        <source>Text size</source>
+        <translation>Schriftgröße</translation>
+    </message>
+    <message>
+        <source>Of all words and of what is around them.</source>
+        <translation>Aller Wörter und dessen, was um sie herum ist.</translation>
+    </message>
+    <message>
+        <source>Less motion</source>
+        <translation>Weniger Bewegung</translation>
+    </message>
+    <message>
+        <source>Nothing slides, fades or turns by itself.</source>
+        <translation>Nichts gleitet, blendet oder dreht sich von selbst.</translation>
+    </message>
+    <message>
+        <source>Input</source>
+        <translation>Eingabe</translation>
+    </message>
+    <message>
+        <source>Navigation</source>
+        <translation>Navigation</translation>
+    </message>
+    <message>
+        <source>Which buttons turn, move and zoom the view.</source>
+        <translation>Mit welchen Tasten die Ansicht gedreht, verschoben und vergrößert wird.</translation>
+    </message>
+    <message>
+        <source>Blender: middle button</source>
+        <translation>Blender: mittlere Taste</translation>
+    </message>
+    <message>
+        <source>Industry: Alt and a button</source>
+        <translation>Industrie: Alt und eine Taste</translation>
+    </message>
+    <message>
+        <source>Pen: beside the model</source>
+        <translation>Stift: neben dem Modell</translation>
+    </message>
+    <message>
+        <source>Turn like on a turntable</source>
+        <translation>Wie auf einem Drehteller drehen</translation>
+    </message>
+    <message>
+        <source>What is up stays up. Without it, the model turns freely in all directions.</source>
+        <translation>Was oben ist, bleibt oben. Sonst dreht sich das Modell frei in alle Richtungen.</translation>
+    </message>
+    <message>
+        <source>Use the pressure of the pen</source>
+        <translation>Druck des Stifts verwenden</translation>
+    </message>
+    <message>
+        <source>Without it, a pen works like a mouse: always at full pressure.</source>
+        <translation>Sonst wirkt ein Stift wie eine Maus: immer mit vollem Druck.</translation>
+    </message>
+    <message>
+        <source>Single keys choose tools</source>
+        <translation>Einzelne Tasten wählen Werkzeuge</translation>
+    </message>
+    <message>
+        <source>Off, keys act with Ctrl or Alt only: for people who speak their words, or whose hands tremble.</source>
+        <translation>Ausgeschaltet wirken Tasten nur mit Strg oder Alt: für Menschen, die diktieren oder deren Hände zittern.</translation>
+    </message>
+    <message>
+        <source>Drawing</source>
+        <translation>Zeichnen</translation>
+    </message>
+    <message>
+        <source>Drawn by</source>
+        <translation>Gezeichnet von</translation>
+    </message>
+    <message>
+        <source>Smooth edges at rest</source>
+        <translation>Glatte Kanten in Ruhe</translation>
+    </message>
+    <message>
+        <source>How often each point is drawn when nothing moves: more is finer, and takes longer.</source>
+        <translation>Wie oft jeder Punkt gezeichnet wird, wenn sich nichts bewegt: mehr ist feiner und dauert länger.</translation>
+    </message>
+    <message>
+        <source>Off</source>
+        <translation>Aus</translation>
+    </message>
+    <message>
+        <source>4 times</source>
+        <translation>4-mal</translation>
+    </message>
+    <message>
+        <source>16 times</source>
+        <translation>16-mal</translation>
+    </message>
+    <message>
+        <source>Saving</source>
+        <translation>Speichern</translation>
+    </message>
+    <message>
+        <source>Every finished stroke is saved at once. There is nothing to switch on.</source>
+        <translation>Jeder fertige Strich wird sofort gespeichert. Einzuschalten ist nichts.</translation>
+    </message>
+    <message>
+        <source>Pictures and films</source>
+        <translation>Bilder und Filme</translation>
+    </message>
+    <message>
+        <source>Where F12 puts them.</source>
+        <translation>Wohin F12 sie legt.</translation>
+    </message>
+    <message>
+        <source>Models without a name</source>
+        <translation>Modelle ohne Namen</translation>
+    </message>
+    <message>
+        <source>Where they lie until you name them. Models that are there already stay where they are.</source>
+        <translation>Wo sie liegen, bis sie benannt werden. Vorhandene Modelle bleiben, wo sie sind.</translation>
+    </message>
+    <message>
+        <source>Language</source>
+        <translation>Sprache</translation>
+    </message>
+    <message>
+        <source>The window is built anew; your model stays open.</source>
+        <translation>Das Fenster wird neu aufgebaut; das Modell bleibt offen.</translation>
+    </message>
+    <message>
+        <source>Keys</source>
+        <translation>Tasten</translation>
     </message>
 </context>
 <context>
