@@ -18,15 +18,20 @@ class QLabel;
 class QStackedWidget;
 class QToolBar;
 class QToolButton;
-class QProgressBar;
 
 namespace relief::studio {
 
+class Banner;
+class Card;
+class ColourPalette;
+class CommandPalette;
 class HistoryPanel;
 class LayersPanel;
 class DesktopScheme;
 class PreferencesDialog;
+class ProgressStrip;
 class StartPage;
+class Toast;
 class ToolPanel;
 class ValueBar;
 
@@ -61,7 +66,9 @@ class MainWindow : public QMainWindow {
   void say(const QString& words);
   void say_state();
   void keep_picture();
-  QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
+  void place_over();
+  void choose_colour(const QColor& colour);
+  QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
 
   // actions.cpp
   void build_actions();
@@ -105,8 +112,13 @@ class MainWindow : public QMainWindow {
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;
+  CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  QWidget* convert_ = nullptr;
+  ColourPalette* colours_ = nullptr;
+  ProgressStrip* convert_ = nullptr;
+  Banner* banner_ = nullptr;
+  Card* card_ = nullptr;
+  Toast* toast_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;

@@ -109,7 +109,10 @@ void Shelf::find_left_open() {
     ShelfEntry entry = from_json(QJsonDocument::fromJson(in.readAll()).object());
     in.close();
     in.remove();
-    if (!entry.file.isEmpty() && QFile::exists(entry.file)) left_open_.push_back(std::move(entry));
+    if (entry.file.isEmpty() || !QFile::exists(entry.file)) continue;
+    for (ShelfEntry& known : recent_)
+      if (known.file == entry.file) known = entry;
+    left_open_.push_back(std::move(entry));
   }
   std::ranges::sort(left_open_, std::greater{}, &ShelfEntry::used);
 }

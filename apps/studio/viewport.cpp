@@ -25,6 +25,7 @@ constexpr int kRest = 150;
 constexpr int kHold = 16;
 /// ms that a picture of a moving camera may take before it is made coarser.
 constexpr double kSlow = 33;
+constexpr double kDegrees = 57.29577951308232;
 
 QJsonArray json(Vec3d v) { return {v.x, v.y, v.z}; }
 
@@ -116,12 +117,21 @@ void Viewport::set_camera(const Camera& camera) {
 void Viewport::frame_all() {
   if (!has_scene()) return;
   const double aspect = width() / std::max(1.0, double(height()));
-  const PictureAxes axes = picture_axes(camera_);
-  const double azimuth = std::atan2(axes.back.x, axes.back.z) * 57.29577951308232;
-  const double elevation = std::asin(std::clamp(axes.back.y, -1.0, 1.0)) * 57.29577951308232;
+  Camera camera = with_lens(camera_, false);
+  const Vec3d back = picture_axes(camera).back;
+  // Fitted from a direction of azimuth and elevation around the axis that is up.
+  const bool z_up = up_.z > 0;
+  const double ahead = z_up ? -back.y : back.z, above = std::clamp(z_up ? back.z : back.y, -1.0, 1.0);
+  const double azimuth = std::atan2(back.x, ahead) * kDegrees, elevation = std::asin(above) * kDegrees;
   const bool parallel = camera_.parallel;
-  const Camera fitted = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect) : framing(box_, azimuth, elevation, aspect);
-  set_camera(with_lens(fitted, parallel));
+  camera = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect, up_) : framing(box_, azimuth, elevation, aspect, up_);
+  set_camera(with_lens(camera, parallel));
+}
+
+void Viewport::set_up(Vec3d up) {
+  up_ = up;
+  camera_ = look_along(camera_, AxisView::Front, up_);
+  frame_all();
 }
 
 void Viewport::set_look(const Look& look) {
@@ -227,7 +237,9 @@ void Viewport::take(Piece piece) {
                          {"triangles", qint64(piece.triangles)},
                          {"cpu_ms", piece.cpu_ms},
                          {"latency_ms", latency}});
+    if (!wanted_ && piece.frame.camera != logged_) log_camera(piece.frame.camera);
     emit frameDrawn(frames_);
+    if (!wanted_ && scene_.model && piece.frame.samples >= final_samples_) emit settled();
     const bool unfinished = piece.frame.samples < final_samples_ || piece.frame.tau > 1;
     if (!wanted_ && unfinished) rest_timer_.start(piece.frame.samples > 1 ? 0 : kRest);
   }
@@ -235,7 +247,24 @@ void Viewport::take(Piece piece) {
   if (wanted_) ask();
 }
 
+/// Where the camera has come to rest.
+void Viewport::log_camera(const Camera& camera) {
+  logged_ = camera;
+  event_log().write(QStringLiteral("camera"), {{"view", objectName()},
+                                               {"eye", json(camera.eye)},
+                                               {"target", json(camera.target)},
+                                               {"up", json(camera.up)},
+                                               {"fov", camera.field_of_view},
+                                               {"parallel", camera.parallel},
+                                               {"view_height", camera.view_height}});
+}
+
 OverlayView Viewport::overlay_view() const { return {.camera = camera_, .size = size(), .unit = unit_}; }
+
+QRect Viewport::ring_in_window() const {
+  const QRectF ring = ring_.bounds(overlay_view());
+  return ring.isEmpty() ? QRect() : QRect(mapTo(window(), ring.topLeft().toPoint()), ring.size().toSize());
+}
 
 void Viewport::add_overlay(const Overlay* overlay) { others_.push_back(overlay); }
 
@@ -247,6 +276,7 @@ void Viewport::update_overlays() {
   };
   add(ring_);
   add(info_);
+  add(axes_);
   add(drag_value_);
   for (const Overlay* overlay : others_) add(*overlay);
   update(painted_ + now);
@@ -273,6 +303,7 @@ void Viewport::paintEvent(QPaintEvent*) {
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);
     info_.paint(painter, view);
+    axes_.paint(painter, view);
     drag_value_.paint(painter, view);
   }
   if (hasFocus() && window()->property("keyboard").toBool()) {
@@ -407,14 +438,6 @@ void Viewport::release() {
   hold_timer_.stop();
   if (gesture_ == Gesture::Stroke) stroke_.end();
   if (gesture_ == Gesture::Touch) emit pointed(ray(pointer_), false, 0);
-  if (gesture_ == Gesture::Orbit || gesture_ == Gesture::Pan || gesture_ == Gesture::Zoom) {
-    event_log().write(QStringLiteral("camera"), {{"eye", json(camera_.eye)},
-                                                 {"target", json(camera_.target)},
-                                                 {"up", json(camera_.up)},
-                                                 {"fov", camera_.field_of_view},
-                                                 {"parallel", camera_.parallel},
-                                                 {"view_height", camera_.view_height}});
-  }
   gesture_ = Gesture::None;
   button_ = Qt::NoButton;
   update_ring();
@@ -441,6 +464,10 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
   }
   if (gesture_ != Gesture::None) return;
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1};
+  if (const auto axis = has_scene() ? axes_.ball.hit(sample.at) : std::nullopt; axis && event->button() == Qt::LeftButton) {
+    look_from(*axis);
+    return;
+  }
   const auto under = hit(sample.at);
   if (pick_ && event->button() == Qt::LeftButton) {
     pick_ = false;
@@ -458,7 +485,17 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
 
 void Viewport::mouseMoveEvent(QMouseEvent* event) {
   if (pen_down_) return;
+  if (const auto axis = axes_.ball.hit(event->position()); gesture_ == Gesture::None && axis != axes_.ball.hovered()) {
+    axes_.ball.set_hovered(axis);
+    update_overlays();
+  }
   move({event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1}, event->modifiers());
+}
+
+void Viewport::look_from(Axis axis) {
+  const Vec3d back = direction(axis);
+  for (const AxisView view : {AxisView::Front, AxisView::Back, AxisView::Right, AxisView::Left, AxisView::Top, AxisView::Bottom})
+    if (const Camera seen = look_along(camera_, view, up_); dot(normalized(seen.eye - seen.target), back) > 0.9) set_camera(seen);
 }
 
 void Viewport::mouseReleaseEvent(QMouseEvent* event) {
@@ -479,6 +516,7 @@ bool Viewport::tablet(QTabletEvent* event) {
   const double raw = event->pressure();
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()),
                              std::isfinite(raw) ? std::clamp(raw, 0.0, 1.0) : 0.0};
+  emit pointerKnown(event->pointingDevice()->name(), sample.pressure, std::hypot(event->xTilt(), event->yTilt()));
   const bool eraser = event->pointerType() == QPointingDevice::PointerType::Eraser;
   switch (event->type()) {
     case QEvent::TabletPress:

@@ -34,6 +34,9 @@ class Viewport : public QWidget {
   [[nodiscard]] const Camera& camera() const { return camera_; }
   void set_camera(const Camera& camera);
   void frame_all();
+  /// The axis of the model that points up in the picture, y or z; turns the camera to its front.
+  void set_up(Vec3d up);
+  [[nodiscard]] Vec3d up() const { return up_; }
   /// What the picture becomes when nothing moves any more.
   [[nodiscard]] Frame final_frame() const;
   [[nodiscard]] const Look& look() const { return look_; }
@@ -61,6 +64,8 @@ class Viewport : public QWidget {
   [[nodiscard]] const QString& device() const { return device_; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   [[nodiscard]] OverlayView overlay_view() const;
+  /// Where the ring is in the window's pixels; empty where it is not.
+  [[nodiscard]] QRect ring_in_window() const;
   [[nodiscard]] const QImage& picture() const { return picture_; }
   /// What the pointer hits on the surface.
   [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
@@ -68,10 +73,14 @@ class Viewport : public QWidget {
 
  signals:
   void cameraChanged();
+  /// A pen's name and pressure, 0..1; or an empty name for the mouse.
+  void pointerKnown(const QString& name, double pressure, double tilt);
   void colourPicked(relief::Vec3f colour);
   /// What people should know, as a toast.
   void said(const QString& words);
   void frameDrawn(quint64 number);
+  /// The picture is the final one.
+  void settled();
   void deviceKnown(const QString& name);
   /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
@@ -108,6 +117,7 @@ class Viewport : public QWidget {
   void navigate(QPointF by, QPointF at);
   void drag_setting(QPointF at);
   void end_drag(bool keep);
+  void look_from(Axis axis);
   void move_ring_by_keys(QKeyEvent* event);
   void dab_at_ring();
 
@@ -117,6 +127,7 @@ class Viewport : public QWidget {
   void take(Piece piece);
   void update_ring();
   void describe(bool drawing);
+  void log_camera(const Camera& camera);
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
   [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
 
@@ -127,7 +138,8 @@ class Viewport : public QWidget {
   Unit unit_ = Unit::Millimetre;
   Box3d box_;
   double diagonal_ = 1;
-  Camera camera_;
+  Vec3d up_ = {0, 1, 0};
+  Camera camera_, logged_;
   Look look_;
   NavigationMap map_ = NavigationMap::Blender;
   bool turntable_ = true, space_ = false, pick_ = false, pen_down_ = false;
@@ -155,6 +167,7 @@ class Viewport : public QWidget {
 
   RingOverlay ring_;
   PillOverlay info_, drag_value_;
+  AxisOverlay axes_;
   std::vector<const Overlay*> others_;
   QRegion painted_;
   mutable PickHint hint_;
