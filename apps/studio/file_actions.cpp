@@ -3,6 +3,7 @@
 #include "event_log.h"
 #include "main_window.h"
 #include "picture_of.h"
+#include "preferences.h"
 #include "text.h"
 
 #include <relief/base/try.h>
@@ -99,7 +100,7 @@ void MainWindow::ask_salvage(const QString& file) {
 /// The final frame of what is seen now, into the folder for pictures.
 void MainWindow::ask_picture() {
   if (!bridge_.head()) return;
-  const QString folder = settings_.value("folders/pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
+  const QString folder = chosen(settings_, "folders/pictures").toString();
   QDir().mkpath(folder);
   const QString stamp = QDateTime::currentDateTime().toString(QStringLiteral("yyyy-MM-dd HH.mm.ss"));
   save_picture(QStringLiteral("%1/%2 %3.png").arg(folder, desk_.title(), stamp));

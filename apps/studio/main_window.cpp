@@ -4,6 +4,7 @@
 #include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
+#include "preferences_dialog.h"
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
@@ -36,7 +37,8 @@
 
 namespace relief::studio {
 
-MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_) {
+MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
+    : settings_(settings), desktop_(desktop), keys_(config_folder() + QStringLiteral("/keys.json")), desk_(bridge_) {
   setObjectName(QStringLiteral("studio"));
   setWindowTitle(QStringLiteral("Relief Studio"));
   setDockOptions(AnimatedDocks | AllowNestedDocks | AllowTabbedDocks);
@@ -67,6 +69,7 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   connect_document();
   connect_files();
   connect_view();
+  build_preferences();
   actions_.at("tool-" + tools_.id())->setChecked(true);
   resize(settings_.value("window/size", QSize(1500, 940)).toSize());
   if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
@@ -76,7 +79,10 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
 
 MainWindow::~MainWindow() = default;
 
-void MainWindow::open(const QString& file) { desk_.open(file); }
+void MainWindow::open(const QString& file, const std::optional<Camera>& camera) {
+  camera_ = camera;
+  desk_.open(file);
+}
 
 // ---- Layout
 
@@ -242,7 +248,7 @@ void MainWindow::connect_document() {
 
 void MainWindow::connect_files() {
   connect(start_, &StartPage::openAsked, this, &MainWindow::ask_open);
-  connect(start_, &StartPage::fileAsked, this, &MainWindow::open);
+  connect(start_, &StartPage::fileAsked, this, [this](const QString& file) { open(file); });
   connect(start_, &StartPage::sampleAsked, &desk_, &FileDesk::open_sample);
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
@@ -278,6 +284,7 @@ void MainWindow::connect_files() {
     pages_->setCurrentWidget(viewport_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
     actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
+    if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
     viewport_->setFocus();
     refresh();
     show_verdict(verdict, doubt);
