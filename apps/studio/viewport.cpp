@@ -72,7 +72,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   connect(&ring_timer_, &QTimer::timeout, this, &Viewport::update_ring);
   connect(&tools_, &ToolState::toolChanged, this, &Viewport::update_ring);
   connect(&tools_, &ToolState::settingChanged, this, &Viewport::update_ring);
-  info_.font = drag_value_.font = ui_font();
+  use_theme();
   describe(false);
 }
 
@@ -131,11 +131,21 @@ void Viewport::set_up(Vec3d up) {
   frame_all();
 }
 
+/// The ground of the picture is the window's, not the look's.
+void Viewport::use_theme() {
+  const bool dark = is_dark(current_theme());
+  look_.top = dark ? Look{}.top : Vec3f{0.86F, 0.87F, 0.885F};
+  look_.bottom = dark ? Look{}.bottom : Vec3f{0.69F, 0.70F, 0.72F};
+  info_.font = drag_value_.font = ui_font();
+}
+
 void Viewport::set_look(const Look& look) {
-  if (look == look_) return;
-  const double millimetres = look_.mm_per_unit;
-  look_ = look;
-  look_.mm_per_unit = millimetres;
+  Look wanted = look;
+  wanted.top = look_.top;
+  wanted.bottom = look_.bottom;
+  wanted.mm_per_unit = look_.mm_per_unit;
+  if (wanted == look_) return;
+  look_ = wanted;
   changed(0);
 }
 

@@ -330,8 +330,8 @@ bool Viewport::event(QEvent* event) {
     case QEvent::TabletRelease: return tablet(static_cast<QTabletEvent*>(event));
     case QEvent::Show:
     case QEvent::WindowStateChange: QTimer::singleShot(0, this, [this] { ask(); }); break;
-    case QEvent::ScreenChangeInternal:
-    case QEvent::PaletteChange: changed(0); break;
+    case QEvent::PaletteChange: use_theme(); [[fallthrough]];
+    case QEvent::ScreenChangeInternal: changed(0); break;
     default: break;
   }
   return QWidget::event(event);
