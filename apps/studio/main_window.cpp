@@ -317,6 +317,7 @@ void MainWindow::connect_files() {
 
 void MainWindow::connect_view() {
   connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::undoAsked, actions_.at("undo"), &QAction::trigger);
   connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
     tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });

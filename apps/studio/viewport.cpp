@@ -56,6 +56,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   setAccessibleName(tr("Viewport"));
   setAttribute(Qt::WA_OpaquePaintEvent);
   setAttribute(Qt::WA_TabletTracking);
+  setAttribute(Qt::WA_AcceptTouchEvents);
   setMouseTracking(true);
   setFocusPolicy(Qt::StrongFocus);
   setAcceptDrops(true);
@@ -285,6 +286,7 @@ void Viewport::update_overlays() {
   const auto add = [&](const Overlay& overlay) {
     if (const QRectF box = overlay.bounds(view); !box.isEmpty()) now += box.toAlignedRect().adjusted(-1, -1, 1, 1);
   };
+  add(planes_);
   add(ring_);
   add(info_);
   add(axes_);
@@ -311,6 +313,7 @@ void Viewport::paintEvent(QPaintEvent*) {
   painter.setRenderHint(QPainter::Antialiasing);
   const OverlayView view = overlay_view();
   if (has_scene()) {
+    planes_.paint(painter, view);
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);
     info_.paint(painter, view);
@@ -355,6 +358,9 @@ void Viewport::update_ring() {
   ring_.radius = brush.radius;
   ring_.strength = tools_.tool() ? brush.strength : 1;
   ring_.pressed = stroke_.open();
+  planes_.box = scene_.model ? box_ : Box3d{};
+  planes_.through = brush.mirror;
+  planes_.axes = scene_.model && tools_.tool() ? brush.symmetry : 0;
   if (found) {
     ring_.place = RingOverlay::Place{found->point.position, found->point.normal};
     for (unsigned mirror = 1; mirror < 8; ++mirror) {

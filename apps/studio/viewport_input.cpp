@@ -105,7 +105,7 @@ void Viewport::navigate(QPointF by, QPointF) {
 
 void Viewport::mousePressEvent(QMouseEvent* event) {
   window()->setProperty("keyboard", false);
-  if (pen_down_) return;
+  if (pen_down_ || event->source() != Qt::MouseEventNotSynthesized) return;
   if (gesture_ == Gesture::Drag) {
     end_drag(event->button() != Qt::RightButton);
     return;
@@ -328,6 +328,13 @@ bool Viewport::event(QEvent* event) {
     case QEvent::TabletPress:
     case QEvent::TabletMove:
     case QEvent::TabletRelease: return tablet(static_cast<QTabletEvent*>(event));
+    case QEvent::TouchBegin:
+    case QEvent::TouchUpdate:
+    case QEvent::TouchEnd:
+    case QEvent::TouchCancel: return touch(static_cast<QTouchEvent*>(event));
+    case QEvent::NativeGesture:
+      if (trackpad(static_cast<QNativeGestureEvent*>(event))) return true;
+      break;
     case QEvent::Show:
     case QEvent::WindowStateChange: QTimer::singleShot(0, this, [this] { ask(); }); break;
     case QEvent::PaletteChange: use_theme(); [[fallthrough]];
