@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief {
 namespace {
@@ -36,6 +37,23 @@ PointerPlace pointer_place(const Snapshot& model, const Ray3d& ray, const Worksp
   place.normal = workspace.turned_to_device(normal);
   place.towards_eye = workspace.turned_to_device(-along);
   return place;
+}
+
+double PointerResistance::gain(double force) noexcept {
+  return force > 0 ? kLeast + (1 - kLeast) * kHalf / (kHalf + force) : 1.0;
+}
+
+Ray3d PointerResistance::step(const Ray3d& mouse, bool pressed, double force) noexcept {
+  const double share = gain(force);
+  if (pressed && std::exchange(pressed_, pressed)) {
+    pointer_.origin += (mouse.origin - mouse_.origin) * share;
+    pointer_.direction += (mouse.direction - mouse_.direction) * share;
+  } else {
+    pressed_ = pressed;
+    pointer_ = mouse;
+  }
+  mouse_ = mouse;
+  return pointer_;
 }
 
 PointerDevice::PointerDevice(const PointerPlace& start) : place_(start), position_(front_of(start)) {

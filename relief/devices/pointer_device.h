@@ -34,6 +34,23 @@ struct PointerFeel {
   Vec3d force;     ///< N, on the hand that a mouse has not
 };
 
+/// The cursor's resistance (pseudo-haptics, Lecuyer 2009): while the pointer is pressed in, it goes on by less than the
+/// mouse, the less the more force there is. What eyes see so, hands take for stiffness.
+class PointerResistance {
+ public:
+  static constexpr double kLeast = 0.35;  ///< of the mouse's way, under any force
+  static constexpr double kHalf = 1.5;    ///< N at which half of the difference is taken
+
+  /// The pointer's way for a way 1 of the mouse, kLeast..1.
+  [[nodiscard]] static double gain(double force) noexcept;
+  /// The pointer's ray for the mouse's. Where it is not pressed, the same.
+  [[nodiscard]] Ray3d step(const Ray3d& mouse, bool pressed, double force) noexcept;
+
+ private:
+  bool pressed_ = false;
+  Ray3d mouse_, pointer_;
+};
+
 /// A pull device whose tool follows what point() was told last. It takes events of 60 Hz to 1 kHz, also uneven ones,
 /// and makes an even way of them at 1 kHz, one and a half event intervals late: the tool goes on to each place in a
 /// straight line at a constant speed, slower than events come, so that it is never there before the next one. Where the

@@ -153,6 +153,23 @@ TEST(PointerDevice, TakesNoPlaceThatIsNone) {
   EXPECT_EQ(tick(device).pressure, 0);
 }
 
+TEST(PointerResistance, TakesAShareOfTheMousesWayThatGrowsWithTheForce) {
+  EXPECT_EQ(PointerResistance::gain(0), 1);
+  EXPECT_NEAR(PointerResistance::gain(PointerResistance::kHalf), (1 + PointerResistance::kLeast) / 2, 1e-12);
+  EXPECT_NEAR(PointerResistance::gain(1e9), PointerResistance::kLeast, 1e-6);
+  EXPECT_EQ(PointerResistance::gain(std::numeric_limits<double>::quiet_NaN()), 1);
+  PointerResistance resistance;
+  const auto mouse = [](double x) { return Ray3d{{x, 0, 5}, {0.1 * x, 0, -1}}; };
+  EXPECT_EQ(resistance.step(mouse(3), false, 2).origin.x, 3) << "free";
+  EXPECT_EQ(resistance.step(mouse(4), true, 2).origin.x, 4) << "the press itself";
+  const double share = PointerResistance::gain(2);
+  const Ray3d held = resistance.step(mouse(6), true, 2);
+  EXPECT_NEAR(held.origin.x, 4 + 2 * share, 1e-12);
+  EXPECT_NEAR(held.direction.x, 0.1 * (4 + 2 * share), 1e-12);
+  EXPECT_NEAR(resistance.step(mouse(7), true, 0).origin.x, 5 + 2 * share, 1e-12) << "no force, the whole way";
+  EXPECT_EQ(resistance.step(mouse(7.5), false, 0).origin.x, 7.5) << "let go, it is where the mouse is";
+}
+
 // ---- With a model and the servo
 
 SnapshotPtr ball(double radius) {
