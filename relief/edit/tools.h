@@ -78,6 +78,8 @@ enum class Action : std::uint8_t {
 
 struct ToolInfo {
   std::string_view id, title, help;  ///< id as in files; title as on a button; help in one sentence
+  std::string_view key = {};         ///< that chooses it in a program with a keyboard, as "Shift+T"
+  std::string_view opposite = {};    ///< id of the tool that does the reverse, itself where its height has a sign
   relief::Layer writes = relief::Layer::Displacement;
   Action action = Action::Raise;
   Falloff falloff = Falloff::Smooth;

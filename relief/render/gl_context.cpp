@@ -1,5 +1,7 @@
 #include "gl_context.h"
 
+#include <relief/base/try.h>
+
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 
@@ -65,8 +67,18 @@ Result<std::unique_ptr<GlContext>> GlContext::create() {
   if (!scope.current() || epoxy_gl_version() < 45)
     return fail(Errc::Io,
                 std::string("cannot draw: the driver offers no OpenGL 4.5 without a surface") + kDriverPackage);
-  made->device_ = text_of(GL_RENDERER) + ", OpenGL " + text_of(GL_VERSION);
+  RELIEF_TRY(made->device_, current_device());
   return made;
+}
+
+Result<std::string> current_device() {
+  // libepoxy ends the program when it is asked for a function without a context.
+  auto* const glx = reinterpret_cast<void* (*)()>(dlsym(RTLD_DEFAULT, "glXGetCurrentContext"));
+  const bool by_egl = library_present("libEGL.so.1") && eglGetCurrentContext() != EGL_NO_CONTEXT;
+  if (!by_egl && (glx == nullptr || glx() == nullptr))
+    return fail(Errc::Io, "cannot draw: no OpenGL context is current on this thread");
+  if (epoxy_gl_version() < 45) return fail(Errc::Io, "cannot draw: the current context is older than OpenGL 4.5");
+  return text_of(GL_RENDERER) + ", OpenGL " + text_of(GL_VERSION);
 }
 
 GlContext::~GlContext() { eglDestroyContext(display_, context_); }

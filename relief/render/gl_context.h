@@ -45,6 +45,10 @@ class GlContext {
   std::string device_;
 };
 
+/// Says what the current context is: "llvmpipe (LLVM ...), OpenGL 4.5 ...". Error: Io, when there is none or it is too
+/// old.
+[[nodiscard]] Result<std::string> current_device();
+
 /// Owns one GL name; destroyed while its context is current.
 template <void (*kDelete)(GLuint)>
 class GlName {

@@ -193,7 +193,7 @@ struct Renderer::State {
   /// What all parts of one picture share.
   struct Scene {
     Eye eye;
-    Frame floor;
+    FloorAxes floor;
     double floor_height = 0, floor_half = 1;
     Vec3d floor_middle;
     Studio studio;
@@ -378,7 +378,7 @@ Renderer::State::Scene Renderer::State::make_scene(const Camera& camera, const D
     seen.add(scene.solids.bounds);
     scene.eye = make_eye(camera, centre, aspect, seen);
   }
-  scene.floor = floor_frame(scene.eye, camera.up);
+  scene.floor = floor_axes(scene.eye, camera.up);
   scene.floor_height = cache.lowest(scene.floor.up);
   const Vec3d middle = cache.bounds().centre();
   scene.floor_middle = middle + scene.floor.up * (scene.floor_height - dot(middle, scene.floor.up));

@@ -14,12 +14,15 @@
 
 namespace relief {
 
-/// A perspective camera; right-handed, y up unless `up` says otherwise. Model units, degrees.
+/// A perspective camera, or a parallel one; right-handed, y up unless `up` says otherwise. Model units, degrees.
 struct Camera {
   Vec3d eye = {0, 0, 1};
   Vec3d target;
   Vec3d up = {0, 1, 0};
   double field_of_view = 30;  ///< vertical
+  bool parallel = false;      ///< all rays along target - eye, also those that start behind the surface
+  double view_height = 1;     ///< model units from the lower to the upper edge of a parallel picture
+  friend bool operator==(const Camera&, const Camera&) = default;
 };
 /// A camera that sees the whole box: looking from the given azimuth (0 from +z, 90 from +x) and elevation.
 [[nodiscard]] Camera framing(const Box3d& box, double azimuth, double elevation, double aspect, Vec3d up = {0, 1, 0});
@@ -53,6 +56,7 @@ struct HandOverlay {
   Vec3d force;  ///< N
   double tool_radius = 0;
   bool contact = false;
+  friend bool operator==(const HandOverlay&, const HandOverlay&) = default;
 };
 
 struct DrawSettings {

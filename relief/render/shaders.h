@@ -26,6 +26,7 @@ vec3 unpack_normal(uint code) {
 struct Vertex {
   vec3 position, normal, weights;
   vec2 alpha_hollow;
+  float mask, clay, slab;  // clay: to the nearer end of the fibre, a length; slab: a number in 0..1 of its own
 };
 Vertex place_vertex() {
   uint place = places[gl_VertexID];
@@ -38,7 +39,8 @@ Vertex place_vertex() {
   precise vec3 p = base + (top - base) * alpha;
   precise vec4 clip = projection * vec4(p, 1.0);
   gl_Position = clip;
-  return Vertex(p, unpack_normal(word.y), w, vec2(alpha, float(word.y >> 24) / 127.0 - 1.0));
+  float clay = length(top - base) * min(alpha, 1.0 - alpha), slab = fract(float(data.x) * 0.61803399);
+  return Vertex(p, unpack_normal(word.y), w, vec2(alpha, float(word.y >> 24) / 127.0 - 1.0), 0.0, clay, slab);
 }
 )";
 /// With kPlace before it.

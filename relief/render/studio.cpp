@@ -52,7 +52,8 @@ Eye make_eye(const Camera& camera, Vec3d centre, double aspect, const Box3d& see
   const Vec3d across = cross(eye.forward, normalized(camera.up));
   eye.right = length(across) > 1e-6 ? normalized(across) : any_across(eye.forward);
   eye.up = cross(eye.right, eye.forward);
-  eye.tan_y = std::tan(camera.field_of_view * kPi / 360);
+  eye.parallel = camera.parallel;
+  eye.tan_y = camera.parallel ? 0.5 * camera.view_height : std::tan(camera.field_of_view * kPi / 360);
   eye.tan_x = eye.tan_y * aspect;
   double nearest = Box3d::kFar, farthest = -Box3d::kFar;
   for_each_corner(seen, [&](Vec3d p) {
@@ -61,6 +62,11 @@ Eye make_eye(const Camera& camera, Vec3d centre, double aspect, const Box3d& see
     farthest = std::max(farthest, d);
   });
   const double slack = 0.01 * diagonal(seen);
+  if (eye.parallel) {
+    eye.near = nearest - slack;
+    eye.far = farthest + slack;
+    return eye;
+  }
   eye.far = std::max(farthest, 0.0) + 2 * slack;
   eye.near = std::max(nearest - slack, 5e-4 * eye.far);
   return eye;
@@ -70,6 +76,18 @@ Matrix projection(const Eye& eye, const Part& part) {
   // Rows of clip = P * (p - at); the part is stretched over the whole of clip space.
   const double sx = 1 / (part.x1 - part.x0), sy = 1 / (part.y1 - part.y0);
   const double ox = (1 - part.x0 - part.x1) * sx, oy = (1 - part.y0 - part.y1) * sy;
+  if (eye.parallel) {
+    const double depth = 2 / (eye.far - eye.near);
+    const std::array<Vec3d, 3> rows = {eye.right * (sx / eye.tan_x), eye.up * (sy / eye.tan_y), eye.forward * depth};
+    const std::array<double, 3> beside = {ox, oy, -0.5 * (eye.far + eye.near) * depth};
+    Matrix m{};
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) m[c * 4 + r] = static_cast<float>(rows[r][c]);
+      m[12 + r] = static_cast<float>(beside[r] - dot(rows[r], eye.at));
+    }
+    m[15] = 1;
+    return m;
+  }
   const Vec3d x = eye.right * (sx / eye.tan_x) + eye.forward * ox, y = eye.up * (sy / eye.tan_y) + eye.forward * oy;
   const double a = (eye.far + eye.near) / (eye.far - eye.near), b = -2 * eye.far * eye.near / (eye.far - eye.near);
   const std::array<Vec3d, 4> rows = {x, y, eye.forward * a, eye.forward};
@@ -81,8 +99,8 @@ Matrix projection(const Eye& eye, const Part& part) {
   return m;
 }
 
-Frame floor_frame(const Eye& eye, Vec3d up) {
-  Frame frame;
+FloorAxes floor_axes(const Eye& eye, Vec3d up) {
+  FloorAxes frame;
   frame.up = normalized(up);
   // Seen from straight above or below, the eye's own up takes the place of the way it looks.
   const Vec3d flat = eye.forward - frame.up * dot(eye.forward, frame.up);
@@ -93,7 +111,7 @@ Frame floor_frame(const Eye& eye, Vec3d up) {
 }
 
 Studio make_studio(int count, const Eye& eye, Vec3d up) {
-  const Frame f = floor_frame(eye, up);
+  const FloorAxes f = floor_axes(eye, up);
   Studio studio;
   std::array<int, kBoxes.size()> numbers{};
   int left = count;

@@ -16,8 +16,9 @@ using Matrix = std::array<float, 16>;
 /// The camera's axes and lens; positions relative to the display cache's centre.
 struct Eye {
   Vec3d at, right, up, forward;  ///< unit, orthogonal
-  double tan_x = 1, tan_y = 1;   ///< half the picture at distance 1
-  double near = 0.1, far = 10;
+  double tan_x = 1, tan_y = 1;   ///< half the picture at distance 1; at every distance for a parallel one
+  double near = 0.1, far = 10;   ///< along `forward`; a parallel one also sees what lies behind `at`
+  bool parallel = false;
 };
 /// An eye whose depth range just holds the box (relative to centre, as the eye).
 [[nodiscard]] Eye make_eye(const Camera& camera, Vec3d centre, double aspect, const Box3d& seen);
@@ -44,11 +45,11 @@ struct Studio {
 [[nodiscard]] Studio make_studio(int count, const Eye& eye, Vec3d up);
 
 /// Axes of the floor: up, and two directions in it.
-struct Frame {
+struct FloorAxes {
   Vec3d right, up, back;
 };
 /// right points to the eye's right, back towards the eye.
-[[nodiscard]] Frame floor_frame(const Eye& eye, Vec3d up);
+[[nodiscard]] FloorAxes floor_axes(const Eye& eye, Vec3d up);
 
 /// Parallel projection along a light that just holds the box: rows of a 3x4 matrix that gives (u, v, depth) in 0..1.
 struct ShadowView {

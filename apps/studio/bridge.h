@@ -1,0 +1,61 @@
+// Between the document's thread and Qt's: events become signals, bursts become one.
+#pragma once
+
+#include <relief/session/document.h>
+
+#include <QObject>
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace relief::studio {
+
+/// Owns the open document. Its events arrive as signals on the thread that made the bridge; of snapshots only the
+/// newest waits, with the union of the boxes.
+class DocumentBridge : public QObject {
+  Q_OBJECT
+ public:
+  explicit DocumentBridge(QObject* parent = nullptr);
+  ~DocumentBridge() override;
+
+  /// Goes on with a file; what was open is closed first. Errors: those of Document::open() and of closing.
+  [[nodiscard]] Status open(const std::filesystem::path& place, ModelFile file);
+  /// Everything is in the file when it returns without an error.
+  [[nodiscard]] Status close();
+  /// Null when nothing is open.
+  [[nodiscard]] Document* document() const { return document_.get(); }
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  [[nodiscard]] SnapshotPtr head() const { return document_ ? document_->head() : nullptr; }
+  /// Does nothing when no document is open.
+  void post(Command command);
+
+ signals:
+  void opened();
+  void closed();
+  void snapshotChanged(const relief::Box3d& box);
+  void strokeFinished(const relief::StrokeFinished& stroke);
+  void strokeRefused();
+  void historyChanged(const relief::HistoryChanged& history);
+  void historyDropped(quint64 steps);
+  void saved(quint64 stroke);
+  void savedElsewhere(const QString& file, bool whole);
+  void limitReached(const relief::StrokeResult& so_far);
+  void pointMissed();
+  void failed(const QString& message, quint64 unsaved);
+  void progress(const QString& phase, double share);
+
+ private:
+  void take(const Event& event);
+  void deliver();
+
+  std::mutex mutex_;
+  std::vector<Event> waiting_;
+  std::optional<Box3d> changed_;
+  bool called_ = false;
+  std::filesystem::path file_;
+  std::unique_ptr<Document> document_;
+};
+
+}  // namespace relief::studio

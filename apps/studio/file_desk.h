@@ -1,0 +1,57 @@
+// Opening, naming and closing of models.
+#pragma once
+
+#include "bridge.h"
+#include "open_job.h"
+#include "shelf.h"
+
+#include <QObject>
+
+namespace relief::studio {
+
+/// Puts the job, the shelf and the bridge together. One model at a time.
+class FileDesk : public QObject {
+  Q_OBJECT
+ public:
+  FileDesk(DocumentBridge& bridge, QObject* parent = nullptr);
+
+  /// A .relief file, or a scan in any format of the library.
+  void open(const QString& file);
+  void open_sample(const QString& name);
+  void cancel() { job_.cancel(); }
+  [[nodiscard]] bool opening() const { return job_.running(); }
+  /// False, with why, where not everything could be written; the model then stays open.
+  [[nodiscard]] bool close(QString& why);
+  /// The document goes on in this file; its old place, where it had no name, is given up when that is done.
+  void save_as(const QString& file);
+
+  [[nodiscard]] Shelf& shelf() { return shelf_; }
+  [[nodiscard]] const QString& title() const { return title_; }
+  [[nodiscard]] double diagonal() const { return diagonal_; }
+  [[nodiscard]] static QString filters();
+  [[nodiscard]] static bool is_model(const QString& file);
+
+ signals:
+  /// The model that was open is closed by now.
+  void openingBegun(const QString& title);
+  void meshReady(std::shared_ptr<const relief::TriangleMesh> mesh);
+  void progress(const QString& phase, double share);
+  /// The document is open; with a verdict where it was a scan, with a doubt where the verifier has one.
+  void opened(const std::optional<relief::studio::Verdict>& verdict, const QString& doubt);
+  void cancelled();
+  /// What could not be done, and why in one sentence.
+  void failed(const QString& title, const QString& why, const QString& file, bool damaged);
+
+ private:
+  void finish(const std::shared_ptr<Opened>& what);
+  bool begin(const QString& file, const QString& title);
+
+  DocumentBridge& bridge_;
+  Shelf shelf_;
+  OpenJob job_;
+  QString asked_, title_, made_;  ///< made_: the file that a conversion writes
+  QString given_up_;              ///< an unnamed file that save_as() leaves
+  double diagonal_ = 1;
+};
+
+}  // namespace relief::studio

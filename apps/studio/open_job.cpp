@@ -1,0 +1,164 @@
+#include "open_job.h"
+
+#include "text.h"
+
+#include <relief/base/try.h>
+#include <relief/mesh/import.h>
+#include <relief/mesh/samples.h>
+
+#include <QCoreApplication>
+
+#include <algorithm>
+#include <array>
+
+namespace relief::studio {
+
+namespace {
+
+/// Where a phase lies in the whole, by the CPU time that it takes of a scan of a million triangles.
+struct Band {
+  std::string_view phase;
+  const char* words;
+  double from, to;
+};
+constexpr std::array kBands = {
+    Band{"read", QT_TRANSLATE_NOOP("OpenJob", "Reading the scan"), 0, 0.06},
+    Band{"open", QT_TRANSLATE_NOOP("OpenJob", "Opening the model"), 0, 0.9},
+    Band{"check", QT_TRANSLATE_NOOP("OpenJob", "Checking the slabs"), 0.9, 1},
+    Band{"remesh", QT_TRANSLATE_NOOP("OpenJob", "Mending the scan"), 0.06, 0.1},
+    Band{"shell", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: a thin shell"), 0.06, 0.14},
+    Band{"decimate", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: a coarse form"), 0.1, 0.2},
+    Band{"reduce", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: slabs"), 0.14, 0.78},
+    Band{"sample", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: samples"), 0.78, 0.88},
+    Band{"measure", QT_TRANSLATE_NOOP("OpenJob", "Measuring the distance to the scan"), 0.88, 0.94},
+    Band{"colour", QT_TRANSLATE_NOOP("OpenJob", "Taking over the colours"), 0.9, 0.94},
+    Band{"save", QT_TRANSLATE_NOOP("OpenJob", "Saving"), 0.94, 1},
+};
+
+QString tr(const char* words, int n = -1) { return QCoreApplication::translate("OpenJob", words, nullptr, n); }
+
+}  // namespace
+
+OpenJob::~OpenJob() {
+  cancel_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void OpenJob::cancel() { cancel_ = true; }
+
+void OpenJob::start(std::function<void()> work) {
+  if (thread_.joinable()) thread_.join();
+  cancel_ = false;
+  running_ = true;
+  share_ = 0;
+  thread_ = std::thread(std::move(work));
+}
+
+/// Worker thread.
+void OpenJob::report(std::string_view phase, double share) {
+  const auto band = std::ranges::find(kBands, phase, &Band::phase);
+  if (band == kBands.end()) return;
+  share_ = std::max(share_, band->from + (band->to - band->from) * std::clamp(share, 0.0, 1.0));
+  QMetaObject::invokeMethod(
+      this, [this, words = tr(band->words), whole = share_] { emit progress(words, whole); }, Qt::QueuedConnection);
+}
+
+void OpenJob::finish(Status status) {
+  QMetaObject::invokeMethod(
+      this,
+      [this, status] {
+        running_ = false;
+        if (status) return;
+        if (status.error().code == Errc::Cancelled)
+          emit cancelled();
+        else
+          emit failed(status.error());
+      },
+      Qt::QueuedConnection);
+}
+
+void OpenJob::open_model(const QString& file) {
+  start([this, file] {
+    const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
+    const auto work = [&]() -> Status {
+      RELIEF_TRY(ModelFile model, ModelFile::open(path(file), false, progress));
+      report("check", 0);
+      auto made = std::make_shared<Opened>();
+      made->file = path(file);
+      made->diagonal = model.model().info.source_diagonal;
+      made->doubt = text(model.doubt(progress));
+      if (cancel_) return fail(Errc::Cancelled, "cancelled");
+      made->model = std::move(model);
+      QMetaObject::invokeMethod(this, [this, made] { emit opened(made); }, Qt::QueuedConnection);
+      return {};
+    };
+    finish(work());
+  });
+}
+
+Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit) {
+  const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
+  const auto shown = std::make_shared<const TriangleMesh>(mesh);
+  QMetaObject::invokeMethod(this, [this, shown] { emit meshReady(shown); }, Qt::QueuedConnection);
+  ConvertSettings settings;
+  settings.unit = mesh.unit.value_or(unit);
+  RELIEF_TRY(Conversion conversion, convert(mesh, settings, progress));
+  report("save", 0);
+  auto made = std::make_shared<Opened>();
+  made->file = path(to);
+  made->diagonal = conversion.model.info.source_diagonal;
+  RELIEF_TRY(made->model, ModelFile::create(path(to), conversion.model, progress));
+  made->report = std::move(conversion.report);
+  QMetaObject::invokeMethod(this, [this, made] { emit opened(made); }, Qt::QueuedConnection);
+  return {};
+}
+
+void OpenJob::open_scan(const QString& file, const QString& to, Unit unit) {
+  start([this, file, to, unit] {
+    const auto work = [&]() -> Status {
+      report("read", 0);
+      RELIEF_TRY(TriangleMesh mesh, import_mesh(path(file)));
+      report("read", 1);
+      if (cancel_) return fail(Errc::Cancelled, "cancelled");
+      return make(std::move(mesh), to, unit);
+    };
+    finish(work());
+  });
+}
+
+void OpenJob::open_sample(const QString& name, const QString& to) {
+  start([this, name, to] {
+    constexpr std::size_t kTriangles = 100'000;
+    const auto work = [&]() -> Status {
+      report("read", 0);
+      RELIEF_TRY(TriangleMesh mesh, make_sample(name.toStdString(), kTriangles));
+      report("read", 1);
+      return make(std::move(mesh), to, Unit::Millimetre);
+    };
+    finish(work());
+  });
+}
+
+Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit unit) {
+  Verdict verdict;
+  verdict.certified = mode == Mode::Certified;
+  verdict.title = verdict.certified ? tr("Certified") : tr("Tolerant");
+  const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
+  verdict.lines.append(tr("Within %1 of the scan.").arg(length_text(most, unit)));
+  if (!verdict.certified && !report.not_certified.empty()) verdict.lines.append(text(report.not_certified));
+  if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
+    const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
+    if (several > 0) verdict.lines.append(tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));
+  }
+  QStringList removed;
+  if (report.closed_openings > 0) removed.append(tr("%n opening(s) stay open", static_cast<int>(report.closed_openings)));
+  if (report.dropped_parts > 0) removed.append(tr("%n small part(s) were left out", static_cast<int>(report.dropped_parts)));
+  if (report.dropped_slabs > 0) removed.append(tr("%n slab(s) had no room and were left out", static_cast<int>(report.dropped_slabs)));
+  if (report.specks > 0) removed.append(tr("%n speck(s) were left out", static_cast<int>(report.specks)));
+  if (report.replaced_triangles > 0) removed.append(tr("%n triangle(s) were mended", static_cast<int>(report.replaced_triangles)));
+  verdict.lines.append(removed.isEmpty() ? tr("Nothing was removed.") : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
+  for (const std::string& note : report.notes) verdict.lines.append(text(note) + QLatin1Char('.'));
+  return verdict;
+}
+
+}  // namespace relief::studio

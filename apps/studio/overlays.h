@@ -1,0 +1,74 @@
+// What is painted over the picture: each knows the rectangle that it paints in.
+#pragma once
+
+#include "camera_control.h"
+
+#include <relief/base/unit.h>
+#include <relief/core/query.h>
+
+#include <QPainter>
+#include <QRectF>
+
+#include <optional>
+#include <vector>
+
+namespace relief::studio {
+
+/// How the viewport shows the model now.
+struct OverlayView {
+  Camera camera;
+  QSizeF size;  ///< of the viewport
+  Unit unit = Unit::Millimetre;
+};
+
+/// bounds() and paint() take the same way through the same figures, so that nothing is ever left standing.
+class Overlay {
+ public:
+  Overlay() = default;
+  Overlay(const Overlay&) = delete;
+  Overlay& operator=(const Overlay&) = delete;
+  virtual ~Overlay() = default;
+  /// Empty where nothing is shown.
+  [[nodiscard]] virtual QRectF bounds(const OverlayView& view) const = 0;
+  virtual void paint(QPainter& painter, const OverlayView& view) const = 0;
+};
+
+/// The brush on the surface: solid for the radius, dotted for radius times strength, a short normal, and a dashed
+/// circle at each mirrored place.
+class RingOverlay : public Overlay {
+ public:
+  struct Place {
+    Vec3d at, normal;
+  };
+  std::optional<Place> place;
+  std::vector<Place> mirrored;
+  double radius = 1, strength = 1;
+  bool pressed = false;
+
+  [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
+  void paint(QPainter& painter, const OverlayView& view) const override;
+
+ private:
+  struct Lines {
+    QPolygonF radius, strength;
+    QLineF normal;
+    std::vector<QPolygonF> mirrored;
+  };
+  [[nodiscard]] std::optional<Lines> lines(const OverlayView& view) const;
+};
+
+/// One line in a rounded box, at the upper left corner or beside a place.
+class PillOverlay : public Overlay {
+ public:
+  QString text;
+  std::optional<QPointF> beside;  ///< else in the corner
+  QFont font;
+
+  [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
+  void paint(QPainter& painter, const OverlayView& view) const override;
+};
+
+/// Paints a line twice, dark and wide beneath, so that it is seen on any clay.
+void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, double width, Qt::PenStyle style = Qt::SolidLine);
+
+}  // namespace relief::studio

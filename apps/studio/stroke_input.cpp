@@ -1,0 +1,77 @@
+#include "stroke_input.h"
+
+#include <QCoreApplication>
+
+#include <algorithm>
+#include <cmath>
+
+namespace relief::studio {
+
+namespace {
+/// ms without an event after which a pointer rests.
+constexpr qint64 kRests = 12;
+}  // namespace
+
+bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& camera, QSizeF size, QString& why) {
+  surface_ = bridge_.head();
+  const auto tool = tools_.tool();
+  if (!surface_ || !tool) return false;
+  std::optional<Brush> brush = tools_.brush();
+  if (kind == Kind::Smoothing) brush = tools_.smoothing();
+  if (kind == Kind::Inverted) brush = tools_.inverted();
+  if (!brush) {
+    why = QCoreApplication::translate("StrokeInput", "%1 has no opposite.").arg(ToolState::title(tools_.id()));
+    return false;
+  }
+  camera_ = camera;
+  size_ = size;
+  hint_ = {};
+  const Ray3d ray = pixel_ray(camera_, static_cast<int>(size.width()), static_cast<int>(size.height()), sample.at.x(), sample.at.y());
+  if (!raycast(*surface_, ray, hint_)) return false;
+  open_ = true;
+  events_ = 0;
+  first_seconds_ = last_seconds_ = sample.seconds;
+  bridge_.post(BeginStroke{.brush = *brush});
+  add(sample);
+  return true;
+}
+
+void StrokeInput::add(const PointerSample& sample) {
+  ++events_;
+  last_ = sample;
+  since_last_.start();
+  // Synthetic points of a resting pointer may be ahead of the window system's clock by a little.
+  last_seconds_ = std::max(last_seconds_, sample.seconds);
+  const Ray3d ray =
+      pixel_ray(camera_, static_cast<int>(size_.width()), static_cast<int>(size_.height()), sample.at.x(), sample.at.y());
+  const auto hit = raycast(*surface_, ray, hint_);
+  last_hit_ = hit ? std::optional(hit->point.position) : std::nullopt;
+  if (!hit) return;
+  const double pressure = tools_.use_pressure() ? sample.pressure : 1.0;
+  bridge_.post(MoveStroke{.points = {{last_seconds_ - first_seconds_, *last_hit_, pressure}}});
+}
+
+void StrokeInput::move(const PointerSample& sample) {
+  if (open_) add(sample);
+}
+
+void StrokeInput::hold() {
+  if (!open_ || !last_hit_ || since_last_.elapsed() < kRests) return;
+  last_seconds_ = std::max(last_seconds_, last_.seconds + 1e-9 * static_cast<double>(since_last_.nsecsElapsed()));
+  const double pressure = tools_.use_pressure() ? last_.pressure : 1.0;
+  bridge_.post(MoveStroke{.points = {{last_seconds_ - first_seconds_, *last_hit_, pressure}}});
+}
+
+void StrokeInput::end() {
+  if (!std::exchange(open_, false)) return;
+  bridge_.post(EndStroke{});
+  surface_.reset();
+}
+
+void StrokeInput::cancel() {
+  if (!std::exchange(open_, false)) return;
+  bridge_.post(CancelStroke{});
+  surface_.reset();
+}
+
+}  // namespace relief::studio

@@ -1,0 +1,59 @@
+// From the events of a mouse or a pen to strokes of the document.
+#pragma once
+
+#include "bridge.h"
+#include "tool_state.h"
+
+#include <relief/core/query.h>
+#include <relief/render/frame.h>
+
+#include <QElapsedTimer>
+#include <QPointF>
+
+#include <optional>
+
+namespace relief::studio {
+
+/// A place of the pointer, with what the pointer says about it.
+struct PointerSample {
+  QPointF at;           ///< pixels of the viewport
+  double seconds = 0;   ///< of the event, on the window system's clock
+  double pressure = 1;  ///< 0..1
+};
+
+/// One open stroke at most. Each event costs one ray against the surface as it was when the stroke began; the dabs are
+/// made by the document's thread.
+class StrokeInput {
+ public:
+  StrokeInput(DocumentBridge& bridge, ToolState& tools) : bridge_(bridge), tools_(tools) {}
+
+  enum class Kind : std::uint8_t { Own, Inverted, Smoothing };
+  /// False where the pointer is beside the model, or the tool does nothing; `why` then says what people should know.
+  bool begin(Kind kind, const PointerSample& sample, const Camera& camera, QSizeF size, QString& why);
+  void move(const PointerSample& sample);
+  /// Time goes on while the pointer rests: a point at the same place.
+  void hold();
+  void end();
+  void cancel();
+  [[nodiscard]] bool open() const { return open_; }
+  /// Motion events that the last stroke took, those beside the model included.
+  [[nodiscard]] int events() const { return events_; }
+
+ private:
+  void add(const PointerSample& sample);
+
+  DocumentBridge& bridge_;
+  ToolState& tools_;
+  bool open_ = false;
+  int events_ = 0;
+  SnapshotPtr surface_;
+  PickHint hint_;
+  Camera camera_;
+  QSizeF size_;
+  PointerSample last_;
+  std::optional<Vec3d> last_hit_;
+  double last_seconds_ = 0, first_seconds_ = 0;
+  QElapsedTimer since_last_;
+};
+
+}  // namespace relief::studio

@@ -1,0 +1,27 @@
+// Between the library's words and numbers and Qt's.
+#pragma once
+
+#include <relief/base/unit.h>
+
+#include <QString>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace relief::studio {
+
+[[nodiscard]] inline QString text(std::string_view utf8) {
+  return QString::fromUtf8(utf8.data(), static_cast<qsizetype>(utf8.size()));
+}
+[[nodiscard]] inline QString text(const std::filesystem::path& file) { return text(file.native()); }
+[[nodiscard]] inline std::filesystem::path path(const QString& file) { return file.toUtf8().toStdString(); }
+
+/// A length in model units as people read it: three significant digits and the unit, "8.5 mm".
+[[nodiscard]] QString length_text(double length, Unit unit);
+/// A share as people read it: "60 %".
+[[nodiscard]] QString percent_text(double share);
+/// "3 minutes ago".
+[[nodiscard]] QString ago_text(qint64 seconds);
+
+}  // namespace relief::studio

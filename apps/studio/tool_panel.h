@@ -1,0 +1,55 @@
+// The settings of the tool in the hand, made from its row in the library.
+#pragma once
+
+#include "tool_state.h"
+#include "widgets/value_format.h"
+
+#include <relief/base/unit.h>
+
+#include <QScrollArea>
+
+#include <functional>
+#include <vector>
+
+class QCheckBox;
+class QLabel;
+class QVBoxLayout;
+
+namespace relief::studio {
+
+class CurveEditor;
+class ColourPanel;
+
+/// How a setting's value is shown and typed.
+[[nodiscard]] ValueFormat format_of(const SettingInfo& setting, Unit unit);
+/// The range of a setting on a model: lengths follow the model.
+[[nodiscard]] std::pair<double, double> range_of(const SettingInfo& setting, const ToolState& tools);
+
+/// Radius and strength are in the bar above the picture and not here. Tools that come later need no line of this.
+class ToolPanel : public QScrollArea {
+  Q_OBJECT
+ public:
+  explicit ToolPanel(ToolState& tools, QWidget* parent = nullptr);
+  void set_unit(Unit unit);
+  /// What the pointer says about itself: "Mouse: no pressure", or a pen's name and pressure, 0..1.
+  void set_pointer(const QString& words, double pressure);
+
+ signals:
+  void pickColour();
+
+ private:
+  void build();
+  void refresh();
+  void add_setting(const SettingInfo& setting, QVBoxLayout& into);
+  void add_pressure(QVBoxLayout& into);
+
+  ToolState& tools_;
+  Unit unit_ = Unit::Millimetre;
+  std::vector<std::function<void()>> refreshers_;
+  QLabel* pointer_ = nullptr;
+  CurveEditor* curve_ = nullptr;
+  QString pointer_words_;
+  double pressure_ = 0;
+};
+
+}  // namespace relief::studio

@@ -1,0 +1,142 @@
+#include "tool_state.h"
+
+#include "text.h"
+
+#include <QCoreApplication>
+
+#include <algorithm>
+
+namespace relief::studio {
+
+namespace {
+
+const QString kTouch = QStringLiteral("touch");
+/// Shares of the diagonal.
+constexpr double kFirstRadius = 0.04, kMostHeight = 0.05, kMostResilience = 0.02;
+/// The stabiliser's length at most, in radii.
+constexpr double kMostStabiliser = 4;
+
+bool belongs_to_hand(const QString& setting) {
+  return setting == QLatin1String("radius") || setting == QLatin1String("symmetry") ||
+         setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve");
+}
+
+}  // namespace
+
+ToolState::ToolState(QObject* parent) : QObject(parent) {
+  for (std::size_t k = 0; k < tools().size(); ++k) {
+    Brush brush;
+    brush.tool = static_cast<Tool>(k);
+    for (const SettingInfo& each : tools()[k].settings)
+      if (each.kind != SettingInfo::Kind::Colour && each.unit != SettingInfo::Unit::Length)
+        (void)set(brush, each.id, each.preset);
+    brush.colour = {0.70F, 0.24F, 0.16F};
+    brushes_.push_back(brush);
+  }
+  set_diagonal(1);
+}
+
+const QStringList& ToolState::ids() {
+  static const QStringList all = [] {
+    QStringList list{kTouch};
+    for (const ToolInfo& tool : tools()) list.append(text(tool.id));
+    return list;
+  }();
+  return all;
+}
+
+std::optional<Tool> ToolState::tool_of(const QString& id) { return tool_from_name(id.toStdString()); }
+
+QString ToolState::title(const QString& id) {
+  const auto tool = tool_of(id);
+  if (!tool) return QCoreApplication::translate("Tools", "Touch");
+  return QCoreApplication::translate("Tools", std::string(info(*tool).title).c_str());
+}
+
+QString ToolState::help(const QString& id) {
+  const auto tool = tool_of(id);
+  if (!tool) return QCoreApplication::translate("Tools", "Feels the surface with a device, and leaves no trace.");
+  return QCoreApplication::translate("Tools", std::string(info(*tool).help).c_str());
+}
+
+QString ToolState::key(const QString& id) {
+  const auto tool = tool_of(id);
+  return tool ? text(info(*tool).key) : QStringLiteral("T");
+}
+
+void ToolState::choose(const QString& id) {
+  if (id == id_ || !ids().contains(id)) return;
+  id_ = id;
+  emit toolChanged(id);
+}
+
+Brush ToolState::brush_of(const QString& id) const {
+  const auto tool = tool_of(id);
+  Brush brush = tool ? brushes_[static_cast<std::size_t>(*tool)] : Brush{};
+  brush.radius = hand_.radius;
+  brush.symmetry = hand_.symmetry;
+  brush.stabiliser = hand_.stabiliser;
+  brush.pressure = hand_.pressure;
+  brush.mirror = mirror_;
+  return brush;
+}
+
+std::optional<Brush> ToolState::inverted() const {
+  const auto mine = tool();
+  if (!mine) return std::nullopt;
+  const std::string_view opposite = info(*mine).opposite;
+  if (opposite.empty()) return std::nullopt;
+  Brush brush = brush_of(text(opposite));
+  brush.strength = brushes_[static_cast<std::size_t>(*mine)].strength;
+  if (opposite == info(*mine).id) brush.height = -brush.height;
+  return brush;
+}
+
+Brush ToolState::smoothing() const { return brush_of(text(name(Tool::Smooth))); }
+
+double ToolState::value(const QString& setting_id) const {
+  return setting(brush(), setting_id.toStdString()).value_or(0);
+}
+
+void ToolState::set_value(const QString& setting_id, double value) {
+  const std::string id = setting_id.toStdString();
+  if (id == "radius") value = std::clamp(value, least_radius(), most_radius());
+  if (id == "strength") value = std::clamp(value, 0.0, 1.0);
+  if (id == "resilience") value = std::clamp(value, 0.0, kMostResilience * diagonal_);
+  if (id == "height") value = std::clamp(value, -kMostHeight * diagonal_, kMostHeight * diagonal_);
+  if (id == "stabiliser") value = std::clamp(value, 0.0, kMostStabiliser * most_radius());
+  const auto mine = tool();
+  Brush* brush = belongs_to_hand(setting_id) ? &hand_ : mine ? &brushes_[static_cast<std::size_t>(*mine)] : nullptr;
+  if (brush == nullptr || setting(*brush, id) == value || !set(*brush, id, value)) return;
+  emit settingChanged(setting_id);
+}
+
+void ToolState::set_colour(Vec3f colour) {
+  for (Brush& brush : brushes_) brush.colour = colour;
+  emit settingChanged(QStringLiteral("colour"));
+}
+
+void ToolState::set_pressure(const PressureCurve& curve) {
+  hand_.pressure = curve;
+  emit settingChanged(QStringLiteral("pressure_curve"));
+}
+
+void ToolState::set_use_pressure(bool use) {
+  use_pressure_ = use;
+  emit settingChanged(QStringLiteral("use_pressure"));
+}
+
+void ToolState::set_diagonal(double diagonal) {
+  const double scale = diagonal / diagonal_;
+  diagonal_ = diagonal;
+  hand_.radius = kFirstRadius * diagonal;
+  hand_.stabiliser = 0;
+  for (Brush& brush : brushes_) {
+    brush.resilience *= scale;
+    brush.height *= scale;
+  }
+  emit settingChanged(QStringLiteral("radius"));
+  emit settingChanged(QStringLiteral("stabiliser"));
+}
+
+}  // namespace relief::studio

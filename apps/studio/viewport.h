@@ -1,0 +1,160 @@
+// The picture of the model, and the hand on it.
+#pragma once
+
+#include "camera_control.h"
+#include "overlays.h"
+#include "render_thread.h"
+#include "stroke_input.h"
+
+#include <QBasicTimer>
+#include <QElapsedTimer>
+#include <QTimer>
+#include <QWidget>
+
+#include <optional>
+
+namespace relief::studio {
+
+/// Which buttons and keys turn the camera (see docs/studio.md).
+enum class NavigationMap : std::uint8_t { Blender, Industry, Pen };
+
+/// Shows pictures that a render thread draws: while nothing changes, nothing is drawn.
+class Viewport : public QWidget {
+  Q_OBJECT
+ public:
+  Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent = nullptr);
+  ~Viewport() override;
+
+  /// Another model or scan; the camera frames it where `frame_it` says so.
+  void set_scene(Scene scene, Unit unit, bool frame_it);
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+  /// Another snapshot of the same model; what changed lies in it.
+  void set_model(SnapshotPtr model);
+
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  void set_camera(const Camera& camera);
+  void frame_all();
+  [[nodiscard]] const Look& look() const { return look_; }
+  void set_look(const Look& look);
+  /// Draws all of the picture again; it must be the same.
+  void redraw_everything();
+
+  void set_map(NavigationMap map) { map_ = map; }
+  void set_turntable(bool turntable) { turntable_ = turntable; }
+  /// Frames per second at most; 30 leaves a core to a servo where the driver draws with the CPU.
+  void set_most_frames(int per_second) { interval_ms_ = 1000 / per_second; }
+  /// The samples of a pixel when the picture has been still for long; 16 unless somebody set less.
+  void set_final_samples(int samples) { final_samples_ = samples; }
+  /// Overlays that others own and keep; painted in their order over those of the viewport.
+  void add_overlay(const Overlay* overlay);
+  /// Call when an overlay shows something else than before.
+  void update_overlays();
+  /// The next click picks the colour under the pointer.
+  void pick_colour();
+  /// Begins the drag that sets a length or share of the brush: "radius" or "strength".
+  void begin_drag(const QString& setting);
+
+  [[nodiscard]] const QString& device() const { return device_; }
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  [[nodiscard]] OverlayView overlay_view() const;
+  [[nodiscard]] const QImage& picture() const { return picture_; }
+  /// What the pointer hits on the surface.
+  [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
+  [[nodiscard]] Ray3d ray(QPointF at) const;
+
+ signals:
+  void cameraChanged();
+  void colourPicked(relief::Vec3f colour);
+  /// What people should know, as a toast.
+  void said(const QString& words);
+  void frameDrawn(quint64 number);
+  void deviceKnown(const QString& name);
+  /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
+  void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
+  void left();
+  void depthTurned(double notches);
+  /// Files were dropped here.
+  void dropped(const QStringList& files);
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void keyReleaseEvent(QKeyEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
+  void enterEvent(QEnterEvent* event) override;
+  void leaveEvent(QEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+  void timerEvent(QTimerEvent* event) override;
+  bool event(QEvent* event) override;
+
+ private:
+  enum class Gesture : std::uint8_t { None, Stroke, Orbit, Pan, Zoom, Drag, Touch };
+  [[nodiscard]] Gesture gesture_for(Qt::MouseButton button, Qt::KeyboardModifiers modifiers, bool on_model) const;
+  void press(Gesture gesture, const PointerSample& sample, Qt::KeyboardModifiers modifiers, bool eraser);
+  void move(const PointerSample& sample, Qt::KeyboardModifiers modifiers);
+  void release();
+  bool tablet(QTabletEvent* event);
+  void navigate(QPointF by, QPointF at);
+  void drag_setting(QPointF at);
+  void end_drag(bool keep);
+  void move_ring_by_keys(QKeyEvent* event);
+  void dab_at_ring();
+
+  void changed(qint64 input_ns);
+  void ask();
+  void ask_now();
+  void take(Piece piece);
+  void update_ring();
+  void describe(bool drawing);
+  [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
+  [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
+
+  DocumentBridge& bridge_;
+  ToolState& tools_;
+  StrokeInput stroke_;
+  Scene scene_;
+  Unit unit_ = Unit::Millimetre;
+  Box3d box_;
+  double diagonal_ = 1;
+  Camera camera_;
+  Look look_;
+  NavigationMap map_ = NavigationMap::Blender;
+  bool turntable_ = true, space_ = false, pick_ = false, pen_down_ = false;
+  int interval_ms_ = 8, final_samples_ = 16;
+
+  Gesture gesture_ = Gesture::None;
+  Qt::MouseButton button_ = Qt::NoButton;
+  QPointF pointer_, last_;
+  bool over_ = false;
+  QString drag_;
+  double drag_from_ = 0;
+  QPointF drag_at_;
+
+  QImage picture_;
+  std::uint64_t frames_ = 0;
+  bool wanted_ = false, moving_ = false, everything_ = false, in_flight_ = false, refining_ = false;
+  int asked_samples_ = 0;
+  double tau_ = 2;
+  int slow_ = 0;
+  qint64 input_ns_ = 0;
+  QElapsedTimer clock_, since_asked_;
+  QTimer ask_timer_, rest_timer_, ring_timer_;
+  QBasicTimer hold_timer_;
+  QString device_;
+
+  RingOverlay ring_;
+  PillOverlay info_, drag_value_;
+  std::vector<const Overlay*> others_;
+  QRegion painted_;
+  mutable PickHint hint_;
+  RenderThread thread_;
+};
+
+}  // namespace relief::studio
