@@ -70,7 +70,10 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
   else if (scene.mesh)
     drawn = renderer.draw({scene.mesh->positions, scene.mesh->triangles, scene.mesh->colours}, frame, pixels_, frame.width,
                           &cancel_, everything);
-  Piece piece{.frame = frame, .revision = scene.model ? scene.model->number() : 0, .input_ns = request.input_ns};
+  Piece piece;
+  piece.frame = frame;
+  piece.revision = scene.model ? scene.model->number() : 0;
+  piece.input_ns = request.input_ns;
   if (!drawn) {
     if (drawn.error().code != Errc::Cancelled) callbacks_.failed(drawn.error());
     piece.given_up = true;

@@ -31,7 +31,9 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
   open_ = true;
   events_ = 0;
   first_seconds_ = last_seconds_ = sample.seconds;
-  bridge_.post(BeginStroke{.brush = *brush});
+  BeginStroke start;
+  start.brush = *brush;
+  bridge_.post(std::move(start));
   add(sample);
   return true;
 }

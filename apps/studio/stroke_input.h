@@ -9,6 +9,7 @@
 
 #include <QElapsedTimer>
 #include <QPointF>
+#include <QSizeF>
 
 #include <optional>
 

@@ -14,6 +14,7 @@ namespace relief::studio {
 [[nodiscard]] inline QString text(std::string_view utf8) {
   return QString::fromUtf8(utf8.data(), static_cast<qsizetype>(utf8.size()));
 }
+[[nodiscard]] inline QString text(const std::string& utf8) { return QString::fromStdString(utf8); }
 [[nodiscard]] inline QString text(const std::filesystem::path& file) { return text(file.native()); }
 [[nodiscard]] inline std::filesystem::path path(const QString& file) { return file.toUtf8().toStdString(); }
 

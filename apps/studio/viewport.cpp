@@ -156,21 +156,28 @@ void Viewport::ask() {
   ask_timer_.start(static_cast<int>(std::max<qint64>(0, interval_ms_ - since)));
 }
 
+Frame Viewport::final_frame() const {
+  const double ratio = pixel_ratio();
+  Frame frame;
+  frame.camera = camera_;
+  frame.width = std::clamp(static_cast<int>(std::lround(width() * ratio)), 1, 8192);
+  frame.height = std::clamp(static_cast<int>(std::lround(height() * ratio)), 1, 8192);
+  frame.tau = 1;
+  frame.samples = final_samples_;
+  frame.look = look_;
+  return frame;
+}
+
 void Viewport::ask_now() {
   const bool shown = isVisible() && !window()->isMinimized() && (windowHandle() == nullptr || windowHandle()->isExposed()) &&
                      (window()->windowHandle() == nullptr || window()->windowHandle()->isExposed());
   if (!wanted_ || !has_scene() || !shown || width() < 1 || height() < 1) return;
   if (in_flight_ && !refining_) return;
-  const double ratio = pixel_ratio();
   DrawRequest request;
   request.scene = scene_;
-  Frame& frame = request.frame;
-  frame.camera = camera_;
-  frame.width = std::clamp(static_cast<int>(std::lround(width() * ratio)), 1, 8192);
-  frame.height = std::clamp(static_cast<int>(std::lround(height() * ratio)), 1, 8192);
+  Frame& frame = request.frame = final_frame();
   frame.tau = moving_ ? tau_ : 1;
   frame.samples = std::max(1, asked_samples_);
-  frame.look = look_;
   request.everything = everything_;
   request.input_ns = input_ns_;
   wanted_ = everything_ = false;

@@ -34,6 +34,8 @@ class Viewport : public QWidget {
   [[nodiscard]] const Camera& camera() const { return camera_; }
   void set_camera(const Camera& camera);
   void frame_all();
+  /// What the picture becomes when nothing moves any more.
+  [[nodiscard]] Frame final_frame() const;
   [[nodiscard]] const Look& look() const { return look_; }
   void set_look(const Look& look);
   /// Draws all of the picture again; it must be the same.
@@ -45,6 +47,8 @@ class Viewport : public QWidget {
   void set_most_frames(int per_second) { interval_ms_ = 1000 / per_second; }
   /// The samples of a pixel when the picture has been still for long; 16 unless somebody set less.
   void set_final_samples(int samples) { final_samples_ = samples; }
+  /// Motion events that the last stroke took.
+  [[nodiscard]] int stroke_events() const { return stroke_.events(); }
   /// Overlays that others own and keep; painted in their order over those of the viewport.
   void add_overlay(const Overlay* overlay);
   /// Call when an overlay shows something else than before.

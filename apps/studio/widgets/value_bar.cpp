@@ -1,5 +1,6 @@
 #include "value_bar.h"
 
+#include "accessible.h"
 #include "theme.h"
 
 #include <QApplication>
@@ -95,8 +96,7 @@ void ValueBar::store(double value) {
   storing_ = true;
   setValue(static_cast<int>(std::lround(kSteps * share_of(value_))));
   storing_ = false;
-  const QString words = text();
-  if (words != accessibleDescription()) setAccessibleDescription(words);  // tells assistive tools
+  describe(this, text());
   update();
 }
 

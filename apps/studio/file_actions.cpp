@@ -1,0 +1,101 @@
+// Dialogs for files: opening, naming, exporting, pictures.
+#include "background.h"
+#include "event_log.h"
+#include "main_window.h"
+#include "picture_of.h"
+#include "text.h"
+
+#include <relief/base/try.h>
+#include <relief/convert/convert.h>
+#include <relief/mesh/export.h>
+
+#include <QApplication>
+#include <QDateTime>
+#include <QDir>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QStandardPaths>
+
+namespace relief::studio {
+
+namespace {
+
+/// The folder of the last dialog, else the one for documents.
+QString folder_of(const QSettings& settings, const QString& key) {
+  const QString kept = settings.value(QStringLiteral("folders/") + key).toString();
+  return !kept.isEmpty() && QDir(kept).exists() ? kept : QStandardPaths::writableLocation(QStandardPaths::DocumentsLocation);
+}
+
+QString with_extension(QString file, const QString& extension) {
+  return QFileInfo(file).suffix().isEmpty() ? file + extension : file;
+}
+
+}  // namespace
+
+void MainWindow::ask_open() {
+  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"), folder_of(settings_, "open"), FileDesk::filters());
+  if (file.isEmpty()) return;
+  settings_.setValue("folders/open", QFileInfo(file).absolutePath());
+  open(file);
+}
+
+void MainWindow::ask_save_as() {
+  if (bridge_.document() == nullptr) return;
+  QString file = QFileDialog::getSaveFileName(this, tr("Name the model"), folder_of(settings_, "save") + QLatin1Char('/') + desk_.title() + QStringLiteral(".relief"),
+                                              tr("Relief models (*.relief)"));
+  if (file.isEmpty()) return;
+  file = with_extension(file, QStringLiteral(".relief"));
+  settings_.setValue("folders/save", QFileInfo(file).absolutePath());
+  desk_.save_as(file);
+}
+
+void MainWindow::ask_export() {
+  const SnapshotPtr head = bridge_.head();
+  if (!head) return;
+  QString file = QFileDialog::getSaveFileName(this, tr("Export the surface as a mesh"), folder_of(settings_, "export") + QLatin1Char('/') + desk_.title() + QStringLiteral(".ply"),
+                                              tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
+  if (file.isEmpty()) return;
+  file = with_extension(file, QStringLiteral(".ply"));
+  settings_.setValue("folders/export", QFileInfo(file).absolutePath());
+  say(tr("Exporting …"));
+  in_background(
+      this, [head, file, unit = unit_] { return export_mesh(to_mesh(*head, 0), path(file), {.unit = unit}); },
+      [this, file](const Status& status) {
+        if (!status) {
+          show_failure(tr("The surface could not be exported"), text(status.error().message), file, false);
+          return;
+        }
+        event_log().write(QStringLiteral("exported"), {{"file", file}});
+        say(tr("Exported to %1").arg(file));
+      });
+}
+
+/// The final frame of what is seen now, into the folder for pictures.
+void MainWindow::ask_picture() {
+  if (!bridge_.head()) return;
+  const QString folder = settings_.value("folders/pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
+  QDir().mkpath(folder);
+  const QString stamp = QDateTime::currentDateTime().toString(QStringLiteral("yyyy-MM-dd HH.mm.ss"));
+  save_picture(QStringLiteral("%1/%2 %3.png").arg(folder, desk_.title(), stamp));
+}
+
+void MainWindow::save_picture(const QString& file) {
+  const SnapshotPtr head = bridge_.head();
+  const Frame frame = viewport_->final_frame();
+  in_background(
+      this,
+      [head, frame, file]() -> Status {
+        RELIEF_TRY(const Picture picture, draw_picture(*head, frame));
+        return save_png(picture, path(file));
+      },
+      [this, file, frame](const Status& status) {
+        if (!status) {
+          show_failure(tr("The picture could not be saved"), text(status.error().message), file, false);
+          return;
+        }
+        event_log().write(QStringLiteral("picture"), {{"file", file}, {"width", frame.width}, {"height", frame.height}});
+        say(tr("Picture saved: %1").arg(file));
+      });
+}
+
+}  // namespace relief::studio

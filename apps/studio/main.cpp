@@ -1,0 +1,89 @@
+// Relief Studio: the desktop program.
+#include "accessible.h"
+#include "event_log.h"
+#include "main_window.h"
+#include "text.h"
+#include "widgets/theme.h"
+
+#include <CLI/CLI.hpp>
+
+#include <QApplication>
+#include <QFileInfo>
+#include <QTimer>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+namespace relief::studio {
+
+namespace {
+
+struct Options {
+  std::string file, log, theme;
+  int text = 0;
+  bool new_settings = false;
+};
+
+/// The driver that draws with the CPU leaves a core to the servo; it reads this at its first call.
+void leave_a_core() {
+  const unsigned cores = std::max(2U, std::thread::hardware_concurrency());
+  ::setenv("LP_NUM_THREADS", std::to_string(cores - 1).c_str(), 0);
+}
+
+/// A settings file that cannot be read is put aside and told, never a reason not to start.
+std::unique_ptr<QSettings> open_settings(bool fresh) {
+  const QString file = config_folder() + QStringLiteral("/studio.conf");
+  if (fresh) QFile::remove(file);
+  auto settings = std::make_unique<QSettings>(file, QSettings::IniFormat);
+  if (settings->status() == QSettings::FormatError) {
+    settings.reset();
+    QFile::rename(file, file + QStringLiteral(".damaged"));
+    std::fprintf(stderr, "relief studio: the settings could not be read and are now %s.damaged\n", file.toLocal8Bit().constData());
+    settings = std::make_unique<QSettings>(file, QSettings::IniFormat);
+  }
+  return settings;
+}
+
+int run(int argc, char** argv) {
+  Options o;
+  CLI::App app("Sit down and sculpt: opens a model or a scan in a window.", "relief studio");
+  app.add_option("MODEL|SCAN", o.file, "A .relief model, or a scan as PLY, OBJ, STL, OFF, glTF or 3MF");
+  app.add_option("--theme", o.theme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
+  app.add_option("--text", o.text, "Size of the text in percent, 80 to 200")->check(CLI::Range(80, 200));
+  app.add_flag("--new-settings", o.new_settings, "Begin with the settings of a fresh installation");
+  app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  leave_a_core();
+  QApplication application(argc, argv);
+  // Only after the constructor does this hold: every motion of the hand counts.
+  QCoreApplication::setAttribute(Qt::AA_CompressHighFrequencyEvents, false);
+  QCoreApplication::setApplicationName(QStringLiteral("Relief Studio"));
+  QApplication::setDesktopFileName(QStringLiteral("relief-studio"));
+  if (!o.log.empty() && !event_log().open(text(o.log))) {
+    std::fprintf(stderr, "relief studio: %s cannot be written; choose another file for --log-events\n", o.log.c_str());
+    return 1;
+  }
+  const std::unique_ptr<QSettings> settings = open_settings(o.new_settings);
+  if (!o.theme.empty()) settings->setValue("look/theme", text(o.theme));
+  if (o.text != 0) settings->setValue("look/text", o.text);
+  apply(application, settings->value("look/theme", "dark").toString() == QLatin1String("light") ? light_theme() : dark_theme(),
+        settings->value("look/text", 100).toInt() / 100.0);
+  install_accessibility();
+  MainWindow window(*settings);
+  window.show();
+  event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
+  if (!o.file.empty()) QTimer::singleShot(0, &window, [&] { window.open(text(o.file)); });
+  return QApplication::exec();
+}
+
+}  // namespace
+
+}  // namespace relief::studio
+
+int main(int argc, char** argv) { return relief::studio::run(argc, argv); }

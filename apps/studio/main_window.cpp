@@ -1,0 +1,352 @@
+#include "main_window.h"
+
+#include "event_log.h"
+#include "history_panel.h"
+#include "layers_panel.h"
+#include "start_page.h"
+#include "text.h"
+#include "tool_panel.h"
+#include "widgets/icons.h"
+#include "widgets/theme.h"
+#include "widgets/value_bar.h"
+
+#include <QAccessible>
+#include <QApplication>
+#include <QCloseEvent>
+#include <QDockWidget>
+#include <QFile>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QStackedWidget>
+#include <QStatusBar>
+#include <QToolBar>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include <cmath>
+
+namespace relief::studio {
+
+MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_) {
+  setObjectName(QStringLiteral("studio"));
+  setWindowTitle(QStringLiteral("Relief Studio"));
+  setDockOptions(AnimatedDocks | AllowNestedDocks | AllowTabbedDocks);
+  pages_ = new QStackedWidget(this);
+  start_ = new StartPage(desk_.shelf(), pages_);
+  viewport_ = new Viewport(bridge_, tools_, pages_);
+  pages_->addWidget(start_);
+  pages_->addWidget(viewport_);
+  setCentralWidget(pages_);
+  build_actions();
+  build_menus();
+  build_bars();
+  build_docks();
+  connect_document();
+  connect_files();
+  connect_view();
+  actions_.at("tool-" + tools_.id())->setChecked(true);
+  resize(settings_.value("window/size", QSize(1500, 940)).toSize());
+  if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
+  refresh();
+  if (!desk_.shelf().complaint().isEmpty()) say(desk_.shelf().complaint());
+}
+
+MainWindow::~MainWindow() = default;
+
+void MainWindow::open(const QString& file) { desk_.open(file); }
+
+// ---- Layout
+
+void MainWindow::build_bars() {
+  const auto button = [this](QToolBar* bar, const QString& id, const QString& name) {
+    bar->addAction(actions_.at(id));
+    auto* made = qobject_cast<QToolButton*>(bar->widgetForAction(actions_.at(id)));
+    made->setObjectName(QStringLiteral("button-") + id);
+    made->setAccessibleName(name);
+    made->setAccessibleDescription(actions_.at(id)->statusTip());
+    return made;
+  };
+  top_ = addToolBar(tr("Top bar"));
+  top_->setObjectName(QStringLiteral("top"));
+  top_->setAccessibleName(tr("Top bar"));
+  top_->setMovable(false);
+  top_->setIconSize(QSize(scaled(20), scaled(20)));
+  button(top_, "undo", tr("Undo"));
+  button(top_, "redo", tr("Redo"));
+  const auto bar = [this](const QString& name, const QString& setting, const QString& help, const QString& key) {
+    auto* made = new ValueBar(name, top_);
+    made->setObjectName(setting);
+    made->set_help(help, key);
+    made->setFixedWidth(scaled(170));
+    connect(made, &ValueBar::valueEdited, this, [this, setting](double value) { tools_.set_value(setting, value); });
+    top_->addWidget(made);
+    return made;
+  };
+  radius_ = bar(tr("Radius"), "radius", tr("How large the tool is"), "F");
+  strength_ = bar(tr("Strength"), "strength", tr("How much the tool does"), "Shift+F");
+  strength_->set_range(0, 1);
+  strength_->set_format(percent_format());
+  button(top_, "symmetry", tr("Symmetry"));
+  button(top_, "wires", tr("Slab wires"));
+  button(top_, "heat", tr("Heat map"));
+  auto* space = new QWidget(top_);
+  space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+  top_->addWidget(space);
+
+  column_ = new QToolBar(tr("Tools"), this);
+  column_->setObjectName(QStringLiteral("tools"));
+  column_->setAccessibleName(tr("Tools"));
+  column_->setMovable(false);
+  column_->setIconSize(QSize(scaled(24), scaled(24)));
+  addToolBar(Qt::LeftToolBarArea, column_);
+  for (const QString& id : ToolState::ids()) {
+    QToolButton* made = button(column_, "tool-" + id, ToolState::title(id));
+    made->setProperty("tool", true);
+  }
+
+  status_ = new QLabel(this);
+  status_->setObjectName(QStringLiteral("status"));
+  status_->setAccessibleName(tr("Status"));
+  facts_ = new QLabel(this);
+  facts_->setObjectName(QStringLiteral("facts"));
+  drawing_ = new QLabel(this);
+  drawing_->setObjectName(QStringLiteral("drawing"));
+  statusBar()->addWidget(status_, 1);
+  statusBar()->addPermanentWidget(facts_);
+  statusBar()->addPermanentWidget(drawing_);
+  statusBar()->setSizeGripEnabled(false);
+}
+
+QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, QWidget* content) {
+  auto* dock = new QDockWidget(title, this);
+  dock->setObjectName(id);
+  dock->setAccessibleName(title);
+  dock->setWidget(content);
+  addDockWidget(Qt::RightDockWidgetArea, dock);
+  docks_.push_back(dock);
+  return dock;
+}
+
+void MainWindow::build_docks() {
+  tool_panel_ = new ToolPanel(tools_, this);
+  layers_ = new LayersPanel(this);
+  history_ = new HistoryPanel(bridge_, this);
+  add_dock("tool-panel", tr("Tool panel"), tool_panel_);
+  auto* layers = new QWidget(this);
+  auto* column = new QVBoxLayout(layers);
+  column->addWidget(layers_);
+  column->addStretch(1);
+  add_dock("layers-panel", tr("Layers panel"), layers);
+  add_dock("history-panel", tr("History panel"), history_);
+
+  convert_ = new QWidget(this);
+  convert_->setObjectName(QStringLiteral("converting"));
+}
+
+// ---- What happens
+
+void MainWindow::connect_document() {
+  connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
+    const SnapshotPtr head = bridge_.head();
+    layers_->set_model(head.get());
+    viewport_->set_model(head);
+  });
+  connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
+    limit_told_ = false;
+    if (event_log().active())
+      event_log().write(QStringLiteral("stroke"), {{"stroke", qint64(stroke.stroke)},
+                                                   {"tool", text(name(stroke.tool))},
+                                                   {"source", qint64(stroke.source)},
+                                                   {"samples", qint64(stroke.result.samples)},
+                                                   {"dabs", qint64(stroke.result.dabs)},
+                                                   {"limited", qint64(stroke.result.limited)},
+                                                   {"changed", stroke.result.changed},
+                                                   {"points", viewport_->stroke_events()},
+                                                   {"revision", qint64(bridge_.head()->number())},
+                                                   {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
+  });
+  connect(&bridge_, &DocumentBridge::historyChanged, this, [this](const HistoryChanged& history) {
+    if (event_log().active())
+      event_log().write(QStringLiteral("history"), {{"undo", qint64(history.undo_steps)},
+                                                    {"redo", qint64(history.redo_steps)},
+                                                    {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
+    refresh();
+  });
+  connect(&bridge_, &DocumentBridge::saved, this, [](quint64 stroke) { event_log().write(QStringLiteral("saved"), {{"stroke", qint64(stroke)}}); });
+  connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
+    event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
+    say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
+    refresh();
+  });
+  connect(&bridge_, &DocumentBridge::limitReached, this, [this] {
+    if (std::exchange(limit_told_, true)) return;
+    say(tr("The clay ends here: no further in this direction."));
+  });
+  connect(&bridge_, &DocumentBridge::strokeRefused, this, [this] { say(tr("The other hand is at work; the stroke was not begun.")); });
+  connect(&bridge_, &DocumentBridge::historyDropped, this, [this](quint64 steps) { say(tr("%n old step(s) can no more be undone.", nullptr, static_cast<int>(steps))); });
+  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64) { show_failure(tr("The last strokes are not saved"), message, text(bridge_.file()), false); });
+}
+
+void MainWindow::connect_files() {
+  connect(start_, &StartPage::openAsked, this, &MainWindow::ask_open);
+  connect(start_, &StartPage::fileAsked, this, &MainWindow::open);
+  connect(start_, &StartPage::sampleAsked, &desk_, &FileDesk::open_sample);
+  connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
+    if (!files.isEmpty()) open(files.first());
+  });
+  connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
+    viewport_->set_scene({}, unit_, false);
+    verdict_.reset();
+    refresh();
+  });
+  connect(&desk_, &FileDesk::meshReady, this, [this](const std::shared_ptr<const TriangleMesh>& mesh) {
+    pages_->setCurrentWidget(viewport_);
+    viewport_->set_scene({nullptr, mesh}, mesh->unit.value_or(Unit::Millimetre), true);
+    refresh();
+  });
+  connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
+    const SnapshotPtr head = bridge_.head();
+    unit_ = bridge_.document()->info().unit;
+    const bool frame_it = viewport_->scene().mesh == nullptr;
+    tools_.set_diagonal(diagonal(surface_bounds(*head)));
+    tools_.set_mirror(surface_bounds(*head).centre());
+    radius_->set_range(tools_.least_radius(), tools_.most_radius(), ValueBar::Scale::Logarithmic);
+    radius_->set_format(length_format(text(name(unit_))));
+    radius_->set_real_value(tools_.value("radius"));
+    tool_panel_->set_unit(unit_);
+    layers_->set_model(head.get());
+    pages_->setCurrentWidget(viewport_);
+    viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    viewport_->setFocus();
+    refresh();
+    show_verdict(verdict, doubt);
+  });
+  connect(&desk_, &FileDesk::cancelled, this, [this] {
+    viewport_->set_scene({}, unit_, false);
+    pages_->setCurrentWidget(start_);
+    refresh();
+    say(tr("Cancelled; nothing was kept."));
+  });
+  connect(&desk_, &FileDesk::failed, this, [this](const QString& title, const QString& why, const QString& file, bool damaged) {
+    if (bridge_.document() == nullptr) {
+      viewport_->set_scene({}, unit_, false);
+      pages_->setCurrentWidget(start_);
+    }
+    refresh();
+    show_failure(title, why, file, damaged);
+  });
+  connect(&bridge_, &DocumentBridge::closed, this, [this] {
+    viewport_->set_scene({}, unit_, false);
+    layers_->set_model(nullptr);
+    pages_->setCurrentWidget(start_);
+    refresh();
+  });
+}
+
+void MainWindow::connect_view() {
+  connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
+    drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
+    drawing_->setToolTip(name);
+  });
+  connect(viewport_, &Viewport::colourPicked, this, [this](Vec3f colour) { tools_.set_colour(colour); });
+  connect(&tools_, &ToolState::toolChanged, this, [this](const QString& id) {
+    event_log().write(QStringLiteral("tool"), {{"id", id}});
+    if (QAction* action = actions_.at("tool-" + id); !action->isChecked()) action->setChecked(true);
+    strength_->set_real_value(tools_.value("strength"));
+    refresh();
+  });
+  connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {
+    event_log().write(QStringLiteral("setting"), {{"id", setting}, {"value", tools_.value(setting)}});
+    if (setting == QLatin1String("radius")) radius_->set_real_value(tools_.value(setting));
+    if (setting == QLatin1String("strength")) strength_->set_real_value(tools_.value(setting));
+    if (setting == QLatin1String("symmetry")) actions_.at("symmetry")->setChecked(tools_.brush().symmetry != 0);
+  });
+  strength_->set_real_value(tools_.value("strength"));
+}
+
+/// What can be done now, and what the bars say.
+void MainWindow::refresh() {
+  const bool open = bridge_.document() != nullptr, seen = open || desk_.opening();
+  const DocumentStatistics statistics = open ? bridge_.document()->statistics() : DocumentStatistics{};
+  actions_.at("undo")->setEnabled(statistics.undo_steps > 0);
+  actions_.at("redo")->setEnabled(statistics.redo_steps > 0);
+  for (const char* id : {"save", "save-as", "export", "picture", "close-model", "pick-colour"}) actions_.at(id)->setEnabled(open);
+  for (QAction* tool : tool_group_->actions()) tool->setEnabled(open || !desk_.opening());
+  radius_->setEnabled(open);
+  strength_->setEnabled(open && tools_.tool());
+  const bool working = pages_->currentWidget() == viewport_;
+  column_->setVisible(working);
+  for (QDockWidget* dock : docks_) dock->setVisible(working && !dock->property("closed").toBool());
+  QString title = QStringLiteral("Relief Studio");
+  if (seen) title = desk_.title() + QStringLiteral(" — ") + title;
+  setWindowTitle(title);
+  say_state();
+}
+
+void MainWindow::say_state() {
+  QStringList facts;
+  if (bridge_.document() != nullptr) {
+    const ModelInfo& info = bridge_.document()->info();
+    facts.append(info.mode == Mode::Certified ? tr("Certified") : tr("Tolerant"));
+    facts.append(tr("%n slab(s)", nullptr, static_cast<int>(bridge_.head()->slab_mesh().slab_count())));
+    if (verdict_ && !verdict_->lines.isEmpty()) facts.append(verdict_->lines.first());
+  }
+  facts_->setText(facts.join(QStringLiteral(" · ")));
+}
+
+void MainWindow::say(const QString& words) {
+  status_->setText(words);
+  status_->setAccessibleDescription(words);
+  QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
+  QAccessible::updateAccessibility(&event);
+  event_log().write(QStringLiteral("toast"), {{"text", words}});
+}
+
+void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QString& doubt) {
+  verdict_ = verdict;
+  say_state();
+  if (verdict) {
+    event_log().write(QStringLiteral("verdict"), {{"title", verdict->title}, {"text", verdict->lines.join(QLatin1Char(' '))}});
+    say(verdict->title + QStringLiteral(". ") + verdict->lines.join(QLatin1Char(' ')));
+  }
+  if (!doubt.isEmpty()) say(doubt);
+}
+
+void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
+  event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
+  auto* box = new QMessageBox(QMessageBox::Warning, title, QStringLiteral("<b>%1</b>").arg(title.toHtmlEscaped()), QMessageBox::Ok, this);
+  box->setInformativeText(why);
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  (void)damaged;
+  box->open();
+}
+
+void MainWindow::keep_picture() {
+  if (bridge_.document() == nullptr || viewport_->picture().isNull()) return;
+  viewport_->picture().scaled(QSize(300, 192), Qt::KeepAspectRatioByExpanding, Qt::SmoothTransformation).copy(0, 0, 300, 192).save(Shelf::picture_of(text(bridge_.file())));
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  desk_.cancel();
+  keep_picture();
+  QString why;
+  if (!desk_.close(why)) {
+    event->ignore();
+    show_failure(tr("Not everything is saved"), why, text(bridge_.file()), false);
+    return;
+  }
+  settings_.setValue("window/size", size());
+  settings_.setValue("window/state", saveState());
+  event_log().write(QStringLiteral("exit"));
+  event->accept();
+}
+
+void MainWindow::changeEvent(QEvent* event) { QMainWindow::changeEvent(event); }
+bool MainWindow::eventFilter(QObject* object, QEvent* event) { return QMainWindow::eventFilter(object, event); }
+
+}  // namespace relief::studio

@@ -1,0 +1,97 @@
+// The window: what is around the picture, and how the parts hear of each other.
+#pragma once
+
+#include "bridge.h"
+#include "file_desk.h"
+#include "tool_state.h"
+#include "viewport.h"
+
+#include <QActionGroup>
+#include <QMainWindow>
+#include <QSettings>
+
+#include <map>
+
+class QLabel;
+class QStackedWidget;
+class QToolBar;
+class QToolButton;
+class QProgressBar;
+
+namespace relief::studio {
+
+class HistoryPanel;
+class LayersPanel;
+class StartPage;
+class ToolPanel;
+class ValueBar;
+
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+ public:
+  explicit MainWindow(QSettings& settings);
+  ~MainWindow() override;
+
+  /// A model or a scan.
+  void open(const QString& file);
+  [[nodiscard]] Viewport& viewport() { return *viewport_; }
+
+ protected:
+  void closeEvent(QCloseEvent* event) override;
+  void changeEvent(QEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
+
+ private:
+  // main_window.cpp
+  void build_bars();
+  void build_docks();
+  void connect_document();
+  void connect_files();
+  void connect_view();
+  void show_verdict(const std::optional<Verdict>& verdict, const QString& doubt);
+  void show_failure(const QString& title, const QString& why, const QString& file, bool damaged);
+  void refresh();
+  void say(const QString& words);
+  void say_state();
+  void keep_picture();
+  QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
+
+  // actions.cpp
+  void build_actions();
+  QAction* add(const QString& id, const QString& title, const QKeySequence& key, std::function<void()> call);
+  void build_menus();
+  void use_look(const Look& look);
+  void use_theme();
+
+  // file_actions.cpp
+  void ask_open();
+  void ask_save_as();
+  void ask_export();
+  void ask_picture();
+  void save_picture(const QString& file);
+
+  QSettings& settings_;
+  DocumentBridge bridge_;
+  ToolState tools_;
+  FileDesk desk_;
+  std::map<QString, QAction*> actions_;
+  QActionGroup* tool_group_ = nullptr;
+
+  QStackedWidget* pages_ = nullptr;
+  StartPage* start_ = nullptr;
+  Viewport* viewport_ = nullptr;
+  QToolBar *top_ = nullptr, *column_ = nullptr;
+  ValueBar *radius_ = nullptr, *strength_ = nullptr;
+  QToolButton* device_ = nullptr;
+  ToolPanel* tool_panel_ = nullptr;
+  LayersPanel* layers_ = nullptr;
+  HistoryPanel* history_ = nullptr;
+  std::vector<QDockWidget*> docks_;
+  QWidget* convert_ = nullptr;
+  QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
+  std::optional<Verdict> verdict_;
+  Unit unit_ = Unit::Millimetre;
+  bool limit_told_ = false;
+};
+
+}  // namespace relief::studio

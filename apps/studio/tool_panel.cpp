@@ -1,0 +1,133 @@
+#include "tool_panel.h"
+
+#include "text.h"
+#include "widgets/theme.h"
+#include "widgets/value_bar.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QCoreApplication>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+namespace relief::studio {
+
+namespace {
+
+/// Those in the bar above the picture.
+bool elsewhere(const SettingInfo& setting) { return setting.id == "radius" || setting.id == "strength"; }
+
+QString title_of(const SettingInfo& setting) { return QCoreApplication::translate("Settings", std::string(setting.title).c_str()); }
+
+}  // namespace
+
+ValueFormat format_of(const SettingInfo& setting, Unit unit) {
+  if (setting.unit == SettingInfo::Unit::Length) return length_format(text(name(unit)));
+  if (setting.unit == SettingInfo::Unit::Percent) return percent_format();
+  return plain_format(2);
+}
+
+std::pair<double, double> range_of(const SettingInfo& setting, const ToolState& tools) {
+  if (setting.unit != SettingInfo::Unit::Length) return {setting.min, setting.max};
+  if (setting.id == "radius") return {tools.least_radius(), tools.most_radius()};
+  if (setting.id == "height") return {-0.05 * tools.diagonal(), 0.05 * tools.diagonal()};
+  if (setting.id == "resilience") return {0, 0.02 * tools.diagonal()};
+  return {0, tools.most_radius()};
+}
+
+ToolPanel::ToolPanel(ToolState& tools, QWidget* parent) : QScrollArea(parent), tools_(tools) {
+  setObjectName(QStringLiteral("tool-settings"));
+  setAccessibleName(tr("Tool settings"));
+  setWidgetResizable(true);
+  setFrameShape(QFrame::NoFrame);
+  setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  build();
+  connect(&tools_, &ToolState::toolChanged, this, &ToolPanel::build);
+  connect(&tools_, &ToolState::settingChanged, this, &ToolPanel::refresh);
+}
+
+void ToolPanel::set_unit(Unit unit) {
+  unit_ = unit;
+  build();
+}
+
+void ToolPanel::build() {
+  refreshers_.clear();
+  auto* page = new QWidget;
+  auto* column = new QVBoxLayout(page);
+  column->setContentsMargins(scaled(8), scaled(6), scaled(8), scaled(6));
+  auto* title = new QLabel(ToolState::title(tools_.id()), page);
+  title->setFont(ui_font(11, QFont::DemiBold));
+  auto* help = new QLabel(ToolState::help(tools_.id()), page);
+  help->setWordWrap(true);
+  help->setProperty("dim", true);
+  column->addWidget(title);
+  column->addWidget(help);
+  if (const auto tool = tools_.tool())
+    for (const SettingInfo& setting : info(*tool).settings)
+      if (!elsewhere(setting)) add_setting(setting, *column);
+  column->addStretch(1);
+  setWidget(page);
+  refresh();
+}
+
+void ToolPanel::refresh() {
+  for (const auto& each : refreshers_) each();
+}
+
+void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
+  const QString id = text(setting.id), title = title_of(setting);
+  using Kind = SettingInfo::Kind;
+  if (setting.kind == Kind::Value) {
+    auto* bar = new ValueBar(title, this);
+    const auto [low, high] = range_of(setting, tools_);
+    bar->setObjectName(QStringLiteral("setting-") + id);
+    bar->set_range(low, high, ValueBar::Scale::Linear, setting.unit == SettingInfo::Unit::Length ? 0 : setting.step);
+    bar->set_format(format_of(setting, unit_));
+    connect(bar, &ValueBar::valueEdited, this, [this, id](double value) { tools_.set_value(id, value); });
+    refreshers_.emplace_back([this, bar, id] { bar->set_real_value(tools_.value(id)); });
+    into.addWidget(bar);
+  } else if (setting.kind == Kind::Switch) {
+    auto* box = new QCheckBox(title, this);
+    box->setObjectName(QStringLiteral("setting-") + id);
+    connect(box, &QCheckBox::toggled, this, [this, id](bool on) { tools_.set_value(id, on ? 1 : 0); });
+    refreshers_.emplace_back([this, box, id] { box->setChecked(tools_.value(id) != 0); });
+    into.addWidget(box);
+  } else if (id == QLatin1String("symmetry")) {
+    auto* row = new QHBoxLayout;
+    row->addWidget(new QLabel(tr("Mirror"), this));
+    for (int axis = 0; axis < 3; ++axis) {
+      auto* box = new QCheckBox(QString(QChar(u'X' + axis)), this);
+      box->setObjectName(QStringLiteral("mirror-%1").arg(axis));
+      box->setAccessibleName(tr("Mirror %1").arg(QChar(u'X' + axis)));
+      connect(box, &QCheckBox::toggled, this, [this, axis](bool on) {
+        const int planes = static_cast<int>(tools_.value("symmetry"));
+        tools_.set_value("symmetry", on ? planes | (1 << axis) : planes & ~(1 << axis));
+      });
+      refreshers_.emplace_back([this, box, axis] { box->setChecked((static_cast<int>(tools_.value("symmetry")) >> axis & 1) != 0); });
+      row->addWidget(box);
+    }
+    row->addStretch(1);
+    into.addLayout(row);
+  } else if (setting.kind == Kind::Choice) {
+    auto* row = new QHBoxLayout;
+    auto* label = new QLabel(title, this);
+    auto* choice = new QComboBox(this);
+    choice->setObjectName(QStringLiteral("setting-") + id);
+    label->setBuddy(choice);
+    for (const std::string_view each : setting.choices) {
+      QString words = QCoreApplication::translate("Settings", std::string(each).c_str());
+      words[0] = words[0].toUpper();
+      choice->addItem(words);
+    }
+    connect(choice, &QComboBox::currentIndexChanged, this, [this, id](int index) { tools_.set_value(id, index); });
+    refreshers_.emplace_back([this, choice, id] { choice->setCurrentIndex(static_cast<int>(tools_.value(id))); });
+    row->addWidget(label);
+    row->addWidget(choice, 1);
+    into.addLayout(row);
+  }
+}
+
+}  // namespace relief::studio
