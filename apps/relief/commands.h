@@ -54,6 +54,7 @@ void add_render(CLI::App& app, Context& context);
 void add_export(CLI::App& app, Context& context);
 void add_sample(CLI::App& app, Context& context);
 void add_bench(CLI::App& app, Context& context);
+void add_studio(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
 void add_replay(CLI::App& app, Context& context);
 

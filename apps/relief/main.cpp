@@ -159,6 +159,7 @@ int main_inner(int argc, char** argv) {
   add_bench(app, context);
   add_devices(app, context);
   add_replay(app, context);
+  add_studio(app, context);
 
   if (argc > 1 && argv[1][0] != '-') {
     const auto commands = app.get_subcommands([&](const CLI::App* c) { return c->get_name() == argv[1]; });

@@ -2,6 +2,7 @@
 #include "event_log.h"
 #include "main_window.h"
 #include "text.h"
+#include "widgets/command_palette.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 
@@ -168,6 +169,8 @@ void MainWindow::build_menus() {
     });
   }
   fill(view, {"redraw", "-", "panels", "fullscreen", "theme"});
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  help->addAction(palette_->open_action());
 }
 
 void MainWindow::use_look(const Look& look) { viewport_->set_look(look); }

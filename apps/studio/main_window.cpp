@@ -6,6 +6,7 @@
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
+#include "widgets/command_palette.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 #include "widgets/value_bar.h"
@@ -42,6 +43,7 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   pages_->addWidget(viewport_);
   setCentralWidget(pages_);
   build_actions();
+  palette_ = new CommandPalette(this);
   build_menus();
   build_bars();
   build_docks();

@@ -20,6 +20,7 @@ class QProgressBar;
 
 namespace relief::studio {
 
+class CommandPalette;
 class HistoryPanel;
 class LayersPanel;
 class StartPage;
@@ -86,6 +87,7 @@ class MainWindow : public QMainWindow {
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;
+  CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
   QWidget* convert_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;

@@ -35,6 +35,9 @@ constexpr std::array kBands = {
     Band{"save", QT_TRANSLATE_NOOP("OpenJob", "Saving"), 0.94, 1},
 };
 
+/// Of the whole, between two reports: a pixel of the bar.
+constexpr double kLeastStep = 0.002;
+
 QString tr(const char* words, int n = -1) { return QCoreApplication::translate("OpenJob", words, nullptr, n); }
 
 }  // namespace
@@ -51,6 +54,8 @@ void OpenJob::start(std::function<void()> work) {
   cancel_ = false;
   running_ = true;
   share_ = 0;
+  told_ = -1;
+  phase_ = {};
   thread_ = std::thread(std::move(work));
 }
 
@@ -59,6 +64,9 @@ void OpenJob::report(std::string_view phase, double share) {
   const auto band = std::ranges::find(kBands, phase, &Band::phase);
   if (band == kBands.end()) return;
   share_ = std::max(share_, band->from + (band->to - band->from) * std::clamp(share, 0.0, 1.0));
+  if (band->phase == phase_ && share_ < told_ + kLeastStep) return;
+  phase_ = band->phase;
+  told_ = share_;
   QMetaObject::invokeMethod(
       this, [this, words = tr(band->words), whole = share_] { emit progress(words, whole); }, Qt::QueuedConnection);
 }

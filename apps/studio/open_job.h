@@ -57,7 +57,8 @@ class OpenJob : public QObject {
   std::thread thread_;
   std::atomic<bool> cancel_{false};
   bool running_ = false;
-  double share_ = 0;
+  double share_ = 0, told_ = -1;
+  std::string_view phase_;
 };
 
 /// What a scan's conversion came to, for people: a headline and further lines.

@@ -1,6 +1,7 @@
 #include "tool_panel.h"
 
 #include "text.h"
+#include "widgets/curve_editor.h"
 #include "widgets/theme.h"
 #include "widgets/value_bar.h"
 
@@ -55,6 +56,8 @@ void ToolPanel::set_unit(Unit unit) {
 
 void ToolPanel::build() {
   refreshers_.clear();
+  pointer_ = nullptr;
+  curve_ = nullptr;
   auto* page = new QWidget;
   auto* column = new QVBoxLayout(page);
   column->setContentsMargins(scaled(8), scaled(6), scaled(8), scaled(6));
@@ -89,6 +92,8 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     connect(bar, &ValueBar::valueEdited, this, [this, id](double value) { tools_.set_value(id, value); });
     refreshers_.emplace_back([this, bar, id] { bar->set_real_value(tools_.value(id)); });
     into.addWidget(bar);
+  } else if (setting.kind == Kind::Curve) {
+    add_pressure(into);
   } else if (setting.kind == Kind::Switch) {
     auto* box = new QCheckBox(title, this);
     box->setObjectName(QStringLiteral("setting-") + id);
@@ -128,6 +133,34 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     row->addWidget(choice, 1);
     into.addLayout(row);
   }
+}
+
+void ToolPanel::add_pressure(QVBoxLayout& into) {
+  auto* use = new QCheckBox(tr("Use pressure"), this);
+  use->setObjectName(QStringLiteral("use-pressure"));
+  use->setAccessibleDescription(tr("Whether a pen's pressure drives the tool"));
+  connect(use, &QCheckBox::toggled, &tools_, &ToolState::set_use_pressure);
+  refreshers_.emplace_back([this, use] { use->setChecked(tools_.use_pressure()); });
+  into.addWidget(use);
+  curve_ = new CurveEditor(this);
+  curve_->setObjectName(QStringLiteral("pressure-curve"));
+  connect(curve_, &CurveEditor::curveEdited, &tools_, &ToolState::set_pressure);
+  refreshers_.emplace_back([this] {
+    curve_->set_curve(tools_.brush().pressure);
+    curve_->setEnabled(tools_.use_pressure());
+  });
+  into.addWidget(curve_);
+  pointer_ = new QLabel(this);
+  pointer_->setObjectName(QStringLiteral("pointer"));
+  pointer_->setProperty("dim", true);
+  into.addWidget(pointer_);
+  refreshers_.emplace_back([this] { pointer_->setText(pointer_words_.isEmpty() ? tr("Mouse: no pressure") : pointer_words_); });
+}
+
+void ToolPanel::set_pointer(const QString& words, double pressure) {
+  pointer_words_ = words;
+  if (pointer_ != nullptr) pointer_->setText(words);
+  if (curve_ != nullptr) curve_->set_live_pressure(pressure > 0 ? std::optional(pressure) : std::nullopt);
 }
 
 }  // namespace relief::studio

@@ -49,7 +49,6 @@ class ToolPanel : public QScrollArea {
   QLabel* pointer_ = nullptr;
   CurveEditor* curve_ = nullptr;
   QString pointer_words_;
-  double pressure_ = 0;
 };
 
 }  // namespace relief::studio

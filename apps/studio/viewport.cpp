@@ -227,12 +227,25 @@ void Viewport::take(Piece piece) {
                          {"triangles", qint64(piece.triangles)},
                          {"cpu_ms", piece.cpu_ms},
                          {"latency_ms", latency}});
+    if (!wanted_ && piece.frame.camera != logged_) log_camera(piece.frame.camera);
     emit frameDrawn(frames_);
     const bool unfinished = piece.frame.samples < final_samples_ || piece.frame.tau > 1;
     if (!wanted_ && unfinished) rest_timer_.start(piece.frame.samples > 1 ? 0 : kRest);
   }
   describe(wanted_);
   if (wanted_) ask();
+}
+
+/// Where the camera has come to rest.
+void Viewport::log_camera(const Camera& camera) {
+  logged_ = camera;
+  event_log().write(QStringLiteral("camera"), {{"view", objectName()},
+                                               {"eye", json(camera.eye)},
+                                               {"target", json(camera.target)},
+                                               {"up", json(camera.up)},
+                                               {"fov", camera.field_of_view},
+                                               {"parallel", camera.parallel},
+                                               {"view_height", camera.view_height}});
 }
 
 OverlayView Viewport::overlay_view() const { return {.camera = camera_, .size = size(), .unit = unit_}; }
@@ -407,14 +420,6 @@ void Viewport::release() {
   hold_timer_.stop();
   if (gesture_ == Gesture::Stroke) stroke_.end();
   if (gesture_ == Gesture::Touch) emit pointed(ray(pointer_), false, 0);
-  if (gesture_ == Gesture::Orbit || gesture_ == Gesture::Pan || gesture_ == Gesture::Zoom) {
-    event_log().write(QStringLiteral("camera"), {{"eye", json(camera_.eye)},
-                                                 {"target", json(camera_.target)},
-                                                 {"up", json(camera_.up)},
-                                                 {"fov", camera_.field_of_view},
-                                                 {"parallel", camera_.parallel},
-                                                 {"view_height", camera_.view_height}});
-  }
   gesture_ = Gesture::None;
   button_ = Qt::NoButton;
   update_ring();

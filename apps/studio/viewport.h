@@ -117,6 +117,7 @@ class Viewport : public QWidget {
   void take(Piece piece);
   void update_ring();
   void describe(bool drawing);
+  void log_camera(const Camera& camera);
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
   [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
 
@@ -127,7 +128,7 @@ class Viewport : public QWidget {
   Unit unit_ = Unit::Millimetre;
   Box3d box_;
   double diagonal_ = 1;
-  Camera camera_;
+  Camera camera_, logged_;
   Look look_;
   NavigationMap map_ = NavigationMap::Blender;
   bool turntable_ = true, space_ = false, pick_ = false, pen_down_ = false;
