@@ -129,7 +129,7 @@ QToolButton* DevicePanel::button(const QString& id, const QString& name, const Q
 void DevicePanel::build_buttons() {
   freeze_ = button(QStringLiteral("freeze"), tr("Freeze"), tr("Keeps the plots as they are, to look at them"), true);
   forces_ = button(QStringLiteral("forces-off"), tr("Forces off"), tr("No force at once (Pause, or Esc twice)"), true);
-  clutch_ = button(QStringLiteral("lock"), tr("Clutch"), tr("The device moves, and the tool stays where it is"), true);
+  clutch_ = button(QStringLiteral("clutch"), tr("Clutch"), tr("The device moves, and the tool stays where it is"), true);
   recentre_ = button(QStringLiteral("recentre"), tr("Re-centre"), tr("Puts the tool before the middle of the picture"), false);
   record_ = button(QStringLiteral("record"), tr("Record"), tr("Writes all that the hand does and feels into a file"), true);
   play_ = button(QStringLiteral("play"), tr("Play"), tr("Plays the last recording as a device"), false);

@@ -10,6 +10,7 @@
 #include <relief/session/replay.h>
 
 #include <QFileInfo>
+#include <QJsonArray>
 
 #include <algorithm>
 #include <atomic>
@@ -25,7 +26,8 @@ const QString kNone = QStringLiteral("none"), kMouse = QStringLiteral("mouse"), 
 const QString kReplay = text(kReplayDevice);
 
 constexpr int kFrame = 16;             // ms between two takings of ticks: 60 a second
-constexpr int kLogEvery = 30;          // of these: twice a second
+constexpr int kLogEvery = 60;          // of these: once a second
+constexpr float kLate = 2e-3F;          // s after the due time
 constexpr double kHover = 1.5e-3;      // m at the hand, of the mouse's tool above the surface
 constexpr double kFirstDepth = 2.5e-3;  // m at the hand: 1 N with the usual stiffness
 constexpr double kNotch = 0.25e-3;     // m per notch of the wheel
@@ -70,7 +72,11 @@ Hand::Hand(DocumentBridge& bridge, ToolState& tools, QObject* parent)
   timer_.setInterval(kFrame);
   connect(&timer_, &QTimer::timeout, this, &Hand::take_ticks);
   connect(&bridge_, &DocumentBridge::opened, this, [this] { start(); });
-  connect(&bridge_, &DocumentBridge::closing, this, &Hand::stop);
+  connect(&bridge_, &DocumentBridge::closing, this, [this] {
+    stop();
+    // A document that could not be closed stays.
+    QTimer::singleShot(0, this, [this] { start(); });
+  });
   connect(&tools_, &ToolState::toolChanged, this, &Hand::use_brush);
   connect(&tools_, &ToolState::settingChanged, this, &Hand::use_brush);
 }
@@ -170,6 +176,8 @@ void Hand::start(const QString& recording) {
   monitor_.clear();
   stops_ = 0;
   told_ = {};
+  late_ = since_log_ = 0;
+  compute_ = {};
   live_->reader.emplace(document->reader());
   live_->metres = live_->servo.workspace.metres_per_unit;
   const double metres = live_->servo.workspace.metres_per_unit;
@@ -227,6 +235,10 @@ void Hand::take_ticks() {
   const std::size_t fresh = monitor_.drain();
   live_->control->flush();
   if (live_->pointer != nullptr) static_cast<void>(live_->pointer->felt(live_->feel));
+  for (std::size_t k = monitor_.size() - std::min(fresh, monitor_.size()); k < monitor_.size(); ++k) {
+    compute_.add(static_cast<std::uint64_t>(monitor_[k].compute * 1e9F));
+    late_ += monitor_[k].late > kLate ? 1 : 0;
+  }
   if (fresh > 0) emit ticked(static_cast<int>(fresh));
   const SafetyWatch& watch = monitor_.safety();
   if (watch.stops() > stops_) {
@@ -235,7 +247,7 @@ void Hand::take_ticks() {
   }
   if (const HandSafety now = watch.now(); now != told_) {
     told_ = now;
-    event_log().write(QStringLiteral("safety"), {{"state", state_word(now.state)}, {"cause", text(name(now.cause))}});
+    log_state();
     emit safetyChanged();
   }
   if (++since_log_ >= kLogEvery) log_state();
@@ -252,12 +264,27 @@ void Hand::log_state() {
   since_log_ = 0;
   if (!event_log().active()) return;
   const ServoSample& last = monitor_.last();
-  event_log().write(QStringLiteral("hand"), {{"ticks", qint64(monitor_.taken())},
+  const HandSafety now = safety();
+  const double millimetres = metres_per_unit() * 1e3;
+  QJsonArray flags;
+  for (std::uint32_t left = last.flags; left != 0; left &= left - 1)
+    flags.append(text(name(static_cast<ServoFault>(left & ~(left - 1)))));
+  const auto micro = [this](double q) { return static_cast<double>(compute_.quantile(q)) * 1e-3; };
+  event_log().write(QStringLiteral("hand"), {{"device", id_},
+                                             {"ticks", qint64(monitor_.taken())},
                                              {"missing", qint64(monitor_.missing())},
+                                             {"late", late_},
+                                             {"cpu_us_p50", micro(0.5)},
+                                             {"cpu_us_p999", micro(0.999)},
                                              {"contact", last.contact},
                                              {"force", length(last.force)},
-                                             {"depth", last.depth},
-                                             {"state", state_word(monitor_.safety().now().state)}});
+                                             {"force_limit", force_limit()},
+                                             {"forces", forces_},
+                                             {"depth", last.depth * millimetres},
+                                             {"flags", flags},
+                                             {"kind", state_word(now.state)},
+                                             {"cause", text(name(now.cause))},
+                                             {"state", safety_sentence(now, !forces_)}});
 }
 
 // ---- What people set
@@ -265,7 +292,7 @@ void Hand::log_state() {
 void Hand::set_forces(bool on) {
   if (live_) live_->control->forces(on);
   forces_ = on;
-  event_log().write(QStringLiteral("forces"), {{"on", on}});
+  log_state();
   emit changed();
   emit safetyChanged();
 }

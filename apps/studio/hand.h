@@ -101,6 +101,7 @@ class Hand : public QObject {
   /// Ends the session; what it did is in the document.
   void stop();
   void take_ticks();
+  /// For tests, and for people who look for the cause of something.
   void log_state();
   void use_brush();
   void say(const Error& error);
@@ -117,7 +118,8 @@ class Hand : public QObject {
   HandMonitor monitor_;
   HandSafety told_;
   std::uint64_t stops_ = 0;
-  int since_log_ = 0;
+  int since_log_ = 0, late_ = 0;  ///< late_: ticks since the session began
+  TimeHistogram compute_;
   QTimer timer_;
   std::unique_ptr<HandSound> sound_;
   std::unique_ptr<Live> live_;

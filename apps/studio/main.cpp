@@ -21,7 +21,7 @@ namespace relief::studio {
 namespace {
 
 struct Options {
-  std::string file, log, theme;
+  std::string file, log, theme, device;
   int text = 0;
   bool new_settings = false;
 };
@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   app.add_option("--theme", o.theme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   app.add_option("--text", o.text, "Size of the text in percent, 80 to 200")->check(CLI::Range(80, 200));
   app.add_flag("--new-settings", o.new_settings, "Begin with the settings of a fresh installation");
+  app.add_option("--device", o.device, "The device to begin with: simulated, mouse, replay:FILE, or one of relief devices")->type_name("NAME");
   app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
   try {
     app.parse(argc, argv);
@@ -77,6 +78,7 @@ int run(int argc, char** argv) {
   install_accessibility();
   MainWindow window(*settings);
   window.show();
+  if (!o.device.empty()) window.use_device(text(o.device));
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
   if (!o.file.empty()) QTimer::singleShot(0, &window, [&] { window.open(text(o.file)); });
   return QApplication::exec();

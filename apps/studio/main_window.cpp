@@ -1,6 +1,7 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "hand_overlay.h"
 #include "history_panel.h"
 #include "layers_panel.h"
 #include "start_page.h"
@@ -47,6 +48,7 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   build_menus();
   build_bars();
   build_docks();
+  build_hand();
   connect_document();
   connect_files();
   connect_view();

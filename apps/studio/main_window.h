@@ -11,6 +11,7 @@
 #include <QSettings>
 
 #include <map>
+#include <memory>
 
 class QLabel;
 class QStackedWidget;
@@ -21,8 +22,12 @@ class QProgressBar;
 namespace relief::studio {
 
 class CommandPalette;
+class DevicePanel;
+class Hand;
+class HandOverlay;
 class HistoryPanel;
 class LayersPanel;
+class PanicKeys;
 class StartPage;
 class ToolPanel;
 class ValueBar;
@@ -36,6 +41,8 @@ class MainWindow : public QMainWindow {
   /// A model or a scan.
   void open(const QString& file);
   [[nodiscard]] Viewport& viewport() { return *viewport_; }
+  /// "simulated", "mouse", "replay:FILE" (Hand::choose()).
+  void use_device(const QString& id);
 
  protected:
   void closeEvent(QCloseEvent* event) override;
@@ -64,6 +71,16 @@ class MainWindow : public QMainWindow {
   void use_look(const Look& look);
   void use_theme();
 
+  // hand_actions.cpp
+  void build_hand();
+  void build_hand_actions();
+  void connect_hand();
+  void recentre_hand();
+  void record_hand(bool on);
+  void show_hand();
+  void show_hand_state();
+  void show_hand_tick();
+
   // file_actions.cpp
   void ask_open();
   void ask_save_as();
@@ -84,6 +101,11 @@ class MainWindow : public QMainWindow {
   QToolBar *top_ = nullptr, *column_ = nullptr;
   ValueBar *radius_ = nullptr, *strength_ = nullptr;
   QToolButton* device_ = nullptr;
+  Hand* hand_ = nullptr;
+  std::unique_ptr<HandOverlay> hand_overlay_;
+  DevicePanel* device_panel_ = nullptr;
+  QMenu* devices_ = nullptr;
+  PanicKeys* panic_ = nullptr;
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;

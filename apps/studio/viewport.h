@@ -73,7 +73,7 @@ class Viewport : public QWidget {
   void said(const QString& words);
   void frameDrawn(quint64 number);
   void deviceKnown(const QString& name);
-  /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
+  /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
   void left();
   void depthTurned(double notches);

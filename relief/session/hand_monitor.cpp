@@ -96,6 +96,7 @@ void HandMonitor::keep(const Waiting& tick) {
                          .force = to_float(last_.force),
                          .depth = static_cast<float>(last_.depth),
                          .period = static_cast<float>(period),
+                         .late = static_cast<float>(sample.late_ns) * 1e-9F,
                          .compute = static_cast<float>(sample.compute_ns) * 1e-9F,
                          .flags = last_.flags,
                          .contact = last_.contact};

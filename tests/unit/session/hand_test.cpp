@@ -198,6 +198,7 @@ ServoTick tick(int k, std::uint32_t flags = 0, bool contact = false) {
   t.sample.force = {0, 0, 0.5 * k};
   t.sample.depth = 0.25 * k;
   t.sample.compute_ns = 20'000;
+  t.sample.late_ns = 70'000;
   t.sample.flags = flags;
   t.sample.contact = contact;
   return t;
@@ -222,6 +223,7 @@ TEST(HandMonitor, KeepsTheNewestTicksInOrder) {
     EXPECT_FLOAT_EQ(frozen[k].depth, 0.25F * (150 + static_cast<float>(k)));
     EXPECT_FLOAT_EQ(frozen[k].period, 1e-3F);
     EXPECT_FLOAT_EQ(frozen[k].compute, 20e-6F);
+    EXPECT_FLOAT_EQ(frozen[k].late, 70e-6F);
   }
   EXPECT_EQ(monitor.taken(), 251U);
   EXPECT_EQ(monitor.missing(), 0U);
