@@ -83,8 +83,8 @@ void MainWindow::build_actions() {
   for (std::size_t k = 0; k < axes.size(); ++k) {
     const AxisKey& axis = axes[k];
     const auto keys = [&](Qt::KeyboardModifiers m) { return QList<QKeySequence>{QKeySequence(m | Qt::Key(axis.key)), QKeySequence(m | Qt::KeypadModifier | Qt::Key(axis.key))}; };
-    add(QStringLiteral("view-") + axis.id, tr(axis.title), {}, [this, view = axis.view] { viewport_->set_camera(look_along(viewport_->camera(), view)); })->setShortcuts(keys(Qt::NoModifier));
-    add(QStringLiteral("view-not-") + axis.id, tr(opposites[k]), {}, [this, view = axis.opposite] { viewport_->set_camera(look_along(viewport_->camera(), view)); })->setShortcuts(keys(Qt::ControlModifier));
+    add(QStringLiteral("view-") + axis.id, tr(axis.title), {}, [this, view = axis.view] { viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up())); })->setShortcuts(keys(Qt::NoModifier));
+    add(QStringLiteral("view-not-") + axis.id, tr(opposites[k]), {}, [this, view = axis.opposite] { viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up())); })->setShortcuts(keys(Qt::ControlModifier));
   }
   struct Step {
     const char *id, *title;
@@ -99,6 +99,12 @@ void MainWindow::build_actions() {
   for (const auto& [id, title, key, side] : {std::tuple{"roll-left", QT_TR_NOOP("Roll left"), Qt::Key_4, 1.0}, std::tuple{"roll-right", QT_TR_NOOP("Roll right"), Qt::Key_6, -1.0}})
     add(QString::fromLatin1(id), tr(title), QKeySequence(Qt::SHIFT | key), [this, side] { viewport_->set_camera(roll(viewport_->camera(), side * kStep)); });
   add("lens", tr("Perspective or parallel"), QKeySequence(Qt::Key_5), [this] { viewport_->set_camera(with_lens(viewport_->camera(), !viewport_->camera().parallel)); });
+  QAction* up = add("z-up", tr("The z axis is up"), {}, {});
+  up->setCheckable(true);
+  connect(up, &QAction::toggled, this, [this](bool on) {
+    settings_.setValue("models/z-up/" + desk_.title(), on);
+    viewport_->set_up(on ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0});
+  });
   const auto look_switch = [this](const QString& id, const QString& title, const QKeySequence& key, std::function<bool(const Look&)> get, std::function<void(Look&, bool)> put) {
     QAction* action = add(id, title, key, {});
     action->setCheckable(true);
@@ -152,7 +158,7 @@ void MainWindow::build_menus() {
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));
   fill(view, {"frame", "-", "view-front", "view-right", "view-top", "view-not-front", "view-not-right", "view-not-top", "-",
-              "turn-left", "turn-right", "turn-up", "turn-down", "roll-left", "roll-right", "lens", "-", "wires", "heat", "cavity", "-"});
+              "turn-left", "turn-right", "turn-up", "turn-down", "roll-left", "roll-right", "lens", "z-up", "-", "wires", "heat", "cavity", "-"});
   QMenu* matcap = view->addMenu(tr("&Clay"));
   auto* group = new QActionGroup(this);
   for (std::size_t k = 0; k < matcaps().size(); ++k) {
@@ -168,7 +174,12 @@ void MainWindow::build_menus() {
       use_look(look);
     });
   }
-  fill(view, {"redraw", "-", "panels", "fullscreen", "theme"});
+  QMenu* panels = view->addMenu(tr("&Panels"));
+  connect(panels, &QMenu::aboutToShow, this, [this, panels] {
+    panels->clear();
+    for (QDockWidget* dock : docks_) panels->addAction(dock->toggleViewAction());
+  });
+  fill(view, {"panels", "-", "redraw", "fullscreen", "theme"});
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(palette_->open_action());
 }

@@ -79,14 +79,15 @@ Camera roll(Camera camera, double radians) {
   return camera;
 }
 
-Camera look_along(Camera camera, AxisView view) {
+Camera look_along(Camera camera, AxisView view, Vec3d up) {
   static constexpr std::array<Vec3d, 6> kBack = {
       Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}};
   const double reach = length(camera.eye - camera.target);
-  const Vec3d back = kBack[static_cast<std::size_t>(view)];
-  camera.up = {0, 1, 0};
+  Vec3d back = kBack[static_cast<std::size_t>(view)];
   // From above and below, half a degree off the pole, so that up stays what it is.
-  const Vec3d from = back.y == 0 ? back : normalized(back + Vec3d{0, 0, kPole});
+  if (back.y != 0) back = normalized(back + Vec3d{0, 0, kPole});
+  const Vec3d from = up.z > 0 ? Vec3d{back.x, -back.z, back.y} : back;
+  camera.up = up;
   camera.eye = camera.target + from * reach;
   return camera;
 }

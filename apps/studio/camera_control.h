@@ -21,8 +21,8 @@ enum class AxisView : std::uint8_t { Front, Back, Right, Left, Top, Bottom };
 [[nodiscard]] Camera zoom(Camera camera, double factor, std::optional<Vec3d> keep, double diagonal);
 /// Turns the picture around its middle.
 [[nodiscard]] Camera roll(Camera camera, double radians);
-/// Looks along an axis at the same target from the same distance.
-[[nodiscard]] Camera look_along(Camera camera, AxisView view);
+/// Looks along an axis at the same target from the same distance. `up` is the axis that points up in the model, y or z.
+[[nodiscard]] Camera look_along(Camera camera, AxisView view, Vec3d up);
 /// The same picture at the target, with or without perspective.
 [[nodiscard]] Camera with_lens(Camera camera, bool parallel);
 /// Moves the target, so that the camera turns around it, and looks at it.

@@ -129,6 +129,11 @@ QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, QWidg
   auto* dock = new QDockWidget(title, this);
   dock->setObjectName(id);
   dock->setAccessibleName(title);
+  dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
+  auto* bar = new QLabel(title, dock);
+  bar->setFont(ui_font(10, QFont::DemiBold));
+  bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
+  dock->setTitleBarWidget(bar);
   dock->setWidget(content);
   addDockWidget(Qt::RightDockWidgetArea, dock);
   docks_.push_back(dock);
@@ -253,6 +258,9 @@ void MainWindow::connect_files() {
 
 void MainWindow::connect_view() {
   connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
+    tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
+  });
   connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
     drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
@@ -285,6 +293,7 @@ void MainWindow::refresh() {
   strength_->setEnabled(open && tools_.tool());
   const bool working = pages_->currentWidget() == viewport_;
   column_->setVisible(working);
+  top_->setVisible(working);
   for (QDockWidget* dock : docks_) dock->setVisible(working && !dock->property("closed").toBool());
   QString title = QStringLiteral("Relief Studio");
   if (seen) title = desk_.title() + QStringLiteral(" — ") + title;

@@ -25,6 +25,7 @@ constexpr int kRest = 150;
 constexpr int kHold = 16;
 /// ms that a picture of a moving camera may take before it is made coarser.
 constexpr double kSlow = 33;
+constexpr double kDegrees = 57.29577951308232;
 
 QJsonArray json(Vec3d v) { return {v.x, v.y, v.z}; }
 
@@ -116,12 +117,21 @@ void Viewport::set_camera(const Camera& camera) {
 void Viewport::frame_all() {
   if (!has_scene()) return;
   const double aspect = width() / std::max(1.0, double(height()));
-  const PictureAxes axes = picture_axes(camera_);
-  const double azimuth = std::atan2(axes.back.x, axes.back.z) * 57.29577951308232;
-  const double elevation = std::asin(std::clamp(axes.back.y, -1.0, 1.0)) * 57.29577951308232;
+  Camera camera = with_lens(camera_, false);
+  const Vec3d back = picture_axes(camera).back;
+  // Fitted from a direction of azimuth and elevation around the axis that is up.
+  const bool z_up = up_.z > 0;
+  const double ahead = z_up ? -back.y : back.z, above = std::clamp(z_up ? back.z : back.y, -1.0, 1.0);
+  const double azimuth = std::atan2(back.x, ahead) * kDegrees, elevation = std::asin(above) * kDegrees;
   const bool parallel = camera_.parallel;
-  const Camera fitted = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect) : framing(box_, azimuth, elevation, aspect);
-  set_camera(with_lens(fitted, parallel));
+  camera = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect, up_) : framing(box_, azimuth, elevation, aspect, up_);
+  set_camera(with_lens(camera, parallel));
+}
+
+void Viewport::set_up(Vec3d up) {
+  up_ = up;
+  camera_ = look_along(camera_, AxisView::Front, up_);
+  frame_all();
 }
 
 void Viewport::set_look(const Look& look) {
@@ -485,6 +495,7 @@ bool Viewport::tablet(QTabletEvent* event) {
   const double raw = event->pressure();
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()),
                              std::isfinite(raw) ? std::clamp(raw, 0.0, 1.0) : 0.0};
+  emit pointerKnown(event->pointingDevice()->name(), sample.pressure, std::hypot(event->xTilt(), event->yTilt()));
   const bool eraser = event->pointerType() == QPointingDevice::PointerType::Eraser;
   switch (event->type()) {
     case QEvent::TabletPress:

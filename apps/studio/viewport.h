@@ -34,6 +34,9 @@ class Viewport : public QWidget {
   [[nodiscard]] const Camera& camera() const { return camera_; }
   void set_camera(const Camera& camera);
   void frame_all();
+  /// The axis of the model that points up in the picture, y or z; turns the camera to its front.
+  void set_up(Vec3d up);
+  [[nodiscard]] Vec3d up() const { return up_; }
   /// What the picture becomes when nothing moves any more.
   [[nodiscard]] Frame final_frame() const;
   [[nodiscard]] const Look& look() const { return look_; }
@@ -68,6 +71,8 @@ class Viewport : public QWidget {
 
  signals:
   void cameraChanged();
+  /// A pen's name and pressure, 0..1; or an empty name for the mouse.
+  void pointerKnown(const QString& name, double pressure, double tilt);
   void colourPicked(relief::Vec3f colour);
   /// What people should know, as a toast.
   void said(const QString& words);
@@ -128,6 +133,7 @@ class Viewport : public QWidget {
   Unit unit_ = Unit::Millimetre;
   Box3d box_;
   double diagonal_ = 1;
+  Vec3d up_ = {0, 1, 0};
   Camera camera_, logged_;
   Look look_;
   NavigationMap map_ = NavigationMap::Blender;

@@ -91,7 +91,7 @@ struct Document::State {
         engine(editor),
         channel(first.head),
         published(first.head),
-        saver(first.info, std::move(place), std::move(file),
+        saver(first.info, std::move(place), std::move(file), settings.retry_after,
               [this](Saver::Notice notice) { tell(std::move(notice)); }) {
     engine.on_dab([this](const Dab& dab, const DabResult& result) { made(dab, result); });
     engine.stop_at(&stop);

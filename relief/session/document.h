@@ -7,6 +7,7 @@
 #include <relief/file/model_file.h>
 #include <relief/haptics/servo_thread.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -110,7 +111,8 @@ struct LimitReached {
 struct PointMissed {
   StrokeSource source = 0;
 };
-/// The world failed. Strokes that are not saved are tried again with the next one, and by close().
+/// The world failed. Strokes that are not saved are tried again every `retry_after`, with the next one, and by close();
+/// Saved tells that it went well.
 struct Failed {
   Error error;
   std::uint64_t unsaved = 0;  ///< strokes that are in memory only
@@ -165,6 +167,8 @@ struct DocumentSettings {
   std::size_t history_bytes = std::size_t{512} << 20U;
   /// Called by the edit thread, in the order in which things happen. It may post commands; strokes wait for it.
   std::function<void(const Event&)> on_event = {};
+  /// After which what could not be saved is tried again.
+  std::chrono::milliseconds retry_after = std::chrono::seconds(10);
 };
 
 /// One model, one history, one writer. Commands are values that an edit thread of the document's own carries out in

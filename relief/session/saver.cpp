@@ -7,8 +7,13 @@
 namespace relief::detail {
 
 Saver::Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFile> file,
-             std::function<void(Notice)> tell)
-    : info_(std::move(info)), place_(std::move(place)), file_(std::move(file)), tell_(std::move(tell)), thread_([this] {
+             std::chrono::milliseconds retry_after, std::function<void(Notice)> tell)
+    : info_(std::move(info)),
+      place_(std::move(place)),
+      file_(std::move(file)),
+      tell_(std::move(tell)),
+      retry_after_(retry_after),
+      thread_([this] {
         run();
       }) {}
 
@@ -78,7 +83,15 @@ void Saver::run() {
     const auto has_job = [&] { return !jobs_.empty() && !stalled_; };
     // What was done before it goes into the old file first, if that takes it.
     const auto moves_now = [&] { return !moves_.empty() && (!has_job() || popped_ >= moves_.front().after); };
-    wake_.wait(lock, [&] { return read_ != nullptr || !moves_.empty() || has_job() || closing_; });
+    const auto has_work = [&] { return read_ != nullptr || !moves_.empty() || has_job() || closing_; };
+    if (stalled_) {
+      if (!wake_.wait_for(lock, retry_after_, has_work)) {
+        stalled_ = false;
+        retrying_ = true;
+      }
+    } else {
+      wake_.wait(lock, has_work);
+    }
     if (read_ != nullptr) {
       // Its caller waits, so it stays as it is.
       Read& read = *std::exchange(read_, nullptr);
@@ -115,11 +128,12 @@ void Saver::write_next(std::unique_lock<std::mutex>& lock) {
   }
   stalled_ = !done;
   status_ = done;
+  const bool known = std::exchange(retrying_, false);
   const std::uint64_t unsaved = unsaved_now();
   lock.unlock();
-  if (!done)
+  if (!done && !known)
     tell_(Failed{done.error(), unsaved});
-  else if (serial != 0 && file_.has_value())
+  else if (done && serial != 0 && file_.has_value())
     tell_(Saved{serial});
   finished = {};
   lock.lock();

@@ -5,6 +5,7 @@
 #include <relief/core/model.h>
 #include <relief/file/model_file.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -19,8 +20,8 @@
 
 namespace relief::detail {
 
-/// Keeps a file at what the document has done, in order. After an error nothing is written until more is asked for,
-/// which tries what failed again. Called by one thread.
+/// Keeps a file at what the document has done, in order. After an error what failed is tried again every
+/// `retry_after`, and when more is asked for. Called by one thread.
 class Saver {
  public:
   /// A state of the history, to be written into a file that has none of it.
@@ -57,7 +58,8 @@ class Saver {
   using Notice = std::variant<Saved, Failed, Elsewhere, NotElsewhere, Progressed>;
 
   /// `tell` is called by the saver's thread and must not wait for it.
-  Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFile> file, std::function<void(Notice)> tell);
+  Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFile> file,
+        std::chrono::milliseconds retry_after, std::function<void(Notice)> tell);
   Saver(const Saver&) = delete;
   Saver& operator=(const Saver&) = delete;
   ~Saver();
@@ -123,6 +125,8 @@ class Saver {
   std::uint64_t pushed_ = 0, popped_ = 0;
   std::deque<Move> moves_;
   Read* read_ = nullptr;
+  std::chrono::milliseconds retry_after_;
+  bool retrying_ = false;  ///< what is written now failed before, and that was told
   bool stalled_ = false;  ///< the first job failed, and nobody has asked for more since
   bool closing_ = false;
   Status status_;  ///< of the last job

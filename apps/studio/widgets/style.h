@@ -18,7 +18,7 @@ class Style : public QProxyStyle {
                 QStyleHintReturn* result) const override;
 };
 
-/// Of the theme in use, at the text size in use. Labels take part by the dynamic property `role`: heading, title, dim,
+/// Of the theme in use, at the text size in use. Labels take part by the dynamic property `role`: heading, dim,
 /// good, warn, bad; frames by `role` card or pill; push buttons by `role` primary.
 [[nodiscard]] QString style_sheet();
 

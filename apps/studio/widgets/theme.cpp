@@ -17,6 +17,7 @@ namespace {
 struct Applied {
   Theme theme = dark_theme();
   double scale = 1;
+  bool reduced_motion = false;
 };
 
 Applied& applied() {
@@ -106,13 +107,18 @@ double text_scale() { return applied().scale; }
 int scaled(double pixels) { return static_cast<int>(std::lround(pixels * text_scale())); }
 
 void apply(QApplication& application, const Theme& theme, double scale) {
-  applied() = {.theme = theme, .scale = std::clamp(scale, 0.8, 2.0)};
+  applied().theme = theme;
+  applied().scale = std::clamp(scale, 0.8, 2.0);
   application.setStyle(new Style);  // the application owns it
   application.setPalette(palette(theme));
   QToolTip::setPalette(palette(theme));
   application.setFont(ui_font());
   application.setStyleSheet(style_sheet());
 }
+
+bool reduced_motion() { return applied().reduced_motion; }
+
+void set_reduced_motion(bool reduced) { applied().reduced_motion = reduced; }
 
 QFont ui_font(double points, QFont::Weight weight) {
   QFont font;
@@ -139,6 +145,35 @@ double contrast(const QColor& a, const QColor& b) {
 }
 
 QColor curve_blue(const Theme& theme) { return is_dark(theme) ? QColor(0x6aa2e8) : QColor(0x2a62b0); }
+
+QColor colour_of(Mood mood) {
+  const Theme& theme = current_theme();
+  switch (mood) {
+    case Mood::Good:
+      return theme.good;
+    case Mood::Warn:
+      return theme.warn;
+    case Mood::Bad:
+      return theme.bad;
+    case Mood::Plain:
+      break;
+  }
+  return theme.text;
+}
+
+QString icon_of(Mood mood) {
+  switch (mood) {
+    case Mood::Good:
+      return QStringLiteral("check");
+    case Mood::Warn:
+      return QStringLiteral("warning");
+    case Mood::Bad:
+      return QStringLiteral("error");
+    case Mood::Plain:
+      break;
+  }
+  return QStringLiteral("info");
+}
 
 double corner() { return 5 * text_scale(); }
 

@@ -3,6 +3,7 @@
 
 #include <QColor>
 #include <QFont>
+#include <QString>
 
 class QApplication;
 class QPainter;
@@ -27,6 +28,9 @@ struct Theme {
   friend bool operator==(const Theme&, const Theme&) = default;
 };
 
+/// How good the news is. Its colour never stands alone: an icon and words say the same.
+enum class Mood { Plain, Good, Warn, Bad };
+
 [[nodiscard]] const Theme& dark_theme();
 [[nodiscard]] const Theme& light_theme();
 
@@ -42,6 +46,10 @@ struct Theme {
 /// any time, open windows follow. `scale` is brought into 0.8..2. UI thread, some milliseconds per open window.
 void apply(QApplication& application, const Theme& theme, double scale);
 
+/// Whether things may move by themselves: fades and slides. UI thread.
+[[nodiscard]] bool reduced_motion();
+void set_reduced_motion(bool reduced);
+
 /// Inter at `points` x text_scale() without hinting; where it is not installed, the desktop's own font.
 [[nodiscard]] QFont ui_font(double points = 10, QFont::Weight weight = QFont::Normal);
 
@@ -55,6 +63,10 @@ void apply(QApplication& application, const Theme& theme, double scale);
 /// Parts that several painted widgets share: a field with rounded border, its border in the accent colour where
 /// `focus`.
 void paint_field(QPainter& painter, const QRectF& rect, bool focus);
+/// Text colour for Plain, else the state's.
+[[nodiscard]] QColor colour_of(Mood mood);
+/// Id of the icon that says the same as the colour.
+[[nodiscard]] QString icon_of(Mood mood);
 /// Radius of rounded corners in pixels.
 [[nodiscard]] double corner();
 

@@ -499,6 +499,23 @@ TEST(Document, AFullDiskIsToldAtOnceAndTriedAgain) {
   EXPECT_EQ(file->model().head->content_hash(), hashes[4]);
 }
 
+TEST(Document, ARoomyDiskIsFoundWithoutAnotherStroke) {
+  const Folder folder;
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.retry_after = std::chrono::milliseconds(5);
+  Document document = document_in(folder / "a.relief", ball(), std::move(settings));
+  {
+    const FullDisk full(std::filesystem::file_size(folder / "a.relief") / 2);
+    draw(document, 2);
+    while (events.of<Failed>().empty()) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_LE(events.of<Failed>().size(), 2U) << "what is known is not told again";
+  }
+  while (events.of<Saved>().empty() || events.of<Saved>().back().stroke < 2) std::this_thread::yield();
+  EXPECT_EQ(document.statistics().unsaved, 0U);
+}
+
 TEST(Document, AStepIsReadFromTheFileThatHasAnotherOneInPlaceOfAnUnsavedStroke) {
   const Folder folder;
   Events events;

@@ -1,0 +1,94 @@
+#include "banner.h"
+
+#include "accessible.h"
+#include "icons.h"
+
+#include <QEvent>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPainter>
+#include <QPushButton>
+#include <QStyle>
+
+namespace relief::studio {
+
+namespace {
+
+constexpr int kIcon = 22, kEdge = 5;   // pixels: the icon, the strip of colour before it
+constexpr double kGroundShare = 0.14;  // of the state's colour in the background; text keeps 4.5:1 on it
+
+}  // namespace
+
+Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new QLabel), buttons_(new QHBoxLayout) {
+  set_accessible_role(this, QAccessible::AlertMessage);
+  setObjectName(QStringLiteral("banner"));
+  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  words_->setObjectName(QStringLiteral("banner.words"));
+  words_->setWordWrap(true);
+  words_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+  auto* layout = new QHBoxLayout(this);
+  layout->setContentsMargins(0, 7, 0, 7);
+  layout->addSpacing(2 * kEdge + 5);  // spaces, not margins: they change sides where text runs from the right
+  layout->addWidget(icon_);
+  layout->addSpacing(kEdge);
+  layout->addWidget(words_);
+  layout->addLayout(buttons_);
+  layout->addSpacing(2 * kEdge);
+  hide();
+}
+
+void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions) {
+  mood_ = mood;
+  words_->setText(words);
+  show_icon();
+  setAccessibleName(words);
+  while (QLayoutItem* item = buttons_->takeAt(0)) {
+    item->widget()->hide();
+    item->widget()->deleteLater();  // it may be the one whose click has led here
+    delete item;
+  }
+  if (actions.empty()) actions.push_back({tr("I have read it"), {}});
+  for (BannerAction& action : actions) {
+    auto* button = new QPushButton(action.text);
+    button->setObjectName(QStringLiteral("banner.") + action.text);
+    button->setAccessibleName(action.text);
+    button->setAccessibleDescription(words);
+    button->setToolTip(action.text);
+    connect(button, &QPushButton::clicked, this, [this, run = std::move(action.run)] {
+      retract();
+      if (run) run();
+    });
+    buttons_->addWidget(button);
+  }
+  show();
+  update();
+  QAccessibleEvent event(this, QAccessible::Alert);
+  QAccessible::updateAccessibility(&event);
+}
+
+void Banner::retract() {
+  if (isHidden()) return;
+  hide();
+  emit closed();
+}
+
+QColor Banner::ground() const { return mixed(current_theme().panel, colour_of(mood_), kGroundShare); }
+
+void Banner::show_icon() {
+  icon_->setPixmap(icon_pixmap(icon_of(mood_), scaled(kIcon), colour_of(mood_), devicePixelRatioF()));
+}
+
+void Banner::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::StyleChange) show_icon();
+  QFrame::changeEvent(event);
+}
+
+void Banner::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  const QColor colour = colour_of(mood_);
+  painter.fillRect(rect(), ground());
+  painter.fillRect(QStyle::visualRect(layoutDirection(), rect(), {0, 0, kEdge, height()}), colour);
+  painter.fillRect(QRect(0, height() - 1, width(), 1), mixed(ground(), colour, 0.5));
+}
+
+}  // namespace relief::studio
