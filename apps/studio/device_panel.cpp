@@ -188,7 +188,7 @@ void DevicePanel::refresh() {
     if (choice.id == hand_.id()) claim = choice.status;
   claim_->setText(claim);
   claim_->setVisible(!claim.isEmpty());
-  if (live_->isVisibleTo(this) != on || worst_ == 0) live_->setVisible(on);
+  live_->setVisible(on);
   if (!on) {
     for (PlotView* plot : {force_, depth_, time_}) plot->clear();
     worst_ = 0;

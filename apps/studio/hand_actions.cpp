@@ -9,6 +9,8 @@
 #include "shelf.h"
 #include "text.h"
 #include "widgets/accessible.h"
+#include "widgets/banner.h"
+#include "widgets/force_meter.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 
@@ -18,11 +20,14 @@
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QLabel>
 #include <QMenu>
 #include <QMenuBar>
 #include <QScrollArea>
 #include <QToolBar>
 #include <QToolButton>
+
+#include <utility>
 
 namespace relief::studio {
 
@@ -36,12 +41,36 @@ QString new_recording(const std::filesystem::path& model) {
       .arg(folder, text(model.stem()), QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss")));
 }
 
+/// Keeps a widget in the lower left corner of its parent.
+class CornerKeeper : public QObject {
+ public:
+  explicit CornerKeeper(QWidget* widget) : QObject(widget), widget_(widget) {
+    widget->parentWidget()->installEventFilter(this);
+    place();
+  }
+  bool eventFilter(QObject*, QEvent* event) override {
+    if (event->type() == QEvent::Resize) place();
+    return false;
+  }
+
+ private:
+  void place() {
+    const int margin = scaled(16);
+    widget_->resize(widget_->sizeHint());
+    widget_->move(margin, widget_->parentWidget()->height() - widget_->height() - margin);
+  }
+  QWidget* widget_;
+};
+
 }  // namespace
 
 void MainWindow::build_hand() {
   hand_ = new Hand(bridge_, tools_, this);
   hand_overlay_ = std::make_unique<HandOverlay>();
   viewport_->add_overlay(hand_overlay_.get());
+  meter_ = new ForceMeter(viewport_);
+  meter_->hide();
+  new CornerKeeper(meter_);
   build_hand_actions();
   device_panel_ = new DevicePanel(*hand_, *devices_, this);
   auto* scroll = new QScrollArea(this);
@@ -98,7 +127,7 @@ void MainWindow::connect_hand() {
   connect(hand_, &Hand::safetyChanged, this, &MainWindow::show_hand_state);
   connect(hand_, &Hand::ticked, this, &MainWindow::show_hand_tick);
   connect(hand_, &Hand::said, this, &MainWindow::say);
-  connect(hand_, &Hand::alarm, this, &MainWindow::say);
+  connect(hand_, &Hand::alarm, this, &MainWindow::warn);
   connect(device_panel_, &DevicePanel::recentreAsked, this, &MainWindow::recentre_hand);
   connect(device_panel_, &DevicePanel::recordAsked, this, [this] { record_hand(true); });
   connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
@@ -129,8 +158,29 @@ void MainWindow::show_hand() {
   if (!on) {
     hand_overlay_->shown.reset();
     viewport_->update_overlays();
+    meter_->set_force(0);
   }
+  meter_->setVisible(on);
+  meter_->set_forces_on(hand_->forces());
+  if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());
+  // A servo beside a picture that the CPU draws needs the core more.
+  viewport_->set_most_frames(on && drawing_->text() == tr("Software drawing") ? 30 : 125);
+  show_forces_off();
   show_hand_state();
+}
+
+/// A banner as long as somebody has switched the forces off.
+void MainWindow::show_forces_off() {
+  const bool off = hand_->active() && !hand_->forces();
+  if (off == std::exchange(forces_off_shown_, off)) return;
+  if (!off) {
+    banner_->retract();
+    return;
+  }
+  const QString sentence = safety_sentence(hand_->safety(), true);
+  banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}});
+  say(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 
 void MainWindow::show_hand_state() {
@@ -142,6 +192,7 @@ void MainWindow::show_hand_state() {
 
 void MainWindow::show_hand_tick() {
   const ServoSample& sample = hand_->monitor().last();
+  meter_->set_force(length(sample.force));
   hand_overlay_->shown = {.sample = sample, .force_limit = hand_->force_limit(), .has_orientation = false};
   viewport_->update_overlays();
 }

@@ -8,6 +8,7 @@
 #include "text.h"
 #include "tool_panel.h"
 #include "widgets/command_palette.h"
+#include "widgets/banner.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 #include "widgets/value_bar.h"
@@ -42,7 +43,14 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   viewport_ = new Viewport(bridge_, tools_, pages_);
   pages_->addWidget(start_);
   pages_->addWidget(viewport_);
-  setCentralWidget(pages_);
+  auto* middle = new QWidget(this);
+  auto* column = new QVBoxLayout(middle);
+  column->setContentsMargins(0, 0, 0, 0);
+  column->setSpacing(0);
+  banner_ = new Banner(middle);
+  column->addWidget(banner_);
+  column->addWidget(pages_, 1);
+  setCentralWidget(middle);
   build_actions();
   palette_ = new CommandPalette(this);
   build_menus();
@@ -318,6 +326,12 @@ void MainWindow::say(const QString& words) {
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
   QAccessible::updateAccessibility(&event);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
+}
+
+void MainWindow::warn(const QString& sentence) {
+  banner_->say(Mood::Bad, sentence);
+  say(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 
 void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QString& doubt) {

@@ -21,7 +21,9 @@ class QProgressBar;
 
 namespace relief::studio {
 
+class Banner;
 class CommandPalette;
+class ForceMeter;
 class DevicePanel;
 class Hand;
 class HandOverlay;
@@ -61,6 +63,8 @@ class MainWindow : public QMainWindow {
   void refresh();
   void say(const QString& words);
   void say_state();
+  /// What must not be missed: across the top until somebody has read it.
+  void warn(const QString& sentence);
   void keep_picture();
   QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
 
@@ -78,6 +82,7 @@ class MainWindow : public QMainWindow {
   void recentre_hand();
   void record_hand(bool on);
   void show_hand();
+  void show_forces_off();
   void show_hand_state();
   void show_hand_tick();
 
@@ -106,6 +111,9 @@ class MainWindow : public QMainWindow {
   DevicePanel* device_panel_ = nullptr;
   QMenu* devices_ = nullptr;
   PanicKeys* panic_ = nullptr;
+  Banner* banner_ = nullptr;
+  ForceMeter* meter_ = nullptr;
+  bool forces_off_shown_ = false;
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;
