@@ -18,7 +18,7 @@
 #include <relief/haptics/servo.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -150,22 +150,24 @@ class Bench {
 
   Status render_times() {
     RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    RELIEF_TRY(Renderer renderer, Renderer::create());
+    RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
     out_["render"]["device"] = renderer.device();
-    out_["render"]["quick_640x360"] = frames(renderer, model, 640, 360, 0);
-    out_["render"]["quick_1280x720"] = frames(renderer, model, 1280, 720, 0);
+    out_["render"]["frame_640x360"] = frames(renderer, model, 640, 360);
+    out_["render"]["frame_1280x720"] = frames(renderer, model, 1280, 720);
     return {};
   }
 
-  ordered_json frames(Renderer& renderer, const Snapshot& model, int width, int height, int level) {
+  ordered_json frames(FrameRenderer& renderer, const Snapshot& model, int width, int height) {
     std::vector<double> cpu, wall;
     const Camera camera = framing(model, 20, 15, static_cast<double>(width) / height);
-    DrawSettings settings;
-    settings.width = width;
-    settings.height = height;
-    settings.level = level;
+    Frame frame;
+    frame.camera = camera;
+    frame.width = width;
+    frame.height = height;
+    frame.tau = 0;
+    std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int k = 0; k < (thorough_ ? 40 : 12); ++k) {
-      if (!renderer.draw_quick(model, camera, settings)) break;
+      if (!renderer.draw(model, frame, pixels, width, nullptr, true)) break;
       // The first frame compiles shaders and uploads everything.
       if (k == 0) continue;
       cpu.push_back(renderer.stats().cpu_seconds);
@@ -178,7 +180,7 @@ class Bench {
 
   /// The table of the paper's Sec. 7, for the same numbers of slabs and samples.
   Status paper_table() {
-    RELIEF_TRY(Renderer renderer, Renderer::create());
+    RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
     for (const Subject& s : paper_subjects(100'000)) {
       const double start = process_cpu_seconds();
       RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs, .intervals = 15}));

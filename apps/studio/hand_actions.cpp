@@ -78,7 +78,7 @@ void MainWindow::build_hand() {
   scroll->setFrameShape(QFrame::NoFrame);
   scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   scroll->setWidget(device_panel_);
-  QDockWidget* dock = add_dock(QStringLiteral("device-panel"), tr("Device panel"), scroll);
+  QDockWidget* dock = add_dock(QStringLiteral("device-panel"), tr("Device panel"), tr("Device"), scroll);
   splitDockWidget(docks_.at(1), dock, Qt::Vertical);
   device_ = new QToolButton(top_);
   device_->setObjectName(QStringLiteral("device"));
@@ -137,6 +137,7 @@ void MainWindow::connect_hand() {
 }
 
 void MainWindow::use_device(const QString& id) { hand_->choose(id); }
+QString MainWindow::device() const { return hand_->id(); }
 
 void MainWindow::recentre_hand() {
   hand_->recentre(viewport_->ray(QPointF(viewport_->width() * 0.5, viewport_->height() * 0.5)));

@@ -2,15 +2,21 @@
 
 #include "event_log.h"
 #include "hand_overlay.h"
+#include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
+#include "preferences_dialog.h"
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
+#include "widgets/card.h"
+#include "widgets/colour_palette.h"
 #include "widgets/command_palette.h"
 #include "widgets/banner.h"
 #include "widgets/icons.h"
+#include "widgets/progress_strip.h"
 #include "widgets/theme.h"
+#include "widgets/toast.h"
 #include "widgets/value_bar.h"
 
 #include <QAccessible>
@@ -21,8 +27,6 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
-#include <QMessageBox>
-#include <QProgressBar>
 #include <QPushButton>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -34,7 +38,8 @@
 
 namespace relief::studio {
 
-MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_) {
+MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
+    : settings_(settings), desktop_(desktop), keys_(config_folder() + QStringLiteral("/keys.json")), desk_(bridge_) {
   setObjectName(QStringLiteral("studio"));
   setWindowTitle(QStringLiteral("Relief Studio"));
   setDockOptions(AnimatedDocks | AllowNestedDocks | AllowTabbedDocks);
@@ -48,9 +53,15 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   column->setContentsMargins(0, 0, 0, 0);
   column->setSpacing(0);
   banner_ = new Banner(middle);
+  banner_->hide();
+  convert_ = new ProgressStrip(middle);
+  convert_->hide();
   column->addWidget(banner_);
   column->addWidget(pages_, 1);
+  column->addWidget(convert_);
   setCentralWidget(middle);
+  toast_ = new Toast(this);
+  viewport_->installEventFilter(this);
   build_actions();
   palette_ = new CommandPalette(this);
   build_menus();
@@ -60,6 +71,7 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   connect_document();
   connect_files();
   connect_view();
+  build_preferences();
   actions_.at("tool-" + tools_.id())->setChecked(true);
   resize(settings_.value("window/size", QSize(1500, 940)).toSize());
   if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
@@ -69,7 +81,10 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
 
 MainWindow::~MainWindow() = default;
 
-void MainWindow::open(const QString& file) { desk_.open(file); }
+void MainWindow::open(const QString& file, const std::optional<Camera>& camera) {
+  camera_ = camera;
+  desk_.open(file);
+}
 
 // ---- Layout
 
@@ -133,12 +148,12 @@ void MainWindow::build_bars() {
   statusBar()->setSizeGripEnabled(false);
 }
 
-QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, QWidget* content) {
+QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content) {
   auto* dock = new QDockWidget(title, this);
   dock->setObjectName(id);
   dock->setAccessibleName(title);
   dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
-  auto* bar = new QLabel(title, dock);
+  auto* bar = new QLabel(shown, dock);
   bar->setFont(ui_font(10, QFont::DemiBold));
   bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
   dock->setTitleBarWidget(bar);
@@ -152,16 +167,22 @@ void MainWindow::build_docks() {
   tool_panel_ = new ToolPanel(tools_, this);
   layers_ = new LayersPanel(this);
   history_ = new HistoryPanel(bridge_, this);
-  add_dock("tool-panel", tr("Tool panel"), tool_panel_);
+  add_dock("tool-panel", tr("Tool panel"), ToolState::title(tools_.id()), tool_panel_);
   auto* layers = new QWidget(this);
   auto* column = new QVBoxLayout(layers);
   column->addWidget(layers_);
+  colours_ = new ColourPalette(layers);
+  column->addWidget(colours_);
   column->addStretch(1);
-  add_dock("layers-panel", tr("Layers panel"), layers);
-  add_dock("history-panel", tr("History panel"), history_);
+  connect(colours_, &ColourPalette::colourPicked, this, &MainWindow::choose_colour);
+  QList<QColor> used;
+  for (const QString& each : settings_.value("colours/used").toStringList()) used.append(QColor(each));
+  colours_->set_last_used(used);
+  const Vec3f first = tools_.brush_of(QStringLiteral("paint")).colour;
+  colours_->set_colour(QColor::fromRgbF(first.x, first.y, first.z));
+  add_dock("layers-panel", tr("Layers panel"), tr("Layers and colours"), layers);
+  add_dock("history-panel", tr("History panel"), tr("History"), history_);
 
-  convert_ = new QWidget(this);
-  convert_->setObjectName(QStringLiteral("converting"));
 }
 
 // ---- What happens
@@ -174,6 +195,12 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
     limit_told_ = false;
+    if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
+      colours_->mark_used(colours_->colour());
+      QStringList used;
+      for (const QColor& each : colours_->last_used()) used.append(each.name());
+      settings_.setValue("colours/used", used);
+    }
     if (event_log().active())
       event_log().write(QStringLiteral("stroke"), {{"stroke", qint64(stroke.stroke)},
                                                    {"tool", text(name(stroke.tool))},
@@ -193,7 +220,11 @@ void MainWindow::connect_document() {
                                                     {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
     refresh();
   });
-  connect(&bridge_, &DocumentBridge::saved, this, [](quint64 stroke) { event_log().write(QStringLiteral("saved"), {{"stroke", qint64(stroke)}}); });
+  connect(&bridge_, &DocumentBridge::saved, this, [this](quint64 stroke) {
+    if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
+    banner_->setObjectName(QString());
+    event_log().write(QStringLiteral("saved"), {{"stroke", qint64(stroke)}});
+  });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
     say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
@@ -205,17 +236,31 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::strokeRefused, this, [this] { say(tr("The other hand is at work; the stroke was not begun.")); });
   connect(&bridge_, &DocumentBridge::historyDropped, this, [this](quint64 steps) { say(tr("%n old step(s) can no more be undone.", nullptr, static_cast<int>(steps))); });
-  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64) { show_failure(tr("The last strokes are not saved"), message, text(bridge_.file()), false); });
+  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
+    if (unsaved == 0) {
+      say(message);
+      return;
+    }
+    const QString words = tr("%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.", nullptr, static_cast<int>(unsaved)).arg(message);
+    event_log().write(QStringLiteral("banner"), {{"text", words}});
+    banner_->setObjectName(QStringLiteral("unsaved"));
+    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}});
+  });
 }
 
 void MainWindow::connect_files() {
   connect(start_, &StartPage::openAsked, this, &MainWindow::ask_open);
-  connect(start_, &StartPage::fileAsked, this, &MainWindow::open);
+  connect(start_, &StartPage::fileAsked, this, [this](const QString& file) { open(file); });
   connect(start_, &StartPage::sampleAsked, &desk_, &FileDesk::open_sample);
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
   });
+  connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
+  connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
+    convert_->start(tr("Opening"));
+    convert_->show();
+    if (card_ != nullptr) card_->hide();
     viewport_->set_scene({}, unit_, false);
     verdict_.reset();
     refresh();
@@ -226,6 +271,8 @@ void MainWindow::connect_files() {
     refresh();
   });
   connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
+    convert_->finish();
+    convert_->hide();
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
     const bool frame_it = viewport_->scene().mesh == nullptr;
@@ -238,17 +285,23 @@ void MainWindow::connect_files() {
     layers_->set_model(head.get());
     pages_->setCurrentWidget(viewport_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
+    if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
     viewport_->setFocus();
     refresh();
     show_verdict(verdict, doubt);
   });
   connect(&desk_, &FileDesk::cancelled, this, [this] {
+    convert_->finish();
+    convert_->hide();
     viewport_->set_scene({}, unit_, false);
     pages_->setCurrentWidget(start_);
     refresh();
     say(tr("Cancelled; nothing was kept."));
   });
   connect(&desk_, &FileDesk::failed, this, [this](const QString& title, const QString& why, const QString& file, bool damaged) {
+    convert_->finish();
+    convert_->hide();
     if (bridge_.document() == nullptr) {
       viewport_->set_scene({}, unit_, false);
       pages_->setCurrentWidget(start_);
@@ -269,15 +322,17 @@ void MainWindow::connect_view() {
   connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
     tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });
+  connect(viewport_, &Viewport::settled, this, &MainWindow::keep_picture);
   connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
     drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
   });
-  connect(viewport_, &Viewport::colourPicked, this, [this](Vec3f colour) { tools_.set_colour(colour); });
+  connect(viewport_, &Viewport::colourPicked, this, [this](Vec3f colour) { choose_colour(QColor::fromRgbF(colour.x, colour.y, colour.z)); });
   connect(&tools_, &ToolState::toolChanged, this, [this](const QString& id) {
     event_log().write(QStringLiteral("tool"), {{"id", id}});
     if (QAction* action = actions_.at("tool-" + id); !action->isChecked()) action->setChecked(true);
     strength_->set_real_value(tools_.value("strength"));
+    if (auto* bar = qobject_cast<QLabel*>(docks_.front()->titleBarWidget())) bar->setText(ToolState::title(id));
     refresh();
   });
   connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {
@@ -326,6 +381,7 @@ void MainWindow::say(const QString& words) {
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
   QAccessible::updateAccessibility(&event);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
+  toast_->say(words, viewport_->ring_in_window());
 }
 
 void MainWindow::warn(const QString& sentence) {
@@ -339,18 +395,31 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
   say_state();
   if (verdict) {
     event_log().write(QStringLiteral("verdict"), {{"title", verdict->title}, {"text", verdict->lines.join(QLatin1Char(' '))}});
-    say(verdict->title + QStringLiteral(". ") + verdict->lines.join(QLatin1Char(' ')));
+    if (card_ == nullptr) card_ = new Card(verdict->title, verdict->lines, viewport_);
+    card_->setObjectName(QStringLiteral("verdict"));
+    card_->set_title(verdict->title);
+    card_->set_lines(verdict->lines);
+    card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
+    if (card_->findChild<QPushButton*>() == nullptr) {
+      QPushButton* upright = card_->add_button(tr("Stand it up"));
+      upright->setToolTip(tr("For scans whose z axis points up"));
+      connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    }
+    card_->show();
+    place_over();
   }
   if (!doubt.isEmpty()) say(doubt);
 }
 
 void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
   event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
-  auto* box = new QMessageBox(QMessageBox::Warning, title, QStringLiteral("<b>%1</b>").arg(title.toHtmlEscaped()), QMessageBox::Ok, this);
-  box->setInformativeText(why);
-  box->setAttribute(Qt::WA_DeleteOnClose);
-  (void)damaged;
-  box->open();
+  auto* dialog = new FailureDialog(title, why, file, this);
+  if (damaged) dialog->add_remedy(tr("Save what is whole …"), [this, file] { ask_salvage(file); });
+  if (bridge_.document() != nullptr && bridge_.document()->statistics().unsaved > 0)
+    dialog->add_remedy(tr("Save elsewhere …"), [this] { ask_save_as(); });
+  if (bridge_.document() == nullptr) dialog->add_remedy(tr("Open another file …"), [this] { ask_open(); });
+  dialog->open();
 }
 
 void MainWindow::keep_picture() {
@@ -374,6 +443,25 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 }
 
 void MainWindow::changeEvent(QEvent* event) { QMainWindow::changeEvent(event); }
-bool MainWindow::eventFilter(QObject* object, QEvent* event) { return QMainWindow::eventFilter(object, event); }
+
+bool MainWindow::eventFilter(QObject* object, QEvent* event) {
+  if (object == viewport_ && event->type() == QEvent::Resize) place_over();
+  // The first stroke says that the verdict was read.
+  if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
+  return QMainWindow::eventFilter(object, event);
+}
+
+/// The verdict's card lies at the lower right of the picture.
+void MainWindow::place_over() {
+  if (card_ == nullptr || !card_->isVisible()) return;
+  card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
+  card_->adjustSize();
+  card_->move(viewport_->width() - card_->width() - 16, viewport_->height() - card_->height() - 16);
+}
+
+void MainWindow::choose_colour(const QColor& colour) {
+  colours_->set_colour(colour);
+  tools_.set_colour({static_cast<float>(colour.redF()), static_cast<float>(colour.greenF()), static_cast<float>(colour.blueF())});
+}
 
 }  // namespace relief::studio

@@ -3,11 +3,13 @@
 
 #include "bridge.h"
 #include "file_desk.h"
+#include "key_map.h"
 #include "tool_state.h"
 #include "viewport.h"
 
 #include <QActionGroup>
 #include <QMainWindow>
+#include <QPointer>
 #include <QSettings>
 
 #include <map>
@@ -17,11 +19,12 @@ class QLabel;
 class QStackedWidget;
 class QToolBar;
 class QToolButton;
-class QProgressBar;
 
 namespace relief::studio {
 
 class Banner;
+class Card;
+class ColourPalette;
 class CommandPalette;
 class ForceMeter;
 class DevicePanel;
@@ -30,21 +33,29 @@ class HandOverlay;
 class HistoryPanel;
 class LayersPanel;
 class PanicKeys;
+class DesktopScheme;
+class PreferencesDialog;
+class ProgressStrip;
 class StartPage;
+class Toast;
 class ToolPanel;
 class ValueBar;
 
 class MainWindow : public QMainWindow {
   Q_OBJECT
  public:
-  explicit MainWindow(QSettings& settings);
+  MainWindow(QSettings& settings, const DesktopScheme& desktop);
   ~MainWindow() override;
 
   /// A model or a scan.
-  void open(const QString& file);
+  void open(const QString& file, const std::optional<Camera>& camera = std::nullopt);
+  /// Whether the window was closed only to be built anew, with which model.
+  [[nodiscard]] bool wants_another() const { return wants_another_; }
+  [[nodiscard]] const QString& last_file() const { return last_file_; }
   [[nodiscard]] Viewport& viewport() { return *viewport_; }
   /// "simulated", "mouse", "replay:FILE" (Hand::choose()).
   void use_device(const QString& id);
+  [[nodiscard]] QString device() const;
 
  protected:
   void closeEvent(QCloseEvent* event) override;
@@ -66,14 +77,22 @@ class MainWindow : public QMainWindow {
   /// What must not be missed: across the top until somebody has read it.
   void warn(const QString& sentence);
   void keep_picture();
-  QDockWidget* add_dock(const QString& id, const QString& title, QWidget* content);
+  void place_over();
+  void choose_colour(const QColor& colour);
+  QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
 
   // actions.cpp
   void build_actions();
   QAction* add(const QString& id, const QString& title, const QKeySequence& key, std::function<void()> call);
   void build_menus();
   void use_look(const Look& look);
-  void use_theme();
+
+  // preference_actions.cpp
+  void build_preferences();
+  void show_preferences(const QString& page = {});
+  void use_preference(const QString& key);
+  void ask_for_navigation();
+  void build_anew();
 
   // hand_actions.cpp
   void build_hand();
@@ -91,9 +110,16 @@ class MainWindow : public QMainWindow {
   void ask_save_as();
   void ask_export();
   void ask_picture();
+  void ask_salvage(const QString& file);
   void save_picture(const QString& file);
 
   QSettings& settings_;
+  const DesktopScheme& desktop_;
+  KeyMap keys_;
+  QPointer<PreferencesDialog> preferences_;
+  bool wants_another_ = false;
+  QString last_file_;
+  std::optional<Camera> camera_;  ///< of the next model that is opened
   DocumentBridge bridge_;
   ToolState tools_;
   FileDesk desk_;
@@ -119,7 +145,11 @@ class MainWindow : public QMainWindow {
   HistoryPanel* history_ = nullptr;
   CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
-  QWidget* convert_ = nullptr;
+  ColourPalette* colours_ = nullptr;
+  ProgressStrip* convert_ = nullptr;
+  Banner* banner_ = nullptr;
+  Card* card_ = nullptr;
+  Toast* toast_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;

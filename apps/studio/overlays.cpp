@@ -76,6 +76,19 @@ void RingOverlay::paint(QPainter& painter, const OverlayView& view) const {
   outlined(painter, QPolygonF({all->normal.p1(), all->normal.p2()}), light, 1.4);
 }
 
+QRectF AxisOverlay::bounds(const OverlayView& view) const {
+  const double side = scaled(AxisBall::kSide);
+  const PictureAxes axes = picture_axes(view.camera);
+  ball.set_square({view.size.width() - side - 12, 12, side, side});
+  ball.set_view({axes.right, axes.up, axes.back});
+  return ball.bounds();
+}
+
+void AxisOverlay::paint(QPainter& painter, const OverlayView& view) const {
+  (void)bounds(view);
+  ball.paint(painter);
+}
+
 QRectF PillOverlay::bounds(const OverlayView& view) const {
   if (text.isEmpty()) return {};
   const QFontMetricsF metrics(font);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "camera_control.h"
+#include "widgets/axis_ball.h"
 
 #include <relief/base/unit.h>
 #include <relief/core/query.h>
@@ -63,6 +64,15 @@ class PillOverlay : public Overlay {
   QString text;
   std::optional<QPointF> beside;  ///< else in the corner
   QFont font;
+
+  [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
+  void paint(QPainter& painter, const OverlayView& view) const override;
+};
+
+/// The axes at the upper right corner; a click looks along one.
+class AxisOverlay : public Overlay {
+ public:
+  mutable AxisBall ball;
 
   [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
   void paint(QPainter& painter, const OverlayView& view) const override;

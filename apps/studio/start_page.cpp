@@ -1,6 +1,8 @@
 #include "start_page.h"
 
 #include "text.h"
+#include "widgets/card.h"
+#include "widgets/drop_area.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 
@@ -13,6 +15,7 @@
 #include <QLocale>
 #include <QMimeData>
 #include <QPainter>
+#include <QPainterPath>
 #include <QPushButton>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -32,19 +35,62 @@ QLabel* heading(const QString& words, QWidget* parent) {
   return label;
 }
 
-/// A picture over a title and a line of detail.
-QToolButton* card(const QString& title, const QString& detail, const QIcon& picture, QWidget* parent) {
-  auto* button = new QToolButton(parent);
-  button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
-  button->setText(detail.isEmpty() ? title : title + QLatin1Char('\n') + detail);
-  button->setIcon(picture);
-  button->setIconSize(QSize(scaled(150), scaled(96)));
-  button->setFixedSize(scaled(178), scaled(158));
-  button->setAccessibleName(title);
-  button->setAccessibleDescription(detail);
-  button->setProperty("card", true);
-  return button;
-}
+/// A picture over a title and lines of detail; the whole of it is the button.
+class PictureButton : public QToolButton {
+ public:
+  PictureButton(const QString& title, QStringList lines, const QPixmap& picture, QWidget* parent)
+      : QToolButton(parent), lines_(std::move(lines)), picture_(picture) {
+    setText(title);
+    setAccessibleName(title);
+    setAccessibleDescription(lines_.join(QStringLiteral(", ")));
+    setFixedSize(scaled(178), scaled(172));
+    setCursor(Qt::PointingHandCursor);
+    setFocusPolicy(Qt::StrongFocus);
+  }
+
+ protected:
+  void paintEvent(QPaintEvent*) override {
+    const Theme& theme = current_theme();
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::Antialiasing);
+    painter.setRenderHint(QPainter::SmoothPixmapTransform);
+    const bool lit = underMouse() || hasFocus();
+    QPainterPath shape;
+    shape.addRoundedRect(QRectF(rect()).adjusted(1, 1, -1, -1), 8, 8);
+    painter.fillPath(shape, lit ? theme.raised : theme.panel);
+    const QRectF top(1, 1, width() - 2, scaled(112));
+    painter.save();
+    painter.setClipPath(shape);
+    painter.fillRect(top, theme.field);
+    if (!picture_.isNull()) {
+      const QSizeF size = picture_.size();
+      const double scale = std::max(top.width() / size.width(), top.height() / size.height());
+      const QSizeF shown = size * scale;
+      painter.drawPixmap(QRectF(top.center() - QPointF(shown.width() / 2, shown.height() / 2), shown), picture_, QRectF(picture_.rect()));
+    } else {
+      const int side = scaled(34);
+      painter.drawPixmap(QPointF(top.center().x() - side / 2.0, top.center().y() - side / 2.0), icon_pixmap(u"picture", side, theme.dim, devicePixelRatioF()));
+    }
+    painter.restore();
+    painter.setPen(QPen(lit ? theme.accent : theme.line, hasFocus() ? 2 : 1));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawPath(shape);
+    QRectF line(12, top.bottom() + 6, width() - 24, scaled(20));
+    painter.setFont(ui_font(10, QFont::DemiBold));
+    painter.setPen(theme.text);
+    painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft, painter.fontMetrics().elidedText(text(), Qt::ElideRight, static_cast<int>(line.width())));
+    painter.setFont(ui_font(9));
+    painter.setPen(theme.dim);
+    for (const QString& each : lines_) {
+      line.translate(0, scaled(17));
+      painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft, painter.fontMetrics().elidedText(each, Qt::ElideRight, static_cast<int>(line.width())));
+    }
+  }
+
+ private:
+  QStringList lines_;
+  QPixmap picture_;
+};
 
 }  // namespace
 
@@ -56,6 +102,11 @@ StartPage::StartPage(Shelf& shelf, QWidget* parent) : QScrollArea(parent), shelf
   setAcceptDrops(true);
   build();
   connect(&shelf_, &Shelf::changed, this, &StartPage::build);
+}
+
+void StartPage::set_question(std::function<QWidget*(QWidget* parent)> make) {
+  question_ = std::move(make);
+  build();
 }
 
 void StartPage::build() {
@@ -71,6 +122,7 @@ void StartPage::build() {
   whole->addStretch(1);
   add_recovery(*column);
   add_drop(*column);
+  if (QWidget* question = question_ ? question_(middle) : nullptr) column->addWidget(question);
   add_recent(*column);
   add_samples(*column);
   add_hints(*column);
@@ -80,50 +132,25 @@ void StartPage::build() {
 
 void StartPage::add_recovery(QVBoxLayout& into) {
   for (const ShelfEntry& entry : shelf_.left_open()) {
-    auto* row = new QWidget(this);
-    row->setObjectName(QStringLiteral("recover"));
-    row->setProperty("banner", QStringLiteral("warn"));
-    auto* across = new QHBoxLayout(row);
-    auto* sign = new QLabel(row);
-    sign->setPixmap(icon_pixmap(u"recover", scaled(22), current_theme().warn, devicePixelRatioF()));
-    across->addWidget(sign);
-    const QString words = tr("%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.", nullptr,
+    if (entry.strokes == 0) continue;
+    const QString words = tr("It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.", nullptr,
                              static_cast<int>(entry.strokes))
-                              .arg(entry.title, QLocale().toString(entry.used.time(), QLocale::ShortFormat));
-    auto* label = new QLabel(words, row);
-    label->setWordWrap(true);
-    label->setAccessibleDescription(words);
-    across->addWidget(label, 1);
-    auto* open = new QPushButton(tr("Recover"), row);
-    open->setAccessibleDescription(words);
+                              .arg(QLocale().toString(entry.used.time(), QLocale::ShortFormat));
+    auto* card = new Card(tr("%1 can be opened again").arg(entry.title), {words}, this);
+    card->setObjectName(QStringLiteral("recover"));
+    card->set_mood(Mood::Warn);
+    QPushButton* open = card->add_button(tr("Recover"), true);
+    open->setAccessibleDescription(entry.title + QStringLiteral(": ") + words);
     connect(open, &QPushButton::clicked, this, [this, file = entry.file] { emit fileAsked(file); });
-    across->addWidget(open);
-    into.addWidget(row);
+    into.addWidget(card);
   }
 }
 
 void StartPage::add_drop(QVBoxLayout& into) {
-  auto* drop = new QWidget(this);
-  drop->setObjectName(QStringLiteral("drop"));
-  drop->setProperty("dropArea", true);
-  auto* column = new QVBoxLayout(drop);
-  column->setContentsMargins(scaled(24), scaled(26), scaled(24), scaled(26));
-  auto* title = new QLabel(tr("Drop a scan here"), drop);
-  title->setAlignment(Qt::AlignCenter);
-  title->setFont(ui_font(17, QFont::DemiBold));
-  auto* detail = new QLabel(tr("PLY, OBJ, STL, OFF, glTF or 3MF. It can be turned at once and carved some seconds later."), drop);
-  detail->setAlignment(Qt::AlignCenter);
-  detail->setWordWrap(true);
-  auto* open = new QPushButton(icon(u"open"), tr("Open a file …"), drop);
-  open->setObjectName(QStringLiteral("open-file"));
-  open->setProperty("accent", true);
-  open->setDefault(true);
-  open->setAccessibleDescription(tr("Opens a scan or a Relief model"));
-  connect(open, &QPushButton::clicked, this, &StartPage::openAsked);
-  column->addWidget(title);
-  column->addWidget(detail);
-  column->addSpacing(scaled(8));
-  column->addWidget(open, 0, Qt::AlignCenter);
+  auto* drop = new DropArea(tr("Drop a scan here"), {"relief", "ply", "obj", "stl", "off", "glb", "gltf", "3mf"}, this);
+  drop->setMinimumHeight(scaled(200));
+  connect(drop, &DropArea::browseRequested, this, &StartPage::openAsked);
+  connect(drop, &DropArea::dropped, this, [this](const QStringList& files) { emit fileAsked(files.first()); });
   into.addWidget(drop);
 }
 
@@ -133,9 +160,7 @@ void StartPage::add_samples(QVBoxLayout& into) {
   auto* across = new QHBoxLayout(row);
   across->setContentsMargins(0, 0, 0, 0);
   for (const std::string_view name : sample_names()) {
-    QString title = text(name);
-    title[0] = title[0].toUpper();
-    auto* button = new QPushButton(title, row);
+    auto* button = new QPushButton(sample_title(text(name)), row);
     button->setObjectName(QStringLiteral("sample-") + text(name));
     button->setAccessibleDescription(tr("Makes the sample model and opens it"));
     connect(button, &QPushButton::clicked, this, [this, id = text(name)] { emit sampleAsked(id); });
@@ -155,9 +180,9 @@ void StartPage::add_recent(QVBoxLayout& into) {
   int k = 0;
   for (const ShelfEntry& entry : shelf_.recent()) {
     if (k >= static_cast<int>(kRecent)) break;
-    const QString detail = ago_text(entry.used.secsTo(QDateTime::currentDateTime())) + QStringLiteral(" · ") +
-                           tr("%n stroke(s)", nullptr, static_cast<int>(entry.strokes));
-    QToolButton* button = card(entry.title, detail, entry.picture.isEmpty() ? icon(u"picture") : QIcon(entry.picture), grid);
+    auto* button = new PictureButton(entry.title,
+                                     {ago_text(entry.used.secsTo(QDateTime::currentDateTime())), tr("%n stroke(s)", nullptr, static_cast<int>(entry.strokes))},
+                                     QPixmap(entry.picture), grid);
     button->setToolTip(entry.unnamed ? tr("Without a name yet; kept by the program") : entry.file);
     connect(button, &QToolButton::clicked, this, [this, file = entry.file] { emit fileAsked(file); });
     cells->addWidget(button, k / kAcross, k % kAcross);
@@ -169,7 +194,7 @@ void StartPage::add_recent(QVBoxLayout& into) {
 void StartPage::add_hints(QVBoxLayout& into) {
   into.addWidget(heading(tr("What can I do here?"), this));
   struct Hint {
-    const char16_t* picture;
+    QStringView picture;
     QString title, words;
   };
   const std::array hints = {
@@ -180,9 +205,10 @@ void StartPage::add_hints(QVBoxLayout& into) {
   auto* across = new QHBoxLayout(row);
   across->setContentsMargins(0, 0, 0, 0);
   for (const Hint& hint : hints) {
-    auto* box = new QWidget(row);
-    box->setProperty("panelBox", true);
+    auto* box = new QFrame(row);
+    box->setProperty("role", QStringLiteral("card"));
     auto* column = new QVBoxLayout(box);
+    column->setContentsMargins(scaled(16), scaled(14), scaled(16), scaled(14));
     auto* sign = new QLabel(box);
     sign->setPixmap(icon_pixmap(hint.picture, scaled(26), current_theme().accent, devicePixelRatioF()));
     auto* title = new QLabel(hint.title, box);

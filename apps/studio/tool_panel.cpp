@@ -61,12 +61,9 @@ void ToolPanel::build() {
   auto* page = new QWidget;
   auto* column = new QVBoxLayout(page);
   column->setContentsMargins(scaled(8), scaled(6), scaled(8), scaled(6));
-  auto* title = new QLabel(ToolState::title(tools_.id()), page);
-  title->setFont(ui_font(11, QFont::DemiBold));
   auto* help = new QLabel(ToolState::help(tools_.id()), page);
   help->setWordWrap(true);
-  help->setProperty("dim", true);
-  column->addWidget(title);
+  help->setProperty("role", QStringLiteral("dim"));
   column->addWidget(help);
   if (const auto tool = tools_.tool())
     for (const SettingInfo& setting : info(*tool).settings)
@@ -152,7 +149,7 @@ void ToolPanel::add_pressure(QVBoxLayout& into) {
   into.addWidget(curve_);
   pointer_ = new QLabel(this);
   pointer_->setObjectName(QStringLiteral("pointer"));
-  pointer_->setProperty("dim", true);
+  pointer_->setProperty("role", QStringLiteral("dim"));
   into.addWidget(pointer_);
   refreshers_.emplace_back([this] { pointer_->setText(pointer_words_.isEmpty() ? tr("Mouse: no pressure") : pointer_words_); });
 }

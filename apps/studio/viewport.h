@@ -64,6 +64,8 @@ class Viewport : public QWidget {
   [[nodiscard]] const QString& device() const { return device_; }
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   [[nodiscard]] OverlayView overlay_view() const;
+  /// Where the ring is in the window's pixels; empty where it is not.
+  [[nodiscard]] QRect ring_in_window() const;
   [[nodiscard]] const QImage& picture() const { return picture_; }
   /// What the pointer hits on the surface.
   [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
@@ -77,6 +79,8 @@ class Viewport : public QWidget {
   /// What people should know, as a toast.
   void said(const QString& words);
   void frameDrawn(quint64 number);
+  /// The picture is the final one.
+  void settled();
   void deviceKnown(const QString& name);
   /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
@@ -113,6 +117,7 @@ class Viewport : public QWidget {
   void navigate(QPointF by, QPointF at);
   void drag_setting(QPointF at);
   void end_drag(bool keep);
+  void look_from(Axis axis);
   void move_ring_by_keys(QKeyEvent* event);
   void dab_at_ring();
 
@@ -122,6 +127,8 @@ class Viewport : public QWidget {
   void take(Piece piece);
   void update_ring();
   void describe(bool drawing);
+  void use_theme();
+  void pace(const Piece& piece);
   void log_camera(const Camera& camera);
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
   [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
@@ -152,8 +159,8 @@ class Viewport : public QWidget {
   std::uint64_t frames_ = 0;
   bool wanted_ = false, moving_ = false, everything_ = false, in_flight_ = false, refining_ = false;
   int asked_samples_ = 0;
-  double tau_ = 2;
-  int slow_ = 0;
+  int coarser_ = 0;  ///< halvings of the level while something happens, beyond what is usual; 0 or 1
+  int slow_ = 0;     ///< pictures in a row that took too long
   qint64 input_ns_ = 0;
   QElapsedTimer clock_, since_asked_;
   QTimer ask_timer_, rest_timer_, ring_timer_;
@@ -162,6 +169,7 @@ class Viewport : public QWidget {
 
   RingOverlay ring_;
   PillOverlay info_, drag_value_;
+  AxisOverlay axes_;
   std::vector<const Overlay*> others_;
   QRegion painted_;
   mutable PickHint hint_;
