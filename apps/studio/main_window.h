@@ -137,7 +137,6 @@ class MainWindow : public QMainWindow {
   DevicePanel* device_panel_ = nullptr;
   QMenu* devices_ = nullptr;
   PanicKeys* panic_ = nullptr;
-  Banner* banner_ = nullptr;
   ForceMeter* meter_ = nullptr;
   bool forces_off_shown_ = false;
   ToolPanel* tool_panel_ = nullptr;
