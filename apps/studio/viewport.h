@@ -87,7 +87,7 @@ class Viewport : public QWidget {
   /// The picture is the final one.
   void settled();
   void deviceKnown(const QString& name);
-  /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
+  /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
   void left();
   /// By a tap of three fingers.
