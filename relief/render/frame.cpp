@@ -34,7 +34,7 @@ namespace {
 
 constexpr int kMaxEdge = 8192;
 /// Triangles of fewer pixels than this, as State::small_triangles() reckons them, get their colours at their corners.
-constexpr double kSmallMoving = 64, kSmallFinal = 4;
+constexpr double kSmallMoving = 6, kSmallFinal = 6;
 
 void set(GLuint program, GLint at, Vec3f v) { glProgramUniform3f(program, at, v.x, v.y, v.z); }
 
