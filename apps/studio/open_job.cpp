@@ -156,7 +156,7 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
   verdict.title = verdict.certified ? Words::tr("Certified") : Words::tr("Tolerant");
   const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
   verdict.lines.append(Words::tr("Within %1 of the scan.").arg(length_text(most, unit)));
-  if (!verdict.certified) verdict.lines.append(OpenJob::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
+  if (!verdict.certified) verdict.lines.append(Words::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
   if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
     const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
     if (several > 0) verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));
