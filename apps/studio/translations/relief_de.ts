@@ -2,6 +2,104 @@
 <!DOCTYPE TS>
 <TS version="2.1" language="de">
 <context>
+    <name>AxisBall</name>
+    <message>
+        <source>From the right (+x)</source>
+        <translation>Von rechts (+x)</translation>
+    </message>
+    <message>
+        <source>From the top (+y)</source>
+        <translation>Von oben (+y)</translation>
+    </message>
+    <message>
+        <source>From the front (+z)</source>
+        <translation>Von vorn (+z)</translation>
+    </message>
+    <message>
+        <source>From the left (-x)</source>
+        <translation>Von links (-x)</translation>
+    </message>
+    <message>
+        <source>From below (-y)</source>
+        <translation>Von unten (-y)</translation>
+    </message>
+    <message>
+        <source>From behind (-z)</source>
+        <translation>Von hinten (-z)</translation>
+    </message>
+</context>
+<context>
+    <name>Colour</name>
+    <message>
+        <source>clay</source>
+        <translation>Ton</translation>
+    </message>
+    <message>
+        <source>brick red</source>
+        <translation>Ziegelrot</translation>
+    </message>
+    <message>
+        <source>ochre</source>
+        <translation>Ocker</translation>
+    </message>
+    <message>
+        <source>moss green</source>
+        <translation>Moosgrün</translation>
+    </message>
+    <message>
+        <source>sea blue</source>
+        <translation>Meerblau</translation>
+    </message>
+    <message>
+        <source>night blue</source>
+        <translation>Nachtblau</translation>
+    </message>
+    <message>
+        <source>plaster white</source>
+        <translation>Gipsweiß</translation>
+    </message>
+    <message>
+        <source>chestnut brown</source>
+        <translation>Kastanienbraun</translation>
+    </message>
+    <message>
+        <source>coral</source>
+        <translation>Koralle</translation>
+    </message>
+    <message>
+        <source>sun yellow</source>
+        <translation>Sonnengelb</translation>
+    </message>
+    <message>
+        <source>leaf green</source>
+        <translation>Blattgrün</translation>
+    </message>
+    <message>
+        <source>sky blue</source>
+        <translation>Himmelblau</translation>
+    </message>
+    <message>
+        <source>lavender</source>
+        <translation>Lavendel</translation>
+    </message>
+    <message>
+        <source>plum</source>
+        <translation>Pflaume</translation>
+    </message>
+    <message>
+        <source>ash grey</source>
+        <translation>Aschgrau</translation>
+    </message>
+    <message>
+        <source>soot black</source>
+        <translation>Rußschwarz</translation>
+    </message>
+    <message>
+        <source>close to %1, %2</source>
+        <translation>nahe bei %1, %2</translation>
+    </message>
+</context>
+<context>
     <name>LayersPanel</name>
     <message>
         <source>Form</source>
@@ -414,6 +512,36 @@
     </message>
 </context>
 <context>
+    <name>relief::studio::Banner</name>
+    <message>
+        <source>I have read it</source>
+        <translation>Gelesen</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ColourPalette</name>
+    <message>
+        <source>Other colour...</source>
+        <translation>Andere Farbe …</translation>
+    </message>
+    <message>
+        <source>Colours</source>
+        <translation>Farben</translation>
+    </message>
+    <message>
+        <source>Other colour</source>
+        <translation>Andere Farbe</translation>
+    </message>
+    <message>
+        <source>Any colour, by hue or by number.</source>
+        <translation>Jede Farbe, nach Farbton oder Zahl.</translation>
+    </message>
+    <message>
+        <source>%1, used before</source>
+        <translation>%1, schon verwendet</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::CommandPalette</name>
     <message>
         <source>Find a command...</source>
@@ -478,6 +606,21 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
 </context>
 <context>
+    <name>relief::studio::DropArea</name>
+    <message>
+        <source>Choose a file...</source>
+        <translation>Datei wählen …</translation>
+    </message>
+    <message>
+        <source>Choose a file</source>
+        <translation>Datei wählen</translation>
+    </message>
+    <message>
+        <source>This kind of file cannot be opened. Known are %1.</source>
+        <translation>Diese Art Datei lässt sich nicht öffnen. Bekannt sind %1.</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::FileDesk</name>
     <message>
         <source>%1 could not be opened</source>
@@ -498,6 +641,29 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 could not be closed</source>
         <translation>%1 konnte nicht geschlossen werden</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ForceMeter</name>
+    <message>
+        <source>Force</source>
+        <translation>Kraft</translation>
+    </message>
+    <message>
+        <source>%1 N</source>
+        <translation>%1 N</translation>
+    </message>
+    <message>
+        <source>off</source>
+        <translation>aus</translation>
+    </message>
+    <message>
+        <source>%1 of at most %2 N</source>
+        <translation>%1 von höchstens %2 N</translation>
+    </message>
+    <message>
+        <source>Forces are off.</source>
+        <translation>Die Kräfte sind aus.</translation>
     </message>
 </context>
 <context>
@@ -586,6 +752,57 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 belongs to “%2”.</source>
         <translation>%1 gehört zu „%2“.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Kiosk</name>
+    <message>
+        <source>Relief</source>
+        <translation>Relief</translation>
+    </message>
+    <message>
+        <source>Code to leave</source>
+        <translation>Code zum Verlassen</translation>
+    </message>
+    <message>
+        <source>Touch to begin</source>
+        <translation>Zum Beginnen berühren</translation>
+    </message>
+    <message>
+        <source>One moment …</source>
+        <translation>Einen Augenblick …</translation>
+    </message>
+    <message>
+        <source>Start again in %1
+touch to go on</source>
+        <translation>Neubeginn in %1
+berühren, um weiterzumachen</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KioskChoose</name>
+    <message>
+        <source>Touch one to begin</source>
+        <translation>Zum Beginnen eines berühren</translation>
+    </message>
+    <message>
+        <source>Nothing can be shown just now. Please tell the staff.</source>
+        <translation>Gerade kann nichts gezeigt werden. Bitte dem Personal Bescheid geben.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KioskStage</name>
+    <message>
+        <source>Undo</source>
+        <translation>Rückgängig</translation>
+    </message>
+    <message>
+        <source>Start again</source>
+        <translation>Neu beginnen</translation>
+    </message>
+    <message>
+        <source>Choose another</source>
+        <translation>Anderes wählen</translation>
     </message>
 </context>
 <context>
@@ -885,10 +1102,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         </translation>
     </message>
     <message>
-        <source>The last strokes are not saved</source>
-        <translation>Die letzten Striche sind nicht gespeichert</translation>
-    </message>
-    <message>
         <source>Cancelled; nothing was kept.</source>
         <translation>Abgebrochen; nichts wurde behalten.</translation>
     </message>
@@ -922,6 +1135,49 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>not known before the first picture</source>
         <translation>vor dem ersten Bild nicht bekannt</translation>
+    </message>
+    <message>
+        <source>The z axis is up</source>
+        <translation>Die z-Achse zeigt nach oben</translation>
+    </message>
+    <message>
+        <source>&amp;Panels</source>
+        <translation>&amp;Bedienfelder</translation>
+    </message>
+    <message>
+        <source>&amp;Help</source>
+        <translation>&amp;Hilfe</translation>
+    </message>
+    <message>
+        <source>Layers and colours</source>
+        <translation>Ebenen und Farben</translation>
+    </message>
+    <message>
+        <source>History</source>
+        <translation>Verlauf</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.</source>
+        <translation>
+            <numerusform>%n Strich konnte noch nicht gespeichert werden: %1. Es kann weitergehen; alle zehn Sekunden wird es erneut versucht.</numerusform>
+            <numerusform>%n Striche konnten noch nicht gespeichert werden: %1. Es kann weitergehen; alle zehn Sekunden wird es erneut versucht.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Save elsewhere …</source>
+        <translation>Anderswo speichern …</translation>
+    </message>
+    <message>
+        <source>Opening</source>
+        <translation>Wird geöffnet</translation>
+    </message>
+    <message>
+        <source>Pen: %1, pressure %2, tilt %3°</source>
+        <translation>Stift: %1, Druck %2, Neigung %3°</translation>
+    </message>
+    <message>
+        <source>Begin</source>
+        <translation>Anfangen</translation>
     </message>
 </context>
 <context>
@@ -1162,6 +1418,37 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
 </context>
 <context>
+    <name>relief::studio::ProgressStrip</name>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Convert progress</source>
+        <translation>Fortschritt der Umwandlung</translation>
+    </message>
+    <message>
+        <source>Stops the work and leaves everything as it was before.</source>
+        <translation>Hält die Arbeit an und lässt alles, wie es war.</translation>
+    </message>
+    <message>
+        <source>About %1 min left</source>
+        <translation>Noch etwa %1 min</translation>
+    </message>
+    <message>
+        <source>About %1 s left</source>
+        <translation>Noch etwa %1 s</translation>
+    </message>
+    <message>
+        <source>%1 %</source>
+        <translation>%1 %</translation>
+    </message>
+    <message>
+        <source>Stopping...</source>
+        <translation>Wird angehalten …</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::Shelf</name>
     <message>
         <source>The list of recent models could not be read. It is now %1.</source>
@@ -1174,13 +1461,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>Start page</source>
         <translation>Startseite</translation>
     </message>
-    <message numerus="yes">
-        <source>%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.</source>
-        <translation>
-            <numerusform>%1 war offen, als das Programm endete. Der eine fertige Strich ist darin, von %2.</numerusform>
-            <numerusform>%1 war offen, als das Programm endete. Alle %n fertigen Striche sind darin, der letzte von %2.</numerusform>
-        </translation>
-    </message>
     <message>
         <source>Recover</source>
         <translation>Wiederherstellen</translation>
@@ -1188,18 +1468,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Drop a scan here</source>
         <translation>Scan hierher ziehen</translation>
-    </message>
-    <message>
-        <source>PLY, OBJ, STL, OFF, glTF or 3MF. It can be turned at once and carved some seconds later.</source>
-        <translation>PLY, OBJ, STL, OFF, glTF oder 3MF. Drehen lässt er sich sofort, bearbeiten nach einigen Sekunden.</translation>
-    </message>
-    <message>
-        <source>Open a file …</source>
-        <translation>Datei öffnen …</translation>
-    </message>
-    <message>
-        <source>Opens a scan or a Relief model</source>
-        <translation>Öffnet einen Scan oder ein Relief-Modell</translation>
     </message>
     <message>
         <source>Or try a sample</source>
@@ -1252,6 +1520,24 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>With a haptic device, or the mouse as a probe: choose it at the upper right.</source>
         <translation>Mit einem haptischen Gerät oder der Maus als Taster: oben rechts wählen.</translation>
     </message>
+    <message numerus="yes">
+        <source>It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.</source>
+        <translation>
+            <numerusform>Es war offen, als das Programm endete. Der eine fertige Strich ist darin, von %1.</numerusform>
+            <numerusform>Es war offen, als das Programm endete. Alle %n fertigen Striche sind darin, der letzte von %1.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>%1 can be opened again</source>
+        <translation>%1 kann wieder geöffnet werden</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Swatch</name>
+    <message>
+        <source>Paint with %1.</source>
+        <translation>Mit %1 malen.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::ToolPanel</name>
@@ -1266,6 +1552,18 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Mirror %1</source>
         <translation>Spiegeln %1</translation>
+    </message>
+    <message>
+        <source>Use pressure</source>
+        <translation>Druck verwenden</translation>
+    </message>
+    <message>
+        <source>Whether a pen&apos;s pressure drives the tool</source>
+        <translation>Ob der Druck eines Stifts das Werkzeug steuert</translation>
+    </message>
+    <message>
+        <source>Mouse: no pressure</source>
+        <translation>Maus: kein Druck</translation>
     </message>
 </context>
 <context>
