@@ -3,6 +3,7 @@
 #include "growth.h"
 #include "ours.h"
 #include "paper/paper_algorithm.h"
+#include "render/render.h"
 #include "support/data.h"
 #include "support/shells.h"
 #include "timing.h"
@@ -18,7 +19,7 @@
 #include <relief/haptics/servo.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -64,7 +65,9 @@ class Bench {
     if (all || what == "dab") {
       RELIEF_TRY(out_["dab"], measure_dabs(extent_));
     }
-    if (all || what == "render") RELIEF_CHECK(render_times());
+    if (all || what == "render") {
+      RELIEF_TRY(out_["render"], measure_frames(extent_));
+    }
     if (all || what == "paper") RELIEF_CHECK(paper_table());
     return {};
   }
@@ -148,24 +151,17 @@ class Bench {
     return json;
   }
 
-  Status render_times() {
-    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    RELIEF_TRY(Renderer renderer, Renderer::create());
-    out_["render"]["device"] = renderer.device();
-    out_["render"]["quick_640x360"] = frames(renderer, model, 640, 360, 0);
-    out_["render"]["quick_1280x720"] = frames(renderer, model, 1280, 720, 0);
-    return {};
-  }
-
-  ordered_json frames(Renderer& renderer, const Snapshot& model, int width, int height, int level) {
+  ordered_json frames(FrameRenderer& renderer, const Snapshot& model, int width, int height) {
     std::vector<double> cpu, wall;
     const Camera camera = framing(model, 20, 15, static_cast<double>(width) / height);
-    DrawSettings settings;
-    settings.width = width;
-    settings.height = height;
-    settings.level = level;
+    Frame frame;
+    frame.camera = camera;
+    frame.width = width;
+    frame.height = height;
+    frame.tau = 0;
+    std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int k = 0; k < (thorough_ ? 40 : 12); ++k) {
-      if (!renderer.draw_quick(model, camera, settings)) break;
+      if (!renderer.draw(model, frame, pixels, width, nullptr, true)) break;
       // The first frame compiles shaders and uploads everything.
       if (k == 0) continue;
       cpu.push_back(renderer.stats().cpu_seconds);
@@ -178,7 +174,7 @@ class Bench {
 
   /// The table of the paper's Sec. 7, for the same numbers of slabs and samples.
   Status paper_table() {
-    RELIEF_TRY(Renderer renderer, Renderer::create());
+    RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
     for (const Subject& s : paper_subjects(100'000)) {
       const double start = process_cpu_seconds();
       RELIEF_TRY(const Conversion made, convert(s.mesh, {.slabs = s.slabs, .intervals = 15}));
@@ -216,7 +212,7 @@ class Bench {
       row["edits_per_second"] = dab_seconds > 0 ? static_cast<double>(samples) / dab_seconds : 0;
       row["dabs_per_second"] = dab_seconds > 0 ? static_cast<double>(dabs) / dab_seconds : 0;
       row["paper_dabs_per_second"] = 10;
-      row["frame"] = frames(renderer, head, 1280, 720, 0);
+      row["frame"] = frames(renderer, head, 1280, 720);
       row["paper_frames_per_second"] = 10;
       out_["paper"][s.name] = row;
     }
@@ -238,15 +234,18 @@ class Bench {
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, what touch and dab found as tables, for people.
+/// Nested objects as indented lines, percentiles in one line, what touch, dab and render found as tables, for people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
-    if (key == "touch" || key == "dab") {
-      std::fputs((line + "\n" + (key == "touch" ? touch_text(value) : dab_text(value))).c_str(), stdout);
+    if (key == "touch" || key == "dab" || (key == "render" && value.contains("figures"))) {
+      const std::string text_of = key == "touch" ? touch_text(value)
+                                  : key == "dab" ? dab_text(value)
+                                                 : frames_text(value);
+      std::fputs((line + "\n" + text_of).c_str(), stdout);
       continue;
     }
     if (value.contains("p50")) {
@@ -266,7 +265,7 @@ int main_inner(int argc, char** argv) {
   app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
   app.add_flag("--long", thorough, "More repeats, larger models");
-  app.add_flag("--form", form, "With touch and dab: next to nothing, to see the form of what it says")
+  app.add_flag("--form", form, "With touch, dab and render: next to nothing, to see the form of what it says")
       ->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
   CLI11_PARSE(app, argc, argv);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <relief/core/tessellate.h>
-#include <relief/render/renderer.h>
+#include <relief/render/picture.h>
 
 #include <array>
 #include <cstddef>

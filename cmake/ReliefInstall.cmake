@@ -17,6 +17,8 @@ set(relief_find_PNG::PNG "find_dependency(PNG)")
 set(relief_find_JPEG::JPEG "find_dependency(JPEG)")
 set(relief_find_PkgConfig::zstd "relief_find_pkg_config(zstd libzstd)")
 set(relief_find_PkgConfig::epoxy "relief_find_pkg_config(epoxy epoxy)")
+set(relief_find_PkgConfig::freetype "relief_find_pkg_config(freetype freetype2)")
+set(relief_find_PkgConfig::fontconfig "relief_find_pkg_config(fontconfig fontconfig)")
 
 # relief_install_part(TARGET): installs one library; adds to RELIEF_PARTS_CODE what the package must know about it.
 function(relief_install_part target)

@@ -1,7 +1,7 @@
 // A picture of a model, without a screen.
 #include <relief/convert/convert.h>
 #include <relief/mesh/samples.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <cstdio>
 
@@ -13,18 +13,18 @@ int main() {
   const relief::SnapshotPtr& model = made->model.head;
 
   // region draw
-  auto renderer = relief::Renderer::create();
+  auto renderer = relief::FrameRenderer::create();
   if (!renderer) {
     std::fprintf(stderr, "%s\n", renderer.error().message.c_str());  // what is missing, and the package that brings it
     return 1;
   }
-  relief::DrawSettings settings;
-  settings.width = 480;
-  settings.height = 270;
-  settings.lights = 16;
-  settings.slab_wires = true;
-  const relief::Camera camera = relief::framing(*model, 20, 15, 16.0 / 9);
-  const auto picture = renderer->draw(*model, camera, settings);
+  relief::Frame frame;
+  frame.camera = relief::framing(*model, 20, 15, 16.0 / 9);
+  frame.width = 480;
+  frame.height = 270;
+  frame.samples = 16;
+  frame.look.slab_wires = true;
+  const auto picture = renderer->picture(*model, frame);
   if (!picture || !relief::save_png(*picture, "torus.png")) return 1;
   // end draw
   return 0;

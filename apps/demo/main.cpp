@@ -9,7 +9,7 @@
 #include <relief/mesh/export.h>
 #include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -57,14 +57,15 @@ class Demo {
     RELIEF_CHECK(convert_source());
     RELIEF_TRY(renderer_, make_renderer());
     RELIEF_CHECK(picture(*file_->model().head, "before.png", "before", {}, &before_));
-    RELIEF_CHECK(picture(*file_->model().head, "slabs.png", "slabs", {.slab_wires = true}));
+    RELIEF_CHECK(picture(*file_->model().head, "slabs.png", "slabs", {.look = {.slab_wires = true}}));
     RELIEF_CHECK(perform());
     RELIEF_CHECK(reload());
     const Snapshot& head = *file_->model().head;
     Picture after;
     RELIEF_CHECK(picture(head, "after.png", "after", {}, &after));
     say_colours(after);
-    RELIEF_CHECK(picture(head, "heat.png", "displacement and slabs after", {.slab_wires = true, .heat_map = true}));
+    RELIEF_CHECK(picture(head, "heat.png", "displacement and slabs after",
+                         {.look = {.slab_wires = true, .map = Look::Map::Displacement}}));
     RELIEF_CHECK(hand_picture());
     RELIEF_CHECK(export_mesh(to_mesh(head), o_.out / "after.ply", {.unit = file_->model().info.unit}));
     // The order a reader wants: before and after side by side first.
@@ -80,9 +81,9 @@ class Demo {
   }
 
  private:
-  static Result<std::optional<Renderer>> make_renderer() {
-    RELIEF_TRY(Renderer made, Renderer::create());
-    return std::optional<Renderer>(std::move(made));
+  static Result<std::optional<FrameRenderer>> make_renderer() {
+    RELIEF_TRY(FrameRenderer made, FrameRenderer::create());
+    return std::optional<FrameRenderer>(std::move(made));
   }
 
   Status convert_source() {
@@ -117,12 +118,15 @@ class Demo {
     return {};
   }
 
-  Status picture(const Snapshot& model, const char* name, const char* caption, DrawSettings settings,
-                 Picture* keep = nullptr) {
-    settings.width = o_.quick ? 320 : 1280;
-    settings.height = o_.quick ? 180 : 720;
-    settings.lights = o_.quick ? 8 : 64;
-    RELIEF_TRY(const Picture drawn, renderer_->draw(model, camera_, settings));
+  Status picture(const Snapshot& model, const char* name, const char* caption, Frame frame, Picture* keep = nullptr) {
+    frame.camera = camera_;
+    frame.width = o_.quick ? 320 : 1280;
+    frame.height = o_.quick ? 180 : 720;
+    frame.samples = 4;
+    frame.tau = 0;
+    frame.look.light = Look::Light::Studio;
+    frame.look.lights = o_.quick ? 8 : 64;
+    RELIEF_TRY(const Picture drawn, renderer_->picture(model, frame));
     RELIEF_CHECK(save_png(drawn, o_.out / name));
     if (keep != nullptr) *keep = drawn;
     report_.figures.push_back({o_.out / name, caption});
@@ -219,17 +223,20 @@ class Demo {
   }
 
   Status draw_until(const Session& session, Document& document, const std::atomic<bool>& done) {
-    DrawSettings settings;
-    settings.width = o_.quick ? 320 : 640;
-    settings.height = o_.quick ? 180 : 360;
-    settings.level = o_.quick ? 0 : 2;
+    Frame frame;
+    frame.camera = camera_;
+    frame.width = o_.quick ? 320 : 640;
+    frame.height = o_.quick ? 180 : 360;
+    std::vector<std::uint32_t> pixels(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
     SnapshotChannel::Reader reader = document.reader();
     std::vector<double> seconds;
     while (!done.load() && session.running() && !cancel_asked.load()) {
       const auto start = std::chrono::steady_clock::now();
-      RELIEF_CHECK(renderer_->draw_quick(reader.latest(), camera_, settings));
-      seconds.push_back(renderer_->stats().cpu_seconds);
-      report_.frame_triangles = renderer_->stats().triangles;
+      RELIEF_TRY(const PixelRect drawn, renderer_->draw(reader.latest(), frame, pixels, frame.width));
+      if (!drawn.empty()) {
+        seconds.push_back(renderer_->stats().cpu_seconds);
+        report_.frame_triangles = std::max(report_.frame_triangles, renderer_->stats().triangles);
+      }
       // The paper drew about 10 frames a second; the servo gets the rest of the machine.
       std::this_thread::sleep_until(start + std::chrono::milliseconds(100));
     }
@@ -256,19 +263,19 @@ class Demo {
     const auto& trace = report_.trace;
     const auto strongest = std::ranges::max_element(
         trace, {}, [](const ServoSample& s) { return s.contact && (s.buttons & 1U) != 0 ? length(s.force) : -1.0; });
-    DrawSettings settings;
+    Frame frame;
     if (strongest != trace.end() && strongest->contact)
-      settings.hand = HandOverlay{.cursor = strongest->cursor,
-                                  .contact_point = strongest->contact_point,
-                                  .force = strongest->force,
-                                  .tool_radius = 0.014 * diagonal(box_),
-                                  .contact = true};
+      frame.hand = HandOverlay{.cursor = strongest->cursor,
+                               .contact_point = strongest->contact_point,
+                               .force = strongest->force,
+                               .tool_radius = 0.014 * diagonal(box_),
+                               .contact = true};
     return picture(*file_->model().head, "touch.png", "the hand where it pressed hardest: tool, contact point, force",
-                   settings);
+                   frame);
   }
 
   Options o_;
-  std::optional<Renderer> renderer_;
+  std::optional<FrameRenderer> renderer_;
   std::optional<ModelFile> file_;
   SnapshotPtr made_;              ///< what the hand left
   std::vector<Painted> painted_;  ///< what it was to paint

@@ -4,7 +4,7 @@
 
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
-#include <relief/render/renderer.h>
+#include <relief/render/picture.h>
 
 #include <fmt/format.h>
 

@@ -4,11 +4,14 @@
 #include <relief/base/try.h>
 #include <relief/core/query.h>
 #include <relief/file/model_file.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -20,14 +23,17 @@ namespace {
 constexpr double kLeastWidth = 1e-9;  // model units
 
 struct RenderOptions {
-  std::string model, out, size = "1280x720", view = "front", at, look_at;
+  std::string model, out, size = "1280x720", view = "front", camera, at, look_at, look = "studio", matcap, map, colour,
+                          background;
   std::vector<std::string> overlays;
-  double tool_radius = 0, width = 0;
-  DrawSettings draw;
+  double tool_radius = 0, width = 0, parallel = 0;
+  int supersample = 0;
+  bool no_cavity = false, no_colours = false, no_mask = false, no_legend = false, no_ground = false;
+  Frame frame;
 };
 
 /// "WxH". Error: InvalidArgument.
-Status parse_size(const std::string& text, DrawSettings& draw) {
+Status parse_size(const std::string& text, Frame& draw) {
   const char* const end = text.data() + text.size();
   const auto [x, width_error] = std::from_chars(text.data(), end, draw.width);
   if (width_error == std::errc{} && x != end && *x == 'x') {
@@ -68,19 +74,105 @@ std::string is_vector(const char* option, const std::string& text) {
   return parsed ? std::string() : parsed.error().message;
 }
 
+/// So many numbers with commas between them. Error: InvalidArgument.
+template <std::size_t Count>
+Result<std::array<double, Count>> parse_numbers(const char* option, const std::string& text) {
+  std::array<double, Count> numbers{};
+  const char *at = text.data(), *const end = at + text.size();
+  for (std::size_t k = 0; k < Count; ++k) {
+    const auto [next, error] = std::from_chars(at, end, numbers[k]);
+    const bool last = k + 1 == Count;
+    if (error != std::errc{} || !std::isfinite(numbers[k]) || (last ? next != end : next == end || *next != ','))
+      return fail(Errc::InvalidArgument, fmt::format("{} takes {} numbers with commas between them, not \"{}\"", option,
+                                                     Count, printable(text, 40)));
+    at = next + (last ? 0 : 1);
+  }
+  return numbers;
+}
+template <std::size_t Count>
+std::string are_numbers(const char* option, const std::string& text) {
+  const auto parsed = parse_numbers<Count>(option, text);
+  return parsed ? std::string() : parsed.error().message;
+}
+
+constexpr std::array<std::string_view, 5> kMaps = {"none", "displacement", "depth", "slabs", "stretch"};
+
+/// What the options say of the look.
+Status read_look(const RenderOptions& o, double mm_per_unit, Frame& frame) {
+  Look& look = frame.look;
+  look.light = o.look == "matcap" ? Look::Light::Matcap : Look::Light::Studio;
+  const auto names = matcaps();
+  if (const auto at = std::ranges::find(names, o.matcap); at != names.end())
+    look.matcap = static_cast<int>(at - names.begin());
+  look.cavity = !o.no_cavity;
+  look.colours = !o.no_colours;
+  look.mask = !o.no_mask;
+  look.legend = !o.no_legend;
+  look.ground = !o.no_ground;
+  look.mm_per_unit = mm_per_unit;
+  if (!o.map.empty()) look.map = static_cast<Look::Map>(std::ranges::find(kMaps, o.map) - kMaps.begin());
+  for (const std::string& overlay : o.overlays) {
+    look.slab_wires = look.slab_wires || overlay == "slabs";
+    if (overlay == "heat") look.map = Look::Map::Displacement;
+  }
+  const auto colour = [](double r, double g, double b) { return to_float(Vec3d{r, g, b}); };
+  if (!o.colour.empty()) {
+    RELIEF_TRY(const auto rgb, parse_numbers<3>("--colour", o.colour));
+    look.base_colour = colour(rgb[0], rgb[1], rgb[2]);
+  }
+  if (!o.background.empty()) {
+    RELIEF_TRY(const auto rgb, parse_numbers<6>("--background", o.background));
+    look.top = colour(rgb[0], rgb[1], rgb[2]);
+    look.bottom = colour(rgb[3], rgb[4], rgb[5]);
+  }
+  // In studio light four samples are enough; a light itself is many.
+  if (frame.samples == 0) frame.samples = look.light == Look::Light::Studio ? 4 : 16;
+  if (o.supersample > 0) frame.samples = o.supersample * o.supersample;
+  return {};
+}
+
+/// Where the options have the picture taken from.
+Result<Camera> find_camera(const RenderOptions& o, const Snapshot& head) {
+  const double aspect = static_cast<double>(o.frame.width) / o.frame.height;
+  Camera camera;
+  if (!o.camera.empty()) {
+    RELIEF_TRY(const auto n, parse_numbers<10>("--camera", o.camera));
+    camera = {.eye = {n[0], n[1], n[2]}, .target = {n[3], n[4], n[5]}, .up = {n[6], n[7], n[8]}, .field_of_view = n[9]};
+  } else {
+    RELIEF_TRY(const auto angles, parse_view(o.view));
+    camera = framing(head, angles.first, angles.second, aspect);
+    if (!o.look_at.empty()) {
+      RELIEF_TRY(const Vec3d point, parse_vector("--look-at", o.look_at));
+      camera = looking_at(point, o.width, head.slab_mesh().bounds(), angles.first, angles.second, aspect);
+    }
+  }
+  if (o.parallel > 0) {
+    camera.parallel = true;
+    camera.view_height = o.parallel;
+  }
+  return camera;
+}
+
+nlohmann::ordered_json camera_json(const Camera& camera) {
+  const auto vector = [](Vec3d v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
+  nlohmann::ordered_json json = {
+      {"eye", vector(camera.eye)}, {"target", vector(camera.target)}, {"up", vector(camera.up)}};
+  if (camera.parallel)
+    json["parallel"] = camera.view_height;
+  else
+    json["field_of_view"] = camera.field_of_view;
+  return json;
+}
+
 Status run_render(RenderOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
   RELIEF_CHECK(check_no_model({o.out}));
-  RELIEF_CHECK(parse_size(o.size, o.draw));
-  RELIEF_TRY(const auto angles, parse_view(o.view));
-  o.draw.cancel = context.progress.cancel;
-  for (const std::string& overlay : o.overlays) {
-    o.draw.slab_wires = o.draw.slab_wires || overlay == "slabs";
-    o.draw.heat_map = o.draw.heat_map || overlay == "heat";
-  }
+  Frame& frame = o.frame;
+  RELIEF_CHECK(parse_size(o.size, frame));
   std::optional<NothingWritten> nothing_written(std::in_place);
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   const Snapshot& head = *file.model().head;
+  RELIEF_CHECK(read_look(o, metres(file.model().info.unit) * 1e3, frame));
   if (!o.at.empty()) {
     RELIEF_TRY(const Vec3d cursor, parse_vector("--at", o.at));
     LocateHint hint;
@@ -93,26 +185,22 @@ Status run_render(RenderOptions& o, const Context& context) {
       hand.contact_point = cursor + contact->surface.normal * contact->depth;
       hand.force = contact->surface.normal * std::min(law.stiffness * contact->depth * metres_per_unit, 3.3);
     }
-    o.draw.hand = hand;
+    frame.hand = hand;
   }
-  const double aspect = static_cast<double>(o.draw.width) / o.draw.height;
-  Camera camera = framing(head, angles.first, angles.second, aspect);
-  if (!o.look_at.empty()) {
-    RELIEF_TRY(const Vec3d point, parse_vector("--look-at", o.look_at));
-    camera = looking_at(point, o.width, head.slab_mesh().bounds(), angles.first, angles.second, aspect);
-  }
+  RELIEF_TRY(frame.camera, find_camera(o, head));
   context.progress("render", 0.1);
-  RELIEF_TRY(Renderer renderer, Renderer::create());
-  RELIEF_TRY(const Picture picture, renderer.draw(head, camera, o.draw));
+  RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
+  RELIEF_TRY(const Picture picture, renderer.picture(head, frame, context.progress.cancel));
   nothing_written.reset();
   context.progress("save", 0.95);
-  RELIEF_CHECK(save_png(picture, o.out, o.draw.cancel));
-  const DrawStats& stats = renderer.stats();
+  RELIEF_CHECK(save_png(picture, o.out, context.progress.cancel));
+  const FrameStats& stats = renderer.stats();
   if (context.json) {
     nlohmann::ordered_json json;
     json["file"] = o.out;
     json["width"] = picture.width;
     json["height"] = picture.height;
+    json["camera"] = camera_json(frame.camera);
     json["triangles"] = stats.triangles;
     json["cpu_seconds"] = stats.cpu_seconds;
     json["device"] = renderer.device();
@@ -132,11 +220,12 @@ void add_render(CLI::App& app, Context& context) {
   c->footer(
       "Examples:\n"
       "  relief render pumpkin.relief -o pumpkin.png --size 1920x1080 --view corner\n"
-      "  relief render pumpkin.relief -o wart.png --view 20,10 --look-at 2.5,40,54 --width 30");
+      "  relief render pumpkin.relief -o wart.png --view 20,10 --look-at 2.5,40,54 --width 30\n"
+      "  relief render pumpkin.relief -o clay.png --look matcap --matcap \"red wax\"");
   c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
   c->add_option("-o,--output", o->out, "The picture, OUT.png")->required()->check(has_extension({".png"}));
   c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)")->check([](const std::string& text) {
-    DrawSettings ignored;
+    Frame ignored;
     const Status parsed = parse_size(text, ignored);
     return parsed ? std::string() : parsed.error().message;
   });
@@ -155,17 +244,48 @@ void add_render(CLI::App& app, Context& context) {
                            ->check(in_range(kLeastWidth, 1e12));
   look_at->needs(width);
   width->needs(look_at);
-  c->add_option("--overlay", o->overlays, "slabs (wires), heat (displacement); may be given more than once")
+  c->add_option("--camera", o->camera,
+                "The camera itself: eye x,y,z, target x,y,z, up x,y,z and vertical field of view in degrees, all with "
+                "commas between them; --json says the one used")
+      ->check([](const std::string& text) { return are_numbers<10>("--camera", text); })
+      ->excludes(look_at);
+  c->add_option("--parallel", o->parallel, "A parallel camera with so many model units from edge to edge of the height")
+      ->check(in_range(kLeastWidth, 1e12));
+  c->add_option("--look", o->look, "studio (soft light with shadows, the default), matcap (light for sculpting)")
+      ->check(CLI::IsMember({"studio", "matcap"}));
+  std::vector<std::string> materials(matcaps().begin(), matcaps().end());
+  c->add_option("--matcap", o->matcap, "The material of --look matcap (default clay)")->check(CLI::IsMember(materials));
+  c->add_option("--map", o->map, "What colour shows: displacement, depth (clay left), slabs, stretch")
+      ->check(CLI::IsMember(std::vector<std::string>(kMaps.begin(), kMaps.end())));
+  c->add_option("--overlay", o->overlays, "slabs (wires), heat (as --map displacement); may be given more than once")
       ->check(CLI::IsMember({"slabs", "heat"}))
       ->delimiter(',');
-  c->add_option("--at", o->at, "Show the hand with its cursor at x,y,z (model units): tool, contact point, force")
+  c->add_option("--colour", o->colour, "Colour where the model has none: r,g,b, 0 to 1")
+      ->check([](const std::string& text) { return are_numbers<3>("--colour", text); });
+  c->add_option("--background", o->background, "Upper and lower colour of --look matcap: r,g,b,r,g,b, 0 to 1")
+      ->check([](const std::string& text) { return are_numbers<6>("--background", text); });
+  c->add_flag("--no-cavity", o->no_cavity, "Do not darken hollows");
+  c->add_flag("--no-colours", o->no_colours, "Leave out the colour layer");
+  c->add_flag("--no-mask", o->no_mask, "Do not darken what the mask protects");
+  c->add_flag("--no-legend", o->no_legend, "Leave out the map's legend");
+  c->add_flag("--no-ground", o->no_ground, "No floor under --look studio");
+  c->add_option("--at", o->at,
+                "Show the hand with its cursor at x,y,z (model units), in studio light: tool, contact point, force")
       ->check([](const std::string& text) { return is_vector("--at", text); });
   c->add_option("--tool-radius", o->tool_radius, "Radius of the shown tool sphere, model units")
       ->check(in_range(0, 1e12));
-  c->add_option("--level", o->draw.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));
-  c->add_option("--supersample", o->draw.supersample, "Sub-pixels per edge, 1 to 4 (default 2)")
-      ->check(CLI::Range(1, 4));
-  c->add_option("--lights", o->draw.lights, "Lights of the soft box, 1 to 256 (default 64)")->check(CLI::Range(1, 256));
+  c->add_option("--level", o->frame.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));
+  c->add_option("--tau", o->frame.tau,
+                "Coarser samples where their distance stays within so many pixels (default 1; 0: all)")
+      ->check(in_range(0, 1e6));
+  o->frame.samples = 0;
+  CLI::Option* samples = c->add_option("--samples", o->frame.samples, "Per pixel: 1, 4, 9 or 16 (default 16; studio 4)")
+                             ->check(CLI::IsMember({1, 4, 9, 16}));
+  c->add_option("--supersample", o->supersample, "The same by the edge: 1 to 4")
+      ->check(CLI::Range(1, 4))
+      ->excludes(samples);
+  c->add_option("--lights", o->frame.look.lights, "Lights of the soft box, 1 to 256 (default 64)")
+      ->check(CLI::Range(1, 256));
   finish_command(*c, context, [o, &context] { return run_render(*o, context); });
 }
 

@@ -5,7 +5,6 @@
 #include <relief/base/try.h>
 #include <relief/devices/open_device.h>
 #include <relief/file/model_file.h>
-#include <relief/render/renderer.h>
 #include <relief/session/recorder.h>
 #include <relief/session/replay.h>
 #include <relief/session/session.h>

@@ -104,6 +104,7 @@ void MainWindow::build_actions() {
   QAction* up = add("z-up", tr("The z axis is up"), {}, {});
   up->setCheckable(true);
   connect(up, &QAction::toggled, this, [this](bool on) {
+    if (on == (viewport_->up().z > 0)) return;
     settings_.setValue("models/z-up/" + desk_.title(), on);
     viewport_->set_up(on ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0});
   });

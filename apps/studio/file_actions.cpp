@@ -71,6 +71,32 @@ void MainWindow::ask_export() {
       });
 }
 
+/// Writes what is whole of a damaged model to another file, and opens that.
+void MainWindow::ask_salvage(const QString& file) {
+  const QFileInfo damaged(file);
+  QString to = QFileDialog::getSaveFileName(this, tr("Save what is whole of %1").arg(damaged.fileName()),
+                                            damaged.absolutePath() + QLatin1Char('/') + damaged.completeBaseName() + tr("-salvaged") + QStringLiteral(".relief"),
+                                            tr("Relief models (*.relief)"));
+  if (to.isEmpty()) return;
+  to = with_extension(to, QStringLiteral(".relief"));
+  auto lost = std::make_shared<QStringList>();
+  in_background(
+      this,
+      [file, to, lost]() -> Status {
+        RELIEF_TRY(const Salvaged saved, ModelFile::salvage(path(file), path(to)));
+        for (const std::string& each : saved.lost) lost->append(text(each));
+        return {};
+      },
+      [this, file, to, lost](const Status& status) {
+        if (!status) {
+          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), text(status.error().message), file, false);
+          return;
+        }
+        open(to);
+        say(lost->isEmpty() ? tr("Nothing was lost.") : tr("Lost: %1.").arg(lost->join(QStringLiteral(", "))));
+      });
+}
+
 /// The final frame of what is seen now, into the folder for pictures.
 void MainWindow::ask_picture() {
   if (!bridge_.head()) return;

@@ -453,12 +453,13 @@ void Kiosk::draw_pictures() {
     auto picture = std::make_shared<QImage>();
     in_background(
         this,
-        [from = exhibits_[k].model, size, picture]() -> Status {
+        [from = exhibits_[k].model, look = stage_->viewport().look(), size, picture]() -> Status {
           RELIEF_TRY(const ModelFile original, ModelFile::open(path(from), true));
           Frame frame;
           frame.width = size.width();
           frame.height = size.height();
           frame.samples = 4;
+          frame.look = look;
           frame.camera = framing(*original.model().head, 20, 15, size.width() / double(size.height()));
           RELIEF_TRY(const Picture drawn, draw_picture(*original.model().head, frame));
           *picture = to_image(drawn);

@@ -2,16 +2,18 @@
 
 #include "document_log.h"
 #include "event_log.h"
+#include "hand_overlay.h"
+#include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
 #include "preferences_dialog.h"
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
-#include "widgets/banner.h"
 #include "widgets/card.h"
 #include "widgets/colour_palette.h"
 #include "widgets/command_palette.h"
+#include "widgets/banner.h"
 #include "widgets/icons.h"
 #include "widgets/progress_strip.h"
 #include "widgets/theme.h"
@@ -26,7 +28,6 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
-#include <QMessageBox>
 #include <QPushButton>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -67,6 +68,7 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   build_menus();
   build_bars();
   build_docks();
+  build_hand();
   connect_document();
   connect_files();
   connect_view();
@@ -267,6 +269,7 @@ void MainWindow::connect_files() {
     layers_->set_model(head.get());
     pages_->setCurrentWidget(viewport_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
     if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
     viewport_->setFocus();
     refresh();
@@ -300,6 +303,7 @@ void MainWindow::connect_files() {
 
 void MainWindow::connect_view() {
   connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::undoAsked, actions_.at("undo"), &QAction::trigger);
   connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
     tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });
@@ -365,6 +369,12 @@ void MainWindow::say(const QString& words) {
   toast_->say(words, viewport_->ring_in_window());
 }
 
+void MainWindow::warn(const QString& sentence) {
+  banner_->say(Mood::Bad, sentence);
+  say(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
+}
+
 void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QString& doubt) {
   verdict_ = verdict;
   say_state();
@@ -375,7 +385,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     card_->set_title(verdict->title);
     card_->set_lines(verdict->lines);
     card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
-    if (card_->findChild<QPushButton*>() == nullptr) connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    if (card_->findChild<QPushButton*>() == nullptr) {
+      QPushButton* upright = card_->add_button(tr("Stand it up"));
+      upright->setToolTip(tr("For scans whose z axis points up"));
+      connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    }
     card_->show();
     place_over();
   }
@@ -384,11 +399,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
 
 void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
   event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
-  auto* box = new QMessageBox(QMessageBox::Warning, title, QStringLiteral("<b>%1</b>").arg(title.toHtmlEscaped()), QMessageBox::Ok, this);
-  box->setInformativeText(why);
-  box->setAttribute(Qt::WA_DeleteOnClose);
-  (void)damaged;
-  box->open();
+  auto* dialog = new FailureDialog(title, why, file, this);
+  if (damaged) dialog->add_remedy(tr("Save what is whole …"), [this, file] { ask_salvage(file); });
+  if (bridge_.document() != nullptr && bridge_.document()->statistics().unsaved > 0)
+    dialog->add_remedy(tr("Save elsewhere …"), [this] { ask_save_as(); });
+  if (bridge_.document() == nullptr) dialog->add_remedy(tr("Open another file …"), [this] { ask_open(); });
+  dialog->open();
 }
 
 void MainWindow::keep_picture() {

@@ -132,6 +132,7 @@ void StartPage::build() {
 
 void StartPage::add_recovery(QVBoxLayout& into) {
   for (const ShelfEntry& entry : shelf_.left_open()) {
+    if (entry.strokes == 0) continue;
     const QString words = tr("It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.", nullptr,
                              static_cast<int>(entry.strokes))
                               .arg(QLocale().toString(entry.used.time(), QLocale::ShortFormat));

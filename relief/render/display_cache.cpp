@@ -1,10 +1,13 @@
 #include "display_cache.h"
 
+#include <relief/base/assert.h>
 #include <relief/core/tessellate.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <tuple>
 
 namespace relief::detail {
 
@@ -12,219 +15,316 @@ namespace {
 
 /// No buffer grows beyond this, whatever the model: far below what OpenGL 4.5 promises for a storage block (128 MiB).
 constexpr std::size_t kChunkBytes = std::size_t{64} << 20U;
+/// Indices of holes that have changed since, after which all lists are made anew: 2 MB.
+constexpr std::size_t kWasted = std::size_t{1} << 20U;
+/// Length, as a share of the slabs' diagonal, at which a curvature of its inverse counts as one.
+constexpr double kCavityLength = 0.003;
 
-/// A slab as the vertex stage reads it.
-struct Record {
-  std::array<Vec3f, 3> inner, outer;  ///< relative to the centre
-  std::uint32_t samples_at, intervals, colours_at, colour_intervals;
-};
-
-/// Octahedral map of the sphere to a square, 12 bits a side; largest error 0.06 degrees.
-std::uint32_t pack_normal(Vec3f n) noexcept {
-  const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-  if (!(sum > 0)) return 2048U | (2048U << 12U);
-  float u = n.x / sum, v = n.y / sum;
-  if (n.z < 0) {
-    const float folded_u = (1 - std::abs(v)) * (u < 0 ? -1.0F : 1.0F);
-    v = (1 - std::abs(u)) * (v < 0 ? -1.0F : 1.0F);
-    u = folded_u;
-  }
-  const auto code = [](float t) { return static_cast<std::uint32_t>(std::lround((t * 0.5F + 0.5F) * 4095.0F)); };
-  return code(u) | (code(v) << 12U);
-}
-
-std::uint32_t pack_colour(const Tile& tile, std::size_t k) noexcept {
-  std::uint32_t word = 0xff000000U;
-  for (int c = 0; c < 3; ++c) {
-    const std::uint32_t nearest = (tile.plane16(c)[k] + 128U) / 257U;
-    word |= nearest << (8U * static_cast<unsigned>(c));
-  }
-  return word;
+/// A buffer of that many elements, mapped for writing for as long as it lives.
+template <typename T>
+std::pair<GlBuffer, T*> mapped_buffer(std::size_t count) {
+  constexpr GLbitfield kFlags = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
+  GlBuffer buffer = make_buffer(bytes, nullptr, kFlags);
+  auto* const at = static_cast<T*>(glMapNamedBufferRange(buffer, 0, static_cast<GLsizeiptr>(bytes), kFlags));
+  return {std::move(buffer), at};
 }
 
 /// Where in the ring of a slab's border samples a grid point lies.
-std::size_t ring_index(int n, GridPoint p) noexcept {
+std::uint32_t ring_index(int n, GridPoint p) noexcept {
   const std::array<int, 3> w = weights(n, p);
   for (int corner = 0; corner < 3; ++corner)
-    if (w[static_cast<std::size_t>(corner)] == n)
-      return static_cast<std::size_t>((corner + 2) % 3) * static_cast<std::size_t>(n);
+    if (w[static_cast<std::size_t>(corner)] == n) return static_cast<std::uint32_t>((corner + 2) % 3 * n);
   const int edge = w[0] == 0 ? 0 : w[1] == 0 ? 1 : 2;
-  return static_cast<std::size_t>(edge) * static_cast<std::size_t>(n) +
-         static_cast<std::size_t>(w[static_cast<std::size_t>((edge + 2) % 3)]);
+  return static_cast<std::uint32_t>(edge * n + w[static_cast<std::size_t>((edge + 2) % 3)]);
+}
+
+constexpr GridPoint ring_point(int n, std::uint32_t place) noexcept {
+  return edge_point(n, static_cast<int>(place) / n, static_cast<int>(place) % n);
 }
 
 }  // namespace
 
+Vec3d DisplayCache::origin(const SlabMesh& mesh, SlabId s) const {
+  return mesh.fibres()[mesh.slabs()[s].fibres[0]].inner;
+}
+
+Box3d DisplayCache::slab_bounds() const noexcept {
+  if (!last_) return {};
+  const Box3d& box = last_->slab_mesh().bounds();
+  return {box.low - centre_, box.high - centre_};
+}
+
 void DisplayCache::rebuild(const Snapshot& model) {
   const SlabMesh& mesh = model.slab_mesh();
   centre_ = mesh.bounds().centre();
-  cavity_scale_ = 0.004 * diagonal(mesh.bounds());
+  const double size = diagonal(mesh.bounds());
+  unit_ = size > 0 ? size : 1;
+  // An umbrella's spread against its area, twice that of its triangles, is the mean curvature times a factor of the
+  // lattice.
+  curvature_ = static_cast<float>(1.732 * kCavityLength);
   slabs_.assign(mesh.slab_count(), {});
   chunks_.clear();
-  patterns_.clear();
+  grids_.clear();
+  forget_patterns();
   closed_ = true;
-  std::map<Grid, std::uint32_t> open_chunk;
+  holed_ = 0;
+  std::vector<std::uint32_t> places;
+  std::uint32_t ring = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const int n = mesh.intervals(s);
     for (const SlabId other : mesh.slabs()[s].neighbours) closed_ = closed_ && other != kNoSlab;
-    Grid grid = {.intervals = n, .edges = mesh.edge_intervals(s)};
-    if (model.has(Layer::Void)) {
-      bool holes = false;
-      for_each_cell(n, [&](const std::array<GridPoint, 3>& cell) { holes = holes || model.is_hole(s, cell); });
-      if (holes) grid.holed = s;
-      closed_ = closed_ && !holes;
+    const auto [grid, missing] = grids_.try_emplace(n);
+    if (missing) {
+      grid->second.places_at = static_cast<std::uint32_t>(places.size());
+      grid->second.border = std::make_unique<BorderTable>(n);
+      for (int j = 0; j <= n; ++j)
+        for (int i = 0; i + j <= n; ++i) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
     }
     // Room for the finest colour tile too, so that a later colour layer never moves a slab to another chunk.
-    const std::size_t most = kChunkBytes / std::max(sizeof(Record), sample_count(kMaxIntervals) * 4);
-    auto at = open_chunk.find(grid);
-    if (at == open_chunk.end() || chunks_[at->second].slabs.size() >= most) {
-      at = open_chunk.insert_or_assign(grid, static_cast<std::uint32_t>(chunks_.size())).first;
-      Chunk& chunk = chunks_.emplace_back();
-      chunk.grid = grid;
-      for (int level = 0; level < level_count(n); ++level) chunk.triangles.push_back(triangles_of(model, grid, level));
-    }
-    Chunk& chunk = chunks_[at->second];
-    slabs_[s].chunk = at->second;
-    slabs_[s].samples_at = chunk.sample_total;
-    slabs_[s].ring.resize(3 * static_cast<std::size_t>(n));
+    constexpr SlabId kMost = kChunkBytes / (sample_count(kMaxIntervals) * 4);
+    if (chunks_.empty() || chunks_.back().count >= kMost ||
+        (chunks_.back().sample_total + sample_count(n)) * sizeof(SampleWord) > kChunkBytes)
+      chunks_.emplace_back().first = s;
+    Chunk& chunk = chunks_.back();
+    SlabState& state = slabs_[s];
+    state.chunk = static_cast<std::uint32_t>(chunks_.size() - 1);
+    state.number = chunk.count++;
+    state.samples_at = static_cast<std::uint32_t>(chunk.sample_total);
+    state.ring_at = ring;
     chunk.sample_total += sample_count(n);
-    chunk.slabs.push_back(s);
+    ring += static_cast<std::uint32_t>(3 * n);
+    const SlabCorners c = mesh.corners(s);
+    const Vec3d axis = cross(c.inner[1] - c.inner[0], c.inner[2] - c.inner[0]) +
+                       cross(c.outer[1] - c.outer[0], c.outer[2] - c.outer[0]);
+    state.axis = to_float(normalized(axis));
   }
+  rings_.assign(ring, {});
   for (Chunk& chunk : chunks_)
-    chunk.samples = make_buffer(chunk.sample_total * sizeof(words_[0]), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    std::tie(chunk.samples, chunk.sample_words) = mapped_buffer<SampleWord>(chunk.sample_total);
+  places_bytes_ = std::max<std::size_t>(places.size(), 1) * 4;
+  places_ = make_buffer(places_bytes_, places.empty() ? nullptr : places.data());
+  if (model.has(Layer::Void))
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) find_holes(model, s);
+}
+
+void DisplayCache::find_holes(const Snapshot& model, SlabId s) {
+  bool holes = false;
+  if (model.has(Layer::Void))
+    for_each_cell(model.slab_mesh().intervals(s),
+                  [&](const std::array<GridPoint, 3>& cell) { holes = holes || model.is_hole(s, cell); });
+  if (holes != slabs_[s].holed) holed_ += holes ? 1U : -1U;
+  slabs_[s].holed = holes;
+  const auto old = holed_patterns_.find(s);
+  if (old == holed_patterns_.end()) return;
+  wasted_ += patterns_[old->second].count;
+  holed_patterns_.erase(old);
+  if (wasted_ < kWasted) return;
+  forget_patterns();
+}
+
+void DisplayCache::forget_patterns() {
+  pattern_numbers_.clear();
+  holed_patterns_.clear();
+  patterns_.clear();
+  new_indices_.clear();
+  index_count_ = wasted_ = 0;
+}
+
+void DisplayCache::write_records(const Snapshot& model, const Chunk& chunk) {
+  const SlabMesh& mesh = model.slab_mesh();
+  std::vector<Record> records;
+  records.reserve(chunk.count);
+  for (SlabId s = chunk.first; s < chunk.first + chunk.count; ++s) {
+    const SlabCorners corners = mesh.corners(s);
+    const int n = mesh.intervals(s);
+    Record r{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      r.inner[k] = to_float(corners.inner[k] - centre_);
+      r.outer[k] = to_float(corners.outer[k] - centre_);
+    }
+    r.samples_at = slabs_[s].samples_at;
+    r.grid = static_cast<std::uint32_t>(n) | (grids_.at(n).places_at << 8U);
+    r.colours_at = slabs_[s].colours_at;
+    r.colour_intervals = colour_ ? static_cast<std::uint32_t>(model.tile(Layer::Colour, s).intervals()) : 0;
+    records.push_back(r);
+  }
+  glNamedBufferSubData(chunk.records, 0, static_cast<GLsizeiptr>(records.size() * sizeof(Record)), records.data());
 }
 
 void DisplayCache::place_colours(const Snapshot& model) {
-  const SlabMesh& mesh = model.slab_mesh();
   colour_ = model.has(Layer::Colour);
   for (Chunk& chunk : chunks_) {
     chunk.colour_total = 0;
-    std::vector<Record> records;
-    records.reserve(chunk.slabs.size());
-    for (const SlabId s : chunk.slabs) {
-      const SlabCorners corners = mesh.corners(s);
-      Record r{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        r.inner[k] = to_float(corners.inner[k] - centre_);
-        r.outer[k] = to_float(corners.outer[k] - centre_);
-      }
-      slabs_[s].colours_at = chunk.colour_total;
-      r.samples_at = static_cast<std::uint32_t>(slabs_[s].samples_at);
-      r.intervals = static_cast<std::uint32_t>(chunk.grid.intervals);
-      r.colours_at = static_cast<std::uint32_t>(chunk.colour_total);
-      if (colour_) {
-        const int m = model.tile(Layer::Colour, s).intervals();
-        r.colour_intervals = static_cast<std::uint32_t>(m);
-        chunk.colour_total += sample_count(m);
-      }
-      records.push_back(r);
+    for (SlabId s = chunk.first; s < chunk.first + chunk.count; ++s) {
+      slabs_[s].colours_at = static_cast<std::uint32_t>(chunk.colour_total);
+      if (colour_) chunk.colour_total += model.tile(Layer::Colour, s).size();
     }
-    chunk.records = make_buffer(records.size() * sizeof(Record), records.data());
-    chunk.colours = make_buffer(std::max<std::size_t>(chunk.colour_total, 1) * 4, nullptr, GL_DYNAMIC_STORAGE_BIT);
+    std::tie(chunk.colours, chunk.colour_words) = mapped_buffer<std::uint32_t>(chunk.colour_total);
+    chunk.records = make_buffer(chunk.count * sizeof(Record), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    write_records(model, chunk);
   }
 }
 
-/// Positions of all samples of the slab, and what its own micro-triangles give to each of them.
-void DisplayCache::measure(const Snapshot& model, SlabId s) {
+/// Rows of the slab's grid whose first words may differ from those in the buffer; first > last when none does.
+DisplayCache::Rows DisplayCache::changed_rows(const Snapshot& model, SlabId s, bool fresh) const {
+  const int n = model.slab_mesh().intervals(s);
+  Rows rows = {0, n};
+  if (fresh || slabs_[s].holed || last_->has(Layer::Mask) != model.has(Layer::Mask)) return rows;
+  if (model.has(Layer::Mask) && last_->shared_tile(Layer::Mask, s) != model.shared_tile(Layer::Mask, s)) return rows;
+  const float *before = last_->displacement(s), *now = model.displacement(s);
+  const auto same = [&](int j) {
+    const std::size_t at = sample_index(n, {0, j});
+    return std::memcmp(before + at, now + at, static_cast<std::size_t>(n - j + 1) * sizeof(float)) == 0;
+  };
+  while (rows.first <= n && same(rows.first)) ++rows.first;
+  while (rows.last > rows.first && same(rows.last)) --rows.last;
+  return rows;
+}
+
+void DisplayCache::find_masks(const Snapshot& model, SlabId s) {
+  const Tile& tile = model.tile(Layer::Mask, s);
+  const int n = model.slab_mesh().intervals(s), m = tile.intervals();
+  const auto [at, missing] = resamplings_.try_emplace({m, n});
+  Resampling& table = at->second;
+  if (missing)
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const GridCell cell = cell_at(m, static_cast<double>(i) / n, static_cast<double>(j) / n);
+        auto& from = table.from.emplace_back();
+        auto& weight = table.weight.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+          from[k] = static_cast<std::uint16_t>(sample_index(m, cell.corners[k]));
+          weight[k] = static_cast<float>(cell.weights[k]);
+        }
+      }
+  masks_.resize(sample_count(n));
+  const float* mask = tile.plane();
+  for (std::size_t k = 0; k < masks_.size(); ++k) {
+    float sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) sum += mask[table.from[k][c]] * table.weight[k][c];
+    masks_[k] = static_cast<std::uint8_t>(std::clamp(sum, 0.0F, 1.0F) * 255.0F + 0.5F);
+  }
+}
+
+/// Positions and bounds of the whole slab; words inside it, of these rows and of those beside them.
+void DisplayCache::measure(const Snapshot& model, SlabId s, Rows rows, bool fresh) {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(s);
   const SlabCorners corners = mesh.corners(s);
   const float* alpha = model.displacement(s);
   const std::size_t count = sample_count(n);
-  positions_.resize(count);
-  normals_.assign(count, {});
-  spreads_.assign(count, {});
-
-  // Relative to one corner of the slab: float then resolves the finest grid.
-  const Vec3d origin = corners.inner[0];
-  std::array<Vec3f, 3> in{}, along{};
+  const Vec3d base = origin(mesh, s);
+  FibreFrame frame{};
   for (std::size_t k = 0; k < 3; ++k) {
-    in[k] = to_float(corners.inner[k] - origin);
-    along[k] = to_float(corners.outer[k] - corners.inner[k]);
+    frame.inner[k] = to_float((corners.inner[k] - base) * (1 / unit_));
+    frame.along[k] = to_float((corners.outer[k] - corners.inner[k]) * (1 / unit_));
   }
-  const float share = 1.0F / static_cast<float>(n);
-  std::size_t at = 0;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i + j <= n; ++i, ++at) {
-      const float b1 = static_cast<float>(i) * share, b2 = static_cast<float>(j) * share, b0 = 1 - b1 - b2;
-      positions_[at] = in[1] * b1 + in[2] * b2 + (along[0] * b0 + along[1] * b1 + along[2] * b2) * alpha[at];
-    }
-
-  const float* voids = model.has(Layer::Void) ? model.tile(Layer::Void, s).plane() : nullptr;
-  const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
-    if (voids != nullptr && is_hole(voids[a], voids[b], voids[c])) return;
-    const Vec3f &pa = positions_[a], &pb = positions_[b], &pc = positions_[c];
-    const Vec3f ab = pb - pa, ac = pc - pa, bc = pc - pb;
-    const Vec3f area = cross(ab, ac);
-    normals_[a] += area;
-    normals_[b] += area;
-    normals_[c] += area;
-    spreads_[a] += ab + ac;
-    spreads_[b] += bc - ab;
-    spreads_[c] += -ac - bc;
-  };
-  std::size_t row = 0;
-  for (int j = 0; j < n; ++j) {
-    const std::size_t length = static_cast<std::size_t>(n - j) + 1, next = row + length;
-    for (std::size_t i = 0; i + 1 < length; ++i) {
-      add(row + i, row + i + 1, next + i);
-      if (i + 2 < length) add(row + i + 1, next + i + 1, next + i);
-    }
-    row = next;
-  }
-
+  positions_.resize(n);
+  find_positions(frame, n, alpha, positions_);
   SlabState& state = slabs_[s];
-  Vec3f low = positions_[0], high = low;
-  state.min_alpha = state.max_alpha = alpha[0];
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec3f p = positions_[k];
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    state.min_alpha = std::min(state.min_alpha, alpha[k]);
-    state.max_alpha = std::max(state.max_alpha, alpha[k]);
+  const auto [low_x, high_x] = range_of(positions_.x.data(), count);
+  const auto [low_y, high_y] = range_of(positions_.y.data(), count);
+  const auto [low_z, high_z] = range_of(positions_.z.data(), count);
+  const Vec3d shift = base - centre_;
+  state.box = {to_double({low_x, low_y, low_z}) * unit_ + shift, to_double({high_x, high_y, high_z}) * unit_ + shift};
+  std::tie(state.min_alpha, state.max_alpha) = std::tuple_cat(range_of(alpha, count));
+
+  const bool masked = model.has(Layer::Mask);
+  if (masked) find_masks(model, s);
+  firsts_.resize(count + kSpare);
+  seconds_.resize(count + kSpare);
+  if (state.holed) {
+    state.cosine = -1;
+    measure_holed(model, s);
+  } else {
+    const float cosine = narrowest(positions_, n, rows.first - 1, rows.last, state.axis);
+    state.cosine = fresh ? cosine : std::min(state.cosine, cosine);
+    find_inner_words(positions_, n, rows.first - 1, rows.last + 1, curvature_, seconds_);
   }
-  const Vec3d shift = origin - centre_;
-  state.box = {to_double(low) + shift, to_double(high) + shift};
+  const int first = std::max(rows.first - 1, 0), last = std::min(rows.last + 1, n);
+  find_first_words(alpha, masked ? masks_.data() : nullptr, n, first, last, firsts_);
+  SampleWord* const to = chunks_[state.chunk].sample_words + state.samples_at;
+  for (int j = std::max(first, 1); j <= std::min(last, n - 2); ++j) {
+    const std::size_t row = sample_index(n, {0, j});
+    for (std::size_t k = row + 1; k < row + static_cast<std::size_t>(n - j); ++k) to[k] = {firsts_[k], seconds_[k]};
+  }
 }
 
-/// Writes the words of the slab after measure(), with the shares of the slabs around it.
-void DisplayCache::pack(const Snapshot& model, SlabId s) {
+/// Umbrellas of all samples without the holes, and the words inside the slab.
+void DisplayCache::measure_holed(const Snapshot& model, SlabId s) {
+  const int n = model.slab_mesh().intervals(s);
+  umbrellas_.assign(sample_count(n), {});
+  for_each_cell(n, [&](const std::array<GridPoint, 3>& cell) {
+    if (model.is_hole(s, cell)) return;
+    std::array<std::size_t, 3> at{};
+    for (std::size_t k = 0; k < 3; ++k) at[k] = sample_index(n, cell[k]);
+    const Vec3f a = positions_.at(at[0]), b = positions_.at(at[1]), c = positions_.at(at[2]);
+    const Vec3f area = cross(b - a, c - a);
+    for (const std::size_t k : at) umbrellas_[k].normal += area;
+    umbrellas_[at[0]].spread += (b - a) + (c - a);
+    umbrellas_[at[1]].spread += (c - b) + (a - b);
+    umbrellas_[at[2]].spread += (a - c) + (b - c);
+  });
+  for (std::size_t k = 0; k < umbrellas_.size(); ++k)
+    seconds_[k] = second_word(umbrellas_[k].normal, umbrellas_[k].spread, curvature_);
+}
+
+/// After measure(): which samples on the border must be written, here and in the slabs around.
+void DisplayCache::note_border(const Snapshot& model, SlabId s, Rows rows, bool fresh) {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(s);
-  const float* alpha = model.displacement(s);
-  words_.resize(sample_count(n));
-  const auto scale = static_cast<float>(cavity_scale_);
-  std::size_t at = 0;
-  for (int j = 0; j <= n; ++j)
-    for (int i = 0; i + j <= n; ++i, ++at) {
-      Vec3f normal = normals_[at], spread = spreads_[at];
-      if (i == 0 || j == 0 || i + j == n) {
-        normal = spread = {};
-        mesh.for_each_copy(s, {i, j}, [&](SampleCopy copy) {
-          const Share& share = slabs_[copy.slab].ring[ring_index(mesh.intervals(copy.slab), copy.at)];
-          normal += share.normal;
-          spread += share.spread;
-        });
-      }
-      const float area = length(normal);
-      // Mean curvature from the umbrella of triangles around the sample, 0 on a plane, positive in a hollow.
-      float hollow = area > 0 ? dot(spread, normal) * 1.732F / (area * area) * scale : 0.0F;
-      hollow /= 1 + std::abs(hollow);
-      const auto code =
-          static_cast<std::uint32_t>(std::lround((std::clamp(hollow, -1.0F, 1.0F) * 0.5F + 0.5F) * 254.0F));
-      words_[at] = {std::bit_cast<std::uint32_t>(alpha[at]), pack_normal(normal) | (code << 24U)};
-    }
-  const SlabState& state = slabs_[s];
-  glNamedBufferSubData(chunks_[state.chunk].samples, static_cast<GLintptr>(state.samples_at * sizeof(words_[0])),
-                       static_cast<GLsizeiptr>(words_.size() * sizeof(words_[0])), words_.data());
+  const auto halvings = static_cast<float>(n & -n);
+  const BorderTable& table = *grids_.at(n).border;
+  for (std::uint32_t k = 0; k < table.places.size(); ++k) {
+    const BorderTable::Place& place = table.places[k];
+    Umbrella umbrella = slabs_[s].holed ? umbrellas_[place.own] : border_umbrella(positions_, place);
+    umbrella.normal *= halvings;
+    umbrella.spread *= halvings;
+    Umbrella& kept = rings_[slabs_[s].ring_at + k];
+    if (fresh || !(kept == umbrella)) border_.emplace_back(s, k);
+    kept = umbrella;
+  }
+  // The first words of this slab's border, as it alone has them.
+  SampleWord* const to = chunks_[slabs_[s].chunk].sample_words + slabs_[s].samples_at;
+  const int first = std::max(rows.first - 1, 0), last = std::min(rows.last + 1, n);
+  for (const BorderTable::Place& place : table.places)
+    if (place.own >= sample_index(n, {0, first}) && place.own <= sample_index(n, {n - last, last}))
+      to[place.own][0] = firsts_[place.own];
+}
+
+/// The second word of a sample on a border, in all slabs that have it.
+void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t place) {
+  const SlabMesh& mesh = model.slab_mesh();
+  const GridPoint p = ring_point(mesh.intervals(s), place);
+  Umbrella sum;
+  mesh.for_each_copy(s, p, [&](SampleCopy copy) {
+    const Umbrella& share = rings_[slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at)];
+    sum.normal += share.normal;
+    sum.spread += share.spread;
+  });
+  const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
+  mesh.for_each_copy(s, p, [&](SampleCopy copy) {
+    const SlabState& state = slabs_[copy.slab];
+    chunks_[state.chunk].sample_words[state.samples_at + sample_index(mesh.intervals(copy.slab), copy.at)][1] = word;
+    touch(copy.slab);
+  });
+}
+
+void DisplayCache::touch(SlabId s) {
+  if (touched_[s]) return;
+  touched_[s] = true;
+  ++changes_.tiles;
+  if (!changes_.everything) changes_.slabs.push_back(s);
 }
 
 void DisplayCache::upload_colours(const Snapshot& model, SlabId s) {
   const Tile& tile = model.tile(Layer::Colour, s);
-  texels_.resize(tile.size());
-  for (std::size_t k = 0; k < tile.size(); ++k) texels_[k] = pack_colour(tile, k);
-  glNamedBufferSubData(chunks_[slabs_[s].chunk].colours, static_cast<GLintptr>(slabs_[s].colours_at * 4),
-                       static_cast<GLsizeiptr>(texels_.size() * 4), texels_.data());
+  const std::uint16_t *red = tile.plane16(0), *green = tile.plane16(1), *blue = tile.plane16(2);
+  std::uint32_t* const to = chunks_[slabs_[s].chunk].colour_words + slabs_[s].colours_at;
+  const auto nearest = [](std::uint32_t v) { return (v + 128U) / 257U; };
+  for (std::size_t k = 0; k < tile.size(); ++k)
+    to[k] = nearest(red[k]) | (nearest(green[k]) << 8U) | (nearest(blue[k]) << 16U) | 0xff000000U;
 }
 
 void DisplayCache::total_up() {
@@ -238,161 +338,220 @@ void DisplayCache::total_up() {
   }
 }
 
-std::optional<std::uint64_t> DisplayCache::update(const Snapshot& model, const std::atomic<bool>* cancel) {
+std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model, const std::atomic<bool>* cancel) {
   const SlabMesh& mesh = model.slab_mesh();
-  bool fresh = !last_ || last_->shared_slab_mesh() != model.shared_slab_mesh() ||
-               last_->has(Layer::Void) != model.has(Layer::Void);
-  if (!fresh) for_each_change(*last_, model, [&](Layer layer, SlabId) { fresh = fresh || layer == Layer::Void; });
+  const bool fresh = !last_ || last_->shared_slab_mesh() != model.shared_slab_mesh();
   const auto cancelled = [&] {
     if (cancel == nullptr || !cancel->load(std::memory_order_relaxed)) return false;
     last_.reset();
     return true;
   };
+  changes_ = {};
+  changes_.everything = fresh;
   if (cancelled()) return std::nullopt;
+  if (!fresh && last_->number() == model.number()) return changes_;
   if (fresh) rebuild(model);
+  touched_.assign(mesh.slab_count(), false);
+  border_.clear();
+  // Where the mask or the holes appear or go, all tiles change.
+  const bool all_shapes = fresh || last_->has(Layer::Mask) != model.has(Layer::Mask) ||
+                          (last_->has(Layer::Void) && !model.has(Layer::Void));
   bool colours_move = fresh || last_->has(Layer::Colour) != model.has(Layer::Colour);
-  std::vector<bool> shape(mesh.slab_count(), fresh), colour(mesh.slab_count(), false);
+  std::vector<SlabId> shapes, colours;
+  if (all_shapes)
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) shapes.push_back(s);
   if (!fresh)
     for_each_change(*last_, model, [&](Layer layer, SlabId s) {
-      if (layer == Layer::Displacement) shape[s] = true;
+      if (layer == Layer::Void) find_holes(model, s);
+      if (!all_shapes && (layer == Layer::Displacement || layer == Layer::Mask || layer == Layer::Void))
+        shapes.push_back(s);
       if (layer != Layer::Colour) return;
-      colour[s] = true;
+      colours.push_back(s);
       if (last_->has(layer) && last_->tile(layer, s).intervals() != model.tile(layer, s).intervals())
         colours_move = true;
     });
+  if (!fresh && all_shapes && !model.has(Layer::Void))
+    for (SlabId s = 0; s < mesh.slab_count(); ++s) find_holes(model, s);
+  std::ranges::sort(shapes);
+  shapes.erase(std::ranges::unique(shapes).begin(), shapes.end());
+  changes_.everything = all_shapes || colours_move;
   if (colours_move) {
     place_colours(model);
-    colour.assign(mesh.slab_count(), colour_);
+    colours.clear();
+    for (SlabId s = 0; colour_ && s < mesh.slab_count(); ++s) colours.push_back(s);
   }
+  // A tile whose holes changed is measured whole.
+  std::vector<SlabId> voids;
+  if (!fresh && last_->has(Layer::Void) && model.has(Layer::Void))
+    for (const SlabId s : shapes)
+      if (last_->shared_tile(Layer::Void, s) != model.shared_tile(Layer::Void, s)) voids.push_back(s);
+  const bool new_voids = !fresh && last_->has(Layer::Void) != model.has(Layer::Void);
 
-  // First the shares on the borders, then the words: a slab whose border changed takes its neighbours along.
-  std::vector<bool> words = shape;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    if (!shape[s]) continue;
+  // First what lies inside the slabs and their shares on the borders, then the sums on the borders.
+  for (const SlabId s : shapes) {
     if (cancelled()) return std::nullopt;
-    measure(model, s);
-    const int n = mesh.intervals(s);
-    const auto halvings = static_cast<float>(n & -n);
-    for (int edge = 0; edge < 3; ++edge)
-      for (int t = 0; t < n; ++t) {
-        const std::size_t k = sample_index(n, edge_point(n, edge, t));
-        const Share share{normals_[k] * halvings, spreads_[k] * halvings};
-        Share& kept = slabs_[s].ring[ring_index(n, edge_point(n, edge, t))];
-        if (kept == share) continue;
-        kept = share;
-        if (!fresh) mesh.for_each_copy(s, edge_point(n, edge, t), [&](SampleCopy copy) { words[copy.slab] = true; });
-      }
+    const bool whole = all_shapes || new_voids || std::ranges::binary_search(voids, s);
+    const Rows rows = changed_rows(model, s, whole);
+    if (rows.first > rows.last) continue;
+    touch(s);
+    measure(model, s, rows, whole);
+    note_border(model, s, rows, fresh);
   }
-  std::uint64_t uploaded = 0;
-  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
-    if ((words[s] || colour[s]) && cancelled()) return std::nullopt;
-    if (words[s]) {
-      measure(model, s);
-      pack(model, s);
-      ++uploaded;
-    }
-    if (colour[s]) {
-      upload_colours(model, s);
-      ++uploaded;
-    }
+  for (std::size_t k = 0; k < border_.size(); ++k) {
+    if (k % 4096 == 0 && cancelled()) return std::nullopt;
+    write_border(model, border_[k].first, border_[k].second);
   }
-  if (uploaded > 0) total_up();
+  for (const SlabId s : colours) {
+    if (cancelled()) return std::nullopt;
+    if (touched_[s]) ++changes_.tiles;
+    touch(s);
+    upload_colours(model, s);
+  }
+  if (changes_.everything || !changes_.slabs.empty()) total_up();
   last_ = model;
-  return uploaded;
+  return std::move(changes_);
 }
 
-template <typename Visit>
-void DisplayCache::for_each_triangle(const Snapshot& model, const Grid& grid, int level, Visit&& visit) {
-  const int step = level_step(grid.intervals, level);
-  std::array<int, 3> edges = grid.edges;
-  for (int& m : edges) m /= level_step(m, level);
-  for_each_cell(grid.intervals / step, edges, [&](std::array<GridPoint, 3> cell) {
-    for (GridPoint& p : cell) p = {p.i * step, p.j * step};
-    if (grid.holed == kNoSlab || !model.is_hole(grid.holed, cell)) visit(cell);
-  });
+Detail DisplayCache::detail(int level) {
+  return detail(std::vector<std::uint8_t>(slabs_.size(), static_cast<std::uint8_t>(std::clamp(level, 0, 255))));
 }
 
-std::uint64_t DisplayCache::triangles_of(const Snapshot& model, const Grid& grid, int level) {
-  std::uint64_t count = 0;
-  if (grid.holed != kNoSlab) {
-    for_each_triangle(model, grid, level, [&](const auto&) { ++count; });
-    return count;
+Detail DisplayCache::detail(std::vector<std::uint8_t> levels) {
+  RELIEF_ASSERT(levels.size() == slabs_.size() && last_);
+  const SlabMesh& mesh = last_->slab_mesh();
+  for (SlabId s = 0; s < levels.size(); ++s)
+    levels[s] =
+        static_cast<std::uint8_t>(std::min<int>(levels[s], std::countr_zero(static_cast<unsigned>(mesh.intervals(s)))));
+  // A hole is made of the finest triangles, and stitching must not move its rim.
+  if (holed_ > 0)
+    for (SlabId s = 0; s < levels.size(); ++s) {
+      if (!slabs_[s].holed) continue;
+      levels[s] = 0;
+      for (const SlabId other : mesh.slabs()[s].neighbours)
+        if (other != kNoSlab) levels[other] = 0;
+    }
+  Detail made;
+  made.pattern.reserve(levels.size());
+  for (SlabId s = 0; s < levels.size(); ++s) made.pattern.push_back(pattern(s, levels));
+  made.levels = std::move(levels);
+  if (!new_indices_.empty()) {
+    const std::size_t total = index_count_ + new_indices_.size();
+    if (total > index_room_ || indices_ == 0) {
+      const std::size_t room = total + total / 2;
+      GlBuffer larger = make_buffer(room * 2, nullptr, GL_DYNAMIC_STORAGE_BIT);
+      if (index_count_ > 0) glCopyNamedBufferSubData(indices_, larger, 0, 0, static_cast<GLsizeiptr>(index_count_ * 2));
+      indices_ = std::move(larger);
+      index_room_ = room;
+    }
+    glNamedBufferSubData(indices_, static_cast<GLintptr>(index_count_ * 2),
+                         static_cast<GLsizeiptr>(new_indices_.size() * 2), new_indices_.data());
+    index_count_ = total;
+    new_indices_.clear();
   }
-  // Euler's count, from the samples inside and those on the border.
-  const int n = grid.intervals / level_step(grid.intervals, level);
-  int border = 0;
-  for (const int m : grid.edges) border += m / level_step(m, level);
-  return static_cast<std::uint64_t>((n - 1) * (n - 2) + border - 2);
+  return made;
 }
 
-const DisplayCache::Pattern& DisplayCache::pattern(const Grid& grid, int level) {
-  const auto [at, missing] = patterns_.try_emplace({grid, std::min(level, level_count(grid.intervals) - 1)});
-  if (missing) {
-    std::vector<std::uint16_t> indices;
-    for_each_triangle(*last_, grid, level, [&](const std::array<GridPoint, 3>& cell) {
-      for (const GridPoint p : cell) indices.push_back(static_cast<std::uint16_t>(sample_index(grid.intervals, p)));
+std::uint32_t DisplayCache::pattern(SlabId s, std::span<const std::uint8_t> levels) {
+  const SlabMesh& mesh = last_->slab_mesh();
+  const int n = mesh.intervals(s), step = 1 << levels[s];
+  std::array<int, 3> edges{};
+  std::uint64_t key = static_cast<std::uint64_t>(n) | (static_cast<std::uint64_t>(levels[s]) << 8U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const SlabId other = mesh.slabs()[s].neighbours[k];
+    edges[k] = n / step;
+    if (other != kNoSlab) edges[k] = std::min(edges[k], mesh.intervals(other) >> levels[other]);
+    key |= static_cast<std::uint64_t>(edges[k]) << (16 + 8 * k);
+  }
+  const auto add = [&](auto&& shows) {
+    Pattern made{static_cast<std::uint32_t>(index_count_ + new_indices_.size()), 0};
+    for_each_cell(n / step, edges, [&](std::array<GridPoint, 3> cell) {
+      for (GridPoint& p : cell) p = {p.i * step, p.j * step};
+      if (!shows(cell)) return;
+      for (const GridPoint p : cell) new_indices_.push_back(static_cast<std::uint16_t>(sample_index(n, p)));
+      made.count += 3;
     });
-    at->second.indices = make_buffer(std::max<std::size_t>(indices.size(), 1) * sizeof(indices[0]), indices.data());
-    at->second.count = static_cast<GLsizei>(indices.size());
+    patterns_.push_back(made);
+    return static_cast<std::uint32_t>(patterns_.size() - 1);
+  };
+  if (slabs_[s].holed) {
+    const auto known = holed_patterns_.find(s);
+    if (known != holed_patterns_.end()) return known->second;
+    return holed_patterns_[s] = add([&](const auto& cell) { return !last_->is_hole(s, cell); });
   }
-  return at->second;
+  const auto known = pattern_numbers_.find(key);
+  if (known != pattern_numbers_.end()) return known->second;
+  return pattern_numbers_[key] = add([](const auto&) { return true; });
 }
 
-/// For each sample number of a grid its place, i + 256 j.
-GLuint DisplayCache::grid_table(int n) {
-  const auto [at, missing] = grid_tables_.try_emplace(n);
-  if (missing) {
-    std::vector<std::uint32_t> places;
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i + j <= n; ++i) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
-    at->second = make_buffer(places.size() * 4, places.data());
-  }
-  return at->second;
-}
-
-std::uint64_t DisplayCache::triangle_count(int level) const noexcept {
+std::uint64_t DisplayCache::triangle_count(const Detail& detail) const noexcept {
   std::uint64_t total = 0;
-  for (const Chunk& chunk : chunks_)
-    total +=
-        chunk.triangles[std::min(static_cast<std::size_t>(level), chunk.triangles.size() - 1)] * chunk.slabs.size();
+  for (const std::uint32_t each : detail.pattern) total += patterns_[each].count / 3;
   return total;
 }
 
-std::uint64_t DisplayCache::draw(int level) { return draw(level, {}); }
-
-std::uint64_t DisplayCache::draw(int level, const std::function<bool()>& go_on) {
-  constexpr std::size_t kPortion = 100'000;
+std::uint64_t DisplayCache::draw(const Detail& detail, const std::function<bool(SlabId)>& wanted,
+                                 const std::function<bool()>& go_on) {
+  constexpr std::uint64_t kPortion = 100'000;
   if (vertex_array_ == 0) {
     vertex_array_ = make_vertex_array();
-    for (GLuint k = 0; k < 7; ++k) {
+    for (GLuint k = 0; k < 8; ++k) {
       glEnableVertexArrayAttrib(vertex_array_, k);
-      glVertexArrayAttribBinding(vertex_array_, k, 0);
+      glVertexArrayAttribBinding(vertex_array_, k, k == 7 ? 1 : 0);
       if (k < 6)
         glVertexArrayAttribFormat(vertex_array_, k, 3, GL_FLOAT, GL_FALSE, k * static_cast<GLuint>(sizeof(Vec3f)));
-      else
+      else if (k == 6)
         glVertexArrayAttribIFormat(vertex_array_, k, 4, GL_UNSIGNED_INT, offsetof(Record, samples_at));
+      else
+        glVertexArrayAttribIFormat(vertex_array_, k, 2, GL_UNSIGNED_INT, 0);
     }
     glVertexArrayBindingDivisor(vertex_array_, 0, 1);
   }
-  glBindVertexArray(vertex_array_);
+  // The commands of all chunks, in portions that end with a chunk or with enough triangles.
+  struct Portion {
+    const Chunk* chunk;
+    std::size_t first, count;
+  };
+  std::vector<Portion> portions;
+  command_list_.clear();
+  std::uint64_t total = 0;
   for (const Chunk& chunk : chunks_) {
-    const Pattern& p = pattern(chunk.grid, level);
-    if (p.count == 0) continue;
-    glVertexArrayElementBuffer(vertex_array_, p.indices);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, chunk.samples);
-    glVertexArrayVertexBuffer(vertex_array_, 0, chunk.records, 0, sizeof(Record));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, grid_table(chunk.grid.intervals));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, chunk.colours);
-    const std::size_t slabs = chunk.slabs.size(), triangles = static_cast<std::size_t>(p.count) / 3;
-    const std::size_t most = go_on ? std::max<std::size_t>(1, kPortion / triangles) : slabs;
-    for (std::size_t first = 0; first < slabs; first += most) {
-      glDrawElementsInstancedBaseInstance(GL_TRIANGLES, p.count, GL_UNSIGNED_SHORT, nullptr,
-                                          static_cast<GLsizei>(std::min(most, slabs - first)),
-                                          static_cast<GLuint>(first));
-      if (go_on && !go_on()) return triangle_count(level);
+    std::uint64_t triangles = 0;
+    portions.push_back({&chunk, command_list_.size(), 0});
+    for (SlabId s = chunk.first; s < chunk.first + chunk.count; ++s) {
+      const Pattern& p = patterns_[detail.pattern[s]];
+      if (p.count == 0 || (wanted && !wanted(s))) continue;
+      if (go_on && triangles >= kPortion) {
+        portions.push_back({&chunk, command_list_.size(), 0});
+        triangles = 0;
+      }
+      command_list_.push_back({p.count, 1, p.first, static_cast<std::int32_t>(slabs_[s].samples_at), slabs_[s].number});
+      ++portions.back().count;
+      triangles += p.count / 3;
+      total += p.count / 3;
     }
   }
-  return triangle_count(level);
+  if (command_list_.empty()) return 0;
+  if (command_list_.size() > command_room_) {
+    command_room_ = std::max(command_list_.size(), slabs_.size());
+    commands_ = make_buffer(command_room_ * sizeof(Command), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  }
+  glNamedBufferSubData(commands_, 0, static_cast<GLsizeiptr>(command_list_.size() * sizeof(Command)),
+                       command_list_.data());
+  glBindVertexArray(vertex_array_);
+  glVertexArrayElementBuffer(vertex_array_, indices_);
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands_);
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, places_);
+  for (const Portion& portion : portions) {
+    if (portion.count == 0) continue;
+    glVertexArrayVertexBuffer(vertex_array_, 0, portion.chunk->records, 0, sizeof(Record));
+    glVertexArrayVertexBuffer(vertex_array_, 1, portion.chunk->samples, 0, sizeof(SampleWord));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, portion.chunk->colours);
+    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
+                                reinterpret_cast<const void*>(portion.first * sizeof(Command)),
+                                static_cast<GLsizei>(portion.count), sizeof(Command));
+    if (go_on && !go_on()) break;
+  }
+  return total;
 }
 
 double DisplayCache::lowest(Vec3d up) const noexcept {
@@ -403,6 +562,13 @@ double DisplayCache::lowest(Vec3d up) const noexcept {
                                 up.z * (up.z > 0 ? b.low.z : b.high.z));
   }
   return least;
+}
+
+std::uint64_t DisplayCache::gpu_bytes() const noexcept {
+  std::uint64_t total = places_bytes_ + index_room_ * 2 + command_room_ * sizeof(Command);
+  for (const Chunk& chunk : chunks_)
+    total += chunk.sample_total * sizeof(SampleWord) + chunk.colour_total * 4 + chunk.count * sizeof(Record);
+  return total;
 }
 
 }  // namespace relief::detail

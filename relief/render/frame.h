@@ -1,7 +1,7 @@
 // Frames for a window: a snapshot, or the rectangle of it that changed, into the caller's pixels.
 #pragma once
 
-#include <relief/render/renderer.h>
+#include <relief/render/picture.h>
 
 #include <array>
 #include <atomic>
@@ -33,6 +33,8 @@ struct Look {
   bool legend = true;                         ///< of the map
   double mm_per_unit = 0;                     ///< of the legend's lengths; 0: they are told in model units
   Vec3f base_colour = {0.74F, 0.67F, 0.60F};  ///< sRGB; of matcap 0 and of the studio light without a colour layer
+  int lights = 64;                            ///< of the studio light, 1 to 256
+  bool ground = true;                         ///< of the studio light: floor and backdrop instead of the gradient
   Vec3f top = {0.205F, 0.220F, 0.244F}, bottom = {0.110F, 0.120F, 0.134F};  ///< background, sRGB
   friend bool operator==(const Look&, const Look&) = default;
 };
@@ -49,11 +51,12 @@ struct PixelRect {
 
 /// One picture that is asked for.
 struct Frame {
-  Camera camera;
+  Camera camera = {};
   int width = 0, height = 0;  ///< pixels, 1 to 8192
   double tau = 1;   ///< pixels: slabs show the coarsest level whose micro-edges are at most so long; 0: all samples
-  int samples = 1;  ///< per pixel: 1 while something moves, 4, or 16 for a final frame
-  Look look;
+  int samples = 1;  ///< per pixel: 1 while something moves, 4, 9, or 16 for a final frame
+  int level = 0;    ///< every 2^level-th sample at least, as far as each n has it
+  Look look = {};
   std::optional<HandOverlay> hand = std::nullopt;  ///< only with Look::Light::Studio
   friend bool operator==(const Frame&, const Frame&) = default;
 };
@@ -111,8 +114,19 @@ class FrameRenderer {
   [[nodiscard]] Status draw_to(const Snapshot& model, const Frame& frame, unsigned framebuffer,
                                const std::atomic<bool>* cancel = nullptr);
 
-  /// The surface point seen at a place of the last picture, as in pixel_ray(), to about 1e-5 of the model's size along
-  /// the ray; empty beside the model, and after a frame of Look::Light::Studio.
+  /// draw() into a picture of its own.
+  [[nodiscard]] Result<Picture> picture(const Snapshot& model, const Frame& frame,
+                                        const std::atomic<bool>* cancel = nullptr);
+
+  /// Signed coverage per pixel: front faces +1, back faces -1, no depth test; 0 everywhere on a closed model without
+  /// cracks. The count of pixels covered, and of those that differ from 0.
+  struct Coverage {
+    std::uint64_t covered = 0, cracks = 0;
+  };
+  [[nodiscard]] Result<Coverage> coverage(const Snapshot& model, const Frame& frame);
+
+  /// The surface point seen at a pixel of the last picture, at one of its samples, to about 1e-6 of the model's depth;
+  /// empty beside the model, and after a frame of Look::Light::Studio.
   [[nodiscard]] std::optional<Vec3d> pick(double x, double y) const;
 
   [[nodiscard]] const FrameStats& stats() const noexcept;

@@ -58,7 +58,7 @@ vec3 albedo_at(vec2 weights, uvec2 tile, float value) { return base_colour; }
 /// With kPlace, kFrameLight and kFrameAlbedo before it.
 inline constexpr std::string_view kFrameVertex = R"(
 layout(location = 1) uniform vec3 axes[3];  // of the view: right, up, to the eye
-layout(location = 4) uniform vec4 map;      // what the map shows at t is (value - x) * y; z: which map
+layout(location = 4) uniform vec3 map;      // lowest value, 1 / range, which map
 #ifdef CORNERS
 out vec3 colour;
 #else
@@ -79,14 +79,14 @@ void main() {
   float shade = 1.0;
 #ifdef CAVITY
   float hollow = v.alpha_hollow.y;
-  shade = hollow > 0.0 ? 1.0 - 0.34 * hollow : 1.0 - 0.14 * hollow;
+  shade = hollow > 0.0 ? 1.0 - 0.30 * hollow : 1.0 - 0.10 * hollow;
 #endif
 #ifdef MASK
   shade *= 1.0 - 0.55 * v.mask;
 #endif
   float shown = 0.0;
 #if defined(MAP) && !defined(STRETCH)
-  shown = (map.z == 1.0 ? v.alpha_hollow.x : map.z == 2.0 ? v.clay : v.slab) * map.y - map.x * map.y;
+  shown = ((map.z == 1.0 ? v.height : map.z == 2.0 ? v.clay : v.slab) - map.x) * map.y;
 #endif
 #ifdef CORNERS
   colour = lit(n, albedo_at(v.weights.yz, data.zw, shown), shade);
@@ -100,7 +100,7 @@ void main() {
 #endif
 #ifdef STRETCH
   position = v.position;
-  intervals = float(data.y);
+  intervals = float(data.y & 255u);
 #endif
 }
 )";
@@ -108,7 +108,7 @@ void main() {
 /// With kFrameLight and kFrameAlbedo before it.
 inline constexpr std::string_view kFrameFragment = R"(
 layout(location = 6) uniform float line_width;  // pixels
-layout(location = 7) uniform vec2 stretch;      // mean area of a micro-triangle, its inverse; 1 / twice the range
+layout(location = 7) uniform vec2 stretch;      // 1 / mean area of a micro-triangle; 1 / range in octaves
 #ifdef CORNERS
 in vec3 colour;
 #else
@@ -166,7 +166,7 @@ void main() {
   gl_Position = clip;
   float hollow = in_colour.a * 2.0 - 1.0, shade = 1.0;
 #ifdef CAVITY
-  shade = hollow > 0.0 ? 1.0 - 0.34 * hollow : 1.0 - 0.14 * hollow;
+  shade = hollow > 0.0 ? 1.0 - 0.30 * hollow : 1.0 - 0.10 * hollow;
 #endif
   normal_shade = vec4(dot(in_normal.xyz, axes[0]), dot(in_normal.xyz, axes[1]), dot(in_normal.xyz, axes[2]), shade);
   tint = in_colour.rgb;

@@ -136,6 +136,29 @@ GlVertexArray make_vertex_array() {
   return GlVertexArray(name);
 }
 
+Status gl_status() {
+  Status status;
+  for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError())
+    if (status)
+      status =
+          error == GL_OUT_OF_MEMORY
+              ? fail(Errc::Io,
+                     "cannot draw: the graphics driver is out of memory; draw a smaller picture or a coarser level")
+              : fail(Errc::Io, "cannot draw: the graphics driver reports error " + std::to_string(error));
+  return status;
+}
+
+GlTexture attached(GLuint framebuffer, GLenum attachment, GLenum format, int width, int height, GLenum filter) {
+  GlTexture texture = make_texture(format, width, height, filter);
+  glNamedFramebufferTexture(framebuffer, attachment, texture, 0);
+  return texture;
+}
+
+Status complete(GLuint framebuffer) {
+  if (glCheckNamedFramebufferStatus(framebuffer, GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+  return fail(Errc::Io, "cannot draw: the graphics driver offers no picture of the kind needed; draw a smaller one");
+}
+
 Result<GlProgram> make_program(std::string_view name, std::initializer_list<std::string_view> vertex,
                                std::initializer_list<std::string_view> fragment) {
   const auto complaint = [&](std::string_view text) {

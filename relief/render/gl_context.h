@@ -86,6 +86,13 @@ using GlSampler = GlName<delete_sampler>;
 [[nodiscard]] GlTexture make_texture(GLenum format, int width, int height, GLenum filter = GL_NEAREST);
 [[nodiscard]] GlFramebuffer make_framebuffer();
 [[nodiscard]] GlVertexArray make_vertex_array();
+/// A texture that is that attachment of the framebuffer.
+[[nodiscard]] GlTexture attached(GLuint framebuffer, GLenum attachment, GLenum format, int width, int height,
+                                 GLenum filter = GL_NEAREST);
+/// Error: Io, when the framebuffer cannot be drawn into.
+[[nodiscard]] Status complete(GLuint framebuffer);
+/// Error: Io, when the driver has reported an error since the last call.
+[[nodiscard]] Status gl_status();
 /// Compiles and links texts that follow one another; `fragment` may be empty. Error: Io with the first line of the
 /// driver's complaint.
 [[nodiscard]] Result<GlProgram> make_program(std::string_view name, std::initializer_list<std::string_view> vertex,

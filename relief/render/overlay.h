@@ -1,7 +1,7 @@
 // What is drawn over the model: the hand as small solids, the scale of the heat map as pixels.
 #pragma once
 
-#include "renderer.h"
+#include "picture.h"
 #include "studio.h"
 
 #include <relief/base/vec.h>
@@ -10,19 +10,6 @@
 #include <vector>
 
 namespace relief::detail {
-
-/// Colours of the heat map from the lowest to the highest displacement, sRGB.
-inline constexpr std::array<Vec3f, 9> kHeat = {{{0.06F, 0.03F, 0.14F},
-                                                {0.16F, 0.12F, 0.62F},
-                                                {0.10F, 0.42F, 0.95F},
-                                                {0.08F, 0.76F, 0.80F},
-                                                {0.20F, 0.85F, 0.36F},
-                                                {0.66F, 0.89F, 0.16F},
-                                                {0.98F, 0.80F, 0.14F},
-                                                {0.97F, 0.42F, 0.10F},
-                                                {0.80F, 0.07F, 0.09F}}};
-/// What it shows instead within a twentieth of an end of a fibre, where tools have faded out: sRGB.
-inline constexpr Vec3f kAtEnd = {0.95F, 0.25F, 0.85F};
 
 /// The way from the stylus's tip to its end, unit, for a surface that faces `out`: 50 degrees off it, so outside a
 /// solid that is not hollow there, like the hand of a right-handed user, and in the picture clear of an arrow along
@@ -42,8 +29,5 @@ struct Solids {
 /// Sizes follow the picture: `view_height` is the height of what the camera sees at the cursor, model units. A force of
 /// 3.3 N or more gives an arrow of a fifth of it, a weak one of a twenty-fifth, so that it is seen beside the tip.
 [[nodiscard]] Solids make_solids(const HandOverlay& hand, Vec3d centre, const Eye& eye, double view_height);
-
-/// The heat map's scale with the displacement at its ends, in the lower left corner.
-void draw_legend(Picture& picture, float min_alpha, float max_alpha);
 
 }  // namespace relief::detail

@@ -1,4 +1,4 @@
-#include "renderer.h"
+#include "picture.h"
 
 #include <relief/base/assert.h>
 #include <relief/base/atomic_file.h>

@@ -11,11 +11,11 @@ inline constexpr int kBatch = 8;
 /// Position on the fibre, from the lattice. A sample on a wall has one weight of zero, so its sum is the same bits in
 /// both slabs, whatever the order of their corners; `precise` keeps it so.
 inline constexpr std::string_view kPlace = R"(
-layout(std430, binding = 0) readonly buffer Samples { uvec2 samples[]; };
 layout(std430, binding = 1) readonly buffer Places { uint places[]; };
 layout(location = 0) in vec3 inner[3];  // of the slab
 layout(location = 3) in vec3 outer[3];
-layout(location = 6) in uvec4 data;     // first sample, n, first colour, m
+layout(location = 6) in uvec4 data;     // first sample, n and first place, first colour, m
+layout(location = 7) in uvec2 words;    // of the sample
 layout(location = 0) uniform mat4 projection;
 vec3 unpack_normal(uint code) {
   vec2 p = vec2(code & 4095u, (code >> 12) & 4095u) / 2047.5 - 1.0;
@@ -26,21 +26,21 @@ vec3 unpack_normal(uint code) {
 struct Vertex {
   vec3 position, normal, weights;
   vec2 alpha_hollow;
-  float mask, clay, slab;  // clay: to the nearer end of the fibre, a length; slab: a number in 0..1 of its own
+  float mask, height, clay, slab;  // above the fibre's middle, to its nearer end: lengths; a number in 0..1 of its own
 };
 Vertex place_vertex() {
-  uint place = places[gl_VertexID];
-  uvec2 word = samples[data.x + uint(gl_VertexID)];
+  uint n = data.y & 255u, place = places[(data.y >> 8) + uint(gl_VertexID) - data.x];
   uint i = place & 255u, j = place >> 8;
-  vec3 w = vec3(data.y - i - j, i, j) / float(data.y);
+  vec3 w = vec3(n - i - j, i, j) / float(n);
   precise vec3 base = (inner[0] * w.x + inner[1] * w.y) + inner[2] * w.z;
   precise vec3 top = (outer[0] * w.x + outer[1] * w.y) + outer[2] * w.z;
-  float alpha = uintBitsToFloat(word.x);
+  float alpha = float(words.x & 16777215u) / 16777215.0;
   precise vec3 p = base + (top - base) * alpha;
   precise vec4 clip = projection * vec4(p, 1.0);
   gl_Position = clip;
-  float clay = length(top - base) * min(alpha, 1.0 - alpha), slab = fract(float(data.x) * 0.61803399);
-  return Vertex(p, unpack_normal(word.y), w, vec2(alpha, float(word.y >> 24) / 127.0 - 1.0), 0.0, clay, slab);
+  float fibre = length(top - base), slab = fract(float(data.x) * 0.61803399);
+  return Vertex(p, unpack_normal(words.y), w, vec2(alpha, float(words.y >> 24) / 127.0 - 1.0),
+                float(words.x >> 24) / 255.0, fibre * (alpha - 0.5), fibre * min(alpha, 1.0 - alpha), slab);
 }
 )";
 /// With kPlace before it.
@@ -48,14 +48,17 @@ inline constexpr std::string_view kSurfaceVertex = R"(
 out vec3 position;
 out vec3 normal;
 out vec3 weights;
-out vec2 alpha_hollow;
+out vec2 hollow_mask;
+out float value;  // of the map, or n for the stretch
 flat out uvec2 colour_tile;
+layout(location = 2) uniform ivec4 modes;
 void main() {
   Vertex v = place_vertex();
   position = v.position;
   normal = v.normal;
   weights = v.weights;
-  alpha_hollow = v.alpha_hollow;
+  hollow_mask = vec2(v.alpha_hollow.y, v.mask);
+  value = modes.y == 1 ? v.height : modes.y == 2 ? v.clay : modes.y == 3 ? v.slab : float(data.y & 255u);
   colour_tile = data.zw;
 }
 )";
@@ -69,14 +72,17 @@ void main() { place_vertex(); }
 inline constexpr std::string_view kSurfaceFragment =
     R"(layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
 layout(location = 1) uniform vec3 base_colour;
-layout(location = 2) uniform ivec4 modes;          // has colour, heat map, slab wires, two-sided
+layout(location = 2) uniform ivec4 modes;          // has colour, map, slab wires, two-sided
 layout(location = 3) uniform vec4 ring;            // contact ring: centre, radius (0: none)
-layout(location = 4) uniform vec4 heat_range;      // lowest alpha, 1 / range, width of lines in sub-pixels
-layout(location = 5) uniform vec3 heat[9];
+layout(location = 4) uniform vec4 map;             // lowest value, 1 / range, width of lines in sub-pixels,
+                                                   // 1 / mean area of a micro-triangle
+layout(location = 5) uniform vec2 shares;          // of the hollows, of the mask
+layout(binding = 4) uniform sampler2D map_colours;
 in vec3 position;
 in vec3 normal;
 in vec3 weights;
-in vec2 alpha_hollow;
+in vec2 hollow_mask;
+in float value;
 flat in uvec2 colour_tile;
 layout(location = 0) out vec4 out_base;
 layout(location = 1) out vec2 out_normal;
@@ -107,28 +113,33 @@ void main() {
   vec3 base;
   float shine = 1.0;
   if (modes.y != 0) {
-    float t = clamp((alpha_hollow.x - heat_range.x) * heat_range.y, 0.0, 1.0) * 8.0;
-    int k = min(int(t), 7);
-    base = linear(mix(heat[k], heat[k + 1], t - float(k)));
-    if (abs(alpha_hollow.x - 0.5) > 0.45) base = linear(vec3(0.95, 0.25, 0.85));  // kAtEnd
+    float shown = value;
+    if (modes.y == 4) {
+      vec2 across = dFdx(weights.yz), over = dFdy(weights.yz);
+      float share = abs(across.x * over.y - across.y * over.x) * value * value;
+      float area = length(cross(dFdx(position), dFdy(position)));
+      shown = log2(max(area, 1e-30) / max(share, 1e-30) * map.w);
+    }
+    base = linear(texture(map_colours, vec2((shown - map.x) * map.y, 0.5)).rgb);
     shine = 0.5;
   } else {
     base = linear(clamp(modes.x != 0 ? lattice_colour() : base_colour, 0.0, 1.0));
-    float hollow = alpha_hollow.y;
+    float hollow = hollow_mask.x * shares.x;
     base *= hollow > 0.0 ? 1.0 - 0.55 * hollow : 1.0 - 0.22 * hollow;
   }
+  base *= 1.0 - 0.7 * hollow_mask.y * shares.y;
   if (modes.z != 0) {
     vec3 slope = max(fwidth(weights), vec3(1e-6));
     vec3 steps = weights / slope;
     float nearest = min(steps.x, min(steps.y, steps.z));
     float crowded = smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z)));
-    float line = clamp(0.55 * heat_range.z + 0.5 - nearest, 0.0, 1.0) * (1.0 - crowded);
+    float line = clamp(0.55 * map.z + 0.5 - nearest, 0.0, 1.0) * (1.0 - crowded);
     base = mix(base, vec3(0.012), 0.9 * line);
     shine = mix(shine, 0.0, line);
   }
   if (ring.w > 0.0) {
     float away = distance(position, ring.xyz) - ring.w;
-    float line = clamp(1.3 * heat_range.z + 0.5 - abs(away) / max(fwidth(away), 1e-9), 0.0, 1.0);
+    float line = clamp(1.3 * map.z + 0.5 - abs(away) / max(fwidth(away), 1e-9), 0.0, 1.0);
     base = mix(base, vec3(1.0, 0.72, 0.05), line);
   }
   vec3 n = normalize(normal);
@@ -139,12 +150,7 @@ void main() {
 }
 )";
 
-inline constexpr std::string_view kCoverageFragment = R"(in vec3 position;
-in vec3 normal;
-in vec3 weights;
-in vec2 alpha_hollow;
-flat in uvec2 colour_tile;
-layout(location = 0) out vec2 coverage;
+inline constexpr std::string_view kCoverageFragment = R"(layout(location = 0) out vec2 coverage;
 void main() { coverage = vec2(gl_FrontFacing ? 1.0 : -1.0, 1.0); }
 )";
 
@@ -181,7 +187,7 @@ void main() {
 inline constexpr std::string_view kVeilLight = R"(
 vec3 encode(vec3 light) { return light; }
 )";
-/// With kVeilLight or kQuickLight before it. Solids blended over the lit picture: what is hidden, faint; the tool
+/// With kVeilLight before it. Solids blended over the lit picture: what is hidden, faint; the tool
 /// sphere, clear in the middle and dense at its rim.
 inline constexpr std::string_view kVeilFragment = R"(layout(location = 1) uniform vec3 eye;
 layout(location = 2) uniform vec2 density;  // facing the eye, at the rim
@@ -376,204 +382,6 @@ void main() {
   float noise = fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))) - 0.5;
   out_colour = vec4(encode(colour) + noise / 255.0 * (modes.y != 0 ? 1.0 : 0.0), 1.0);
 }
-)";
-
-/// The quick frame goes over the surface once: one key light with a shadow, a fill and a rim without, sky and bounce.
-/// Its programs are compiled with what they need and nothing else: HEAT, COLOUR, WIRES, RING, TWO_SIDED, SMALL.
-/// The light that a place gives back, and the film curve with the sRGB curve after it as one quotient in the square
-/// root of light (within 0.9 % of the full picture's).
-inline constexpr std::string_view kQuickLight = R"(
-layout(location = 16) uniform vec4 towards[3];  // key, fill, rim; w: shadow texel
-layout(location = 19) uniform vec3 strength[3];
-layout(location = 22) uniform vec3 up;
-layout(location = 23) uniform vec3 ambient[2];  // mean of sky and ground, half their difference
-layout(location = 25) uniform vec4 half_way;    // between key and eye; strength of the highlight
-vec3 encode(vec3 light) {
-  vec3 s = sqrt(light);
-  return (light * 5.5706 + s * 0.16275) / (light * 4.7722 + s * 1.22847 + 1.0);
-}
-vec3 lit_colour(vec3 base, vec3 n, float lit) {
-  float nh = max(dot(n, half_way.xyz), 0.0);
-  float d = nh * nh * -0.92 + 1.0;  // rougher than in the full picture: one light stands for a soft box
-  float key = max(dot(n, towards[0].xyz), 0.0) * lit;
-  vec3 rest = strength[1] * max(dot(n, towards[1].xyz), 0.0) + strength[2] * max(dot(n, towards[2].xyz), 0.0) +
-              ambient[0] + ambient[1] * dot(n, up);
-  return encode(base * (strength[0] * key + rest) + strength[0] * (key * half_way.w / (d * d)));
-}
-)";
-/// Reflectance, linear.
-inline constexpr std::string_view kQuickColour = R"(
-layout(location = 1) uniform vec3 base_colour;  // linear, where there is no other
-#if defined(HEAT)
-layout(location = 4) uniform vec4 heat_range;  // lowest alpha, 1 / range
-layout(location = 30) uniform vec3 heat[9];    // linear
-vec3 surface_colour(vec2 weights, uvec2 tile, float tint) {
-  float t = clamp((tint - heat_range.x) * heat_range.y, 0.0, 1.0) * 8.0;
-  int k = min(int(t), 7);
-  if (abs(tint - 0.5) > 0.45) return vec3(0.888, 0.051, 0.693);  // kAtEnd, linear
-  return mix(heat[k], heat[k + 1], t - float(k));
-}
-#elif defined(COLOUR)
-layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
-vec3 texel(uvec2 tile, uvec2 at) {
-  uint word = colours[tile.x + at.y * (tile.y + 1u) - (at.y * (at.y - 1u)) / 2u + at.x];
-  return vec3(word & 255u, (word >> 8) & 255u, (word >> 16) & 255u);
-}
-// Of the cell's two triangles the one that holds the place: its right-angled corner and the two beside it.
-vec3 surface_colour(vec2 weights, uvec2 tile, float tint) {
-  uint m = tile.y;
-  vec2 at = max(weights, vec2(0.0)) * float(m);
-  uint i = min(uint(at.x), m - 1u), j = min(uint(at.y), m - 1u - i);
-  vec2 f = at - vec2(i, j);
-  bool upper = f.x + f.y > 1.0 && i + j + 2u <= m;
-  vec2 g = upper ? 1.0 - f.yx : f;
-  vec3 c = texel(tile, uvec2(i, j) + (upper ? 1u : 0u)) * (1.0 - g.x - g.y);
-  c += texel(tile, uvec2(i + 1u, j)) * g.x + texel(tile, uvec2(i, j + 1u)) * g.y;
-  c /= 255.0;
-  return c * (c * (c * 0.3053 + 0.6822) + 0.0125) * tint;  // sRGB to linear, within half a step of 8 bits
-}
-#else
-vec3 surface_colour(vec2 weights, uvec2 tile, float tint) { return base_colour * tint; }
-#endif
-)";
-/// With kPlace, kQuickLight and kQuickColour before it. Where triangles are SMALL, light and colour are found at their
-/// corners: a software driver shades a small triangle's surroundings with it.
-inline constexpr std::string_view kQuickVertex = R"(
-layout(location = 8) uniform vec4 shadow_rows[3];
-layout(location = 11) uniform float shadow_texel;
-out vec3 shadow_place;
-#ifdef SMALL
-out vec3 dark;
-out vec3 bright;
-#else
-out vec4 normal_tint;
-#endif
-#if defined(WIRES) || !defined(SMALL)
-out vec2 weights;
-#endif
-#ifndef SMALL
-flat out uvec2 colour_tile;
-#endif
-#ifdef RING
-out vec3 position;
-#endif
-void main() {
-  Vertex v = place_vertex();
-  float facing = clamp(dot(v.normal, towards[0].xyz), 0.0, 1.0);
-  vec4 at = vec4(v.position + v.normal * (shadow_texel * (1.5 + 2.0 * (1.0 - facing))), 1.0);
-  shadow_place = vec3(dot(shadow_rows[0], at), dot(shadow_rows[1], at), dot(shadow_rows[2], at));
-#ifdef HEAT
-  float tint = v.alpha_hollow.x;
-#else
-  float hollow = v.alpha_hollow.y, tint = hollow > 0.0 ? 1.0 - 0.55 * hollow : 1.0 - 0.22 * hollow;
-#endif
-#ifdef SMALL
-  vec3 base = surface_colour(v.weights.yz, data.zw, tint);
-  dark = lit_colour(base, v.normal, 0.0);
-  bright = lit_colour(base, v.normal, 1.0);
-#else
-  normal_tint = vec4(v.normal, tint);
-  colour_tile = data.zw;
-#endif
-#if defined(WIRES) || !defined(SMALL)
-  weights = v.weights.yz;
-#endif
-#ifdef RING
-  position = v.position;
-#endif
-}
-)";
-/// With kQuickLight and kQuickColour before it.
-inline constexpr std::string_view kQuickFragment = R"(
-layout(binding = 3) uniform sampler2DShadow shadow_map;
-layout(location = 2) uniform float line_width;  // pixels
-layout(location = 3) uniform vec4 ring;
-in vec3 shadow_place;
-#ifdef SMALL
-in vec3 dark;
-in vec3 bright;
-#else
-in vec4 normal_tint;
-flat in uvec2 colour_tile;
-#endif
-#if defined(WIRES) || !defined(SMALL)
-in vec2 weights;
-#endif
-#ifdef RING
-in vec3 position;
-#endif
-layout(location = 0) out vec4 out_colour;
-void main() {
-  float lit = texture(shadow_map, shadow_place);
-#ifdef SMALL
-  vec3 colour = mix(dark, bright, lit);
-#else
-  vec3 n = normalize(normal_tint.xyz);
-#ifdef TWO_SIDED
-  if (!gl_FrontFacing) n = -n;
-#endif
-  vec3 colour = lit_colour(surface_colour(weights, colour_tile, normal_tint.w), n, lit);
-#endif
-#ifdef WIRES
-  vec3 all = vec3(1.0 - weights.x - weights.y, weights);
-  vec3 slope = max(fwidth(all), vec3(1e-6));
-  vec3 steps = all / slope;
-  float crowded = smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z)));
-  float wire = clamp(0.55 * line_width + 0.5 - min(steps.x, min(steps.y, steps.z)), 0.0, 1.0) * (1.0 - crowded);
-  colour *= 1.0 - 0.85 * wire;
-#endif
-#ifdef RING
-  float away = distance(position, ring.xyz) - ring.w;
-  float line = clamp(1.3 * line_width + 0.5 - abs(away) / max(fwidth(away), 1e-9), 0.0, 1.0);
-  colour = mix(colour, vec3(0.97, 0.85, 0.16), line);
-#endif
-  out_colour = vec4(colour, 1.0);
-}
-)";
-/// With kQuickLight before it.
-inline constexpr std::string_view kQuickSolidFragment = R"(
-in vec3 position;
-in vec3 normal;
-in vec3 colour;
-layout(location = 0) out vec4 out_colour;
-void main() { out_colour = vec4(lit_colour(colour, normalize(normal), 1.0), 1.0); }
-)";
-/// What the model takes of the key light on the floor, softer the farther from what casts the shadow, and of the sky.
-inline constexpr std::string_view kQuickFloorFragment = R"(
-layout(binding = 3) uniform sampler2D shadow_map;
-layout(location = 0) uniform vec3 corner;
-layout(location = 1) uniform vec3 side[2];
-layout(location = 3) uniform vec4 rows[3];
-layout(location = 6) uniform float widen;  // share of the shadow map over which a light spreads, per depth
-layout(location = 7) uniform vec4 under;   // the model's footprint on the map: middle, half edges
-layout(location = 0) out vec4 taken;
-void main() {
-  vec4 at = vec4(corner + side[0] * gl_FragCoord.x + side[1] * gl_FragCoord.y, 1.0);
-  vec3 map = vec3(dot(rows[0], at), dot(rows[1], at), dot(rows[2], at));
-  const int kTaps = 24;
-  float height = 0.0, hits = 0.0;
-  for (int k = 0; k < kTaps; ++k) {
-    float r = 0.10 * sqrt((float(k) + 0.5) / float(kTaps)), turn = 2.39996323 * float(k);
-    float first = textureLod(shadow_map, map.xy + r * vec2(cos(turn), sin(turn)), 0.0).r;
-    if (first < min(map.z - 0.002, 1.0)) {
-      height += map.z - first;
-      hits += 1.0;
-    }
-  }
-  float radius = max(0.006, min(widen * height / max(hits, 1.0), 0.10)), dark = 0.0;
-  for (int k = 0; k < kTaps; ++k) {
-    float r = radius * sqrt((float(k) + 0.5) / float(kTaps)), turn = 2.39996323 * float(k);
-    float first = textureLod(shadow_map, map.xy + r * vec2(cos(turn), sin(turn)), 0.0).r;
-    dark += first < min(map.z - 0.002, 1.0) ? 1.0 / float(kTaps) : 0.0;
-  }
-  vec2 from = (gl_FragCoord.xy - under.xy) / under.zw;
-  taken = vec4(0.55 * dark, 0.40 * exp(-1.2 * dot(from, from)), 0.0, 0.0);
-}
-)";
-/// Floor and backdrop at a fraction of the picture's size. With kBackdrop before it.
-inline constexpr std::string_view kQuickBackdropFragment = R"(
-layout(location = 0) out vec4 out_colour;
-void main() { out_colour = vec4(encode(film(behind(gl_FragCoord.xy))), 1.0); }
 )";
 
 }  // namespace relief::detail

@@ -1,7 +1,7 @@
 // Where the eye and the lights stand: pure arithmetic, no OpenGL.
 #pragma once
 
-#include "renderer.h"
+#include "picture.h"
 
 #include <relief/base/vec.h>
 

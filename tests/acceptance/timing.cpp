@@ -8,7 +8,7 @@
 #include <relief/base/cpu_time.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/haptics/contact/proxy.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 #include <relief/session/session.h>
 
 #include <sys/resource.h>
@@ -89,15 +89,18 @@ Live live_session(double seconds) {
   session.set_brush({.tool = Tool::Carve, .radius = 0.05, .strength = 0.2});
   std::atomic<int> pictures{0};
   std::jthread drawing([&pictures, reader = document.reader(), model](const std::stop_token& stop) mutable {
-    Result<Renderer> renderer = Renderer::create();
+    Result<FrameRenderer> renderer = FrameRenderer::create();
     if (!renderer) {
       std::fprintf(stderr, "%s\n", renderer.error().message.c_str());
       return;
     }
-    const DrawSettings settings = {.width = 640, .height = 360};
-    const Camera camera = framing(*model, 0, 40, double(settings.width) / settings.height);
+    Frame frame;
+    frame.width = 640;
+    frame.height = 360;
+    frame.camera = framing(*model, 0, 40, 640.0 / 360);
+    std::vector<std::uint32_t> pixels(std::size_t{640} * 360);
     while (!stop.stop_requested()) {
-      if (!renderer->draw_quick(reader.latest(), camera, settings)) return;
+      if (!renderer->draw(reader.latest(), frame, pixels, frame.width)) return;
       ++pictures;
     }
   });

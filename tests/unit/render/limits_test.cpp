@@ -16,15 +16,15 @@ TEST(Limits, WrongSettingsAreNamed) {
     DrawSettings settings = small_settings();
     Camera camera = front();
     change(settings, camera);
-    const auto picture = renderer().draw(*model, camera, settings);
+    const auto picture = try_draw(renderer(), *model, camera, settings);
     ASSERT_FALSE(picture) << word;
     EXPECT_EQ(picture.error().code, Errc::InvalidArgument);
     EXPECT_NE(picture.error().message.find(word), std::string::npos) << picture.error().message;
-    EXPECT_FALSE(renderer().coverage(*model, camera, settings));
+    EXPECT_FALSE(renderer().coverage(*model, settings.frame(camera)));
   };
   refused([](DrawSettings& s, Camera&) { s.width = 0; }, "8192");
   refused([](DrawSettings& s, Camera&) { s.height = 8193; }, "8193");
-  refused([](DrawSettings& s, Camera&) { s.supersample = 5; }, "supersample");
+  refused([](DrawSettings& s, Camera&) { s.supersample = 5; }, "samples");
   refused([](DrawSettings& s, Camera&) { s.lights = 0; }, "lights");
   refused([](DrawSettings& s, Camera&) { s.lights = 257; }, "lights");
   refused([](DrawSettings& s, Camera&) { s.level = -1; }, "level");
@@ -32,6 +32,12 @@ TEST(Limits, WrongSettingsAreNamed) {
   refused([](DrawSettings&, Camera& c) { c.eye = c.target; }, "camera");
   refused([](DrawSettings&, Camera& c) { c.up = {}; }, "camera");
   refused([](DrawSettings&, Camera& c) { c.field_of_view = 180; }, "field of view");
+  refused(
+      [](DrawSettings&, Camera& c) {
+        c.parallel = true;
+        c.view_height = 0;
+      },
+      "view height");
   refused(
       [](DrawSettings& s, Camera&) {
         s.hand = HandOverlay{};
@@ -103,7 +109,7 @@ TEST(Cancel, APictureThatIsNotCancelledIsTheSame) {
 }
 
 TEST(Cancel, EndsAPictureAndTheNextOneIsWhole) {
-  auto made = Renderer::create();
+  auto made = FrameRenderer::create();
   ASSERT_TRUE(made);
   const auto model = ball(3, 32);
   DrawSettings settings = small_settings();
@@ -121,10 +127,10 @@ TEST(Cancel, EndsAPictureAndTheNextOneIsWhole) {
       std::this_thread::sleep_for(std::chrono::milliseconds(wait));
       cancel = true;
     });
-    const auto picture = made->draw(*model, front(1), large);
+    const auto picture = try_draw(*made, *model, front(1), large);
     ASSERT_FALSE(picture) << wait;
     EXPECT_EQ(picture.error().code, Errc::Cancelled) << picture.error().message;
-    const auto next = made->draw(*model, front(), settings);
+    const auto next = try_draw(*made, *model, front(), settings);
     ASSERT_TRUE(next) << next.error().message;
     EXPECT_EQ(next->rgb, expected.rgb) << wait;
   }
@@ -135,13 +141,13 @@ TEST(Limits, SeveralRenderersWorkSideBySide) {
   const DrawSettings settings = small_settings();
   const Picture expected = draw(*a, front(), settings);
   for (int round = 0; round < 3; ++round) {
-    auto one = Renderer::create(), two = Renderer::create();
+    auto one = FrameRenderer::create(), two = FrameRenderer::create();
     ASSERT_TRUE(one && two);
     EXPECT_FALSE(one->device().empty());
-    ASSERT_TRUE(two->draw(*b, front(), settings));
-    EXPECT_EQ(one->draw(*a, front(), settings)->rgb, expected.rgb);
+    ASSERT_TRUE(try_draw(*two, *b, front(), settings));
+    EXPECT_EQ(try_draw(*one, *a, front(), settings)->rgb, expected.rgb);
     *one = *std::move(two);
-    EXPECT_EQ(one->draw(*a, front(), settings)->rgb, expected.rgb);
+    EXPECT_EQ(try_draw(*one, *a, front(), settings)->rgb, expected.rgb);
   }
 }
 
@@ -151,7 +157,7 @@ TEST(LimitsDeathTest, WithoutADriverThePackageIsNamed) {
       {
         ::setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent", 1);
         ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent", 1);
-        const auto made = Renderer::create();
+        const auto made = FrameRenderer::create();
         if (made) std::exit(2);
         std::fprintf(stderr, "%s\n", made.error().message.c_str());
         std::exit(made.error().code == Errc::Io ? 0 : 3);

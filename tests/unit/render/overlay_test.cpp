@@ -38,20 +38,28 @@ TEST(SlabWires, FollowTheEdgesOfTheSlabs) {
   EXPECT_GT(edges, 10);
 }
 
-TEST(HeatMap, GoesFromBlueToRedAndHasALegend) {
+TEST(Maps, GoFromBlueToOrangeAndHaveALegend) {
   const auto model = ball(2, 16, [](Vec3d d) { return 0.15 * d.x; });
   DrawSettings settings = small_settings();
-  settings.heat_map = true;
+  settings.height = 360;
+  settings.width = 640;
+  settings.map = Look::Map::Displacement;
   const Camera camera = front();
   const Picture picture = draw(*model, camera, settings);
   const Pixel low = pixel_at(picture, camera, normalized(Vec3d{-0.8, 0.1, 0.6}) * 0.88);
   const Pixel high = pixel_at(picture, camera, normalized(Vec3d{0.9, 0.1, 0.4}) * 1.13);
   EXPECT_GT(low[2], low[0] + 30);
   EXPECT_GT(high[0], high[2] + 30);
-  // The scale stands in the lower left corner, red above blue.
-  const Pixel top = pixel(picture, 14, 180 - 10 - 105), bottom = pixel(picture, 14, 180 - 10 - 15);
-  EXPECT_GT(top[0], top[2] + 50);
-  EXPECT_GT(bottom[2], bottom[0] + 50);
+  // The scale stands in the lower left corner, orange above blue, with words in ink to its right.
+  int orange = 1000, blue = -1, ink = 0;
+  for (int y = 180; y < 360; ++y) {
+    const Pixel bar = pixel(picture, 22, y);
+    if (bar[0] > bar[2] + 60) orange = std::min(orange, y);
+    if (bar[2] > bar[0] + 60) blue = std::max(blue, y);
+    for (int x = 30; x < 100; ++x) ink += pixel(picture, x, y)[1] > 190 ? 1 : 0;
+  }
+  EXPECT_LT(orange + 100, blue);
+  EXPECT_GT(ink, 50);
 }
 
 HandOverlay touching_front() {

@@ -4,20 +4,54 @@
 #include "support/shells.h"
 
 #include <relief/core/query.h>
-#include <relief/render/renderer.h>
+#include <relief/render/frame.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
 namespace relief::testing {
 
+/// A picture in studio light, as most cases ask for one.
+struct DrawSettings {
+  int width = 320, height = 180;
+  int level = 0;
+  int supersample = 2;
+  int lights = 6;
+  bool slab_wires = false;
+  Look::Map map = Look::Map::None;
+  bool ground = false;
+  Vec3f base_colour = {0.72F, 0.66F, 0.60F};
+  std::optional<HandOverlay> hand = std::nullopt;
+  const std::atomic<bool>* cancel = nullptr;
+
+  [[nodiscard]] Frame frame(const Camera& camera) const {
+    Frame f;
+    f.camera = camera;
+    f.width = width;
+    f.height = height;
+    f.tau = 0;
+    f.level = level;
+    f.samples = supersample * supersample;
+    f.look.light = Look::Light::Studio;
+    f.look.lights = lights;
+    f.look.slab_wires = slab_wires;
+    f.look.map = map;
+    f.look.ground = ground;
+    f.look.base_colour = base_colour;
+    f.hand = hand;
+    return f;
+  }
+};
+inline DrawSettings small_settings() { return {}; }
+
 /// One renderer for all cases of the program: making one costs more than a small picture.
-inline Renderer& renderer() {
-  static Result<Renderer> made = Renderer::create();
+inline FrameRenderer& renderer() {
+  static Result<FrameRenderer> made = FrameRenderer::create();
   if (!made) {
     ADD_FAILURE() << made.error().message;
     std::abort();
@@ -25,17 +59,12 @@ inline Renderer& renderer() {
   return *made;
 }
 
-inline DrawSettings small_settings() {
-  DrawSettings settings;
-  settings.width = 320;
-  settings.height = 180;
-  settings.lights = 6;
-  settings.ground = false;
-  return settings;
+inline Result<Picture> try_draw(FrameRenderer& with, const Snapshot& model, const Camera& camera,
+                                const DrawSettings& settings) {
+  return with.picture(model, settings.frame(camera), settings.cancel);
 }
-
 inline Picture draw(const Snapshot& model, const Camera& camera, const DrawSettings& settings) {
-  auto picture = renderer().draw(model, camera, settings);
+  auto picture = try_draw(renderer(), model, camera, settings);
   if (!picture) {
     ADD_FAILURE() << picture.error().message;
     return Picture{1, 1, {0, 0, 0}};

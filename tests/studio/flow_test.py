@@ -1,0 +1,174 @@
+"""Files: a scan that falls into the window, a conversion that is cancelled, files that are no good, a disk that is full."""
+
+import math
+import os
+import pathlib
+import unittest
+
+import studio
+from studio import Case, DATA, SOAK, Studio, journal, measured, model, relief, scan, wait
+
+
+def enabled(o):
+    return o.getState().contains(studio.pyatspi.STATE_ENABLED)
+
+
+def unnamed():
+    """Models that the studio keeps for scans without a name yet."""
+    return sorted((studio.folder() / "state" / "relief" / "unnamed").glob("*"))
+
+
+class Scan(Case):
+    """A scan of 200 000 triangles, dropped on the start page."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scan = scan(triangles=200000)
+
+    def dropped(self):
+        """A studio with its start page, on which the scan has fallen."""
+        s = Studio(ready=False)
+        page = s.find("Start page")
+        x, y, width, height = studio.rect(page)
+        at = s.log.mark()
+        self.assertTrue(s.hand.drop(self.scan, x + width // 2, y + height // 3), "nobody took the file")
+        return s, at
+
+    def test_01_mesh_at_once_then_slabs(self):
+        s, at = self.dropped()
+        first = s.log.wait("frame", at, lambda e: e["rect"][2] > 0)
+        begun = s.log.last("convert")
+        measured("from the drop to the first picture of the mesh, 200 000 triangles",
+                 f"{first['ms'] - s.log.since(at)[0]['ms']} ms", "200 ms")
+        self.assertFalse(enabled(s.find("Carve")), "tools wait for the slabs")
+        self.assertTrue(s.find("Convert progress"))
+        self.assertTrue(s.find("Cancel"))
+        # It can be turned while its slabs are made; and what is seen then stays.
+        s.drag((0.05, 0.5), (0.12, 0.5), button=2)
+        turned = s.log.wait("camera", at)
+        s.hands_off()
+        mesh = None
+        if not s.log.since(at, "converted"):
+            s.settled(mark=at)
+            mesh = s.picture()
+        opened = s.log.wait("opened", at, patience=3 * studio.PATIENCE)
+        shares = [e["fraction"] for e in s.log.since(at, "convert")]
+        self.assertEqual(shares, sorted(shares))
+        self.assertGreater(len(shares), 3)
+        self.assertLessEqual(shares[-1], 1)
+        self.assertIsNotNone(begun)
+        wait("the tools", lambda: enabled(s.find("Carve")))
+        mark = s.log.mark()
+        s.settled(opened.get("revision", 0))
+        self.assertEqual([s.log.last("camera")[k] for k in ("eye", "target", "up")], [turned[k] for k in ("eye", "target", "up")])
+        card = next((o for o in s.all(studio.shows) if "ertified" in o.name + o.description), None)
+        self.assertIsNotNone(card, "the verdict")
+        self.assertEqual(s.log.since(mark, "dialog"), [])
+        self.assertEqual(relief("info", opened["file"], "--json")["content_hash"], opened["hash"])
+        if mesh is not None:
+            error = mesh.squared_error(s.picture())
+            ratio = 10 * math.log10(255 ** 2 / max(error, 1e-9))
+            measured("the slabs' picture against the mesh's", f"{ratio:.1f} dB", "40 dB")
+            self.assertGreater(ratio, 30)
+        self.assertTrue(s.close())
+
+    def test_02_cancel_in_each_phase(self):
+        s, at = self.dropped()
+        s.log.wait("opened", at, patience=3 * studio.PATIENCE)
+        phases = list(dict.fromkeys(e["phase"] for e in s.log.since(at, "convert")))
+        self.assertTrue(s.close())
+        kept = unnamed()
+        self.assertGreater(len(phases), 2)
+        cancelled = []
+        for phase in phases if SOAK else phases[::max(1, len(phases) // 3)]:
+            with self.subTest(phase):
+                s, at = self.dropped()
+                cancel = s.find("Cancel")
+                s.log.wait("convert", at, lambda e: e["phase"] == phase)
+                cancel.queryAction().doAction(0)
+                end = wait("an end", lambda: next((e for e in s.log.since(at) if e["event"] in ("cancelled", "opened")), None),
+                           3 * studio.PATIENCE)
+                if end["event"] == "cancelled":
+                    cancelled.append(phase)
+                    s.find("Start page")
+                    self.assertFalse(s.showing("Convert progress"))
+                    self.assertEqual(unnamed(), kept)
+                else:
+                    kept = unnamed()  # it was through before it heard
+                self.assertTrue(s.close())
+        self.assertGreaterEqual(len(cancelled), 2, "too fast to be cancelled")
+
+
+@unittest.skipUnless(DATA.is_dir(), "skipped: no test data")
+class BadFiles(Case):
+    """Each is refused in one dialog that names it, or opens with its verdict; the program lives."""
+
+    def test_bad_files(self):
+        bad = sorted(p for p in (DATA / "b_bad").rglob("*") if p.suffix.lower() in
+                     (".ply", ".obj", ".stl", ".off", ".glb", ".gltf", ".3mf") and p.stat().st_size < 2_000_000)
+        chosen = bad if SOAK else bad[::max(1, len(bad) // 10)][:10]
+        self.assertGreaterEqual(len(chosen), 10)
+        s = Studio(model())
+        for file in chosen:
+            with self.subTest(str(file.relative_to(DATA))):
+                x, y = s.pixel(0.5, 0.5) if s.showing("Viewport") else self.page(s)
+                at = s.log.mark()
+                self.assertTrue(s.hand.drop(file, x, y))
+                end = wait("a dialog or a model", lambda: next((e for e in s.log.since(at) if e["event"] in ("dialog", "opened")), None),
+                           6 * studio.PATIENCE)
+                self.assertIsNone(s.process.poll())
+                if end["event"] == "dialog":
+                    self.assertIn(file.name, end["text"])
+                    self.closed_dialog(s)
+                    self.assertEqual(len(s.log.since(at, "dialog")), 1)
+        good = s.log.mark()
+        x, y = s.pixel(0.5, 0.5) if s.showing("Viewport") else self.page(s)
+        self.assertTrue(s.hand.drop(scan(), x, y))
+        s.log.wait("opened", good, patience=3 * studio.PATIENCE)
+        self.assertEqual(s.log.since(good, "dialog"), [])
+        self.assertTrue(s.close())
+
+    def page(self, s):
+        x, y, width, height = studio.rect(s.find("Start page"))
+        return x + width // 2, y + height // 3
+
+    def closed_dialog(self, s):
+        dialog = wait("the dialog", lambda: next(s.all(lambda o: o.getRoleName() in ("dialog", "alert") and studio.shows(o)), None))
+        mark = s.log.mark()
+        s.hand.keys("Escape")
+        wait("the dialog to close", lambda: not any(True for _ in s.all(lambda o: o == dialog and studio.shows(o))))
+        return mark
+
+
+class FullDisk(Case):
+    """The disk is full for a while: a banner, work goes on, nothing is lost."""
+
+    def test_nothing_is_lost(self):
+        flag = studio.folder() / "the-disk-is-full"
+        file = model()
+        s = Studio(file, environment={"LD_PRELOAD": str(studio.BIN / "libstudio_full_disk.so"), "RELIEF_TEST_FULL": str(flag)})
+        s.press("Carve")
+        mark = s.log.mark()
+        s.stroke((0.42, 0.45), (0.46, 0.45))
+        s.log.wait("saved", mark)
+        flag.touch()
+        mark = s.log.mark()
+        second = s.stroke((0.48, 0.45), (0.52, 0.45))
+        s.log.wait("banner", mark)
+        self.assertEqual(len(journal(file)), 1)
+        alert = next((o for o in s.all(studio.shows) if o.getRoleName() in ("alert", "notification")), None)
+        self.assertIsNotNone(alert, "a banner of role alert")
+        before = s.picture()
+        third = s.stroke((0.42, 0.55), (0.46, 0.55))  # work goes on in memory
+        self.assertGreater(before.differing(s.picture(), 8), 100)
+        self.assertNotEqual(third["hash"], second["hash"])
+        flag.unlink()
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 3, patience=15 + studio.PATIENCE)  # tried again every 10 s
+        self.assertEqual(len(journal(file)), 3)
+        self.assertEqual(relief("info", file, "--json")["content_hash"], third["hash"])
+        wait("the banner to go", lambda: not any(o.getRoleName() in ("alert", "notification") for o in s.all(studio.shows)))
+        self.assertTrue(s.close())
+
+
+if __name__ == "__main__":
+    studio.main()

@@ -1,0 +1,65 @@
+"""The haptic hand beside the mouse: the simulated one, its plots and meters, and what must switch its forces off."""
+
+import pathlib
+import time
+import unittest
+
+import studio
+from studio import Case, SLOW, SOAK, Studio, measured, model, relief, wait
+
+
+class SimulatedHand(Case):
+    """The simulated hand feels the model while the mouse sculpts it."""
+
+    SECONDS = 60 if SOAK else 10
+
+    def test_01_servo_beside_the_mouse(self):
+        file = model()
+        alone = relief("touch", model(), "--device", "sim:hand", "--seconds", 3, "--json")
+        s = Studio(file, "--device", "simulated")
+        s.press("Carve")
+        mark = s.log.mark()
+        self.assertIn("imulated", s.described("Device") + s.find("Device").name)
+        panel = s.find("Device panel")
+        plots_before = s.picture(studio.rect(panel))
+        end = time.monotonic() + self.SECONDS
+        strokes = 0
+        while time.monotonic() < end:
+            u, v = 0.42 + 0.02 * (strokes % 8), 0.42 + 0.03 * (strokes % 5)
+            made = s.stroke((u, v), (u + 0.03, v + 0.02), samples=0)
+            self.assertGreater(made["samples"], 0)
+            strokes += 1
+        told = [e for e in s.log.since(mark, "hand")]
+        self.assertGreater(len(told), self.SECONDS / 2)
+        ticks = told[-1]["ticks"] - told[0]["ticks"]
+        self.assertGreater(ticks, 0)
+        self.assertGreater(max(e["force"] for e in told), 0, "the hand feels the surface")
+        self.assertNotEqual(s.picture(studio.rect(panel)), plots_before, "plots move")
+        measured("servo's ticks, late ones, CPU p99.9 with the window",
+                 f"{ticks}, {told[-1]['late'] - told[0]['late']}, {told[-1].get('cpu_us_p999')} us", "0 late beyond a run without the window")
+        measured("the same without a window", {k: v for k, v in alone.items() if "tick" in k or "late" in k or "compute" in k}, "")
+        self.assertTrue(s.close())
+
+    def test_02_forces_off(self):
+        s = Studio(model(), "--device", "simulated")
+        s.log.wait("hand", 0, lambda e: e["force"] > 0, patience=3 * studio.PATIENCE)
+        for chord in (("Pause",), ("Escape", "Escape")):
+            with self.subTest(chord):
+                s.hand.at(*s.pixel(0.5, 0.5))
+                mark = s.log.mark()
+                s.hand.keys(*chord)
+                s.log.wait("banner", mark)
+                alert = wait("the banner", lambda: next(s.all(lambda o: o.getRoleName() in ("alert", "notification") and studio.shows(o)), None))
+                self.assertIn("off", (alert.name + alert.description).lower())
+                self.assertIn("off", s.described("Status").lower())
+                off = s.log.wait("hand", mark, lambda e: e["force"] == 0)
+                later = s.log.mark()
+                s.log.wait("hand", later)
+                self.assertEqual([e["force"] for e in s.log.since(later, "hand")][0], 0, off)
+                s.press("Forces on")
+                s.log.wait("hand", later, lambda e: e["force"] > 0, patience=3 * studio.PATIENCE)
+        self.assertTrue(s.close())
+
+
+if __name__ == "__main__":
+    studio.main()

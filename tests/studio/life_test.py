@@ -1,0 +1,167 @@
+"""From the first start to the last: the start page, a killed studio, an idle one, a hidden one."""
+
+import os
+import pathlib
+import shutil
+import time
+import unittest
+
+import studio
+from studio import Case, Studio, journal, measured, model, relief, wait
+
+
+def forget():
+    """What earlier studios have left in the person's folders."""
+    for name in ("config", "state", "data", "cache"):
+        shutil.rmtree(studio.folder() / name, ignore_errors=True)
+        (studio.folder() / name).mkdir(mode=0o700)
+
+
+class FirstRun(Case):
+    """From nothing to the first dent: three clicks, no dialog."""
+
+    def test_sample_carve_dent(self):
+        forget()
+        begun = time.monotonic()
+        s = Studio(ready=False)
+        page = s.find("Start page")
+        sample = next(iter(s.all(lambda o: "pumpkin" in o.name.lower() and o.getRoleName() != "label" and studio.shows(o), page)), None)
+        self.assertIsNotNone(sample, "a sample on the start page")
+        mark = s.log.mark()
+        x, y, width, height = studio.rect(sample)
+        s.hand.click(x + width // 2, y + height // 2)
+        opened = s.log.wait("opened", mark, patience=4 * studio.PATIENCE)
+        self.assertEqual(s.log.since(mark, "dialog"), [])
+        s.hands_off()
+        s.settled(mark=mark)
+        s.click("Carve")
+        before = s.picture()
+        made = s.stroke((0.45, 0.48), (0.55, 0.52))
+        measured("from the start to the first dent", f"{time.monotonic() - begun:.1f} s", "20 s")
+        self.assertGreater(made["samples"], 0)
+        self.assertGreater(before.differing(s.picture(), 8), 300)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == made["stroke"])
+        file = pathlib.Path(opened["file"])
+        self.assertEqual([stroke["tool"] for stroke in journal(file)], ["carve"])
+        self.assertTrue(file.is_relative_to(studio.folder()))
+        self.assertTrue(s.close())
+
+
+class Killed(Case):
+    """kill -9 in the middle of the seventh stroke."""
+
+    def recover_rows(self, s):
+        page = s.find("Start page")
+        return s.showing("Recover", root=page)
+
+    def six_strokes(self, s):
+        s.press("Carve")
+        mark = s.log.mark()
+        for k in range(6):
+            made = s.stroke((0.42 + 0.03 * k, 0.45), (0.43 + 0.03 * k, 0.55), steps=20, samples=0)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 6)
+        return made
+
+    def test_01_a_clean_end_has_nothing_to_recover(self):
+        forget()
+        s = Studio(model())
+        self.six_strokes(s)
+        self.assertTrue(s.close())
+        s = Studio(ready=False)
+        self.assertEqual(self.recover_rows(s), [])
+        self.assertTrue(s.close())
+
+    def test_02_six_strokes_are_kept(self):
+        forget()
+        file = model()
+        s = Studio(file)
+        sixth = self.six_strokes(s)
+        x, y = s.pixel(0.45, 0.60)
+        s.hand.at(x, y)
+        s.hand.down()
+        s.hand.path([(x + k, y) for k in range(1, 60)])
+        s.kill()
+        s.hand.up()
+        self.assertEqual(len(journal(file)), 6)
+        self.assertEqual(relief("info", file, "--json")["content_hash"], sixth["hash"])
+        s = Studio(ready=False)
+        rows = self.recover_rows(s)
+        self.assertNotEqual(rows, [])
+        self.assertRegex(rows[0].description, r"\b6 (finished )?strokes\b")
+        mark = s.log.mark()
+        x, y, width, height = studio.rect(rows[0])
+        s.hand.click(x + width // 2, y + height // 2)
+        self.assertEqual(s.log.wait("opened", mark)["hash"], sixth["hash"])
+        s.hands_off()
+        s.settled(mark=mark)
+        mark = s.log.mark()
+        s.press("Undo")
+        s.log.wait("history", mark, lambda e: e["undo"] == 5)
+        self.assertTrue(s.close())
+
+
+def processor_ticks(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return int(fields[11]) + int(fields[12])
+
+
+def switches(pid):
+    total = 0
+    for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
+        total += sum(int(line.split()[1]) for line in (task / "status").read_text().splitlines() if "ctxt_switches" in line)
+    return total
+
+
+class Idle(Case):
+    """A studio in which nothing happens does nothing."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.studio = Studio(model())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def test_01_ten_seconds_of_nothing(self):
+        s = self.studio
+        s.press("Carve")
+        s.stroke((0.45, 0.5), (0.55, 0.5))
+        time.sleep(4)  # toasts go, the saver ends: what follows must be nothing at all
+        mark, ticks, switched, begun = s.log.mark(), processor_ticks(s.pid), switches(s.pid), time.monotonic()
+        before = s.picture(s.viewport())
+        time.sleep(10)  # the thing that is measured
+        self.assertEqual(s.log.since(mark), [])
+        self.assertEqual(s.picture(s.viewport()), before)
+        share = (processor_ticks(s.pid) - ticks) / os.sysconf("SC_CLK_TCK") / (time.monotonic() - begun)
+        measured("processor while idle", f"{100 * share:.2f} %, {switches(s.pid) - switched} context switches in 10 s", "0.5 %, 0")
+
+    def test_02_the_ring_draws_no_frame_but_the_camera_does(self):
+        s = self.studio
+        s.hand.at(*s.pixel(0.4, 0.5))
+        s.settled()
+        mark = s.log.mark()
+        s.hand.path(studio.along([s.pixel(0.4, 0.5), s.pixel(0.6, 0.5)], 100), 100)
+        self.assertEqual(s.log.since(mark, "frame"), [])
+        s.drag((0.4, 0.5), (0.6, 0.5), button=2)
+        s.settled(mark=mark)
+        self.assertGreater(len(s.log.since(mark, "frame")), 3)
+
+    def test_03_a_hidden_window_draws_nothing(self):
+        s = self.studio
+        s.hands_off()
+        s.settled()
+        undo = s.find("Undo")
+        mark = s.log.mark()
+        s.window("windowminimize")
+        wait("the window to be hidden", lambda: not s.windows())
+        undo.queryAction().doAction(0)
+        head = s.log.wait("history", mark)
+        time.sleep(1)  # the time in which a frame would come
+        self.assertEqual(s.log.since(mark, "frame"), [])
+        s.to_front()
+        self.assertGreaterEqual(s.settled(mark=mark)["revision"], head.get("revision", 0))
+
+
+if __name__ == "__main__":
+    studio.main()

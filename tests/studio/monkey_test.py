@@ -1,0 +1,153 @@
+"""Random hands: nothing that they do may end the studio, leave a dialog behind, or lose the way back to the first hash.
+
+A minute; ten in the long form. RELIEF_MONKEY_SEED=N plays one again, RELIEF_MONKEY_SECONDS=N sets how long.
+"""
+
+import os
+import random
+import time
+import unittest
+
+import studio
+from studio import Case, SOAK, Studio, measured, model, wait
+
+ROLES = ("push button", "check box", "toggle button", "radio button", "menu item", "check menu item", "slider", "page tab", "list item",
+         "combo box", "spin button")
+# What ends the program or asks the person's files; and what would leave a desktop without a window to look at.
+NEVER = ("quit", "close", "exit", "open", "save", "export", "recent", "minimi", "kiosk", "import", "picture", "folder", "load")
+KEYS = ("c", "d", "b", "s", "i", "m", "t", "1", "3", "7", "5", "Home", "bracketleft", "bracketright", "x", "Alt_L+w", "Alt_L+h",
+        "F4", "F4", "Tab", "Control_L+z", "Control_L+Shift_L+z", "F3", "Escape", "Escape", "Return", "Up", "Left", "F6", "f", "Pause")
+
+
+class Monkey(Case):
+    def test_random_hands(self):
+        seed = int(os.environ.get("RELIEF_MONKEY_SEED", time.time_ns() % 1_000_000))
+        seconds = float(os.environ.get("RELIEF_MONKEY_SECONDS", 600 if SOAK else 60))
+        print(f"\n  seed {seed}", flush=True)
+        self.chance = random.Random(seed)
+        self.s = s = Studio(model(), "--device", "simulated", "--seed", seed)
+        first = s.log.last("opened")["hash"]
+        self.done = []
+        end, checked = time.monotonic() + seconds, time.monotonic()
+        acts = (self.carve, self.carve, self.carve, self.turn, self.wheel, self.key, self.key, self.widget, self.widget, self.undo, self.resize)
+        while time.monotonic() < end:
+            act = self.chance.choice(acts)
+            try:
+                act()
+            except AssertionError as e:
+                if s.process.poll() is not None:
+                    self.fail(self.told(f"ended with {s.process.returncode}: {s.said()[-1500:]}"))
+                self.done.append(f"({e})")
+            self.assertIsNone(s.process.poll(), self.told(s.said()[-1500:]))
+            if time.monotonic() - checked > 5:
+                self.check()
+                checked = time.monotonic()
+        self.check()
+        strokes = len(s.log.since(0, "stroke"))
+        measured("random acts, strokes among them", f"{len(self.done)}, {strokes}", "no crash")
+        self.assertGreater(strokes, 5)
+        s.hand.at(*s.pixel(0.5, 0.5))
+        self.back_to(first)
+        self.assertTrue(s.close(), self.told(s.said()[-1500:]))
+        self.assertNotIn("ERROR: AddressSanitizer", s.said())
+
+    def told(self, what):
+        return f"{what}; the last acts: {self.done[-12:]}"
+
+    def back_to(self, first):
+        """Undo to the bottom."""
+        s = self.s
+        if s.log.last("history") is None or s.log.last("history")["undo"] == 0:
+            return
+        while s.log.last("history")["undo"] > 0:
+            mark, left = s.log.mark(), s.log.last("history")["undo"]
+            s.find("Undo").queryAction().doAction(0)
+            s.log.wait("history", mark, lambda e: e["undo"] < left)
+        self.assertEqual(s.log.last("history")["hash"], first, self.told("undo to the bottom"))
+
+    def check(self):
+        """No dialog stays; the window answers."""
+        s = self.s
+        s.hand.let_go()
+        s.to_front()
+        for _ in range(4):
+            if not self.dialogs():
+                break
+            s.hand.keys("Escape")
+            time.sleep(0.2)  # a dialog needs a moment to go; whether it went is asked below
+        self.assertEqual([d.name for d in self.dialogs()], [], self.told("a dialog that Escape does not close"))
+        s.hand.keys("Escape")
+        s.find("Viewport")
+
+    def dialogs(self):
+        return list(self.s.all(lambda o: o.getRoleName() in ("dialog", "file chooser", "color chooser") and studio.shows(o)))
+
+    def place(self):
+        return self.s.pixel(self.chance.uniform(0.2, 0.8), self.chance.uniform(0.2, 0.8))
+
+    def drag(self, button, keys=()):
+        s = self.s
+        corners = [self.place() for _ in range(self.chance.randint(2, 4))]
+        s.hand.at(*corners[0])
+        for key in keys:
+            s.hand.hold_key(key)
+        s.hand.down(button)
+        s.hand.path(studio.along(corners, 80), self.chance.choice((125, 500, 1000)))
+        s.hand.up(button)
+        s.hand.let_go()
+
+    def carve(self):
+        self.done.append("stroke")
+        self.drag(1, self.chance.choice(((), (), (), ("Shift_L",), ("Control_L",))))
+
+    def turn(self):
+        self.done.append("turn")
+        self.drag(2, self.chance.choice(((), ("Shift_L",), ("Control_L",))))
+
+    def wheel(self):
+        self.done.append("wheel")
+        self.s.hand.at(*self.place())
+        for _ in range(self.chance.randint(1, 4)):
+            button = self.chance.choice((4, 5))
+            self.s.hand.down(button)
+            self.s.hand.up(button)
+
+    def key(self):
+        key = self.chance.choice(KEYS)
+        self.done.append(key)
+        self.s.hand.at(*self.place())
+        self.s.hand.keys(key)
+
+    def undo(self):
+        for _ in range(self.chance.randint(1, 5)):
+            self.s.hand.keys(self.chance.choice(("Control_L+z", "Control_L+Shift_L+z")))
+        self.done.append("undo")
+
+    def widget(self):
+        s = self.s
+        found = list(s.all(lambda o: o.getRoleName() in ROLES and studio.shows(o) and o.name and
+                           not any(word in o.name.lower() for word in NEVER)))
+        if not found:
+            return
+        o = self.chance.choice(found)
+        try:
+            self.done.append(f"{o.getRoleName()} {o.name}")
+            if o.getRoleName() in ("slider", "spin button"):
+                value = o.queryValue()
+                value.currentValue = self.chance.uniform(value.minimumValue, value.maximumValue)
+            elif self.chance.random() < 0.5 and o.queryAction().nActions:
+                o.queryAction().doAction(0)
+            else:
+                x, y, width, height = studio.rect(o)
+                s.hand.click(x + width // 2, y + height // 2)
+        except Exception as e:  # it went while we reached for it
+            self.done.append(f"(gone: {type(e).__name__})")
+
+    def resize(self):
+        width, height = self.chance.randint(900, 1590), self.chance.randint(600, 960)
+        self.done.append(f"{width}x{height}")
+        self.s.window("windowsize", width, height)
+
+
+if __name__ == "__main__":
+    studio.main()

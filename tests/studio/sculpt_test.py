@@ -1,0 +1,442 @@
+"""Sculpting by mouse and key: carve, every tool, radius and strength, undo, replay, symmetry, colour."""
+
+import itertools
+import json
+import re
+import unittest
+
+import studio
+from studio import Case, Studio, checked, journal, model, relief, steady, wait
+
+ACROSS = ((0.42, 0.45), (0.58, 0.52))  # a stroke over the middle of the model
+
+
+def hash_of(file):
+    return relief("info", file, "--json")["content_hash"]
+
+
+def number(text):
+    """The first number in a text: 8.5 of "8.5 mm"."""
+    found = re.search(r"-?\d+(?:[.,]\d+)?", text)
+    assert found, f"no number in {text!r}"
+    return float(found.group().replace(",", "."))
+
+
+class Carve(Case):
+    """One stroke, seen on the screen, in the log and in the file."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file = model()
+        cls.studio = Studio(cls.file)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def test_01_a_way_without_a_press_changes_nothing(self):
+        s = self.studio
+        s.press("Carve")
+        s.hands_off()
+        s.settled()
+        before, mark, hash_before = s.picture(), s.log.mark(), hash_of(self.file)
+        s.hand.path(studio.along([s.pixel(*p) for p in ACROSS], 60))
+        s.hands_off()
+        wait("the ring to go", lambda: s.picture() == before)
+        self.assertEqual(s.log.since(mark, "stroke"), [])
+        self.assertEqual(hash_of(self.file), hash_before)
+        self.assertEqual(journal(self.file), [])
+
+    def test_02_carve_one_dent(self):
+        s = self.studio
+        opened = s.log.last("opened")
+        self.assertEqual(opened["hash"], hash_of(self.file))
+        s.press("Carve")
+        s.hands_off()
+        s.settled()
+        before, mark, revision = s.picture(), s.log.mark(), s.log.last("frame")["revision"]
+        made = s.stroke(*ACROSS)
+        self.assertEqual(made["tool"], "carve")
+        self.assertGreater(made["samples"], 100)
+        self.assertGreater(made["revision"], revision)
+        after = s.picture()
+        self.assertGreater(before.differing(after, 8), 500)
+        x, y, width, height = before.difference_box(after, 8)
+        for point in ACROSS:
+            px, py = s.pixel(*point)
+            self.assertTrue(x - 3 <= px <= x + width + 3 and y - 3 <= py <= y + height + 3, (point, (x, y, width, height)))
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 1)
+        self.assertEqual(hash_of(self.file), made["hash"])
+        self.assertEqual([stroke["tool"] for stroke in journal(self.file)], ["carve"])
+
+    def test_03_a_clean_end_leaves_all_in_the_file(self):
+        hash_before = self.studio.log.last("stroke")["hash"]
+        self.assertTrue(self.studio.close(), self.studio.said())
+        self.assertIsNotNone(self.studio.log.last("exit"))
+        self.assertEqual(hash_of(self.file), hash_before)
+
+
+class Tools(Case):
+    """Every tool by name and by key; radius and strength in all their ways."""
+
+    TITLES = ("Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer")
+    KEYS = {"carve": "c", "deposit": "d", "paint": "b", "smooth": "s", "inflate": "i", "mask": "m"}
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file = model()
+        cls.studio = Studio(cls.file)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def setUp(self):
+        super().setUp()
+        self.undo_all()
+
+    def undo_all(self):
+        """The model as it was opened."""
+        s = self.studio
+        while (s.log.last("history") or {"undo": 0})["undo"] > 0:
+            mark, left = s.log.mark(), s.log.last("history")["undo"]
+            s.press("Undo")
+            s.log.wait("history", mark, lambda e: e["undo"] < left)
+
+    def undone(self, to):
+        """One step back, to the head of that hash."""
+        mark = self.studio.log.mark()
+        self.studio.press("Undo")
+        self.assertEqual(self.studio.log.wait("history", mark)["hash"], to)
+
+    def chosen(self, title):
+        s = self.studio
+        if not checked(s.find(title)):
+            mark = s.log.mark()
+            s.press(title)
+            self.assertEqual(s.log.wait("tool", mark)["id"], title.lower())
+        wait(f"{title} to be checked", lambda: checked(s.find(title)))
+
+    def test_01_every_tool_by_name(self):
+        s = self.studio
+        self.chosen("Carve")
+        rough = s.stroke((0.42, 0.40), (0.58, 0.40), (0.42, 0.44), samples=1)["hash"]  # that smooth and flatten have something to do
+        way = (0.43, 0.41), (0.57, 0.43)
+        area = s.around(*way)
+        before, pictures = s.picture(area), {}
+        for title in self.TITLES:
+            with self.subTest(title):
+                self.chosen(title)
+                made = s.stroke(*way, samples=1)
+                self.assertEqual(made["tool"], title.lower())
+                self.assertGreater(made["samples"], 0)
+                self.assertNotEqual(made["hash"], rough)
+                pictures[title] = s.picture(area)
+                self.assertGreater(before.differing(pictures[title], 12), 100)
+                self.undone(rough)
+        for a, b in (("Carve", "Deposit"), ("Paint", "Deposit"), ("Smooth", "Deposit")):
+            self.assertGreater(pictures[a].differing(pictures[b], 12), 100, (a, b))
+
+    def test_02_a_masked_place_stays(self):
+        s = self.studio
+        way = (0.49, 0.48), (0.51, 0.48)
+        area = s.around(*way, margin=20)
+        self.set_bar("Radius", 0.8)
+        self.chosen("Mask")
+        self.set_bar("Strength", 1.0)
+        s.stroke((0.46, 0.48), (0.54, 0.48), (0.46, 0.49), (0.54, 0.47), hertz=100, steps=200)
+        masked = s.picture(area)
+        self.set_bar("Radius", 0.4)
+        self.chosen("Carve")
+        kept = s.stroke(*way)
+        self.assertEqual((kept["samples"], kept["changed"]), (0, False))
+        wait("the masked place as it was", lambda: s.picture(area) == masked)
+        self.undo_all()
+        s.hands_off()
+        s.settled()
+        bare = s.picture(area)
+        self.assertGreater(bare.differing(masked, 8), 1000, "a mask is seen")
+        cut = s.stroke(*way)  # the control: without the mask it is cut
+        self.assertGreater(bare.differing(s.picture(area), 8), 100)
+        self.assertGreater(cut["samples"], 0)
+
+    def test_03_every_tool_by_key(self):
+        s = self.studio
+        self.chosen("Flatten")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        for tool, key in self.KEYS.items():
+            with self.subTest(tool):
+                mark = s.log.mark()
+                s.hand.keys(key)
+                self.assertEqual(s.log.wait("tool", mark)["id"], tool)
+                self.assertTrue(checked(s.find(tool.capitalize())))
+        mark = s.log.mark()
+        s.hand.keys("c")
+        s.log.wait("tool", mark, lambda e: e["id"] == "carve")
+        by_key = self.stroke_in_file()
+        self.undo_all()
+        self.chosen("Paint")
+        self.chosen("Carve")
+        self.assertEqual(self.stroke_in_file(), by_key)
+
+    def stroke_in_file(self):
+        """A stroke as the file has it, without its times: no hand keeps those to the millisecond. Places at which the hand
+        rested come once."""
+        s, mark = self.studio, self.studio.log.mark()
+        made = s.stroke(*ACROSS, samples=0)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == made["stroke"])
+        stroke = journal(self.file)[-1]
+        stroke["points"] = [place for place, _ in itertools.groupby(point[1:] for point in stroke["points"])]
+        return stroke
+
+    def test_04_a_key_in_a_text_field_is_text(self):
+        s = self.studio
+        self.chosen("Carve")
+        mark = s.log.mark()
+        s.hand.at(*s.pixel(0.5, 0.5))
+        s.hand.keys("F3")
+        palette = s.find("Commands")
+        s.hand.keys("b", "d")
+        field = wait("the field of the palette", lambda: next(s.all(lambda o: o.getRoleName() == "text" and studio.shows(o), palette), None))
+        wait("the text", lambda: field.queryText().getText(0, -1) == "bd")
+        s.hand.keys("Escape")
+        wait("the palette to close", lambda: not s.showing("Commands"))
+        self.assertEqual(s.log.since(mark, "tool"), [])
+        s.hand.keys("b")  # the control: the focus is the viewport's again
+        self.assertEqual(s.log.wait("tool", mark)["id"], "paint")
+
+    # ---- radius and strength
+
+    def set_bar(self, name, share):
+        """Through the accessible value; what the description then says."""
+        value = self.studio.find(name).queryValue()
+        value.currentValue = value.minimumValue + share * (value.maximumValue - value.minimumValue)
+        wait(f"{name} at {share}", lambda: abs(value.currentValue - value.minimumValue -
+                                               share * (value.maximumValue - value.minimumValue)) <= 1)
+        return number(self.studio.described(name))
+
+    def setting(self, mark, name="radius"):
+        """The value of a setting that was changed since the mark, once it stands."""
+        self.studio.log.wait("setting", mark, lambda e: e["id"] == name)
+        return steady(lambda: [e for e in self.studio.log.since(mark, "setting") if e["id"] == name][-1]["value"])
+
+    def ring_width(self):
+        """Pixels, of what is painted over the picture around the pointer."""
+        s = self.studio
+        s.hands_off()
+        wait("a picture without the ring", lambda: s.settled())
+        without = s.picture()
+        x, y = s.pixel(0.5, 0.5)
+        self.assertIsNotNone(s.hand.changes((x - 250, y - 200, 500, 400), lambda: s.hand.at(x, y)))
+        return wait("the ring", lambda: without.difference_box(s.picture(), 8))[2]
+
+    def test_05_radius_by_bar_key_and_hand(self):
+        s = self.studio
+        self.chosen("Carve")
+        self.set_bar("Radius", 0.5)
+        mark = s.log.mark()
+        narrow = self.set_bar("Radius", 0.4)
+        self.assertAlmostEqual(self.setting(mark), narrow, delta=0.01 * narrow)
+        narrow_ring = self.ring_width()
+        mark = s.log.mark()
+        wide = self.set_bar("Radius", 0.6)
+        self.assertAlmostEqual(self.setting(mark), wide, delta=0.01 * wide)
+        self.assertAlmostEqual(self.ring_width() / narrow_ring, wide / narrow, delta=0.15 * wide / narrow)
+        for key, factor in (("bracketright", 1.1), ("bracketleft", 1 / 1.1)):
+            before, mark = number(s.described("Radius")), s.log.mark()
+            s.hand.keys(key)
+            self.assertAlmostEqual(self.setting(mark) / before, factor, delta=0.015)
+        # F, a way to the right, a click; then F, a way, Esc.
+        x, y = s.pixel(0.5, 0.5)
+        before, mark = number(s.described("Radius")), s.log.mark()
+        s.hand.at(x, y)
+        s.hand.keys("f")
+        s.hand.path([(x + k, y) for k in range(1, 40)])
+        s.hand.down()
+        s.hand.up()
+        grown = self.setting(mark)
+        self.assertGreater(grown, 1.05 * before)
+        self.assertEqual(s.log.since(mark, "stroke"), [])
+        mark = s.log.mark()
+        s.hand.at(x, y)
+        s.hand.keys("f")
+        s.hand.path([(x + k, y) for k in range(1, 40)])
+        self.assertGreater(self.setting(mark), 1.05 * grown)
+        s.hand.keys("Escape")
+        wait("the old radius", lambda: abs(self.setting(mark) - grown) <= 0.01 * grown)
+        # The mouse on the bar itself.
+        left, top, width, height = studio.rect(s.find("Radius"))
+        mark = s.log.mark()
+        s.hand.click(left + width // 4, top + height // 2)
+        low = self.setting(mark)
+        mark = s.log.mark()
+        s.hand.at(left + width // 4, top + height // 2)
+        s.hand.down()
+        s.hand.path([(left + width // 4 + k, top + height // 2) for k in range(1, width // 4)])
+        s.hand.up()
+        self.assertGreater(self.setting(mark), 1.05 * low)
+
+    def test_06_strength_by_bar_and_hand(self):
+        s = self.studio
+        self.chosen("Carve")
+        self.set_bar("Radius", 0.5)
+        self.set_bar("Strength", 0.5)
+        samples = {}
+        for share in (0.3, 0.8):
+            mark = s.log.mark()
+            self.assertAlmostEqual(self.set_bar("Strength", share), 100 * share, delta=1)
+            self.assertAlmostEqual(self.setting(mark, "strength"), share, delta=0.01)
+            samples[share] = s.stroke(*ACROSS, samples=0)["samples"]
+            self.undo_all()
+        self.assertGreater(samples[0.8], 1.2 * samples[0.3])  # a ball that sinks deeper cuts wider
+        x, y = s.pixel(0.5, 0.5)
+        self.set_bar("Strength", 0.5)
+        mark = s.log.mark()
+        s.hand.at(x, y)
+        s.hand.keys("Shift_L+f")
+        s.hand.path([(x + k, y) for k in range(1, 40)])
+        s.hand.keys("Return")
+        self.assertGreater(self.setting(mark, "strength"), 0.55)
+
+
+class History(Case):
+    """Undo and redo, twenty deep; what was done can be replayed."""
+
+    STROKES = 20
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file, cls.original = model(), model()
+        cls.studio = Studio(cls.file)
+        cls.studio.press("Carve")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def step(self, act, hash_wanted):
+        mark = self.studio.log.mark()
+        act()
+        self.assertEqual(self.studio.log.wait("history", mark)["hash"], hash_wanted)
+
+    def test_01_twenty_steps_there_and_back(self):
+        s = self.studio
+        s.hands_off()
+        s.settled()
+        hashes, pictures = [s.log.last("opened")["hash"]], {0: s.picture()}
+        for k in range(self.STROKES):
+            row, column = divmod(k, 5)
+            u, v = 0.40 + 0.045 * column, 0.38 + 0.06 * row
+            last = k + 1 in (10, self.STROKES)
+            hashes.append(s.stroke((u, v), (u + 0.02, v + 0.02), steps=20, samples=16 * last)["hash"])
+            if last:
+                pictures[k + 1] = s.picture()
+        self.assertEqual(len(set(hashes)), self.STROKES + 1)
+        viewport = s.pixel(0.5, 0.02)
+        undo_key, redo_key = lambda: s.hand.keys("Control_L+z"), lambda: s.hand.keys("Control_L+Shift_L+z")
+        undo_button, redo_button = lambda: s.press("Undo"), lambda: s.press("Redo")
+        for undo, redo in ((undo_key, redo_key), (undo_button, redo_button)):
+            s.hand.at(*viewport)
+            for way, ends in ((range(self.STROKES - 1, -1, -1), 0), (range(1, self.STROKES + 1), self.STROKES)):
+                act = undo if ends == 0 else redo
+                for k in way:
+                    self.step(act, hashes[k])
+                    if k in pictures:
+                        s.hands_off()
+                        s.settled()
+                        wait(f"the picture of step {k}", lambda: s.picture() == pictures[k])
+                        s.hand.at(*viewport)
+        self.assertEqual(hash_of(self.file), hashes[-1])
+        # The rows of the history.
+        rows = [o for o in s.all(lambda o: o.getRoleName() == "list item", s.find("History panel"))]
+        self.assertEqual(len(rows), self.STROKES + 1)
+        for k in (0, 7, self.STROKES):
+            self.step(lambda: rows[k].queryAction().doAction(0), hashes[k])
+        self.assertEqual(hash_of(self.file), hashes[-1])
+
+    def test_02_redo_is_gone_after_a_new_stroke(self):
+        s = self.studio
+        mark = s.log.mark()
+        s.press("Undo")
+        self.assertGreaterEqual(s.log.wait("history", mark)["redo"], 1)
+        made = s.stroke((0.40, 0.62), (0.42, 0.62))
+        wait("no redo", lambda: s.log.last("history")["redo"] == 0)
+        mark = s.log.mark()
+        s.hand.at(*s.pixel(0.5, 0.02))
+        s.hand.keys("Control_L+Shift_L+z")
+        s.hand.keys("Control_L+z")  # one that does something, so that we know when to look
+        s.log.wait("history", mark)
+        self.assertEqual(s.log.last("history")["redo"], 1)
+        s.hand.keys("Control_L+Shift_L+z")
+        self.assertEqual(s.log.wait("history", mark, lambda e: e["redo"] == 0)["hash"], made["hash"])
+
+    def test_03_the_same_strokes_by_the_command_line(self):
+        s = self.studio
+        s.press("Deposit")
+        mark = s.log.mark()
+        s.stroke((0.45, 0.60), (0.55, 0.60), hertz=500, samples=0)
+        s.press("Paint")
+        head = s.stroke((0.45, 0.40), (0.55, 0.45), hertz=500, samples=0)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == head["stroke"])
+        strokes = journal(self.file)
+        self.assertEqual(self.replayed(strokes), head["hash"])
+        # The control: one point moved by a hundredth of the radius.
+        moved = json.loads(json.dumps(strokes))
+        point = moved[-1]["points"][len(moved[-1]["points"]) // 2]
+        point[1] += 0.01 * moved[-1]["radius"]
+        self.assertNotEqual(self.replayed(moved), head["hash"])
+
+    def replayed(self, strokes):
+        file = studio.folder() / "strokes.json"
+        file.write_text(json.dumps(strokes))
+        out = studio.folder() / "replayed.relief"
+        relief("sculpt", self.original, "--strokes", file, "-o", out, "--force", "--json")
+        return hash_of(out)
+
+
+class Symmetry(Case):
+    """A stroke on one side, and the same on the other."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.studio = Studio(model())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def sides(self, before, after):
+        """Pixels that differ left and right of the middle."""
+        x, y, width, height = self.studio.middle(0.6)
+        half = width // 2
+        halves = ((x, y, half, height), (x + half, y, half, height))
+        return [before.crop(part).differing(after.crop(part), 8) for part in halves]
+
+    def test_symmetry_in_x(self):
+        s = self.studio
+        s.press("Carve")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        mark = s.log.mark()
+        s.hand.keys("1")  # from the front, so that the plane of x is the middle of the picture
+        s.hands_off()
+        s.settled(mark=mark)
+        area = s.middle(0.6)
+        clean = s.picture(area)
+        one = s.stroke((0.42, 0.50), (0.45, 0.55))
+        left, right = self.sides(clean, s.picture(area))
+        self.assertGreater(left, 200)
+        self.assertEqual(right, 0)
+        mark = s.log.mark()
+        s.press("Undo")
+        s.log.wait("history", mark)
+        s.press("Symmetry")
+        two = s.stroke((0.42, 0.50), (0.45, 0.55))
+        left_too, right_too = self.sides(clean, s.picture(area))
+        self.assertAlmostEqual(left_too, left, delta=0.02 * left)
+        self.assertGreater(right_too, 0.4 * left)
+        self.assertGreater(two["samples"], 1.5 * one["samples"])
+        self.assertLess(two["samples"], 2.7 * one["samples"])  # the slabs of the other side are not the mirrored ones
+
+
+if __name__ == "__main__":
+    studio.main()
