@@ -1,5 +1,6 @@
 #include "main_window.h"
 
+#include "document_log.h"
 #include "event_log.h"
 #include "hand_overlay.h"
 #include "failure_dialog.h"
@@ -192,6 +193,7 @@ void MainWindow::build_docks() {
 // ---- What happens
 
 void MainWindow::connect_document() {
+  log_document(bridge_, *viewport_);
   connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
     const SnapshotPtr head = bridge_.head();
     layers_->set_model(head.get());
@@ -205,29 +207,11 @@ void MainWindow::connect_document() {
       for (const QColor& each : colours_->last_used()) used.append(each.name());
       settings_.setValue("colours/used", used);
     }
-    if (event_log().active())
-      event_log().write(QStringLiteral("stroke"), {{"stroke", qint64(stroke.stroke)},
-                                                   {"tool", text(name(stroke.tool))},
-                                                   {"source", qint64(stroke.source)},
-                                                   {"samples", qint64(stroke.result.samples)},
-                                                   {"dabs", qint64(stroke.result.dabs)},
-                                                   {"limited", qint64(stroke.result.limited)},
-                                                   {"changed", stroke.result.changed},
-                                                   {"points", viewport_->stroke_events()},
-                                                   {"revision", qint64(bridge_.head()->number())},
-                                                   {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
   });
-  connect(&bridge_, &DocumentBridge::historyChanged, this, [this](const HistoryChanged& history) {
-    if (event_log().active())
-      event_log().write(QStringLiteral("history"), {{"undo", qint64(history.undo_steps)},
-                                                    {"redo", qint64(history.redo_steps)},
-                                                    {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
-    refresh();
-  });
-  connect(&bridge_, &DocumentBridge::saved, this, [this](quint64 stroke) {
+  connect(&bridge_, &DocumentBridge::historyChanged, this, [this] { refresh(); });
+  connect(&bridge_, &DocumentBridge::saved, this, [this] {
     if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
     banner_->setObjectName(QString());
-    event_log().write(QStringLiteral("saved"), {{"stroke", qint64(stroke)}});
   });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});

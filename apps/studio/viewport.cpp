@@ -280,6 +280,11 @@ QRect Viewport::ring_in_window() const {
 
 void Viewport::add_overlay(const Overlay* overlay) { others_.push_back(overlay); }
 
+void Viewport::show_overlays(bool shown) {
+  overlays_ = shown;
+  update();
+}
+
 void Viewport::update_overlays() {
   const OverlayView view = overlay_view();
   QRegion now;
@@ -312,7 +317,7 @@ void Viewport::paintEvent(QPaintEvent*) {
   }
   painter.setRenderHint(QPainter::Antialiasing);
   const OverlayView view = overlay_view();
-  if (has_scene()) {
+  if (has_scene() && overlays_) {
     planes_.paint(painter, view);
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);
