@@ -43,6 +43,8 @@ void MainWindow::build_actions() {
   });
   add("quit", tr("&Quit"), QKeySequence::Quit, [this] { close(); });
 
+  add("preferences", tr("&Preferences …"), QKeySequence(Qt::CTRL | Qt::Key_Comma), [this] { show_preferences(); });
+
   add("undo", tr("Undo"), QKeySequence::Undo, [this] { bridge_.post(Undo{}); });
   add("redo", tr("Redo"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_Z), [this] { bridge_.post(Redo{}); });
 
@@ -102,6 +104,7 @@ void MainWindow::build_actions() {
   QAction* up = add("z-up", tr("The z axis is up"), {}, {});
   up->setCheckable(true);
   connect(up, &QAction::toggled, this, [this](bool on) {
+    if (on == (viewport_->up().z > 0)) return;
     settings_.setValue("models/z-up/" + desk_.title(), on);
     viewport_->set_up(on ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0});
   });
@@ -129,7 +132,7 @@ void MainWindow::build_actions() {
   connect(full, &QAction::toggled, this, [this](bool on) { on ? showFullScreen() : showNormal(); });
   add("theme", tr("Light or dark"), {}, [this] {
     settings_.setValue("look/theme", is_dark(current_theme()) ? "light" : "dark");
-    use_theme();
+    use_preference("look/theme");
   });
 }
 
@@ -153,7 +156,7 @@ void MainWindow::build_menus() {
   });
   fill(file, {"-", "save", "save-as", "export", "picture", "-", "close-model", "quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour", "-"});
+  fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour", "-", "preferences", "-"});
   QMenu* tool = edit->addMenu(tr("&Tools"));
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));
@@ -185,11 +188,5 @@ void MainWindow::build_menus() {
 }
 
 void MainWindow::use_look(const Look& look) { viewport_->set_look(look); }
-
-void MainWindow::use_theme() {
-  const bool light = settings_.value("look/theme", "dark").toString() == QLatin1String("light");
-  const double scale = settings_.value("look/text", 100).toInt() / 100.0;
-  apply(*qApp, light ? light_theme() : dark_theme(), scale);
-}
 
 }  // namespace relief::studio

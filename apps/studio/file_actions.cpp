@@ -3,6 +3,7 @@
 #include "event_log.h"
 #include "main_window.h"
 #include "picture_of.h"
+#include "preferences.h"
 #include "text.h"
 
 #include <relief/base/try.h>
@@ -70,10 +71,36 @@ void MainWindow::ask_export() {
       });
 }
 
+/// Writes what is whole of a damaged model to another file, and opens that.
+void MainWindow::ask_salvage(const QString& file) {
+  const QFileInfo damaged(file);
+  QString to = QFileDialog::getSaveFileName(this, tr("Save what is whole of %1").arg(damaged.fileName()),
+                                            damaged.absolutePath() + QLatin1Char('/') + damaged.completeBaseName() + tr("-salvaged") + QStringLiteral(".relief"),
+                                            tr("Relief models (*.relief)"));
+  if (to.isEmpty()) return;
+  to = with_extension(to, QStringLiteral(".relief"));
+  auto lost = std::make_shared<QStringList>();
+  in_background(
+      this,
+      [file, to, lost]() -> Status {
+        RELIEF_TRY(const Salvaged saved, ModelFile::salvage(path(file), path(to)));
+        for (const std::string& each : saved.lost) lost->append(text(each));
+        return {};
+      },
+      [this, file, to, lost](const Status& status) {
+        if (!status) {
+          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), text(status.error().message), file, false);
+          return;
+        }
+        open(to);
+        say(lost->isEmpty() ? tr("Nothing was lost.") : tr("Lost: %1.").arg(lost->join(QStringLiteral(", "))));
+      });
+}
+
 /// The final frame of what is seen now, into the folder for pictures.
 void MainWindow::ask_picture() {
   if (!bridge_.head()) return;
-  const QString folder = settings_.value("folders/pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
+  const QString folder = chosen(settings_, "folders/pictures").toString();
   QDir().mkpath(folder);
   const QString stamp = QDateTime::currentDateTime().toString(QStringLiteral("yyyy-MM-dd HH.mm.ss"));
   save_picture(QStringLiteral("%1/%2 %3.png").arg(folder, desk_.title(), stamp));

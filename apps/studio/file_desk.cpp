@@ -68,9 +68,7 @@ void FileDesk::open(const QString& file) {
 }
 
 void FileDesk::open_sample(const QString& name) {
-  QString title = name;
-  title[0] = title[0].toUpper();
-  if (begin(name, title)) job_.open_sample(name, shelf_.new_unnamed(title));
+  if (begin(name, sample_title(name))) job_.open_sample(name, shelf_.new_unnamed(name));
 }
 
 void FileDesk::finish(const std::shared_ptr<Opened>& what) {

@@ -5,7 +5,7 @@
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 
-#include <QTimer>
+#include <QKeyEvent>
 
 namespace relief::studio {
 
@@ -62,6 +62,18 @@ void HistoryPanel::refresh() {
   setCurrentRow(current);
   scrollToItem(item(current));
   filling_ = false;
+}
+
+/// The keys that move in a list are the list's while it has the focus.
+bool HistoryPanel::event(QEvent* event) {
+  if (event->type() == QEvent::ShortcutOverride) {
+    const int key = static_cast<QKeyEvent*>(event)->key();
+    if (key == Qt::Key_Home || key == Qt::Key_End || key == Qt::Key_PageUp || key == Qt::Key_PageDown) {
+      event->accept();
+      return true;
+    }
+  }
+  return QListWidget::event(event);
 }
 
 void HistoryPanel::go_to(int row) {

@@ -14,6 +14,9 @@ class HistoryPanel : public QListWidget {
  public:
   explicit HistoryPanel(DocumentBridge& bridge, QWidget* parent = nullptr);
 
+ protected:
+  bool event(QEvent* event) override;
+
  private:
   void refresh();
   void go_to(int row);

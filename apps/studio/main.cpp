@@ -1,7 +1,10 @@
 // Relief Studio: the desktop program.
 #include "accessible.h"
+#include "desktop_scheme.h"
 #include "event_log.h"
+#include "languages.h"
 #include "main_window.h"
+#include "preferences.h"
 #include "text.h"
 #include "widgets/theme.h"
 
@@ -21,7 +24,7 @@ namespace relief::studio {
 namespace {
 
 struct Options {
-  std::string file, log, theme;
+  std::string file, log, theme, language;
   int text = 0;
   bool new_settings = false;
 };
@@ -52,6 +55,8 @@ int run(int argc, char** argv) {
   app.add_option("MODEL|SCAN", o.file, "A .relief model, or a scan as PLY, OBJ, STL, OFF, glTF or 3MF");
   app.add_option("--theme", o.theme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   app.add_option("--text", o.text, "Size of the text in percent, 80 to 200")->check(CLI::Range(80, 200));
+  app.add_option("--language", o.language, "en, de, or xx: an invented one that shows words that do not fit")
+      ->check(CLI::IsMember({"en", "de", "xx"}));
   app.add_flag("--new-settings", o.new_settings, "Begin with the settings of a fresh installation");
   app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
   try {
@@ -72,14 +77,24 @@ int run(int argc, char** argv) {
   const std::unique_ptr<QSettings> settings = open_settings(o.new_settings);
   if (!o.theme.empty()) settings->setValue("look/theme", text(o.theme));
   if (o.text != 0) settings->setValue("look/text", o.text);
-  apply(application, settings->value("look/theme", "dark").toString() == QLatin1String("light") ? light_theme() : dark_theme(),
-        settings->value("look/text", 100).toInt() / 100.0);
+  const DesktopScheme desktop;
+  apply(application, theme_for(chosen(*settings, "look/theme").toString(), desktop.dark()), chosen(*settings, "look/text").toInt() / 100.0);
   install_accessibility();
-  MainWindow window(*settings);
-  window.show();
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
-  if (!o.file.empty()) QTimer::singleShot(0, &window, [&] { window.open(text(o.file)); });
-  return QApplication::exec();
+  // Another language builds the window anew; the model goes on where it was.
+  QString language = text(o.language), file = text(o.file);
+  std::optional<Camera> camera;
+  while (true) {
+    use_language(application, language_for(language.isEmpty() ? chosen(*settings, "language").toString() : language));
+    MainWindow window(*settings, desktop);
+    window.show();
+    if (!file.isEmpty()) QTimer::singleShot(0, &window, [&] { window.open(file, camera); });
+    const int status = QApplication::exec();
+    if (!window.wants_another()) return status;
+    language.clear();
+    file = window.last_file();
+    camera = window.viewport().camera();
+  }
 }
 
 }  // namespace

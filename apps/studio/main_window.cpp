@@ -1,8 +1,10 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
+#include "preferences_dialog.h"
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
@@ -24,7 +26,6 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QMenuBar>
-#include <QMessageBox>
 #include <QPushButton>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -36,7 +37,8 @@
 
 namespace relief::studio {
 
-MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_) {
+MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
+    : settings_(settings), desktop_(desktop), keys_(config_folder() + QStringLiteral("/keys.json")), desk_(bridge_) {
   setObjectName(QStringLiteral("studio"));
   setWindowTitle(QStringLiteral("Relief Studio"));
   setDockOptions(AnimatedDocks | AllowNestedDocks | AllowTabbedDocks);
@@ -67,6 +69,7 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
   connect_document();
   connect_files();
   connect_view();
+  build_preferences();
   actions_.at("tool-" + tools_.id())->setChecked(true);
   resize(settings_.value("window/size", QSize(1500, 940)).toSize());
   if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
@@ -76,7 +79,10 @@ MainWindow::MainWindow(QSettings& settings) : settings_(settings), desk_(bridge_
 
 MainWindow::~MainWindow() = default;
 
-void MainWindow::open(const QString& file) { desk_.open(file); }
+void MainWindow::open(const QString& file, const std::optional<Camera>& camera) {
+  camera_ = camera;
+  desk_.open(file);
+}
 
 // ---- Layout
 
@@ -242,7 +248,7 @@ void MainWindow::connect_document() {
 
 void MainWindow::connect_files() {
   connect(start_, &StartPage::openAsked, this, &MainWindow::ask_open);
-  connect(start_, &StartPage::fileAsked, this, &MainWindow::open);
+  connect(start_, &StartPage::fileAsked, this, [this](const QString& file) { open(file); });
   connect(start_, &StartPage::sampleAsked, &desk_, &FileDesk::open_sample);
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
@@ -277,6 +283,8 @@ void MainWindow::connect_files() {
     layers_->set_model(head.get());
     pages_->setCurrentWidget(viewport_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
+    if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
     viewport_->setFocus();
     refresh();
     show_verdict(verdict, doubt);
@@ -384,7 +392,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     card_->set_title(verdict->title);
     card_->set_lines(verdict->lines);
     card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
-    if (card_->findChild<QPushButton*>() == nullptr) connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    if (card_->findChild<QPushButton*>() == nullptr) {
+      QPushButton* upright = card_->add_button(tr("Stand it up"));
+      upright->setToolTip(tr("For scans whose z axis points up"));
+      connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    }
     card_->show();
     place_over();
   }
@@ -393,11 +406,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
 
 void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
   event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
-  auto* box = new QMessageBox(QMessageBox::Warning, title, QStringLiteral("<b>%1</b>").arg(title.toHtmlEscaped()), QMessageBox::Ok, this);
-  box->setInformativeText(why);
-  box->setAttribute(Qt::WA_DeleteOnClose);
-  (void)damaged;
-  box->open();
+  auto* dialog = new FailureDialog(title, why, file, this);
+  if (damaged) dialog->add_remedy(tr("Save what is whole …"), [this, file] { ask_salvage(file); });
+  if (bridge_.document() != nullptr && bridge_.document()->statistics().unsaved > 0)
+    dialog->add_remedy(tr("Save elsewhere …"), [this] { ask_save_as(); });
+  if (bridge_.document() == nullptr) dialog->add_remedy(tr("Open another file …"), [this] { ask_open(); });
+  dialog->open();
 }
 
 void MainWindow::keep_picture() {

@@ -3,11 +3,13 @@
 
 #include "bridge.h"
 #include "file_desk.h"
+#include "key_map.h"
 #include "tool_state.h"
 #include "viewport.h"
 
 #include <QActionGroup>
 #include <QMainWindow>
+#include <QPointer>
 #include <QSettings>
 
 #include <map>
@@ -25,6 +27,8 @@ class ColourPalette;
 class CommandPalette;
 class HistoryPanel;
 class LayersPanel;
+class DesktopScheme;
+class PreferencesDialog;
 class ProgressStrip;
 class StartPage;
 class Toast;
@@ -34,11 +38,14 @@ class ValueBar;
 class MainWindow : public QMainWindow {
   Q_OBJECT
  public:
-  explicit MainWindow(QSettings& settings);
+  MainWindow(QSettings& settings, const DesktopScheme& desktop);
   ~MainWindow() override;
 
   /// A model or a scan.
-  void open(const QString& file);
+  void open(const QString& file, const std::optional<Camera>& camera = std::nullopt);
+  /// Whether the window was closed only to be built anew, with which model.
+  [[nodiscard]] bool wants_another() const { return wants_another_; }
+  [[nodiscard]] const QString& last_file() const { return last_file_; }
   [[nodiscard]] Viewport& viewport() { return *viewport_; }
 
  protected:
@@ -68,16 +75,29 @@ class MainWindow : public QMainWindow {
   QAction* add(const QString& id, const QString& title, const QKeySequence& key, std::function<void()> call);
   void build_menus();
   void use_look(const Look& look);
-  void use_theme();
+
+  // preference_actions.cpp
+  void build_preferences();
+  void show_preferences(const QString& page = {});
+  void use_preference(const QString& key);
+  void ask_for_navigation();
+  void build_anew();
 
   // file_actions.cpp
   void ask_open();
   void ask_save_as();
   void ask_export();
   void ask_picture();
+  void ask_salvage(const QString& file);
   void save_picture(const QString& file);
 
   QSettings& settings_;
+  const DesktopScheme& desktop_;
+  KeyMap keys_;
+  QPointer<PreferencesDialog> preferences_;
+  bool wants_another_ = false;
+  QString last_file_;
+  std::optional<Camera> camera_;  ///< of the next model that is opened
   DocumentBridge bridge_;
   ToolState tools_;
   FileDesk desk_;

@@ -35,10 +35,12 @@ constexpr std::array kBands = {
     Band{"save", QT_TRANSLATE_NOOP("OpenJob", "Saving"), 0.94, 1},
 };
 
+struct Words {
+  Q_DECLARE_TR_FUNCTIONS(OpenJob)
+};
+
 /// Of the whole, between two reports: a pixel of the bar.
 constexpr double kLeastStep = 0.002;
-
-QString tr(const char* words, int n = -1) { return QCoreApplication::translate("OpenJob", words, nullptr, n); }
 
 }  // namespace
 
@@ -68,7 +70,7 @@ void OpenJob::report(std::string_view phase, double share) {
   phase_ = band->phase;
   told_ = share_;
   QMetaObject::invokeMethod(
-      this, [this, words = tr(band->words), whole = share_] { emit progress(words, whole); }, Qt::QueuedConnection);
+      this, [this, words = Words::tr(band->words), whole = share_] { emit progress(words, whole); }, Qt::QueuedConnection);
 }
 
 void OpenJob::finish(Status status) {
@@ -150,21 +152,21 @@ void OpenJob::open_sample(const QString& name, const QString& to) {
 Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit unit) {
   Verdict verdict;
   verdict.certified = mode == Mode::Certified;
-  verdict.title = verdict.certified ? tr("Certified") : tr("Tolerant");
+  verdict.title = verdict.certified ? Words::tr("Certified") : Words::tr("Tolerant");
   const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
-  verdict.lines.append(tr("Within %1 of the scan.").arg(length_text(most, unit)));
+  verdict.lines.append(Words::tr("Within %1 of the scan.").arg(length_text(most, unit)));
   if (!verdict.certified && !report.not_certified.empty()) verdict.lines.append(text(report.not_certified));
   if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
     const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
-    if (several > 0) verdict.lines.append(tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));
+    if (several > 0) verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));
   }
   QStringList removed;
-  if (report.closed_openings > 0) removed.append(tr("%n opening(s) stay open", static_cast<int>(report.closed_openings)));
-  if (report.dropped_parts > 0) removed.append(tr("%n small part(s) were left out", static_cast<int>(report.dropped_parts)));
-  if (report.dropped_slabs > 0) removed.append(tr("%n slab(s) had no room and were left out", static_cast<int>(report.dropped_slabs)));
-  if (report.specks > 0) removed.append(tr("%n speck(s) were left out", static_cast<int>(report.specks)));
-  if (report.replaced_triangles > 0) removed.append(tr("%n triangle(s) were mended", static_cast<int>(report.replaced_triangles)));
-  verdict.lines.append(removed.isEmpty() ? tr("Nothing was removed.") : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
+  if (report.closed_openings > 0) removed.append(Words::tr("%n opening(s) stay open", nullptr, static_cast<int>(report.closed_openings)));
+  if (report.dropped_parts > 0) removed.append(Words::tr("%n small part(s) were left out", nullptr, static_cast<int>(report.dropped_parts)));
+  if (report.dropped_slabs > 0) removed.append(Words::tr("%n slab(s) had no room and were left out", nullptr, static_cast<int>(report.dropped_slabs)));
+  if (report.specks > 0) removed.append(Words::tr("%n speck(s) were left out", nullptr, static_cast<int>(report.specks)));
+  if (report.replaced_triangles > 0) removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
+  verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.") : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
   for (const std::string& note : report.notes) verdict.lines.append(text(note) + QLatin1Char('.'));
   return verdict;
 }

@@ -91,6 +91,7 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
   const FrameStats& stats = renderer.stats();
   piece.full = stats.everything;
   piece.cpu_ms = 1e3 * stats.cpu_seconds;
+  piece.wall_ms = 1e3 * stats.wall_seconds;
   piece.triangles = stats.triangles;
   callbacks_.drawn(std::move(piece));
 }

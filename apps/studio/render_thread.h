@@ -40,6 +40,7 @@ struct Piece {
   bool full = false;           ///< all was drawn, whether or not all had changed
   bool given_up = false;       ///< another request came first: nothing was drawn
   double cpu_ms = 0;           ///< of the process
+  double wall_ms = 0;
   std::uint64_t triangles = 0;
   qint64 input_ns = 0;
 };

@@ -46,6 +46,11 @@ ShelfEntry from_json(const QJsonObject& o) {
   return e;
 }
 
+QString& unnamed_folder() {
+  static QString chosen;
+  return chosen;
+}
+
 QString list_file() { return state_folder() + QStringLiteral("/recent.json"); }
 QString mark_folder() { return folder("XDG_STATE_HOME", ".local/state", QStringLiteral("/open")); }
 QString mark_file(qint64 pid) { return mark_folder() + QStringLiteral("/%1.json").arg(pid); }
@@ -113,7 +118,8 @@ void Shelf::find_left_open() {
 }
 
 QString Shelf::new_unnamed(const QString& title) const {
-  const QString place = folder("XDG_STATE_HOME", ".local/state", QStringLiteral("/unnamed"));
+  QString place = unnamed_folder();
+  if (place.isEmpty() || !QDir().mkpath(place)) place = preset_unnamed_folder();
   QString stem = title.simplified();
   stem.replace(QRegularExpression(QStringLiteral("[^A-Za-z0-9_-]+")), QStringLiteral("-"));
   if (stem.isEmpty()) stem = QStringLiteral("model");
@@ -123,7 +129,14 @@ QString Shelf::new_unnamed(const QString& title) const {
   }
 }
 
-bool Shelf::is_unnamed(const QString& file) { return file.startsWith(state_folder() + QStringLiteral("/unnamed/")); }
+bool Shelf::is_unnamed(const QString& file) {
+  const QString place = QFileInfo(file).path();
+  return place == preset_unnamed_folder() || (!unnamed_folder().isEmpty() && place == unnamed_folder());
+}
+
+void Shelf::set_unnamed_folder(const QString& folder) { unnamed_folder() = folder.isEmpty() ? QString() : QDir(folder).absolutePath(); }
+
+QString Shelf::preset_unnamed_folder() { return folder("XDG_STATE_HOME", ".local/state", QStringLiteral("/unnamed")); }
 
 QString Shelf::picture_of(const QString& file) {
   const QByteArray hash = QCryptographicHash::hash(file.toUtf8(), QCryptographicHash::Sha1).toHex();

@@ -33,6 +33,10 @@ class Shelf : public QObject {
   /// A new place for a model without a name; its folder exists.
   [[nodiscard]] QString new_unnamed(const QString& title) const;
   [[nodiscard]] static bool is_unnamed(const QString& file);
+  /// Where models without a name lie from now on; empty: the preset.
+  static void set_unnamed_folder(const QString& folder);
+  /// $XDG_STATE_HOME/relief/unnamed
+  [[nodiscard]] static QString preset_unnamed_folder();
   /// The file is open now: it becomes the newest, and would be found by left_open() after a crash.
   void opened(const QString& file, const QString& title, quint64 strokes);
   void stroked(quint64 strokes);

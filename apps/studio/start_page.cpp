@@ -104,6 +104,11 @@ StartPage::StartPage(Shelf& shelf, QWidget* parent) : QScrollArea(parent), shelf
   connect(&shelf_, &Shelf::changed, this, &StartPage::build);
 }
 
+void StartPage::set_question(std::function<QWidget*(QWidget* parent)> make) {
+  question_ = std::move(make);
+  build();
+}
+
 void StartPage::build() {
   auto* page = new QWidget;
   auto* whole = new QHBoxLayout(page);
@@ -117,6 +122,7 @@ void StartPage::build() {
   whole->addStretch(1);
   add_recovery(*column);
   add_drop(*column);
+  if (QWidget* question = question_ ? question_(middle) : nullptr) column->addWidget(question);
   add_recent(*column);
   add_samples(*column);
   add_hints(*column);
@@ -126,6 +132,7 @@ void StartPage::build() {
 
 void StartPage::add_recovery(QVBoxLayout& into) {
   for (const ShelfEntry& entry : shelf_.left_open()) {
+    if (entry.strokes == 0) continue;
     const QString words = tr("It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.", nullptr,
                              static_cast<int>(entry.strokes))
                               .arg(QLocale().toString(entry.used.time(), QLocale::ShortFormat));
@@ -153,9 +160,7 @@ void StartPage::add_samples(QVBoxLayout& into) {
   auto* across = new QHBoxLayout(row);
   across->setContentsMargins(0, 0, 0, 0);
   for (const std::string_view name : sample_names()) {
-    QString title = text(name);
-    title[0] = title[0].toUpper();
-    auto* button = new QPushButton(title, row);
+    auto* button = new QPushButton(sample_title(text(name)), row);
     button->setObjectName(QStringLiteral("sample-") + text(name));
     button->setAccessibleDescription(tr("Makes the sample model and opens it"));
     connect(button, &QPushButton::clicked, this, [this, id = text(name)] { emit sampleAsked(id); });

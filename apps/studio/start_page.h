@@ -5,6 +5,8 @@
 
 #include <QScrollArea>
 
+#include <functional>
+
 class QVBoxLayout;
 
 namespace relief::studio {
@@ -14,6 +16,8 @@ class StartPage : public QScrollArea {
   Q_OBJECT
  public:
   explicit StartPage(Shelf& shelf, QWidget* parent = nullptr);
+  /// A question that is asked below the drop area; `make` gives nothing once it is answered. Call again then.
+  void set_question(std::function<QWidget*(QWidget* parent)> make);
 
  signals:
   void openAsked();
@@ -33,6 +37,7 @@ class StartPage : public QScrollArea {
   void add_hints(QVBoxLayout& into);
 
   Shelf& shelf_;
+  std::function<QWidget*(QWidget*)> question_;
 };
 
 }  // namespace relief::studio

@@ -8,7 +8,9 @@
 namespace relief::studio {
 
 namespace {
-QString tr(const char* words, int n = -1) { return QCoreApplication::translate("Text", words, nullptr, n); }
+struct Text {
+  Q_DECLARE_TR_FUNCTIONS(Text)
+};
 }  // namespace
 
 QString length_text(double length, Unit unit) {
@@ -19,11 +21,17 @@ QString length_text(double length, Unit unit) {
 
 QString percent_text(double share) { return QLocale().toString(std::lround(100 * share)) + QChar(0x00a0) + QLatin1Char('%'); }
 
+QString sample_title(const QString& name) {
+  QString title = QCoreApplication::translate("Samples", name.toUtf8());
+  if (!title.isEmpty()) title[0] = title[0].toUpper();
+  return title;
+}
+
 QString ago_text(qint64 seconds) {
-  if (seconds < 60) return tr("just now");
-  if (seconds < 3600) return tr("%n minute(s) ago", static_cast<int>(seconds / 60));
-  if (seconds < 86400) return tr("%n hour(s) ago", static_cast<int>(seconds / 3600));
-  return tr("%n day(s) ago", static_cast<int>(seconds / 86400));
+  if (seconds < 60) return Text::tr("just now");
+  if (seconds < 3600) return Text::tr("%n minute(s) ago", nullptr, static_cast<int>(seconds / 60));
+  if (seconds < 86400) return Text::tr("%n hour(s) ago", nullptr, static_cast<int>(seconds / 3600));
+  return Text::tr("%n day(s) ago", nullptr, static_cast<int>(seconds / 86400));
 }
 
 }  // namespace relief::studio

@@ -22,6 +22,8 @@ namespace relief::studio {
 [[nodiscard]] QString length_text(double length, Unit unit);
 /// A share as people read it: "60 %".
 [[nodiscard]] QString percent_text(double share);
+/// A sample model by its name in the library: "Pumpkin".
+[[nodiscard]] QString sample_title(const QString& name);
 /// "3 minutes ago".
 [[nodiscard]] QString ago_text(qint64 seconds);
 

@@ -127,6 +127,7 @@ class Viewport : public QWidget {
   void take(Piece piece);
   void update_ring();
   void describe(bool drawing);
+  void pace(const Piece& piece);
   void log_camera(const Camera& camera);
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
   [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
@@ -157,8 +158,8 @@ class Viewport : public QWidget {
   std::uint64_t frames_ = 0;
   bool wanted_ = false, moving_ = false, everything_ = false, in_flight_ = false, refining_ = false;
   int asked_samples_ = 0;
-  double tau_ = 2;
-  int slow_ = 0;
+  int coarser_ = 0;  ///< halvings of the level while something happens, beyond what is usual; 0 or 1
+  int slow_ = 0;     ///< pictures in a row that took too long
   qint64 input_ns_ = 0;
   QElapsedTimer clock_, since_asked_;
   QTimer ask_timer_, rest_timer_, ring_timer_;

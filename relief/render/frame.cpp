@@ -337,11 +337,13 @@ Status FrameRenderer::State::draw_rect(const Frame& frame, const Pixels& pixels,
   glBindSampler(1, 0);
   const std::array<Vec3f, 3> axes = {to_float(eye.right), to_float(eye.up), to_float(-eye.forward)};
   glProgramUniform3fv(prog, 1, 3, &axes[0].x);
-  const auto inverse_range = static_cast<float>(1 / (scale.high - scale.low));
-  set(prog, 4, {static_cast<float>(scale.low), inverse_range, static_cast<float>(look.map)});
   set(prog, 5, linear(look.base_colour));
-  glProgramUniform1f(prog, 6, std::max(1.0F, static_cast<float>(frame.height) / 900.0F));
-  glProgramUniform2f(prog, 7, static_cast<float>(1 / means.micro_area), inverse_range);
+  if (slabs) {  // the others are no uniforms of the mesh's program
+    const auto inverse_range = static_cast<float>(1 / (scale.high - scale.low));
+    set(prog, 4, {static_cast<float>(scale.low), inverse_range, static_cast<float>(look.map)});
+    glProgramUniform1f(prog, 6, std::max(1.0F, static_cast<float>(frame.height) / 900.0F));
+    glProgramUniform2f(prog, 7, static_cast<float>(1 / means.micro_area), inverse_range);
+  }
 
   glBindFramebuffer(GL_FRAMEBUFFER, target);
   glViewport(0, 0, frame.width, frame.height);

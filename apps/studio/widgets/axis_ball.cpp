@@ -19,8 +19,8 @@ bool negative(Axis axis) { return axis >= Axis::MinusX; }
 
 /// Red, green, blue for x, y, z, as everywhere; dark letters are legible on each.
 QColor colour_of(Axis axis) {
-  static constexpr std::array<QRgb, 3> colours = {0xffe0705f, 0xff8fbf5a, 0xff5b9be8};
-  return QColor(colours[static_cast<std::size_t>(axis) % 3]);
+  static constexpr std::array<QRgb, 3> kColours = {0xffe0705f, 0xff8fbf5a, 0xff5b9be8};
+  return QColor(kColours[static_cast<std::size_t>(axis) % 3]);
 }
 
 }  // namespace
@@ -32,11 +32,11 @@ Vec3d direction(Axis axis) {
 }
 
 QString title(Axis axis) {
-  static constexpr std::array titles = {
+  static constexpr std::array kTitles = {
       QT_TRANSLATE_NOOP("AxisBall", "From the right (+x)"), QT_TRANSLATE_NOOP("AxisBall", "From the top (+y)"),
       QT_TRANSLATE_NOOP("AxisBall", "From the front (+z)"), QT_TRANSLATE_NOOP("AxisBall", "From the left (-x)"),
       QT_TRANSLATE_NOOP("AxisBall", "From below (-y)"),     QT_TRANSLATE_NOOP("AxisBall", "From behind (-z)")};
-  return QCoreApplication::translate("AxisBall", titles[static_cast<std::size_t>(axis)]);
+  return QCoreApplication::translate("AxisBall", kTitles[static_cast<std::size_t>(axis)]);
 }
 
 double AxisBall::disc() const { return kDisc * square_.width(); }

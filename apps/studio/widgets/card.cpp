@@ -94,8 +94,8 @@ void Card::show_mood() {
   const bool plain = mood_ == Mood::Plain;
   icon_->setVisible(!plain);
   if (!plain) icon_->setPixmap(icon_pixmap(icon_of(mood_), scaled(22), colour_of(mood_), devicePixelRatioF()));
-  static constexpr const char* names[] = {"", "good", "warn", "bad"};
-  const QString mood = QLatin1String(names[static_cast<int>(mood_)]);
+  static constexpr const char* kNames[] = {"", "good", "warn", "bad"};
+  const QString mood = QLatin1String(kNames[static_cast<int>(mood_)]);
   if (title_->property("mood").toString() != mood) {
     title_->setProperty("mood", mood);
     title_->style()->unpolish(title_);  // the style sheet looks at properties only then

@@ -5,6 +5,7 @@
 #include <QAction>
 #include <QApplication>
 #include <QKeyEvent>
+#include <QLabel>
 #include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
@@ -57,15 +58,14 @@ class RowDelegate : public QStyledItemDelegate {
     const QRect icon_rect(left, option.rect.center().y() - icon_side / 2, icon_side, icon_side);
     index.data(Qt::DecorationRole).value<QIcon>().paint(painter, place(icon_rect));
     const QRect text = option.rect.adjusted(scaled(38), 0, -scaled(10), 0);
-    const auto start = QStyle::visualAlignment(option.direction, Qt::AlignLeft | Qt::AlignVCenter);
-    const auto end = QStyle::visualAlignment(option.direction, Qt::AlignRight | Qt::AlignVCenter);
     painter->setFont(option.font);
     const QString shortcut = index.data(kShortcutRole).toString();
     const int room = text.width() - option.fontMetrics.horizontalAdvance(shortcut) - scaled(12);
     painter->setPen(theme.text);
-    painter->drawText(place(text), start, option.fontMetrics.elidedText(index.data().toString(), Qt::ElideRight, room));
+    painter->drawText(place(text), text_flags(option.direction, Qt::AlignLeft),
+                      option.fontMetrics.elidedText(index.data().toString(), Qt::ElideRight, room));
     painter->setPen(theme.dim);
-    painter->drawText(place(text), end, shortcut);
+    painter->drawText(place(text), text_flags(option.direction, Qt::AlignRight), shortcut);
     painter->restore();
   }
 };
@@ -85,7 +85,8 @@ CommandPalette::CommandPalette(QWidget* window)
     : QFrame(window),
       open_action_(new QAction(tr("Find a command..."), this)),
       line_(new QLineEdit),
-      list_(new QListWidget) {
+      list_(new QListWidget),
+      nothing_(new QLabel(tr("No command has these words."))) {
   setObjectName(QStringLiteral("command_palette"));
   setAccessibleName(tr("Commands"));
   setProperty("role", QStringLiteral("card"));
@@ -105,7 +106,10 @@ CommandPalette::CommandPalette(QWidget* window)
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(10, 10, 10, 10);
   layout->addWidget(line_);
-  layout->addWidget(list_);
+  nothing_->setProperty("role", QStringLiteral("dim"));
+  nothing_->setAlignment(Qt::AlignCenter);
+  layout->addWidget(nothing_, 1);
+  layout->addWidget(list_, 1);
 
   connect(line_, &QLineEdit::textChanged, this, &CommandPalette::narrow);
   connect(list_, &QListWidget::itemClicked, this, &CommandPalette::trigger);
@@ -172,6 +176,8 @@ void CommandPalette::narrow(const QString& typed) {
     item->setToolTip(action->toolTip());
   }
   list_->setCurrentRow(0);
+  list_->setVisible(list_->count() > 0);
+  nothing_->setVisible(list_->count() == 0);
 }
 
 void CommandPalette::place() {

@@ -6,6 +6,7 @@
 #include <QPointer>
 
 class QAction;
+class QLabel;
 class QLineEdit;
 class QListWidget;
 class QListWidgetItem;
@@ -44,6 +45,7 @@ class CommandPalette : public QFrame {
   QAction* open_action_;
   QLineEdit* line_;
   QListWidget* list_;
+  QLabel* nothing_;  ///< instead of an empty list
   QList<QPointer<QAction>> actions_;
   QPointer<QWidget> focus_before_;
 };

@@ -57,7 +57,7 @@ void CurveEditor::set_live_pressure(std::optional<double> pressure) {
 }
 
 void CurveEditor::describe_curve() {
-  static constexpr auto percent = [](double share) { return static_cast<int>(std::lround(100 * share)); };
+  const auto percent = [](double share) { return static_cast<int>(std::lround(100 * share)); };
   const QString names[] = {tr("start"), tr("bend"), tr("end")};
   const QString words = tr("Starts at %1 % pressure, full at %2 %, exponent %3. Chosen: %4.")
                             .arg(percent(curve_.low))
@@ -231,10 +231,16 @@ void CurveEditor::paint_handles(QPainter& painter) const {
 }
 
 void CurveEditor::paint_texts(QPainter& painter) const {
-  painter.setPen(current_theme().dim);
-  const QRectF box = plot().adjusted(scaled(2), 0, -scaled(2), -scaled(2));
-  painter.drawText(box, Qt::AlignLeft | Qt::AlignTop, tr("output"));
-  painter.drawText(box, Qt::AlignRight | Qt::AlignBottom, tr("pressure"));
+  const QRect box = plot().toRect().adjusted(scaled(2), 0, -scaled(2), -scaled(2));
+  const auto text = [&](Qt::Alignment alignment, const QString& words) {
+    const int place = static_cast<int>(alignment.toInt());
+    // On ground of its own, or a line of the grid would cross it.
+    painter.fillRect(painter.boundingRect(box, place, words), current_theme().field);
+    painter.setPen(current_theme().dim);
+    painter.drawText(box, place, words);
+  };
+  text(Qt::AlignLeft | Qt::AlignTop, tr("output"));
+  text(Qt::AlignRight | Qt::AlignBottom, tr("pressure"));
 }
 
 }  // namespace relief::studio

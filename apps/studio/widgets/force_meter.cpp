@@ -125,8 +125,7 @@ void ForceMeter::paint_scale(QPainter& painter) const {
     const double gap = 8 * text_scale();
     const QRectF at = mirrored ? QRectF(2, y(newtons) - line / 2, box.left() - 2 - gap, line)
                                : QRectF(box.right() + gap, y(newtons) - line / 2, width(), line);
-    painter.drawText(at, (mirrored ? Qt::AlignRight : Qt::AlignLeft) | Qt::AlignVCenter,
-                     QLocale().toString(newtons, 'g', 3));
+    painter.drawText(at, text_flags(layoutDirection(), Qt::AlignLeft), QLocale().toString(newtons, 'g', 3));
   };
   painter.setPen(theme.dim);
   const double step = step_of(limit_);

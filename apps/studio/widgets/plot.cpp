@@ -6,7 +6,6 @@
 #include <QKeyEvent>
 #include <QLocale>
 #include <QPainter>
-#include <QStyle>
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +17,15 @@ constexpr double kHeadroom = 1.15;   // of the limit: what goes beyond it is see
 constexpr double kFillShare = 0.22;  // of the signal's colour under its line
 constexpr int kDescribeEvery = 500;  // ms; telemetry comes at 60 Hz, no listener can follow that
 constexpr double kFineScrub = 0.1;   // Shift
+
+/// The rows that the line covers in one column of pixels.
+struct Band {
+  double top, bottom;
+  [[nodiscard]] bool empty() const { return top > bottom; }
+  [[nodiscard]] double share_of_row(int row) const {
+    return std::clamp(std::min(bottom, row + 1.0) - std::max(top, double(row)), 0.0, 1.0);
+  }
+};
 
 QColor colour_of(PlotView::Colour colour) {
   const Theme& theme = current_theme();
@@ -115,8 +123,8 @@ void PlotView::describe_value() {
 }
 
 QRectF PlotView::box() const {
-  const double margin = 7 * text_scale();
-  return QRectF(rect()).adjusted(margin, QFontMetricsF(font()).height() + 3 * text_scale(), -margin, -5 * text_scale());
+  const int margin = scaled(7);
+  return rect().adjusted(margin, QFontMetrics(font()).height() + scaled(3), -margin, -scaled(5));
 }
 
 PlotView::View PlotView::view_of(std::size_t columns) const {
@@ -169,7 +177,8 @@ QSize PlotView::minimumSizeHint() const { return {scaled(120), sizeHint().height
 void PlotView::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   paint_field(painter, rect(), hasFocus());
-  const auto columns = static_cast<std::size_t>(std::max(1.0, box().width()));
+  const QSize pixels = (box().size() * devicePixelRatioF()).toSize().expandedTo({1, 1});
+  const auto columns = static_cast<std::size_t>(pixels.width());
   View view = view_of(columns);
   const std::vector<Extent> extents = shown().envelope(view.from, view.to, columns);
   if (limit_) view.high = kHeadroom * *limit_;
@@ -178,40 +187,36 @@ void PlotView::paintEvent(QPaintEvent*) {
     view.low = std::min(view.low, double(extent.low));
     view.high = std::max(view.high, double(extent.high));
   }
-  paint_signal(painter, view, extents);
+  painter.drawImage(view.box, signal_picture(view, extents, pixels));
   paint_limit(painter, view);
   paint_cursor(painter, view);
   paint_texts(painter);
 }
 
-void PlotView::paint_signal(QPainter& painter, const View& view, std::span<const Extent> extents) const {
-  const QColor colour = colour_of(colour_);
-  const double base = view.y(0);
-  QPolygonF line, fill;
-  const auto flush = [&] {
-    if (line.isEmpty()) return;
-    fill.prepend({fill.first().x(), base});
-    fill.append({fill.last().x(), base});
-    painter.setPen(Qt::NoPen);
-    painter.setBrush(mixed(current_theme().field, colour, kFillShare));
-    painter.drawPolygon(fill);
-    painter.setPen(QPen(colour, 1.2 * text_scale()));
-    painter.drawPolyline(line);
-    line.clear();
-    fill.clear();
-  };
+// By hand, column by column: stroking a noisy line of 500 points takes QPainter some milliseconds.
+QImage PlotView::signal_picture(View view, std::span<const Extent> extents, QSize pixels) const {
+  view.box = QRectF({0, 0}, pixels);
+  const QColor line = colour_of(colour_), field = current_theme().field, area = mixed(field, line, kFillShare);
+  const double half = 0.6 * text_scale() * devicePixelRatioF(), base = view.y(0);
+  QImage picture(pixels, QImage::Format_RGB32);
+  picture.fill(field);
+  Band before{0, -1};
   for (std::size_t i = 0; i < extents.size(); ++i) {
     if (extents[i].empty()) {
-      flush();
+      before = {0, -1};
       continue;
     }
-    const double x = view.box.left() + static_cast<double>(i) + 0.5;
-    const double low = view.y(double(extents[i].low)), high = view.y(double(extents[i].high));
-    if (low - high > 1) line.append({x, low});  // pixels; else one point says it all
-    line.append({x, high});
-    fill.append({x, high});
+    const Band own{view.y(double(extents[i].high)) - half, view.y(double(extents[i].low)) + half};
+    const Band band = before.empty() ? own : Band{std::min(own.top, before.bottom), std::max(own.bottom, before.top)};
+    before = own;
+    const int last = std::min(static_cast<int>(std::ceil(std::max(band.bottom, base))), pixels.height());
+    for (int row = std::max(0, static_cast<int>(band.top)); row < last; ++row) {
+      const double cover = band.share_of_row(row);
+      const QColor& under = row + 0.5 > band.top && row + 0.5 < base ? area : field;
+      picture.setPixel(static_cast<int>(i), row, (cover <= 0 ? under : mixed(under, line, cover)).rgb());
+    }
   }
-  flush();
+  return picture;
 }
 
 void PlotView::paint_limit(QPainter& painter, const View& view) const {
@@ -233,15 +238,13 @@ void PlotView::paint_cursor(QPainter& painter, const View& view) const {
 
 void PlotView::paint_texts(QPainter& painter) const {
   const QRect row(scaled(8), scaled(2), width() - 2 * scaled(8), QFontMetrics(font()).height());
-  const auto start = QStyle::visualAlignment(layoutDirection(), Qt::AlignLeft);
-  const auto end = QStyle::visualAlignment(layoutDirection(), Qt::AlignRight);
   const QString text = words();
   const QFontMetrics metrics(font());
   painter.setPen(current_theme().text);
-  painter.drawText(row, end | Qt::AlignVCenter, text);
+  painter.drawText(row, text_flags(layoutDirection(), Qt::AlignRight), text);
   painter.setPen(current_theme().dim);
   const int room = row.width() - metrics.horizontalAdvance(text) - scaled(8);
-  painter.drawText(row, start | Qt::AlignVCenter, metrics.elidedText(title_, Qt::ElideRight, room));
+  painter.drawText(row, text_flags(layoutDirection(), Qt::AlignLeft), metrics.elidedText(title_, Qt::ElideRight, room));
 }
 
 }  // namespace relief::studio

@@ -69,7 +69,8 @@ class PlotView : public QWidget {
   void scrub_to(double x);
   void describe_value();
   void paint_limit(QPainter& painter, const View& view) const;
-  void paint_signal(QPainter& painter, const View& view, std::span<const Extent> extents) const;
+  /// One column per extent.
+  [[nodiscard]] QImage signal_picture(View view, std::span<const Extent> extents, QSize pixels) const;
   void paint_cursor(QPainter& painter, const View& view) const;
   void paint_texts(QPainter& painter) const;
   [[nodiscard]] QString words() const;

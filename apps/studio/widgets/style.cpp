@@ -1,5 +1,6 @@
 #include "style.h"
 
+#include "icons.h"
 #include "theme.h"
 
 #include <QFile>
@@ -36,7 +37,7 @@ void paint_check(QPainter& painter, const QStyleOption& option, bool round) {
   const Theme& theme = current_theme();
   const bool on = option.state.testFlag(QStyle::State_On), some = option.state.testFlag(QStyle::State_NoChange);
   const bool enabled = option.state.testFlag(QStyle::State_Enabled);
-  const QRectF box = QRectF(option.rect).adjusted(1, 1, -1, -1);
+  const QRectF box = centred_square(option.rect, std::min(option.rect.width(), option.rect.height()) - 2);
   const QColor fill = !enabled ? theme.line : on || some ? theme.accent : theme.field;
   painter.setPen(QPen(on || some || !enabled ? fill : theme.dim, 1.2));
   painter.setBrush(fill);
@@ -64,8 +65,7 @@ void paint_arrow(QPainter& painter, const QStyleOption& option, QStyle::Primitiv
   const double side = std::min({9.0 * text_scale(), double(option.rect.width()), double(option.rect.height())});
   const QRectF box = centred_square(option.rect, side);
   painter.setBrush(Qt::NoBrush);
-  painter.setPen(
-      QPen(enabled ? theme.text : theme.line, 1.5 * text_scale(), Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  painter.setPen(QPen(enabled ? theme.text : theme.line, side / 6, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
   std::array<QPointF, 3> points = {QPointF(0.1, 0.3), QPointF(0.5, 0.7), QPointF(0.9, 0.3)};  // down
   for (QPointF& p : points) {
     if (direction == QStyle::PE_IndicatorArrowUp) p = {p.x(), 1 - p.y()};
@@ -73,6 +73,21 @@ void paint_arrow(QPainter& painter, const QStyleOption& option, QStyle::Primitiv
     if (direction == QStyle::PE_IndicatorArrowLeft) p = {1 - p.y(), p.x()};
   }
   painter.drawPath(path_in(box, points));
+}
+
+void paint_focus(QPainter& painter, const QStyleOption& option) {
+  painter.setPen(QPen(current_theme().accent, 1));
+  painter.setBrush(Qt::NoBrush);
+  painter.drawRoundedRect(QRectF(option.rect).adjusted(0.5, 0.5, -0.5, -0.5), 2, 2);
+}
+
+/// A line across a tool bar, one pixel wide, that leaves a fifth free at both ends.
+void paint_separator(QPainter& painter, const QStyleOption& option) {
+  const QRect& all = option.rect;
+  const bool upright = option.state.testFlag(QStyle::State_Horizontal);
+  const QRect line = upright ? QRect(all.center().x(), all.top() + all.height() / 5, 1, all.height() * 3 / 5)
+                             : QRect(all.left() + all.width() / 5, all.center().y(), all.width() * 3 / 5, 1);
+  painter.fillRect(line, current_theme().line);
 }
 
 QString text_of(const QString& resource) {
@@ -106,6 +121,12 @@ void Style::drawPrimitive(PrimitiveElement element, const QStyleOption* option, 
     case PE_IndicatorArrowRight:
       paint_arrow(*painter, *option, element);
       break;
+    case PE_FrameFocusRect:
+      paint_focus(*painter, *option);
+      break;
+    case PE_IndicatorToolBarSeparator:
+      paint_separator(*painter, *option);
+      break;
     case PE_IndicatorSpinUp:
       paint_arrow(*painter, *option, PE_IndicatorArrowUp);
       break;
@@ -131,6 +152,8 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
     case PM_ListViewIconSize:
     case PM_TabBarIconSize:
       return scaled(18);
+    case PM_ToolBarSeparatorExtent:
+      return scaled(11);
     case PM_ToolBarIconSize:
       return scaled(22);
     case PM_MessageBoxIconSize:
@@ -139,6 +162,52 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
       return scaled(28);
     default:
       return QProxyStyle::pixelMetric(metric, option, widget);
+  }
+}
+
+QIcon Style::standardIcon(StandardPixmap which, const QStyleOption* option, const QWidget* widget) const {
+  const int side = scaled(40);  // of a message box; there the icon has the colour of its mood
+  const auto mood_icon = [side](Mood mood) { return QIcon(icon_pixmap(icon_of(mood), side, colour_of(mood), 2)); };
+  switch (which) {
+    case SP_MessageBoxInformation:
+      return mood_icon(Mood::Plain);
+    case SP_MessageBoxWarning:
+      return mood_icon(Mood::Warn);
+    case SP_MessageBoxCritical:
+      return mood_icon(Mood::Bad);
+    case SP_MessageBoxQuestion:
+      return QIcon(icon_pixmap(u"help", side, current_theme().text, 2));
+    case SP_DirIcon:
+    case SP_DirClosedIcon:
+      return icon(u"folder");
+    case SP_DirOpenIcon:
+      return icon(u"open");
+    case SP_DirHomeIcon:
+      return icon(u"home");
+    case SP_FileIcon:
+      return icon(u"file");
+    case SP_ComputerIcon:
+    case SP_DesktopIcon:
+    case SP_DriveHDIcon:
+    case SP_DriveNetIcon:
+      return icon(u"kiosk");
+    case SP_FileDialogNewFolder:
+      return icon(u"folder-new");
+    case SP_FileDialogToParent:
+    case SP_ArrowUp:
+      return icon(u"up");
+    case SP_ArrowBack:
+    case SP_ArrowLeft:
+      return icon(u"back");
+    case SP_ArrowForward:
+    case SP_ArrowRight:
+      return icon(u"forward");
+    case SP_FileDialogListView:
+      return icon(u"grid");
+    case SP_FileDialogDetailedView:
+      return icon(u"list");
+    default:
+      return QProxyStyle::standardIcon(which, option, widget);
   }
 }
 

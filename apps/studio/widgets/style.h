@@ -1,6 +1,7 @@
 // The style behind theme.h: what a style sheet cannot draw, and the style sheet. Internal to the widgets.
 #pragma once
 
+#include <QIcon>
 #include <QProxyStyle>
 #include <QString>
 
@@ -14,6 +15,7 @@ class Style : public QProxyStyle {
   void drawPrimitive(PrimitiveElement element, const QStyleOption* option, QPainter* painter,
                      const QWidget* widget) const override;
   int pixelMetric(PixelMetric metric, const QStyleOption* option, const QWidget* widget) const override;
+  QIcon standardIcon(StandardPixmap which, const QStyleOption* option, const QWidget* widget) const override;
   int styleHint(StyleHint hint, const QStyleOption* option, const QWidget* widget,
                 QStyleHintReturn* result) const override;
 };

@@ -6,6 +6,7 @@
 #include <QFontDatabase>
 #include <QPainter>
 #include <QPalette>
+#include <QStyle>
 #include <QToolTip>
 #include <algorithm>
 #include <cmath>
@@ -61,7 +62,7 @@ double linear(double channel) {
 }
 
 double luminance(const QColor& c) {
-  return 0.2126 * linear(c.redF()) + 0.7152 * linear(c.greenF()) + 0.0722 * linear(c.blueF());
+  return 0.2126 * linear(double(c.redF())) + 0.7152 * linear(double(c.greenF())) + 0.0722 * linear(double(c.blueF()));
 }
 
 }  // namespace
@@ -173,6 +174,10 @@ QString icon_of(Mood mood) {
       break;
   }
   return QStringLiteral("info");
+}
+
+int text_flags(Qt::LayoutDirection direction, Qt::AlignmentFlag side) {
+  return static_cast<int>((QStyle::visualAlignment(direction, side) | Qt::AlignVCenter).toInt());
 }
 
 double corner() { return 5 * text_scale(); }

@@ -67,6 +67,9 @@ void paint_field(QPainter& painter, const QRectF& rect, bool focus);
 [[nodiscard]] QColor colour_of(Mood mood);
 /// Id of the icon that says the same as the colour.
 [[nodiscard]] QString icon_of(Mood mood);
+/// For QPainter::drawText: on that side of where text runs from left to right, on the other elsewhere; in the middle of
+/// the height.
+[[nodiscard]] int text_flags(Qt::LayoutDirection direction, Qt::AlignmentFlag side);
 /// Radius of rounded corners in pixels.
 [[nodiscard]] double corner();
 

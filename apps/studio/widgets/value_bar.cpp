@@ -8,7 +8,6 @@
 #include <QLineEdit>
 #include <QPainter>
 #include <QPainterPath>
-#include <QStyle>
 #include <QToolTip>
 #include <algorithm>
 #include <cmath>
@@ -290,10 +289,9 @@ void ValueBar::paint_texts(QPainter& painter) const {
   const QString value = text();
   const QFontMetrics metrics(font());
   const int for_title = inside.width() - metrics.horizontalAdvance(value) - scaled(6);
-  const auto leading = QStyle::visualAlignment(layoutDirection(), Qt::AlignLeft | Qt::AlignVCenter);
-  const auto trailing = QStyle::visualAlignment(layoutDirection(), Qt::AlignRight | Qt::AlignVCenter);
-  painter.drawText(inside, leading, metrics.elidedText(title_, Qt::ElideRight, for_title));
-  painter.drawText(inside, trailing, value);
+  painter.drawText(inside, text_flags(layoutDirection(), Qt::AlignLeft),
+                   metrics.elidedText(title_, Qt::ElideRight, for_title));
+  painter.drawText(inside, text_flags(layoutDirection(), Qt::AlignRight), value);
 }
 
 }  // namespace relief::studio

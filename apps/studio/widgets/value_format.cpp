@@ -59,10 +59,10 @@ double millimetres(const QString& unit) {
     QStringView name;
     double size;
   };
-  static constexpr std::array known = {Known{u"µm", 1e-3}, Known{u"um", 1e-3}, Known{u"mm", 1},
-                                       Known{u"cm", 10},   Known{u"m", 1e3},   Known{u"in", 25.4}};
-  const auto* found = std::ranges::find(known, QStringView(unit), &Known::name);
-  return found == known.end() ? 0 : found->size;
+  static constexpr std::array kKnown = {Known{u"µm", 1e-3}, Known{u"um", 1e-3}, Known{u"mm", 1},
+                                        Known{u"cm", 10},   Known{u"m", 1e3},   Known{u"in", 25.4}};
+  const auto* found = std::ranges::find(kKnown, QStringView(unit), &Known::name);
+  return found == kKnown.end() ? 0 : found->size;
 }
 
 std::optional<double> parse_with(const QString& typed, const QString& unit) {

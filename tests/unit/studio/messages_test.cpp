@@ -78,7 +78,7 @@ TEST_F(ToastTest, VanishesAtOnceWhereMotionIsReduced) {
 
 TEST(Banner, IsAnAlertThatStaysUntilActedOn) {
   Banner banner;
-  QSignalSpy closed(&banner, &Banner::closed);
+  const QSignalSpy closed(&banner, &Banner::closed);
   int off = 0;
   banner.say(Mood::Bad, QStringLiteral("The hand moved too fast; forces are off until you let go."),
              {{QStringLiteral("Forces on"), [&off] { ++off; }}, {QStringLiteral("Leave off"), {}}});
@@ -179,7 +179,7 @@ TEST_F(DropAreaTest, SaysWhatItKnowsWhenItDoesNotKnowAFile) {
 }
 
 TEST_F(DropAreaTest, AButtonDoesTheSameForThoseWhoDoNotDrag) {
-  QSignalSpy browse(&area, &DropArea::browseRequested);
+  const QSignalSpy browse(&area, &DropArea::browseRequested);
   area.findChild<QPushButton*>()->click();
   EXPECT_EQ(browse.size(), 1);
 }

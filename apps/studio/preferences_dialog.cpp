@@ -1,0 +1,282 @@
+#include "preferences_dialog.h"
+
+#include "key_map.h"
+#include "keys_page.h"
+#include "languages.h"
+#include "preferences.h"
+#include "widgets/theme.h"
+#include "widgets/value_bar.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QFileDialog>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QPushButton>
+#include <QScrollArea>
+#include <QSignalBlocker>
+#include <QStackedWidget>
+#include <QVBoxLayout>
+#include <algorithm>
+
+namespace relief::studio {
+
+PreferencesDialog::PreferencesDialog(QSettings& settings, KeyMap& keys, const QString& drawing, QWidget* parent)
+    : QDialog(parent), settings_(settings) {
+  setObjectName(QStringLiteral("preferences"));
+  setWindowTitle(tr("Preferences"));
+  auto* whole = new QVBoxLayout(this);
+  search_ = new QLineEdit(this);
+  search_->setObjectName(QStringLiteral("preferences-search"));
+  search_->setAccessibleName(tr("Search in the preferences"));
+  search_->setPlaceholderText(tr("Search"));
+  search_->setClearButtonEnabled(true);
+  whole->addWidget(search_);
+  auto* across = new QHBoxLayout;
+  list_ = new QListWidget(this);
+  list_->setObjectName(QStringLiteral("preferences-pages"));
+  list_->setAccessibleName(tr("Pages"));
+  pages_ = new QStackedWidget(this);
+  across->addWidget(list_);
+  across->addWidget(pages_, 1);
+  whole->addLayout(across, 1);
+  nothing_ = new QLabel(tr("Nothing of that name."), this);
+  nothing_->setProperty("role", QStringLiteral("dim"));
+  nothing_->hide();
+  whole->addWidget(nothing_);
+  auto* buttons = new QDialogButtonBox(QDialogButtonBox::Close, this);
+  whole->addWidget(buttons);
+  connect(buttons, &QDialogButtonBox::rejected, this, &QDialog::reject);
+  connect(search_, &QLineEdit::textChanged, this, &PreferencesDialog::narrow);
+  connect(list_, &QListWidget::currentRowChanged, pages_, &QStackedWidget::setCurrentIndex);
+  add_look();
+  add_input();
+  add_drawing(drawing);
+  add_saving();
+  add_language();
+  add_keys(keys);
+  for (const Row& row : rows_) row.refresh();
+  list_->setCurrentRow(0);
+  list_->setFixedWidth(list_->sizeHintForColumn(0) + scaled(36));
+  resize(scaled(720), scaled(560));
+}
+
+void PreferencesDialog::show_page(const QString& page) {
+  for (int k = 0; k < list_->count(); ++k)
+    if (list_->item(k)->data(Qt::UserRole) == page) list_->setCurrentRow(k);
+}
+
+// ---- Pages and rows
+
+QVBoxLayout* PreferencesDialog::add_page(const QString& id, const QString& title) {
+  auto* item = new QListWidgetItem(title, list_);
+  item->setData(Qt::UserRole, id);
+  auto* area = new QScrollArea(pages_);
+  area->setObjectName(QStringLiteral("page-") + id);
+  area->setWidgetResizable(true);
+  area->setFrameShape(QFrame::NoFrame);
+  area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* page = new QWidget(area);
+  auto* column = new QVBoxLayout(page);
+  column->setSpacing(scaled(10));
+  area->setWidget(page);
+  pages_->addWidget(area);
+  return column;
+}
+
+void PreferencesDialog::finish_page(QVBoxLayout& column, std::function<void()> reset) {
+  const int page = pages_->count() - 1;
+  if (!reset) {
+    column.addStretch(1);
+    reset = [this, page] { this->reset(page); };
+  }
+  auto* back = new QPushButton(tr("Back to defaults"), pages_->widget(page));
+  back->setObjectName(QStringLiteral("defaults-") + list_->item(page)->data(Qt::UserRole).toString());
+  back->setAccessibleDescription(tr("All of the page “%1”").arg(list_->item(page)->text()));
+  back->setAutoDefault(false);
+  connect(back, &QPushButton::clicked, this, std::move(reset));
+  column.addWidget(back, 0, Qt::AlignRight);
+}
+
+/// Title and control in a line, the help below it.
+void PreferencesDialog::add_row(QVBoxLayout& column, const QString& key, const QString& title, const QString& help,
+                                QWidget* control, std::function<void()> refresh) {
+  auto* row = new QWidget(pages_->widget(pages_->count() - 1));
+  auto* lines = new QVBoxLayout(row);
+  lines->setContentsMargins(0, 0, 0, 0);
+  lines->setSpacing(scaled(2));
+  auto* line = new QHBoxLayout;
+  lines->addLayout(line);
+  if (qobject_cast<QCheckBox*>(control) == nullptr) {
+    auto* label = new QLabel(title, row);
+    label->setBuddy(control);
+    line->addWidget(label);
+    line->addStretch(1);
+  }
+  control->setParent(row);
+  line->addWidget(control);
+  if (qobject_cast<QCheckBox*>(control) != nullptr) line->addStretch(1);
+  if (control->objectName().isEmpty()) control->setObjectName(QString(key).replace(QLatin1Char('/'), QLatin1Char('-')));
+  if (control->accessibleName().isEmpty()) control->setAccessibleName(title);
+  control->setAccessibleDescription(help);
+  if (!help.isEmpty()) {
+    auto* words = new QLabel(help, row);
+    words->setWordWrap(true);
+    words->setProperty("role", QStringLiteral("dim"));
+    lines->addWidget(words);
+  }
+  column.addWidget(row);
+  rows_.push_back({key, title + QLatin1Char(' ') + help + QLatin1Char(' ') + list_->item(list_->count() - 1)->text(),
+                   row, pages_->count() - 1, std::move(refresh)});
+}
+
+void PreferencesDialog::add_choice(QVBoxLayout& column, const QString& key, const QString& title, const QString& help,
+                                   const QStringList& titles) {
+  auto* box = new QComboBox(this);
+  const QStringList values = values_of(key);
+  for (int k = 0; k < values.size(); ++k) box->addItem(titles[k], values[k]);
+  connect(box, &QComboBox::currentIndexChanged, this, [this, box, key] { keep(key, box->currentData()); });
+  add_row(column, key, title, help, box, [this, box, key] {
+    const QSignalBlocker quiet(box);
+    box->setCurrentIndex(std::max(0, box->findData(chosen(settings_, key).toString())));
+  });
+}
+
+void PreferencesDialog::add_switch(QVBoxLayout& column, const QString& key, const QString& title, const QString& help) {
+  auto* box = new QCheckBox(title, this);
+  connect(box, &QCheckBox::toggled, this, [this, key](bool on) { keep(key, on); });
+  add_row(column, key, title, help, box, [this, box, key] {
+    const QSignalBlocker quiet(box);
+    box->setChecked(chosen(settings_, key).toBool());
+  });
+}
+
+void PreferencesDialog::add_folder(QVBoxLayout& column, const QString& key, const QString& title, const QString& help) {
+  auto* button = new QPushButton(tr("Choose …"), this);
+  button->setAutoDefault(false);
+  button->setAccessibleName(tr("Choose: %1").arg(title));
+  connect(button, &QPushButton::clicked, this, [this, key, title] {
+    const QString folder = QFileDialog::getExistingDirectory(this, title, chosen(settings_, key).toString());
+    if (folder.isEmpty()) return;
+    keep(key, folder);
+    for (const Row& row : rows_) row.refresh();
+  });
+  add_row(column, key, title, help, button, {});
+  auto* place = new QLabel(rows_.back().widget);
+  place->setObjectName(QStringLiteral("place-") + key.section(QLatin1Char('/'), 1));
+  place->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+  place->setWordWrap(true);
+  qobject_cast<QVBoxLayout*>(rows_.back().widget->layout())->insertWidget(1, place);
+  rows_.back().refresh = [this, place, key] { place->setText(chosen(settings_, key).toString()); };
+}
+
+void PreferencesDialog::add_look() {
+  QVBoxLayout* page = add_page(QStringLiteral("look"), tr("Look"));
+  add_choice(*page, "look/theme", tr("Theme"), tr("“Like the desktop” is dark where the desktop does not say."),
+             {tr("Like the desktop"), tr("Dark"), tr("Light")});
+  auto* size = new ValueBar(tr("Text size"), this);
+  size->setObjectName(QStringLiteral("look-text"));
+  size->set_title(QStringLiteral(" "));  // it stands before it
+  size->setMinimumWidth(scaled(220));
+  size->set_range(0.8, 2, ValueBar::Scale::Linear, 0.1);
+  size->set_format(percent_format());
+  connect(size, &ValueBar::editFinished, this, [this, size] { keep("look/text", qRound(100 * size->real_value())); });
+  add_row(*page, "look/text", tr("Text size"), tr("Of all words and of what is around them."), size,
+          [this, size] { size->set_real_value(chosen(settings_, "look/text").toInt() / 100.0); });
+  add_switch(*page, "look/reduced-motion", tr("Less motion"), tr("Nothing slides, fades or turns by itself."));
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_input() {
+  QVBoxLayout* page = add_page(QStringLiteral("input"), tr("Input"));
+  add_choice(*page, "input/map", tr("Navigation"), tr("Which buttons turn, move and zoom the view."),
+             {tr("Blender: middle button"), tr("Industry: Alt and a button"), tr("Pen: beside the model")});
+  add_switch(*page, "input/turntable", tr("Turn like on a turntable"),
+             tr("What is up stays up. Without it, the model turns freely in all directions."));
+  add_switch(*page, "input/pressure", tr("Use the pressure of the pen"),
+             tr("Without it, a pen works like a mouse: always at full pressure."));
+  add_switch(*page, "input/single-keys", tr("Single keys choose tools"),
+             tr("Off, keys act with Ctrl or Alt only: for people who speak their words, or whose hands tremble."));
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_drawing(const QString& drawing) {
+  QVBoxLayout* page = add_page(QStringLiteral("drawing"), tr("Drawing"));
+  auto* with = new QLabel(drawing, this);
+  with->setObjectName(QStringLiteral("drawing-device"));
+  with->setWordWrap(true);
+  with->setMinimumWidth(scaled(320));
+  with->setAlignment(Qt::AlignRight);
+  with->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+  add_row(*page, {}, tr("Drawn by"), {}, with, [] {});
+  add_choice(*page, "drawing/samples", tr("Smooth edges at rest"),
+             tr("How often each point is drawn when nothing moves: more is finer, and takes longer."),
+             {tr("Off"), tr("4 times"), tr("16 times")});
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_saving() {
+  QVBoxLayout* page = add_page(QStringLiteral("saving"), tr("Saving"));
+  auto* words = new QLabel(tr("Every finished stroke is saved at once. There is nothing to switch on."), this);
+  words->setWordWrap(true);
+  page->addWidget(words);
+  add_folder(*page, "folders/pictures", tr("Pictures and films"), tr("Where F12 puts them."));
+  add_folder(*page, "folders/unnamed", tr("Models without a name"),
+             tr("Where they lie until you name them. Models that are there already stay where they are."));
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_language() {
+  QVBoxLayout* page = add_page(QStringLiteral("language"), tr("Language"));
+  QStringList titles = {tr("Like the desktop")};
+  for (const QString& code : languages()) titles.append(language_title(code));
+  add_choice(*page, "language", tr("Language"), tr("The window is built anew; your model stays open."), titles);
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_keys(KeyMap& keys) {
+  QVBoxLayout* page = add_page(QStringLiteral("keys"), tr("Keys"));
+  keys_page_ = new KeysPage(keys, this);
+  page->addWidget(keys_page_, 1);
+  finish_page(*page, [&keys] { keys.reset(); });
+}
+
+// ---- What happens
+
+void PreferencesDialog::keep(const QString& key, const QVariant& value) {
+  settings_.setValue(key, value);
+  emit changed(key);
+}
+
+void PreferencesDialog::reset(int page) {
+  for (const Row& row : rows_) {
+    if (row.page != page || row.key.isEmpty()) continue;
+    settings_.remove(row.key);
+    row.refresh();
+    emit changed(row.key);
+  }
+}
+
+/// Hides rows and pages that do not hold all typed words, and goes to the first page that does.
+void PreferencesDialog::narrow(const QString& typed) {
+  const QStringList words = typed.simplified().split(QLatin1Char(' '), Qt::SkipEmptyParts);
+  std::vector<bool> found(static_cast<std::size_t>(pages_->count()));
+  for (const Row& row : rows_) {
+    const bool fits =
+        std::ranges::all_of(words, [&](const QString& w) { return row.words.contains(w, Qt::CaseInsensitive); });
+    row.widget->setVisible(fits);
+    if (fits) found[static_cast<std::size_t>(row.page)] = true;
+  }
+  found.back() = keys_page_->narrow(typed);
+  for (int k = 0; k < list_->count(); ++k) list_->item(k)->setHidden(!found[static_cast<std::size_t>(k)]);
+  const auto first = std::ranges::find(found, true);
+  nothing_->setVisible(first == found.end());
+  pages_->setVisible(first != found.end());
+  if (first != found.end() && list_->currentRow() >= 0 && list_->currentItem()->isHidden())
+    list_->setCurrentRow(static_cast<int>(first - found.begin()));
+}
+
+}  // namespace relief::studio

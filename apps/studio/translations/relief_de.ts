@@ -1,0 +1,1293 @@
+<?xml version="1.0" encoding="utf-8"?>
+<!DOCTYPE TS>
+<TS version="2.1" language="de">
+<context>
+    <name>LayersPanel</name>
+    <message>
+        <source>Form</source>
+        <translation>Form</translation>
+    </message>
+    <message>
+        <source>The shape itself</source>
+        <translation>Die Gestalt selbst</translation>
+    </message>
+    <message>
+        <source>Colour</source>
+        <translation>Farbe</translation>
+    </message>
+    <message>
+        <source>Show the painted colours</source>
+        <translation>Aufgemalte Farben zeigen</translation>
+    </message>
+    <message>
+        <source>Mask</source>
+        <translation>Maske</translation>
+    </message>
+    <message>
+        <source>Show what is protected, darker</source>
+        <translation>Geschütztes dunkler zeigen</translation>
+    </message>
+    <message>
+        <source>Stiffness</source>
+        <translation>Steifigkeit</translation>
+    </message>
+    <message>
+        <source>Felt with a device</source>
+        <translation>Mit einem Gerät zu fühlen</translation>
+    </message>
+    <message>
+        <source>Static friction</source>
+        <translation>Haftreibung</translation>
+    </message>
+    <message>
+        <source>Dynamic friction</source>
+        <translation>Gleitreibung</translation>
+    </message>
+    <message>
+        <source>Strata</source>
+        <translation>Gesteinsschichten</translation>
+    </message>
+</context>
+<context>
+    <name>Matcaps</name>
+    <message>
+        <source>clay</source>
+        <translation>Ton</translation>
+    </message>
+    <message>
+        <source>red wax</source>
+        <translation>rotes Wachs</translation>
+    </message>
+    <message>
+        <source>skin</source>
+        <translation>Haut</translation>
+    </message>
+    <message>
+        <source>pearl</source>
+        <translation>Perlmutt</translation>
+    </message>
+    <message>
+        <source>dark bronze</source>
+        <translation>dunkle Bronze</translation>
+    </message>
+    <message>
+        <source>grey</source>
+        <translation>Grau</translation>
+    </message>
+</context>
+<context>
+    <name>OpenJob</name>
+    <message>
+        <source>Reading the scan</source>
+        <translation>Der Scan wird gelesen</translation>
+    </message>
+    <message>
+        <source>Opening the model</source>
+        <translation>Das Modell wird geöffnet</translation>
+    </message>
+    <message>
+        <source>Checking the slabs</source>
+        <translation>Die Platten werden geprüft</translation>
+    </message>
+    <message>
+        <source>Mending the scan</source>
+        <translation>Der Scan wird ausgebessert</translation>
+    </message>
+    <message>
+        <source>Preparing the surface: a thin shell</source>
+        <translation>Oberfläche vorbereiten: dünne Schale</translation>
+    </message>
+    <message>
+        <source>Preparing the surface: a coarse form</source>
+        <translation>Oberfläche vorbereiten: grobe Form</translation>
+    </message>
+    <message>
+        <source>Preparing the surface: slabs</source>
+        <translation>Oberfläche vorbereiten: Platten</translation>
+    </message>
+    <message>
+        <source>Preparing the surface: samples</source>
+        <translation>Oberfläche vorbereiten: Messpunkte</translation>
+    </message>
+    <message>
+        <source>Measuring the distance to the scan</source>
+        <translation>Abstand zum Scan wird gemessen</translation>
+    </message>
+    <message>
+        <source>Taking over the colours</source>
+        <translation>Farben werden übernommen</translation>
+    </message>
+    <message>
+        <source>Saving</source>
+        <translation>Wird gespeichert</translation>
+    </message>
+    <message>
+        <source>Certified</source>
+        <translation>Zertifiziert</translation>
+    </message>
+    <message>
+        <source>Tolerant</source>
+        <translation>Tolerant</translation>
+    </message>
+    <message>
+        <source>Within %1 of the scan.</source>
+        <translation>Höchstens %1 vom Scan entfernt.</translation>
+    </message>
+    <message>
+        <source>%1 % of the surface lies over itself and shows its outer side only.</source>
+        <translation>%1 % der Oberfläche liegen übereinander; dort ist nur die äußere Seite zu sehen.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n opening(s) stay open</source>
+        <translation>
+            <numerusform>%n Öffnung bleibt offen</numerusform>
+            <numerusform>%n Öffnungen bleiben offen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n small part(s) were left out</source>
+        <translation>
+            <numerusform>%n kleines Teil wurde weggelassen</numerusform>
+            <numerusform>%n kleine Teile wurden weggelassen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n slab(s) had no room and were left out</source>
+        <translation>
+            <numerusform>%n Platte hatte keinen Platz und wurde weggelassen</numerusform>
+            <numerusform>%n Platten hatten keinen Platz und wurden weggelassen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n speck(s) were left out</source>
+        <translation>
+            <numerusform>%n Splitter wurde weggelassen</numerusform>
+            <numerusform>%n Splitter wurden weggelassen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n triangle(s) were mended</source>
+        <translation>
+            <numerusform>%n Dreieck wurde ausgebessert</numerusform>
+            <numerusform>%n Dreiecke wurden ausgebessert</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Nothing was removed.</source>
+        <translation>Nichts wurde entfernt.</translation>
+    </message>
+</context>
+<context>
+    <name>Samples</name>
+    <message>
+        <source>pumpkin</source>
+        <translation>Kürbis</translation>
+    </message>
+    <message>
+        <source>head</source>
+        <translation>Kopf</translation>
+    </message>
+    <message>
+        <source>torus</source>
+        <translation>Torus</translation>
+    </message>
+    <message>
+        <source>bowl</source>
+        <translation>Schale</translation>
+    </message>
+</context>
+<context>
+    <name>Settings</name>
+    <message>
+        <source>Radius</source>
+        <translation>Radius</translation>
+    </message>
+    <message>
+        <source>Strength</source>
+        <translation>Stärke</translation>
+    </message>
+    <message>
+        <source>Fall-off</source>
+        <translation>Abfall zum Rand</translation>
+    </message>
+    <message>
+        <source>Pressure</source>
+        <translation>Druck</translation>
+    </message>
+    <message>
+        <source>Stabiliser</source>
+        <translation>Strichberuhigung</translation>
+    </message>
+    <message>
+        <source>Symmetry</source>
+        <translation>Symmetrie</translation>
+    </message>
+    <message>
+        <source>Resilience</source>
+        <translation>Federnde Haut</translation>
+    </message>
+    <message>
+        <source>Exact cut</source>
+        <translation>Genauer Schnitt</translation>
+    </message>
+    <message>
+        <source>Height</source>
+        <translation>Höhe</translation>
+    </message>
+    <message>
+        <source>Colour</source>
+        <translation>Farbe</translation>
+    </message>
+    <message>
+        <source>own</source>
+        <translation>eigener</translation>
+    </message>
+    <message>
+        <source>linear</source>
+        <translation>linear</translation>
+    </message>
+    <message>
+        <source>smooth</source>
+        <translation>weich</translation>
+    </message>
+    <message>
+        <source>dome</source>
+        <translation>Kuppel</translation>
+    </message>
+    <message>
+        <source>none</source>
+        <translation>keine</translation>
+    </message>
+    <message>
+        <source>x</source>
+        <translation>x</translation>
+    </message>
+    <message>
+        <source>y</source>
+        <translation>y</translation>
+    </message>
+    <message>
+        <source>xy</source>
+        <translation>xy</translation>
+    </message>
+    <message>
+        <source>z</source>
+        <translation>z</translation>
+    </message>
+    <message>
+        <source>xz</source>
+        <translation>xz</translation>
+    </message>
+    <message>
+        <source>yz</source>
+        <translation>yz</translation>
+    </message>
+    <message>
+        <source>xyz</source>
+        <translation>xyz</translation>
+    </message>
+</context>
+<context>
+    <name>StrokeInput</name>
+    <message>
+        <source>%1 has no opposite.</source>
+        <translation>Zu „%1“ gibt es kein Gegenteil.</translation>
+    </message>
+</context>
+<context>
+    <name>Text</name>
+    <message>
+        <source>just now</source>
+        <translation>gerade eben</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n minute(s) ago</source>
+        <translation>
+            <numerusform>vor %n Minute</numerusform>
+            <numerusform>vor %n Minuten</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n hour(s) ago</source>
+        <translation>
+            <numerusform>vor %n Stunde</numerusform>
+            <numerusform>vor %n Stunden</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n day(s) ago</source>
+        <translation>
+            <numerusform>vor %n Tag</numerusform>
+            <numerusform>vor %n Tagen</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
+    <name>Tools</name>
+    <message>
+        <source>Touch</source>
+        <translation>Tasten</translation>
+    </message>
+    <message>
+        <source>Feels the surface with a device, and leaves no trace.</source>
+        <translation>Fühlt die Oberfläche mit einem Gerät und hinterlässt keine Spur.</translation>
+    </message>
+    <message>
+        <source>Carve</source>
+        <translation>Abtragen</translation>
+    </message>
+    <message>
+        <source>Cuts with a ball, strength x pressure x radius deep.</source>
+        <translation>Schneidet mit einer Kugel, Stärke × Druck × Radius tief.</translation>
+    </message>
+    <message>
+        <source>Deposit</source>
+        <translation>Auftragen</translation>
+    </message>
+    <message>
+        <source>Lays on material while it is held, whatever the pressure.</source>
+        <translation>Trägt Material auf, solange es gehalten wird, gleich bei welchem Druck.</translation>
+    </message>
+    <message>
+        <source>Paint</source>
+        <translation>Bemalen</translation>
+    </message>
+    <message>
+        <source>Colours the surface.</source>
+        <translation>Färbt die Oberfläche.</translation>
+    </message>
+    <message>
+        <source>Smooth</source>
+        <translation>Glätten</translation>
+    </message>
+    <message>
+        <source>Takes out bumps and grain.</source>
+        <translation>Nimmt Beulen und Körnung heraus.</translation>
+    </message>
+    <message>
+        <source>Flatten</source>
+        <translation>Ebnen</translation>
+    </message>
+    <message>
+        <source>Lowers hills and fills hollows to one plane.</source>
+        <translation>Senkt Höhen und füllt Mulden bis auf eine Ebene.</translation>
+    </message>
+    <message>
+        <source>Inflate</source>
+        <translation>Aufblähen</translation>
+    </message>
+    <message>
+        <source>Swells the surface outwards everywhere under the tool.</source>
+        <translation>Bläht die Oberfläche unter dem Werkzeug überall nach außen.</translation>
+    </message>
+    <message>
+        <source>Clay</source>
+        <translation>Aufbauen</translation>
+    </message>
+    <message>
+        <source>Builds up flat layers of clay: fills hollows first.</source>
+        <translation>Baut flache Lagen Ton auf: füllt zuerst die Mulden.</translation>
+    </message>
+    <message>
+        <source>Layer</source>
+        <translation>Schicht</translation>
+    </message>
+    <message>
+        <source>Raises the surface by one even height, however often the stroke crosses itself.</source>
+        <translation>Hebt die Oberfläche um eine gleichmäßige Höhe, wie oft der Strich sich auch kreuzt.</translation>
+    </message>
+    <message>
+        <source>Mask</source>
+        <translation>Maskieren</translation>
+    </message>
+    <message>
+        <source>Protects the surface from all tools.</source>
+        <translation>Schützt die Oberfläche vor allen Werkzeugen.</translation>
+    </message>
+    <message>
+        <source>Unmask</source>
+        <translation>Maske lösen</translation>
+    </message>
+    <message>
+        <source>Takes the protection away again.</source>
+        <translation>Nimmt den Schutz wieder weg.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::CommandPalette</name>
+    <message>
+        <source>Find a command...</source>
+        <translation>Befehl suchen …</translation>
+    </message>
+    <message>
+        <source>Commands</source>
+        <translation>Befehle</translation>
+    </message>
+    <message>
+        <source>Words of a command</source>
+        <translation>Wörter eines Befehls</translation>
+    </message>
+    <message>
+        <source>Up and Down choose, Enter does it, Esc closes.</source>
+        <translation>Auf und Ab wählen, Enter führt aus, Esc schließt.</translation>
+    </message>
+    <message>
+        <source>Type a few letters of what you want to do</source>
+        <translation>Ein paar Buchstaben dessen tippen, was geschehen soll</translation>
+    </message>
+    <message>
+        <source>Commands found</source>
+        <translation>Gefundene Befehle</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::CurveEditor</name>
+    <message>
+        <source>Pressure curve</source>
+        <translation>Druckkurve</translation>
+    </message>
+    <message>
+        <source>How strongly the tool acts as you press harder.
+Drag a circle, or Tab to it and use the arrows; Home makes the line straight.</source>
+        <translation>Wie stark das Werkzeug bei festerem Druck wirkt.
+Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die Linie gerade.</translation>
+    </message>
+    <message>
+        <source>start</source>
+        <translation>Anfang</translation>
+    </message>
+    <message>
+        <source>bend</source>
+        <translation>Krümmung</translation>
+    </message>
+    <message>
+        <source>end</source>
+        <translation>Ende</translation>
+    </message>
+    <message>
+        <source>Starts at %1 % pressure, full at %2 %, exponent %3. Chosen: %4.</source>
+        <translation>Beginnt bei %1 % Druck, voll bei %2 %, Exponent %3. Gewählt: %4.</translation>
+    </message>
+    <message>
+        <source>output</source>
+        <translation>Wirkung</translation>
+    </message>
+    <message>
+        <source>pressure</source>
+        <translation>Druck</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::FileDesk</name>
+    <message>
+        <source>%1 could not be opened</source>
+        <translation>%1 konnte nicht geöffnet werden</translation>
+    </message>
+    <message>
+        <source>Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf)</source>
+        <translation>Modelle und Scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf)</translation>
+    </message>
+    <message>
+        <source>Relief models (*.relief)</source>
+        <translation>Relief-Modelle (*.relief)</translation>
+    </message>
+    <message>
+        <source>All files (*)</source>
+        <translation>Alle Dateien (*)</translation>
+    </message>
+    <message>
+        <source>%1 could not be closed</source>
+        <translation>%1 konnte nicht geschlossen werden</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::HistoryPanel</name>
+    <message>
+        <source>History</source>
+        <translation>Verlauf</translation>
+    </message>
+    <message>
+        <source>The strokes, oldest first. Choose one to go there.</source>
+        <translation>Die Striche, der älteste zuerst. Einen wählen, um dorthin zu gehen.</translation>
+    </message>
+    <message>
+        <source>As converted</source>
+        <translation>Wie umgewandelt</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n earlier stroke(s)</source>
+        <translation>
+            <numerusform>%n früherer Strich</numerusform>
+            <numerusform>%n frühere Striche</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>%1, stroke %2</source>
+        <translation>%1, Strich %2</translation>
+    </message>
+    <message>
+        <source>In the file up to here</source>
+        <translation>Bis hierher in der Datei</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KeyMap</name>
+    <message>
+        <source>Your keys could not be read; the usual ones hold. The file is now %1.</source>
+        <translation>Die Tastenbelegung war nicht lesbar; es gilt die übliche. Die Datei heißt jetzt %1.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KeysPage</name>
+    <message>
+        <source>Keys of all commands</source>
+        <translation>Tasten aller Befehle</translation>
+    </message>
+    <message>
+        <source>Command</source>
+        <translation>Befehl</translation>
+    </message>
+    <message>
+        <source>Keys</source>
+        <translation>Tasten</translation>
+    </message>
+    <message>
+        <source>Change …</source>
+        <translation>Ändern …</translation>
+    </message>
+    <message>
+        <source>No key</source>
+        <translation>Keine Taste</translation>
+    </message>
+    <message>
+        <source>Usual key</source>
+        <translation>Übliche Taste</translation>
+    </message>
+    <message>
+        <source>Take it over</source>
+        <translation>Übernehmen</translation>
+    </message>
+    <message>
+        <source>Leave it</source>
+        <translation>So lassen</translation>
+    </message>
+    <message>
+        <source>also: %1</source>
+        <translation>auch: %1</translation>
+    </message>
+    <message>
+        <source>Press the new key for “%1”, or Esc to leave it.</source>
+        <translation>Neue Taste für „%1“ drücken, oder Esc, um nichts zu ändern.</translation>
+    </message>
+    <message>
+        <source>Double click or “Change …”, then press a key. Changed keys are bold.</source>
+        <translation>Doppelklick oder „Ändern …“, dann eine Taste drücken. Geänderte Tasten sind fett.</translation>
+    </message>
+    <message>
+        <source>%1 belongs to “%2”.</source>
+        <translation>%1 gehört zu „%2“.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::LayersPanel</name>
+    <message>
+        <source>Layers</source>
+        <translation>Ebenen</translation>
+    </message>
+    <message>
+        <source>Show %1</source>
+        <translation>%1 zeigen</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::MainWindow</name>
+    <message>
+        <source>&amp;Open …</source>
+        <translation>Ö&amp;ffnen …</translation>
+    </message>
+    <message>
+        <source>&amp;Save</source>
+        <translation>&amp;Speichern</translation>
+    </message>
+    <message>
+        <source>Saved as you work: every finished stroke is in %1.</source>
+        <translation>Gespeichert wird laufend: Jeder fertige Strich ist in %1.</translation>
+    </message>
+    <message>
+        <source>Save &amp;as …</source>
+        <translation>Speichern &amp;unter …</translation>
+    </message>
+    <message>
+        <source>&amp;Export …</source>
+        <translation>&amp;Exportieren …</translation>
+    </message>
+    <message>
+        <source>Save a &amp;picture …</source>
+        <translation>&amp;Bild speichern …</translation>
+    </message>
+    <message>
+        <source>&amp;Close the model</source>
+        <translation>Modell s&amp;chließen</translation>
+    </message>
+    <message>
+        <source>The model could not be closed</source>
+        <translation>Das Modell konnte nicht geschlossen werden</translation>
+    </message>
+    <message>
+        <source>&amp;Quit</source>
+        <translation>&amp;Beenden</translation>
+    </message>
+    <message>
+        <source>Undo</source>
+        <translation>Rückgängig</translation>
+    </message>
+    <message>
+        <source>Redo</source>
+        <translation>Wiederholen</translation>
+    </message>
+    <message>
+        <source>Set the radius with the mouse</source>
+        <translation>Radius mit der Maus einstellen</translation>
+    </message>
+    <message>
+        <source>Set the strength with the mouse</source>
+        <translation>Stärke mit der Maus einstellen</translation>
+    </message>
+    <message>
+        <source>Smaller radius</source>
+        <translation>Kleinerer Radius</translation>
+    </message>
+    <message>
+        <source>Larger radius</source>
+        <translation>Größerer Radius</translation>
+    </message>
+    <message>
+        <source>Symmetry</source>
+        <translation>Symmetrie</translation>
+    </message>
+    <message>
+        <source>Pick a colour from the model</source>
+        <translation>Farbe vom Modell aufnehmen</translation>
+    </message>
+    <message>
+        <source>Show all</source>
+        <translation>Alles zeigen</translation>
+    </message>
+    <message>
+        <source>Front</source>
+        <translation>Vorn</translation>
+    </message>
+    <message>
+        <source>Right</source>
+        <translation>Rechts</translation>
+    </message>
+    <message>
+        <source>Top</source>
+        <translation>Oben</translation>
+    </message>
+    <message>
+        <source>Back</source>
+        <translation>Hinten</translation>
+    </message>
+    <message>
+        <source>Left</source>
+        <translation>Links</translation>
+    </message>
+    <message>
+        <source>Bottom</source>
+        <translation>Unten</translation>
+    </message>
+    <message>
+        <source>Turn left</source>
+        <translation>Nach links drehen</translation>
+    </message>
+    <message>
+        <source>Turn right</source>
+        <translation>Nach rechts drehen</translation>
+    </message>
+    <message>
+        <source>Turn up</source>
+        <translation>Nach oben drehen</translation>
+    </message>
+    <message>
+        <source>Turn down</source>
+        <translation>Nach unten drehen</translation>
+    </message>
+    <message>
+        <source>Roll left</source>
+        <translation>Nach links kippen</translation>
+    </message>
+    <message>
+        <source>Roll right</source>
+        <translation>Nach rechts kippen</translation>
+    </message>
+    <message>
+        <source>Perspective or parallel</source>
+        <translation>Perspektivisch oder parallel</translation>
+    </message>
+    <message>
+        <source>Slab wires</source>
+        <translation>Plattengitter</translation>
+    </message>
+    <message>
+        <source>Heat map</source>
+        <translation>Höhenfarben</translation>
+    </message>
+    <message>
+        <source>Cavity</source>
+        <translation>Vertiefungen</translation>
+    </message>
+    <message>
+        <source>Draw again</source>
+        <translation>Neu zeichnen</translation>
+    </message>
+    <message>
+        <source>Hide or show all panels</source>
+        <translation>Alle Bedienfelder aus- oder einblenden</translation>
+    </message>
+    <message>
+        <source>Full screen</source>
+        <translation>Vollbild</translation>
+    </message>
+    <message>
+        <source>Light or dark</source>
+        <translation>Hell oder dunkel</translation>
+    </message>
+    <message>
+        <source>&amp;File</source>
+        <translation>&amp;Datei</translation>
+    </message>
+    <message>
+        <source>Open &amp;recent</source>
+        <translation>&amp;Zuletzt geöffnet</translation>
+    </message>
+    <message>
+        <source>Nothing yet</source>
+        <translation>Noch nichts</translation>
+    </message>
+    <message>
+        <source>&amp;Edit</source>
+        <translation>&amp;Bearbeiten</translation>
+    </message>
+    <message>
+        <source>&amp;Tools</source>
+        <translation>&amp;Werkzeuge</translation>
+    </message>
+    <message>
+        <source>&amp;View</source>
+        <translation>&amp;Ansicht</translation>
+    </message>
+    <message>
+        <source>&amp;Clay</source>
+        <translation>&amp;Ton</translation>
+    </message>
+    <message>
+        <source>Open a scan or a model</source>
+        <translation>Scan oder Modell öffnen</translation>
+    </message>
+    <message>
+        <source>Name the model</source>
+        <translation>Modell benennen</translation>
+    </message>
+    <message>
+        <source>Relief models (*.relief)</source>
+        <translation>Relief-Modelle (*.relief)</translation>
+    </message>
+    <message>
+        <source>Export the surface as a mesh</source>
+        <translation>Oberfläche als Netz exportieren</translation>
+    </message>
+    <message>
+        <source>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)</source>
+        <translation>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)</translation>
+    </message>
+    <message>
+        <source>Exporting …</source>
+        <translation>Wird exportiert …</translation>
+    </message>
+    <message>
+        <source>The surface could not be exported</source>
+        <translation>Die Oberfläche konnte nicht exportiert werden</translation>
+    </message>
+    <message>
+        <source>Exported to %1</source>
+        <translation>Exportiert nach %1</translation>
+    </message>
+    <message>
+        <source>The picture could not be saved</source>
+        <translation>Das Bild konnte nicht gespeichert werden</translation>
+    </message>
+    <message>
+        <source>Picture saved: %1</source>
+        <translation>Bild gespeichert: %1</translation>
+    </message>
+    <message>
+        <source>Top bar</source>
+        <translation>Obere Leiste</translation>
+    </message>
+    <message>
+        <source>Radius</source>
+        <translation>Radius</translation>
+    </message>
+    <message>
+        <source>How large the tool is</source>
+        <translation>Wie groß das Werkzeug ist</translation>
+    </message>
+    <message>
+        <source>Strength</source>
+        <translation>Stärke</translation>
+    </message>
+    <message>
+        <source>How much the tool does</source>
+        <translation>Wie viel das Werkzeug bewirkt</translation>
+    </message>
+    <message>
+        <source>Tools</source>
+        <translation>Werkzeuge</translation>
+    </message>
+    <message>
+        <source>Status</source>
+        <translation>Status</translation>
+    </message>
+    <message>
+        <source>Tool panel</source>
+        <translation>Werkzeug</translation>
+    </message>
+    <message>
+        <source>Layers panel</source>
+        <translation>Ebenen und Material</translation>
+    </message>
+    <message>
+        <source>History panel</source>
+        <translation>Strichverlauf</translation>
+    </message>
+    <message>
+        <source>Saved as %1</source>
+        <translation>Gespeichert als %1</translation>
+    </message>
+    <message>
+        <source>Saved as %1, with the last steps of the history</source>
+        <translation>Gespeichert als %1, mit den letzten Schritten des Verlaufs</translation>
+    </message>
+    <message>
+        <source>The clay ends here: no further in this direction.</source>
+        <translation>Hier ist der Ton zu Ende: in dieser Richtung geht es nicht weiter.</translation>
+    </message>
+    <message>
+        <source>The other hand is at work; the stroke was not begun.</source>
+        <translation>Die andere Hand arbeitet gerade; der Strich wurde nicht begonnen.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n old step(s) can no more be undone.</source>
+        <translation>
+            <numerusform>%n alter Schritt lässt sich nicht mehr zurücknehmen.</numerusform>
+            <numerusform>%n alte Schritte lassen sich nicht mehr zurücknehmen.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>The last strokes are not saved</source>
+        <translation>Die letzten Striche sind nicht gespeichert</translation>
+    </message>
+    <message>
+        <source>Cancelled; nothing was kept.</source>
+        <translation>Abgebrochen; nichts wurde behalten.</translation>
+    </message>
+    <message>
+        <source>Software drawing</source>
+        <translation>Zeichnen ohne Grafikkarte</translation>
+    </message>
+    <message>
+        <source>Certified</source>
+        <translation>Zertifiziert</translation>
+    </message>
+    <message>
+        <source>Tolerant</source>
+        <translation>Tolerant</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n slab(s)</source>
+        <translation>
+            <numerusform>%n Platte</numerusform>
+            <numerusform>%n Platten</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Not everything is saved</source>
+        <translation>Nicht alles ist gespeichert</translation>
+    </message>
+    <message>
+        <source>&amp;Preferences …</source>
+        <translation>&amp;Einstellungen …</translation>
+    </message>
+    <message>
+        <source>not known before the first picture</source>
+        <translation>vor dem ersten Bild nicht bekannt</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::NavigationCard</name>
+    <message>
+        <source>How do you turn the view?</source>
+        <translation>Wie soll sich die Ansicht drehen lassen?</translation>
+    </message>
+    <message>
+        <source>Middle button</source>
+        <translation>Mittlere Taste</translation>
+    </message>
+    <message>
+        <source>as in Blender; Shift moves</source>
+        <translation>wie in Blender; Shift verschiebt</translation>
+    </message>
+    <message>
+        <source>Alt and left button</source>
+        <translation>Alt und linke Taste</translation>
+    </message>
+    <message>
+        <source>as in film and CAD; middle moves</source>
+        <translation>wie in Film und CAD; die mittlere verschiebt</translation>
+    </message>
+    <message>
+        <source>Beside the model</source>
+        <translation>Neben dem Modell</translation>
+    </message>
+    <message>
+        <source>with a pen; Shift moves</source>
+        <translation>mit dem Stift; Shift verschiebt</translation>
+    </message>
+    <message>
+        <source>The wheel always zooms. This can be changed later under Edit, Preferences.</source>
+        <translation>Das Rad vergrößert immer. Ändern lässt sich das später unter Bearbeiten, Einstellungen.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::PlotView</name>
+    <message>
+        <source>Freeze it, then drag or use the arrows to read a moment.</source>
+        <translation>Anhalten, dann ziehen oder Pfeiltasten nehmen, um einen Augenblick abzulesen.</translation>
+    </message>
+    <message>
+        <source>%1, %2 s before</source>
+        <translation>%1, %2 s davor</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::PreferencesDialog</name>
+    <message>
+        <source>Preferences</source>
+        <translation>Einstellungen</translation>
+    </message>
+    <message>
+        <source>Search in the preferences</source>
+        <translation>In den Einstellungen suchen</translation>
+    </message>
+    <message>
+        <source>Search</source>
+        <translation>Suchen</translation>
+    </message>
+    <message>
+        <source>Pages</source>
+        <translation>Seiten</translation>
+    </message>
+    <message>
+        <source>Nothing of that name.</source>
+        <translation>Nichts dieses Namens.</translation>
+    </message>
+    <message>
+        <source>Back to defaults</source>
+        <translation>Zurück zur Vorgabe</translation>
+    </message>
+    <message>
+        <source>All of the page “%1”</source>
+        <translation>Die ganze Seite „%1“</translation>
+    </message>
+    <message>
+        <source>Choose …</source>
+        <translation>Wählen …</translation>
+    </message>
+    <message>
+        <source>Choose: %1</source>
+        <translation>Wählen: %1</translation>
+    </message>
+    <message>
+        <source>Look</source>
+        <translation>Aussehen</translation>
+    </message>
+    <message>
+        <source>Theme</source>
+        <translation>Farben</translation>
+    </message>
+    <message>
+        <source>“Like the desktop” is dark where the desktop does not say.</source>
+        <translation>„Wie der Desktop“ ist dunkel, wo der Desktop nichts angibt.</translation>
+    </message>
+    <message>
+        <source>Like the desktop</source>
+        <translation>Wie der Desktop</translation>
+    </message>
+    <message>
+        <source>Dark</source>
+        <translation>Dunkel</translation>
+    </message>
+    <message>
+        <source>Light</source>
+        <translation>Hell</translation>
+    </message>
+    <message>
+        <source>Text size</source>
+        <translation>Schriftgröße</translation>
+    </message>
+    <message>
+        <source>Of all words and of what is around them.</source>
+        <translation>Aller Wörter und dessen, was um sie herum ist.</translation>
+    </message>
+    <message>
+        <source>Less motion</source>
+        <translation>Weniger Bewegung</translation>
+    </message>
+    <message>
+        <source>Nothing slides, fades or turns by itself.</source>
+        <translation>Nichts gleitet, blendet oder dreht sich von selbst.</translation>
+    </message>
+    <message>
+        <source>Input</source>
+        <translation>Eingabe</translation>
+    </message>
+    <message>
+        <source>Navigation</source>
+        <translation>Navigation</translation>
+    </message>
+    <message>
+        <source>Which buttons turn, move and zoom the view.</source>
+        <translation>Mit welchen Tasten die Ansicht gedreht, verschoben und vergrößert wird.</translation>
+    </message>
+    <message>
+        <source>Blender: middle button</source>
+        <translation>Blender: mittlere Taste</translation>
+    </message>
+    <message>
+        <source>Industry: Alt and a button</source>
+        <translation>Industrie: Alt und eine Taste</translation>
+    </message>
+    <message>
+        <source>Pen: beside the model</source>
+        <translation>Stift: neben dem Modell</translation>
+    </message>
+    <message>
+        <source>Turn like on a turntable</source>
+        <translation>Wie auf einem Drehteller drehen</translation>
+    </message>
+    <message>
+        <source>What is up stays up. Without it, the model turns freely in all directions.</source>
+        <translation>Was oben ist, bleibt oben. Sonst dreht sich das Modell frei in alle Richtungen.</translation>
+    </message>
+    <message>
+        <source>Use the pressure of the pen</source>
+        <translation>Druck des Stifts verwenden</translation>
+    </message>
+    <message>
+        <source>Without it, a pen works like a mouse: always at full pressure.</source>
+        <translation>Sonst wirkt ein Stift wie eine Maus: immer mit vollem Druck.</translation>
+    </message>
+    <message>
+        <source>Single keys choose tools</source>
+        <translation>Einzelne Tasten wählen Werkzeuge</translation>
+    </message>
+    <message>
+        <source>Off, keys act with Ctrl or Alt only: for people who speak their words, or whose hands tremble.</source>
+        <translation>Ausgeschaltet wirken Tasten nur mit Strg oder Alt: für Menschen, die diktieren oder deren Hände zittern.</translation>
+    </message>
+    <message>
+        <source>Drawing</source>
+        <translation>Zeichnen</translation>
+    </message>
+    <message>
+        <source>Drawn by</source>
+        <translation>Gezeichnet von</translation>
+    </message>
+    <message>
+        <source>Smooth edges at rest</source>
+        <translation>Glatte Kanten in Ruhe</translation>
+    </message>
+    <message>
+        <source>How often each point is drawn when nothing moves: more is finer, and takes longer.</source>
+        <translation>Wie oft jeder Punkt gezeichnet wird, wenn sich nichts bewegt: mehr ist feiner und dauert länger.</translation>
+    </message>
+    <message>
+        <source>Off</source>
+        <translation>Aus</translation>
+    </message>
+    <message>
+        <source>4 times</source>
+        <translation>4-mal</translation>
+    </message>
+    <message>
+        <source>16 times</source>
+        <translation>16-mal</translation>
+    </message>
+    <message>
+        <source>Saving</source>
+        <translation>Speichern</translation>
+    </message>
+    <message>
+        <source>Every finished stroke is saved at once. There is nothing to switch on.</source>
+        <translation>Jeder fertige Strich wird sofort gespeichert. Einzuschalten ist nichts.</translation>
+    </message>
+    <message>
+        <source>Pictures and films</source>
+        <translation>Bilder und Filme</translation>
+    </message>
+    <message>
+        <source>Where F12 puts them.</source>
+        <translation>Wohin F12 sie legt.</translation>
+    </message>
+    <message>
+        <source>Models without a name</source>
+        <translation>Modelle ohne Namen</translation>
+    </message>
+    <message>
+        <source>Where they lie until you name them. Models that are there already stay where they are.</source>
+        <translation>Wo sie liegen, bis sie benannt werden. Vorhandene Modelle bleiben, wo sie sind.</translation>
+    </message>
+    <message>
+        <source>Language</source>
+        <translation>Sprache</translation>
+    </message>
+    <message>
+        <source>The window is built anew; your model stays open.</source>
+        <translation>Das Fenster wird neu aufgebaut; das Modell bleibt offen.</translation>
+    </message>
+    <message>
+        <source>Keys</source>
+        <translation>Tasten</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Shelf</name>
+    <message>
+        <source>The list of recent models could not be read. It is now %1.</source>
+        <translation>Die Liste der letzten Modelle war nicht lesbar. Sie heißt jetzt %1.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::StartPage</name>
+    <message>
+        <source>Start page</source>
+        <translation>Startseite</translation>
+    </message>
+    <message numerus="yes">
+        <source>%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.</source>
+        <translation>
+            <numerusform>%1 war offen, als das Programm endete. Der eine fertige Strich ist darin, von %2.</numerusform>
+            <numerusform>%1 war offen, als das Programm endete. Alle %n fertigen Striche sind darin, der letzte von %2.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Recover</source>
+        <translation>Wiederherstellen</translation>
+    </message>
+    <message>
+        <source>Drop a scan here</source>
+        <translation>Scan hierher ziehen</translation>
+    </message>
+    <message>
+        <source>PLY, OBJ, STL, OFF, glTF or 3MF. It can be turned at once and carved some seconds later.</source>
+        <translation>PLY, OBJ, STL, OFF, glTF oder 3MF. Drehen lässt er sich sofort, bearbeiten nach einigen Sekunden.</translation>
+    </message>
+    <message>
+        <source>Open a file …</source>
+        <translation>Datei öffnen …</translation>
+    </message>
+    <message>
+        <source>Opens a scan or a Relief model</source>
+        <translation>Öffnet einen Scan oder ein Relief-Modell</translation>
+    </message>
+    <message>
+        <source>Or try a sample</source>
+        <translation>Oder ein Beispiel ausprobieren</translation>
+    </message>
+    <message>
+        <source>Makes the sample model and opens it</source>
+        <translation>Erzeugt das Beispielmodell und öffnet es</translation>
+    </message>
+    <message>
+        <source>Recent</source>
+        <translation>Zuletzt</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n stroke(s)</source>
+        <translation>
+            <numerusform>%n Strich</numerusform>
+            <numerusform>%n Striche</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Without a name yet; kept by the program</source>
+        <translation>Noch ohne Namen; das Programm bewahrt es auf</translation>
+    </message>
+    <message>
+        <source>What can I do here?</source>
+        <translation>Was kann ich hier tun?</translation>
+    </message>
+    <message>
+        <source>Sculpt</source>
+        <translation>Modellieren</translation>
+    </message>
+    <message>
+        <source>Drag on the model to carve. Shift smooths, Ctrl builds up. F and a drag set the size.</source>
+        <translation>Auf dem Modell ziehen trägt ab. Shift glättet, Strg trägt auf. F und Ziehen stellen die Größe ein.</translation>
+    </message>
+    <message>
+        <source>Look around</source>
+        <translation>Umsehen</translation>
+    </message>
+    <message>
+        <source>Drag beside the model to turn it. The wheel zooms, Home shows all of it.</source>
+        <translation>Neben dem Modell ziehen dreht es. Das Rad vergrößert, Pos1 zeigt alles.</translation>
+    </message>
+    <message>
+        <source>Feel</source>
+        <translation>Fühlen</translation>
+    </message>
+    <message>
+        <source>With a haptic device, or the mouse as a probe: choose it at the upper right.</source>
+        <translation>Mit einem haptischen Gerät oder der Maus als Taster: oben rechts wählen.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ToolPanel</name>
+    <message>
+        <source>Tool settings</source>
+        <translation>Werkzeugeinstellungen</translation>
+    </message>
+    <message>
+        <source>Mirror</source>
+        <translation>Spiegeln</translation>
+    </message>
+    <message>
+        <source>Mirror %1</source>
+        <translation>Spiegeln %1</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ValueBar</name>
+    <message>
+        <source>Drag to change, with Shift finely. Double click or Enter to type.</source>
+        <translation>Ziehen ändert, mit Shift fein. Doppelklick oder Enter zum Tippen.</translation>
+    </message>
+    <message>
+        <source>%1, type a value</source>
+        <translation>%1, Wert eingeben</translation>
+    </message>
+    <message>
+        <source>&quot;%1&quot; is not a value here. Type for example %2.</source>
+        <translation>„%1“ ist hier kein Wert. Zum Beispiel %2 eingeben.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Viewport</name>
+    <message>
+        <source>Viewport</source>
+        <translation>Ansichtsfenster</translation>
+    </message>
+</context>
+</TS>

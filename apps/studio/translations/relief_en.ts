@@ -1,0 +1,110 @@
+<?xml version="1.0" encoding="utf-8"?>
+<!DOCTYPE TS>
+<TS version="2.1" language="en">
+<context>
+    <name>OpenJob</name>
+    <message numerus="yes">
+        <source>%n opening(s) stay open</source>
+        <translation>
+            <numerusform>%n opening stays open</numerusform>
+            <numerusform>%n openings stay open</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n small part(s) were left out</source>
+        <translation>
+            <numerusform>%n small part was left out</numerusform>
+            <numerusform>%n small parts were left out</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n slab(s) had no room and were left out</source>
+        <translation>
+            <numerusform>%n slab had no room and was left out</numerusform>
+            <numerusform>%n slabs had no room and were left out</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n speck(s) were left out</source>
+        <translation>
+            <numerusform>%n speck was left out</numerusform>
+            <numerusform>%n specks were left out</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n triangle(s) were mended</source>
+        <translation>
+            <numerusform>%n triangle was mended</numerusform>
+            <numerusform>%n triangles were mended</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
+    <name>Text</name>
+    <message numerus="yes">
+        <source>%n minute(s) ago</source>
+        <translation>
+            <numerusform>%n minute ago</numerusform>
+            <numerusform>%n minutes ago</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n hour(s) ago</source>
+        <translation>
+            <numerusform>%n hour ago</numerusform>
+            <numerusform>%n hours ago</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n day(s) ago</source>
+        <translation>
+            <numerusform>%n day ago</numerusform>
+            <numerusform>%n days ago</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::HistoryPanel</name>
+    <message numerus="yes">
+        <source>%n earlier stroke(s)</source>
+        <translation>
+            <numerusform>%n earlier stroke</numerusform>
+            <numerusform>%n earlier strokes</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::MainWindow</name>
+    <message numerus="yes">
+        <source>%n old step(s) can no more be undone.</source>
+        <translation>
+            <numerusform>%n old step can no more be undone.</numerusform>
+            <numerusform>%n old steps can no more be undone.</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n slab(s)</source>
+        <translation>
+            <numerusform>%n slab</numerusform>
+            <numerusform>%n slabs</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::StartPage</name>
+    <message numerus="yes">
+        <source>%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.</source>
+        <translation>
+            <numerusform>%1 was open when the program ended. Its one finished stroke is in it, from %2.</numerusform>
+            <numerusform>%1 was open when the program ended. All %n finished strokes are in it, the last one from %2.</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n stroke(s)</source>
+        <translation>
+            <numerusform>%n stroke</numerusform>
+            <numerusform>%n strokes</numerusform>
+        </translation>
+    </message>
+</context>
+</TS>
