@@ -3,6 +3,7 @@
 #include "growth.h"
 #include "ours.h"
 #include "paper/paper_algorithm.h"
+#include "render/render.h"
 #include "support/data.h"
 #include "support/shells.h"
 #include "timing.h"
@@ -64,7 +65,9 @@ class Bench {
     if (all || what == "dab") {
       RELIEF_TRY(out_["dab"], measure_dabs(extent_));
     }
-    if (all || what == "render") RELIEF_CHECK(render_times());
+    if (all || what == "render") {
+      RELIEF_TRY(out_["render"], measure_frames(extent_));
+    }
     if (all || what == "paper") RELIEF_CHECK(paper_table());
     return {};
   }
@@ -148,15 +151,6 @@ class Bench {
     return json;
   }
 
-  Status render_times() {
-    RELIEF_TRY(const Snapshot& model, pumpkin(200, 64));
-    RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
-    out_["render"]["device"] = renderer.device();
-    out_["render"]["frame_640x360"] = frames(renderer, model, 640, 360);
-    out_["render"]["frame_1280x720"] = frames(renderer, model, 1280, 720);
-    return {};
-  }
-
   ordered_json frames(FrameRenderer& renderer, const Snapshot& model, int width, int height) {
     std::vector<double> cpu, wall;
     const Camera camera = framing(model, 20, 15, static_cast<double>(width) / height);
@@ -218,7 +212,7 @@ class Bench {
       row["edits_per_second"] = dab_seconds > 0 ? static_cast<double>(samples) / dab_seconds : 0;
       row["dabs_per_second"] = dab_seconds > 0 ? static_cast<double>(dabs) / dab_seconds : 0;
       row["paper_dabs_per_second"] = 10;
-      row["frame"] = frames(renderer, head, 1280, 720, 0);
+      row["frame"] = frames(renderer, head, 1280, 720);
       row["paper_frames_per_second"] = 10;
       out_["paper"][s.name] = row;
     }
@@ -240,15 +234,18 @@ class Bench {
   ordered_json out_;
 };
 
-/// Nested objects as indented lines, percentiles in one line, what touch and dab found as tables, for people.
+/// Nested objects as indented lines, percentiles in one line, what touch, dab and render found as tables, for people.
 void print_lines(const ordered_json& object, int indent) {
   const auto text = [](const ordered_json& value) {
     return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
   };
   for (const auto& [key, value] : object.items()) {
     std::string line = fmt::format("{:{}}{:<24}", "", indent, key);
-    if (key == "touch" || key == "dab") {
-      std::fputs((line + "\n" + (key == "touch" ? touch_text(value) : dab_text(value))).c_str(), stdout);
+    if (key == "touch" || key == "dab" || (key == "render" && value.contains("figures"))) {
+      const std::string text_of = key == "touch" ? touch_text(value)
+                                  : key == "dab" ? dab_text(value)
+                                                 : frames_text(value);
+      std::fputs((line + "\n" + text_of).c_str(), stdout);
       continue;
     }
     if (value.contains("p50")) {
@@ -268,7 +265,7 @@ int main_inner(int argc, char** argv) {
   app.add_option("WHAT", what, "convert, query, touch, dab, render, paper or all")
       ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
   app.add_flag("--long", thorough, "More repeats, larger models");
-  app.add_flag("--form", form, "With touch and dab: next to nothing, to see the form of what it says")
+  app.add_flag("--form", form, "With touch, dab and render: next to nothing, to see the form of what it says")
       ->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
   CLI11_PARSE(app, argc, argv);

@@ -11,7 +11,9 @@ namespace relief::studio {
 DocumentBridge::DocumentBridge(QObject* parent) : QObject(parent) {}
 
 DocumentBridge::~DocumentBridge() {
-  if (document_) (void)document_->close();
+  if (!document_) return;
+  emit closing();
+  (void)document_->close();
 }
 
 Status DocumentBridge::open(const std::filesystem::path& place, ModelFile file) {
@@ -27,6 +29,7 @@ Status DocumentBridge::open(const std::filesystem::path& place, ModelFile file) 
 
 Status DocumentBridge::close() {
   if (!document_) return {};
+  emit closing();
   const Status closed = document_->close();
   if (!closed) return closed;
   document_.reset();

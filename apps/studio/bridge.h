@@ -33,6 +33,8 @@ class DocumentBridge : public QObject {
 
  signals:
   void opened();
+  /// The document is about to go: what works on it must end now.
+  void closing();
   void closed();
   void snapshotChanged(const relief::Box3d& box);
   void strokeFinished(const relief::StrokeFinished& stroke);

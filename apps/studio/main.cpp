@@ -24,7 +24,7 @@ namespace relief::studio {
 namespace {
 
 struct Options {
-  std::string file, log, theme, language;
+  std::string file, log, theme, language, device;
   int text = 0;
   bool new_settings = false;
 };
@@ -58,6 +58,7 @@ int run(int argc, char** argv) {
   app.add_option("--language", o.language, "en, de, or xx: an invented one that shows words that do not fit")
       ->check(CLI::IsMember({"en", "de", "xx"}));
   app.add_flag("--new-settings", o.new_settings, "Begin with the settings of a fresh installation");
+  app.add_option("--device", o.device, "The device to begin with: simulated, mouse, replay:FILE, or one of relief devices")->type_name("NAME");
   app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
   try {
     app.parse(argc, argv);
@@ -82,16 +83,18 @@ int run(int argc, char** argv) {
   install_accessibility();
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
   // Another language builds the window anew; the model goes on where it was.
-  QString language = text(o.language), file = text(o.file);
+  QString language = text(o.language), file = text(o.file), device = text(o.device);
   std::optional<Camera> camera;
   while (true) {
     use_language(application, language_for(language.isEmpty() ? chosen(*settings, "language").toString() : language));
     MainWindow window(*settings, desktop);
     window.show();
+    if (!device.isEmpty()) window.use_device(device);
     if (!file.isEmpty()) QTimer::singleShot(0, &window, [&] { window.open(file, camera); });
     const int status = QApplication::exec();
     if (!window.wants_another()) return status;
     language.clear();
+    device = window.device();
     file = window.last_file();
     camera = window.viewport().camera();
   }

@@ -1,6 +1,7 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "hand_overlay.h"
 #include "failure_dialog.h"
 #include "history_panel.h"
 #include "layers_panel.h"
@@ -8,10 +9,10 @@
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
-#include "widgets/banner.h"
 #include "widgets/card.h"
 #include "widgets/colour_palette.h"
 #include "widgets/command_palette.h"
+#include "widgets/banner.h"
 #include "widgets/icons.h"
 #include "widgets/progress_strip.h"
 #include "widgets/theme.h"
@@ -66,6 +67,7 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   build_menus();
   build_bars();
   build_docks();
+  build_hand();
   connect_document();
   connect_files();
   connect_view();
@@ -317,6 +319,7 @@ void MainWindow::connect_files() {
 
 void MainWindow::connect_view() {
   connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::undoAsked, actions_.at("undo"), &QAction::trigger);
   connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
     tool_panel_->set_pointer(tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });
@@ -380,6 +383,12 @@ void MainWindow::say(const QString& words) {
   QAccessible::updateAccessibility(&event);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
   toast_->say(words, viewport_->ring_in_window());
+}
+
+void MainWindow::warn(const QString& sentence) {
+  banner_->say(Mood::Bad, sentence);
+  say(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 
 void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QString& doubt) {

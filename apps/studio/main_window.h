@@ -13,6 +13,7 @@
 #include <QSettings>
 
 #include <map>
+#include <memory>
 
 class QLabel;
 class QStackedWidget;
@@ -25,8 +26,13 @@ class Banner;
 class Card;
 class ColourPalette;
 class CommandPalette;
+class ForceMeter;
+class DevicePanel;
+class Hand;
+class HandOverlay;
 class HistoryPanel;
 class LayersPanel;
+class PanicKeys;
 class DesktopScheme;
 class PreferencesDialog;
 class ProgressStrip;
@@ -47,6 +53,9 @@ class MainWindow : public QMainWindow {
   [[nodiscard]] bool wants_another() const { return wants_another_; }
   [[nodiscard]] const QString& last_file() const { return last_file_; }
   [[nodiscard]] Viewport& viewport() { return *viewport_; }
+  /// "simulated", "mouse", "replay:FILE" (Hand::choose()).
+  void use_device(const QString& id);
+  [[nodiscard]] QString device() const;
 
  protected:
   void closeEvent(QCloseEvent* event) override;
@@ -65,6 +74,8 @@ class MainWindow : public QMainWindow {
   void refresh();
   void say(const QString& words);
   void say_state();
+  /// What must not be missed: across the top until somebody has read it.
+  void warn(const QString& sentence);
   void keep_picture();
   void place_over();
   void choose_colour(const QColor& colour);
@@ -82,6 +93,17 @@ class MainWindow : public QMainWindow {
   void use_preference(const QString& key);
   void ask_for_navigation();
   void build_anew();
+
+  // hand_actions.cpp
+  void build_hand();
+  void build_hand_actions();
+  void connect_hand();
+  void recentre_hand();
+  void record_hand(bool on);
+  void show_hand();
+  void show_forces_off();
+  void show_hand_state();
+  void show_hand_tick();
 
   // file_actions.cpp
   void ask_open();
@@ -110,6 +132,13 @@ class MainWindow : public QMainWindow {
   QToolBar *top_ = nullptr, *column_ = nullptr;
   ValueBar *radius_ = nullptr, *strength_ = nullptr;
   QToolButton* device_ = nullptr;
+  Hand* hand_ = nullptr;
+  std::unique_ptr<HandOverlay> hand_overlay_;
+  DevicePanel* device_panel_ = nullptr;
+  QMenu* devices_ = nullptr;
+  PanicKeys* panic_ = nullptr;
+  ForceMeter* meter_ = nullptr;
+  bool forces_off_shown_ = false;
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;

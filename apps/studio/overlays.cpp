@@ -76,6 +76,43 @@ void RingOverlay::paint(QPainter& painter, const OverlayView& view) const {
   outlined(painter, QPolygonF({all->normal.p1(), all->normal.p2()}), light, 1.4);
 }
 
+std::vector<QPolygonF> PlaneOverlay::outlines(const OverlayView& view) const {
+  std::vector<QPolygonF> all;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if ((axes & (1U << axis)) == 0) continue;
+    QPolygonF outline;
+    for (const unsigned corner : {0U, 1U, 3U, 2U, 0U}) {
+      Vec3d p = through;
+      const auto side = [&](unsigned bit, double low, double high) { return (corner & bit) != 0 ? high : low; };
+      if (axis == 0) p = {through.x, side(1, box.low.y, box.high.y), side(2, box.low.z, box.high.z)};
+      if (axis == 1) p = {side(1, box.low.x, box.high.x), through.y, side(2, box.low.z, box.high.z)};
+      if (axis == 2) p = {side(1, box.low.x, box.high.x), side(2, box.low.y, box.high.y), through.z};
+      const auto seen = seen_at(view.camera, p, view.size.width(), view.size.height());
+      if (seen) outline.append(*seen);
+    }
+    if (outline.size() == 5) all.push_back(std::move(outline));
+  }
+  return all;
+}
+
+QRectF PlaneOverlay::bounds(const OverlayView& view) const {
+  QRectF box_seen;
+  // Seen from its edge, a plane is a line, and its box as good as empty.
+  for (const QPolygonF& outline : outlines(view))
+    box_seen = box_seen.united(outline.boundingRect().adjusted(-kOutline, -kOutline, kOutline, kOutline));
+  return box_seen;
+}
+
+void PlaneOverlay::paint(QPainter& painter, const OverlayView& view) const {
+  QColor colour = current_theme().accent;
+  colour.setAlpha(120);
+  for (const QPolygonF& outline : outlines(view)) {
+    painter.setPen(QPen(colour, 1.2, Qt::DashLine));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawPolygon(outline);
+  }
+}
+
 QRectF AxisOverlay::bounds(const OverlayView& view) const {
   const double side = scaled(AxisBall::kSide);
   const PictureAxes axes = picture_axes(view.camera);

@@ -58,6 +58,20 @@ class RingOverlay : public Overlay {
   [[nodiscard]] std::optional<Lines> lines(const OverlayView& view) const;
 };
 
+/// The mirror planes, as faint outlines around the model.
+class PlaneOverlay : public Overlay {
+ public:
+  Box3d box;
+  Vec3d through;
+  unsigned axes = 0;  ///< bit k: the plane whose normal is axis k
+
+  [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
+  void paint(QPainter& painter, const OverlayView& view) const override;
+
+ private:
+  [[nodiscard]] std::vector<QPolygonF> outlines(const OverlayView& view) const;
+};
+
 /// One line in a rounded box, at the upper left corner or beside a place.
 class PillOverlay : public Overlay {
  public:

@@ -56,6 +56,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   setAccessibleName(tr("Viewport"));
   setAttribute(Qt::WA_OpaquePaintEvent);
   setAttribute(Qt::WA_TabletTracking);
+  setAttribute(Qt::WA_AcceptTouchEvents);
   setMouseTracking(true);
   setFocusPolicy(Qt::StrongFocus);
   setAcceptDrops(true);
@@ -72,7 +73,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   connect(&ring_timer_, &QTimer::timeout, this, &Viewport::update_ring);
   connect(&tools_, &ToolState::toolChanged, this, &Viewport::update_ring);
   connect(&tools_, &ToolState::settingChanged, this, &Viewport::update_ring);
-  info_.font = drag_value_.font = ui_font();
+  use_theme();
   describe(false);
 }
 
@@ -131,11 +132,21 @@ void Viewport::set_up(Vec3d up) {
   frame_all();
 }
 
+/// The ground of the picture is the window's, not the look's.
+void Viewport::use_theme() {
+  const bool dark = is_dark(current_theme());
+  look_.top = dark ? Look{}.top : Vec3f{0.86F, 0.87F, 0.885F};
+  look_.bottom = dark ? Look{}.bottom : Vec3f{0.69F, 0.70F, 0.72F};
+  info_.font = drag_value_.font = ui_font();
+}
+
 void Viewport::set_look(const Look& look) {
-  if (look == look_) return;
-  const double millimetres = look_.mm_per_unit;
-  look_ = look;
-  look_.mm_per_unit = millimetres;
+  Look wanted = look;
+  wanted.top = look_.top;
+  wanted.bottom = look_.bottom;
+  wanted.mm_per_unit = look_.mm_per_unit;
+  if (wanted == look_) return;
+  look_ = wanted;
   changed(0);
 }
 
@@ -275,6 +286,7 @@ void Viewport::update_overlays() {
   const auto add = [&](const Overlay& overlay) {
     if (const QRectF box = overlay.bounds(view); !box.isEmpty()) now += box.toAlignedRect().adjusted(-1, -1, 1, 1);
   };
+  add(planes_);
   add(ring_);
   add(info_);
   add(axes_);
@@ -301,6 +313,7 @@ void Viewport::paintEvent(QPaintEvent*) {
   painter.setRenderHint(QPainter::Antialiasing);
   const OverlayView view = overlay_view();
   if (has_scene()) {
+    planes_.paint(painter, view);
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);
     info_.paint(painter, view);
@@ -345,6 +358,9 @@ void Viewport::update_ring() {
   ring_.radius = brush.radius;
   ring_.strength = tools_.tool() ? brush.strength : 1;
   ring_.pressed = stroke_.open();
+  planes_.box = scene_.model ? box_ : Box3d{};
+  planes_.through = brush.mirror;
+  planes_.axes = scene_.model && tools_.tool() ? brush.symmetry : 0;
   if (found) {
     ring_.place = RingOverlay::Place{found->point.position, found->point.normal};
     for (unsigned mirror = 1; mirror < 8; ++mirror) {

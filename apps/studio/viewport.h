@@ -13,6 +13,9 @@
 
 #include <optional>
 
+class QNativeGestureEvent;
+class QTouchEvent;
+
 namespace relief::studio {
 
 /// Which buttons and keys turn the camera (see docs/studio.md).
@@ -45,6 +48,8 @@ class Viewport : public QWidget {
   void redraw_everything();
 
   void set_map(NavigationMap map) { map_ = map; }
+  /// Whether one finger on the model sculpts; else it turns the camera, as beside the model.
+  void set_touch_sculpts(bool sculpts) { touch_sculpts_ = sculpts; }
   void set_turntable(bool turntable) { turntable_ = turntable; }
   /// Frames per second at most; 30 leaves a core to a servo where the driver draws with the CPU.
   void set_most_frames(int per_second) { interval_ms_ = 1000 / per_second; }
@@ -82,9 +87,11 @@ class Viewport : public QWidget {
   /// The picture is the final one.
   void settled();
   void deviceKnown(const QString& name);
-  /// The pointer over the model or beside it, with the wheel while Touch is in the hand: for the force probe.
+  /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
   void left();
+  /// By a tap of three fingers.
+  void undoAsked();
   void depthTurned(double notches);
   /// Files were dropped here.
   void dropped(const QStringList& files);
@@ -114,6 +121,8 @@ class Viewport : public QWidget {
   void move(const PointerSample& sample, Qt::KeyboardModifiers modifiers);
   void release();
   bool tablet(QTabletEvent* event);
+  bool touch(QTouchEvent* event);
+  bool trackpad(QNativeGestureEvent* event);
   void navigate(QPointF by, QPointF at);
   void drag_setting(QPointF at);
   void end_drag(bool keep);
@@ -127,6 +136,7 @@ class Viewport : public QWidget {
   void take(Piece piece);
   void update_ring();
   void describe(bool drawing);
+  void use_theme();
   void pace(const Piece& piece);
   void log_camera(const Camera& camera);
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
@@ -144,6 +154,9 @@ class Viewport : public QWidget {
   Look look_;
   NavigationMap map_ = NavigationMap::Blender;
   bool turntable_ = true, space_ = false, pick_ = false, pen_down_ = false;
+  bool touch_sculpts_ = false, touch_moved_ = false;
+  qsizetype most_fingers_ = 0;
+  QElapsedTimer touch_clock_;
   int interval_ms_ = 8, final_samples_ = 16;
 
   Gesture gesture_ = Gesture::None;
@@ -169,6 +182,7 @@ class Viewport : public QWidget {
   RingOverlay ring_;
   PillOverlay info_, drag_value_;
   AxisOverlay axes_;
+  PlaneOverlay planes_;
   std::vector<const Overlay*> others_;
   QRegion painted_;
   mutable PickHint hint_;

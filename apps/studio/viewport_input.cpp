@@ -53,7 +53,7 @@ void Viewport::press(Gesture gesture, const PointerSample& sample, Qt::KeyboardM
       if (!why.isEmpty()) emit said(why);
     }
   }
-  if (gesture == Gesture::Touch) emit pointed(ray(sample.at), true, sample.pressure);
+  if (gesture_ == Gesture::Touch || gesture_ == Gesture::Stroke) emit pointed(ray(sample.at), true, sample.pressure);
   update_ring();
 }
 
@@ -64,6 +64,7 @@ void Viewport::move(const PointerSample& sample, Qt::KeyboardModifiers) {
     case Gesture::Stroke:
       if (input_ns_ == 0) input_ns_ = clock_.nsecsElapsed();
       stroke_.move(sample);
+      emit pointed(ray(sample.at), true, sample.pressure);
       break;
     case Gesture::Orbit:
     case Gesture::Pan:
@@ -76,7 +77,7 @@ void Viewport::move(const PointerSample& sample, Qt::KeyboardModifiers) {
       return;
     case Gesture::Touch:
     case Gesture::None:
-      if (!tools_.tool()) emit pointed(ray(sample.at), gesture_ == Gesture::Touch, sample.pressure);
+      emit pointed(ray(sample.at), gesture_ == Gesture::Touch, sample.pressure);
       break;
   }
   if (!ring_timer_.isActive()) ring_timer_.start(8);
@@ -85,7 +86,7 @@ void Viewport::move(const PointerSample& sample, Qt::KeyboardModifiers) {
 void Viewport::release() {
   hold_timer_.stop();
   if (gesture_ == Gesture::Stroke) stroke_.end();
-  if (gesture_ == Gesture::Touch) emit pointed(ray(pointer_), false, 0);
+  if (gesture_ == Gesture::Touch || gesture_ == Gesture::Stroke) emit pointed(ray(pointer_), false, 0);
   gesture_ = Gesture::None;
   button_ = Qt::NoButton;
   update_ring();
@@ -105,7 +106,7 @@ void Viewport::navigate(QPointF by, QPointF) {
 
 void Viewport::mousePressEvent(QMouseEvent* event) {
   window()->setProperty("keyboard", false);
-  if (pen_down_) return;
+  if (pen_down_ || event->source() != Qt::MouseEventNotSynthesized) return;
   if (gesture_ == Gesture::Drag) {
     end_drag(event->button() != Qt::RightButton);
     return;
@@ -328,10 +329,17 @@ bool Viewport::event(QEvent* event) {
     case QEvent::TabletPress:
     case QEvent::TabletMove:
     case QEvent::TabletRelease: return tablet(static_cast<QTabletEvent*>(event));
+    case QEvent::TouchBegin:
+    case QEvent::TouchUpdate:
+    case QEvent::TouchEnd:
+    case QEvent::TouchCancel: return touch(static_cast<QTouchEvent*>(event));
+    case QEvent::NativeGesture:
+      if (trackpad(static_cast<QNativeGestureEvent*>(event))) return true;
+      break;
     case QEvent::Show:
     case QEvent::WindowStateChange: QTimer::singleShot(0, this, [this] { ask(); }); break;
-    case QEvent::ScreenChangeInternal:
-    case QEvent::PaletteChange: changed(0); break;
+    case QEvent::PaletteChange: use_theme(); [[fallthrough]];
+    case QEvent::ScreenChangeInternal: changed(0); break;
     default: break;
   }
   return QWidget::event(event);

@@ -93,6 +93,9 @@ class ServoThread {
 
   /// From one other thread; takes effect within a tick or two. False when the settings queue is full.
   bool set(const ServoSettings& settings) noexcept;
+  /// False: from the next tick on no force, as if the device had switched its forces off itself; true again: forces
+  /// come back through the safe state. Any thread, wait-free.
+  void set_forces(bool on) noexcept { forces_.store(on, std::memory_order_release); }
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   void stop() noexcept;
   /// When the device did not answer, the first hundred times. Any thread; waits for the loop only while it is lost.
@@ -127,6 +130,7 @@ class ServoThread {
   SpscQueue<ServoTick>* telemetry_;
   SpscQueue<ServoSettings> settings_;
   std::atomic<bool> stop_{false}, running_{true};
+  std::atomic<bool> forces_{true};  ///< set_forces()
   ServoTimes times_;
   ServoTick tick_;               ///< the one in hand
   std::uint32_t carried_ = 0;    ///< flags that belong to the next sample

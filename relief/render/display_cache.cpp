@@ -18,7 +18,7 @@ constexpr std::size_t kChunkBytes = std::size_t{64} << 20U;
 /// Indices of holes that have changed since, after which all lists are made anew: 2 MB.
 constexpr std::size_t kWasted = std::size_t{1} << 20U;
 /// Length, as a share of the slabs' diagonal, at which a curvature of its inverse counts as one.
-constexpr double kCavityLength = 0.004;
+constexpr double kCavityLength = 0.003;
 
 /// A buffer of that many elements, mapped for writing for as long as it lives.
 template <typename T>
@@ -437,7 +437,7 @@ Detail DisplayCache::detail(std::vector<std::uint8_t> levels) {
   if (!new_indices_.empty()) {
     const std::size_t total = index_count_ + new_indices_.size();
     if (total > index_room_ || indices_ == 0) {
-      const std::size_t room = std::max(total + total / 2, std::size_t{1} << 16U);
+      const std::size_t room = total + total / 2;
       GlBuffer larger = make_buffer(room * 2, nullptr, GL_DYNAMIC_STORAGE_BIT);
       if (index_count_ > 0) glCopyNamedBufferSubData(indices_, larger, 0, 0, static_cast<GLsizeiptr>(index_count_ * 2));
       indices_ = std::move(larger);

@@ -34,7 +34,7 @@ namespace {
 
 constexpr int kMaxEdge = 8192;
 /// Triangles of fewer pixels than this, as State::small_triangles() reckons them, get their colours at their corners.
-constexpr double kSmallMoving = 64, kSmallFinal = 4;
+constexpr double kSmallMoving = 6, kSmallFinal = 6;
 
 void set(GLuint program, GLint at, Vec3f v) { glProgramUniform3f(program, at, v.x, v.y, v.z); }
 
@@ -123,6 +123,7 @@ struct FrameRenderer::State {
   SlabView view;
   Detail detail;
   MapScale scale;
+  bool closed = false, small = false;  ///< see DisplayCache::closed(), small_triangles()
   CageMeans means;
   FrameStats stats;
   std::vector<std::uint32_t> pass;  ///< pixels of one sample
@@ -221,7 +222,7 @@ Result<GLuint> FrameRenderer::State::program(const Frame& frame, bool slabs) {
   feature(slabs && look.mask && cache.has_mask(), "MASK");
   feature(slabs && look.slab_wires, "WIRES");
   feature(slabs && !cache.closed(), "TWO_SIDED");
-  feature(slabs && small_triangles(frame), "CORNERS");
+  feature(slabs && small, "CORNERS");
   const auto known = programs.find(features);
   if (known != programs.end()) return GLuint{known->second};
   auto made =
@@ -265,10 +266,13 @@ PixelRect FrameRenderer::State::plan(const Frame& frame, const DisplayCache::Cha
     for (std::uint8_t& each : levels) each = static_cast<std::uint8_t>(std::max<int>(each, frame.level));
     return cache.detail(std::move(levels));
   };
-  if (everything) {
+  // What it does not take to tell the inside from the outside is left out, so all depends on whether there are holes.
+  if (everything || cache.closed() != closed) {
+    closed = cache.closed();
     eye = make_eye(frame.camera, cache.centre(), double(frame.width) / frame.height, cache.slab_bounds());
     view.look(cache, eye, frame.width, frame.height);
     detail = find_detail();
+    small = small_triangles(frame);
     return all;
   }
   PixelRect rect;
@@ -279,6 +283,7 @@ PixelRect FrameRenderer::State::plan(const Frame& frame, const DisplayCache::Cha
     for (SlabId s = 0; s < next.pattern.size(); ++s)
       if (next.pattern[s] != detail.pattern[s]) rect = united(rect, view.pixels(s));
     detail = std::move(next);
+    if (std::exchange(small, small_triangles(frame)) != small) return all;
   }
   if (std::int64_t{rect.width} * rect.height * 2 > std::int64_t{all.width} * all.height) return all;
   stats.everything = false;
@@ -338,8 +343,8 @@ Status FrameRenderer::State::draw_rect(const Frame& frame, const Pixels& pixels,
   const std::array<Vec3f, 3> axes = {to_float(eye.right), to_float(eye.up), to_float(-eye.forward)};
   glProgramUniform3fv(prog, 1, 3, &axes[0].x);
   set(prog, 5, linear(look.base_colour));
-  if (slabs) {  // the others are no uniforms of the mesh's program
-    const auto inverse_range = static_cast<float>(1 / (scale.high - scale.low));
+  const auto inverse_range = static_cast<float>(1 / (scale.high - scale.low));
+  if (slabs) {
     set(prog, 4, {static_cast<float>(scale.low), inverse_range, static_cast<float>(look.map)});
     glProgramUniform1f(prog, 6, std::max(1.0F, static_cast<float>(frame.height) / 900.0F));
     glProgramUniform2f(prog, 7, static_cast<float>(1 / means.micro_area), inverse_range);

@@ -79,7 +79,7 @@ void main() {
   float shade = 1.0;
 #ifdef CAVITY
   float hollow = v.alpha_hollow.y;
-  shade = hollow > 0.0 ? 1.0 - 0.34 * hollow : 1.0 - 0.14 * hollow;
+  shade = hollow > 0.0 ? 1.0 - 0.30 * hollow : 1.0 - 0.10 * hollow;
 #endif
 #ifdef MASK
   shade *= 1.0 - 0.55 * v.mask;
@@ -166,7 +166,7 @@ void main() {
   gl_Position = clip;
   float hollow = in_colour.a * 2.0 - 1.0, shade = 1.0;
 #ifdef CAVITY
-  shade = hollow > 0.0 ? 1.0 - 0.34 * hollow : 1.0 - 0.14 * hollow;
+  shade = hollow > 0.0 ? 1.0 - 0.30 * hollow : 1.0 - 0.10 * hollow;
 #endif
   normal_shade = vec4(dot(in_normal.xyz, axes[0]), dot(in_normal.xyz, axes[1]), dot(in_normal.xyz, axes[2]), shade);
   tint = in_colour.rgb;

@@ -15,10 +15,10 @@ struct Lamp {
   Vec3f colour;
   float wrap;  ///< how far round the terminator light still comes, 0..1: larger lamps and softer materials
 };
-constexpr std::array<Lamp, 3> kLamps = {{{{-0.50F, 0.62F, 0.60F}, {1.62F, 1.50F, 1.34F}, 0.18F},
-                                         {{0.86F, 0.05F, 0.50F}, {0.26F, 0.29F, 0.33F}, 0.35F},
-                                         {{0.55F, 0.55F, -0.63F}, {0.55F, 0.58F, 0.62F}, 0.05F}}};
-constexpr Vec3f kSky = {0.33F, 0.355F, 0.39F}, kGround = {0.115F, 0.105F, 0.10F};
+constexpr std::array<Lamp, 3> kLamps = {{{{-0.62F, 0.55F, 0.56F}, {1.95F, 1.80F, 1.60F}, 0.10F},
+                                         {{0.90F, -0.05F, 0.42F}, {0.13F, 0.14F, 0.16F}, 0.25F},
+                                         {{0.62F, 0.50F, -0.60F}, {0.42F, 0.45F, 0.50F}, 0.0F}}};
+constexpr Vec3f kSky = {0.150F, 0.160F, 0.180F}, kGround = {0.058F, 0.046F, 0.040F};
 
 struct Material {
   std::string_view name;
@@ -30,11 +30,11 @@ struct Material {
   float metal;                  ///< 0..1: the highlight takes the material's colour, and the diffuse part goes
 };
 constexpr std::array<Material, 6> kMaterials = {{
-    {"clay", std::nullopt, 0.10F, 0.50F, 0.05F, {1.0F, 0.86F, 0.72F}, {0.020F, 0.021F, 0.023F}, 0},
-    {"red wax", Vec3f{0.60F, 0.17F, 0.12F}, 0.55F, 0.30F, 0.30F, {1.5F, 0.55F, 0.35F}, {0.060F, 0.014F, 0.010F}, 0},
-    {"skin", Vec3f{0.82F, 0.62F, 0.52F}, 0.22F, 0.42F, 0.28F, {1.5F, 0.55F, 0.40F}, {0.060F, 0.034F, 0.028F}, 0},
-    {"pearl", Vec3f{0.86F, 0.85F, 0.84F}, 0.60F, 0.22F, 0.15F, {0.9F, 0.8F, 1.1F}, {0.10F, 0.09F, 0.13F}, 0},
-    {"dark bronze", Vec3f{0.50F, 0.36F, 0.22F}, 1.9F, 0.34F, 0, {1.0F, 0.9F, 0.8F}, {0.030F, 0.028F, 0.024F}, 0.75F},
+    {"clay", std::nullopt, 0.035F, 0.55F, 0.06F, {1.0F, 0.78F, 0.60F}, {0.016F, 0.017F, 0.019F}, 0},
+    {"red wax", Vec3f{0.60F, 0.17F, 0.12F}, 0.28F, 0.32F, 0.30F, {1.5F, 0.55F, 0.35F}, {0.060F, 0.014F, 0.010F}, 0},
+    {"skin", Vec3f{0.82F, 0.62F, 0.52F}, 0.11F, 0.44F, 0.28F, {1.5F, 0.55F, 0.40F}, {0.060F, 0.034F, 0.028F}, 0},
+    {"pearl", Vec3f{0.86F, 0.85F, 0.84F}, 0.42F, 0.24F, 0.15F, {0.9F, 0.8F, 1.1F}, {0.10F, 0.09F, 0.13F}, 0},
+    {"dark bronze", Vec3f{0.37F, 0.27F, 0.17F}, 1.25F, 0.36F, 0, {1.0F, 0.9F, 0.8F}, {0.030F, 0.028F, 0.024F}, 0.75F},
     {"grey", Vec3f{0.62F, 0.62F, 0.62F}, 0.06F, 0.5F, 0.1F, {1.0F, 1.0F, 1.0F}, {0.012F, 0.012F, 0.012F}, 0},
 }};
 

@@ -77,16 +77,15 @@ std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, cons
   if (!(tau > 0)) return levels;
   for (SlabId s = 0; s < levels.size(); ++s) {
     const SlabCorners corners = mesh.corners(s);
-    double edge = 0;
+    std::array<Vec3d, 3> middle;
+    double nearest = Box3d::kFar;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t next = (k + 1) % 3;
-      edge = std::max(
-          edge, 0.5 * length((corners.inner[k] + corners.outer[k]) - (corners.inner[next] + corners.outer[next])));
+      middle[k] = (corners.inner[k] + corners.outer[k]) * 0.5;
+      nearest = std::min(nearest, dot(middle[k] - centre - eye.at, eye.forward));
     }
-    const Box3d& box = mesh.box(s);
-    const Vec3d middle = box.centre() - centre - eye.at, half = box.extent() * 0.5;
-    const double nearest = dot(middle, eye.forward) - std::abs(eye.forward.x) * half.x -
-                           std::abs(eye.forward.y) * half.y - std::abs(eye.forward.z) * half.z;
+    // The edge of an equilateral triangle of the same area.
+    constexpr double kEquilateral = 1.5196713713031851;  // 2 / 3^(1/4), of the root of the area
+    const double edge = kEquilateral * std::sqrt(0.5 * length(cross(middle[1] - middle[0], middle[2] - middle[0])));
     const double pixels = 0.5 * height / (eye.tan_y * (eye.parallel ? 1 : std::max(nearest, eye.near)));
     const int n = mesh.intervals(s);
     const double micro = edge * pixels / n;

@@ -156,6 +156,8 @@ bool Session::set_servo(const ServoSettings& settings) {
   return true;
 }
 
+void Session::set_forces(bool on) noexcept { state_->servo->set_forces(on); }
+
 bool Session::running() const noexcept { return state_->servo->running(); }
 std::vector<DeviceLoss> Session::losses() const { return state_->servo->losses(); }
 

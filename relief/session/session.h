@@ -62,6 +62,9 @@ class Session {
   void set_brushes(std::vector<Brush> brushes);
   /// Takes effect within a tick or two. One thread. False when too many changes are waiting.
   bool set_servo(const ServoSettings& settings);
+  /// False: no force from the next tick on, and an open stroke ends; true again: forces come back once the hand has
+  /// lifted off (ServoThread::set_forces). Any thread, wait-free.
+  void set_forces(bool on) noexcept;
   [[nodiscard]] bool running() const noexcept;
   /// When the device did not answer. Any thread.
   [[nodiscard]] std::vector<DeviceLoss> losses() const;

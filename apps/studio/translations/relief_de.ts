@@ -923,6 +923,62 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>not known before the first picture</source>
         <translation>vor dem ersten Bild nicht bekannt</translation>
     </message>
+    <message>
+        <source>Device panel</source>
+        <translation>Gerätetafel</translation>
+    </message>
+    <message>
+        <source>Device</source>
+        <translation>Gerät</translation>
+    </message>
+    <message>
+        <source>&amp;Devices</source>
+        <translation>&amp;Geräte</translation>
+    </message>
+    <message>
+        <source>&amp;Play a recording …</source>
+        <translation>Aufnahme a&amp;bspielen …</translation>
+    </message>
+    <message>
+        <source>Play a recording</source>
+        <translation>Aufnahme abspielen</translation>
+    </message>
+    <message>
+        <source>Recordings (*.rlog)</source>
+        <translation>Aufnahmen (*.rlog)</translation>
+    </message>
+    <message>
+        <source>&amp;Forces off</source>
+        <translation>&amp;Kräfte aus</translation>
+    </message>
+    <message>
+        <source>Forces &amp;on again</source>
+        <translation>Kräfte &amp;wieder ein</translation>
+    </message>
+    <message>
+        <source>&amp;Re-centre</source>
+        <translation>&amp;Zentrieren</translation>
+    </message>
+    <message>
+        <source>&amp;Clutch</source>
+        <translation>K&amp;upplung</translation>
+    </message>
+    <message>
+        <source>Re&amp;cord</source>
+        <translation>&amp;Aufnehmen</translation>
+    </message>
+    <message>
+        <source>&amp;Sound of the contact</source>
+        <translation>&amp;Ton des Kontakts</translation>
+    </message>
+    <message>
+        <source>Forces on again</source>
+        <translation>Kräfte wieder ein</translation>
+    </message>
+    <message>
+        <source>no device</source>
+        <translation>kein Gerät</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>
@@ -1288,6 +1344,290 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Viewport</source>
         <translation>Ansichtsfenster</translation>
+    </message>
+</context>
+<context>
+    <name>HandSound</name>
+    <message>
+        <source>No loudspeaker was found.</source>
+        <translation>Es wurde kein Lautsprecher gefunden.</translation>
+    </message>
+    <message>
+        <source>The loudspeaker could not be opened.</source>
+        <translation>Der Lautsprecher ließ sich nicht öffnen.</translation>
+    </message>
+</context>
+<context>
+    <name>HandText</name>
+    <message>
+        <source>The device does not answer; it is tried again.</source>
+        <translation>Das Gerät antwortet nicht; es wird weiter versucht.</translation>
+    </message>
+    <message>
+        <source>The hand moved too fast; forces are off until you let go.</source>
+        <translation>Die Hand war zu schnell; die Kräfte sind aus, bis Sie loslassen.</translation>
+    </message>
+    <message>
+        <source>The surface changed under the hand; forces are off until you lift off.</source>
+        <translation>Die Oberfläche hat sich unter der Hand geändert; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The computer stood still for a moment; forces are off until you lift off.</source>
+        <translation>Der Rechner stand einen Augenblick still; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The device answers again; forces come back when you lift off.</source>
+        <translation>Das Gerät antwortet wieder; die Kräfte kommen zurück, wenn Sie abheben.</translation>
+    </message>
+    <message>
+        <source>Forces come back when you lift off the surface.</source>
+        <translation>Die Kräfte kommen zurück, wenn Sie von der Oberfläche abheben.</translation>
+    </message>
+    <message>
+        <source>The tool is inside the model; forces come when you have pulled it out.</source>
+        <translation>Das Werkzeug steckt im Modell; die Kräfte kommen, wenn Sie es herausgezogen haben.</translation>
+    </message>
+    <message>
+        <source>The device gave a position that cannot be right; forces are off until you lift off.</source>
+        <translation>Das Gerät meldete eine unmögliche Position; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The device's clock jumped; forces are off until you lift off.</source>
+        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>Forces are off until you lift off.</source>
+        <translation>Die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>You press harder than the force limit.</source>
+        <translation>Sie drücken stärker als die Kraftgrenze.</translation>
+    </message>
+    <message>
+        <source>The motors rest: less force for a while.</source>
+        <translation>Die Motoren ruhen: eine Weile weniger Kraft.</translation>
+    </message>
+    <message>
+        <source>Slower, please: the hand is being braked.</source>
+        <translation>Bitte langsamer: Die Hand wird gebremst.</translation>
+    </message>
+    <message>
+        <source>The computer is busy; the surface feels softer.</source>
+        <translation>Der Rechner ist ausgelastet; die Oberfläche fühlt sich weicher an.</translation>
+    </message>
+    <message>
+        <source>The arm turns but does not move: is it calibrated?</source>
+        <translation>Der Arm dreht sich, bewegt sich aber nicht: Ist er kalibriert?</translation>
+    </message>
+    <message>
+        <source>Holding the surface, with less force than it asks for.</source>
+        <translation>Hält die Oberfläche, mit weniger Kraft als nötig.</translation>
+    </message>
+    <message>
+        <source>Forces are off. You switched them off.</source>
+        <translation>Die Kräfte sind aus. Sie haben sie ausgeschaltet.</translation>
+    </message>
+    <message>
+        <source>Waiting for the device.</source>
+        <translation>Wartet auf das Gerät.</translation>
+    </message>
+    <message>
+        <source>In the air. All is well.</source>
+        <translation>In der Luft. Alles in Ordnung.</translation>
+    </message>
+    <message>
+        <source>Holding the surface. All is well.</source>
+        <translation>Hält die Oberfläche. Alles in Ordnung.</translation>
+    </message>
+    <message>
+        <source>The device has switched its forces off itself.</source>
+        <translation>Das Gerät hat seine Kräfte selbst ausgeschaltet.</translation>
+    </message>
+    <message>
+        <source>simulated</source>
+        <translation>simuliert</translation>
+    </message>
+    <message>
+        <source>contract-tested against a fake; never run on hardware</source>
+        <translation>gegen eine Nachbildung geprüft; nie an einem Gerät gelaufen</translation>
+    </message>
+    <message>
+        <source>field-tested</source>
+        <translation>am Gerät erprobt</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::DevicePanel</name>
+    <message>
+        <source>Choose a device</source>
+        <translation>Gerät wählen</translation>
+    </message>
+    <message>
+        <source>State of the hand</source>
+        <translation>Zustand der Hand</translation>
+    </message>
+    <message>
+        <source>At the cursor</source>
+        <translation>Am Zeiger</translation>
+    </message>
+    <message>
+        <source>Force</source>
+        <translation>Kraft</translation>
+    </message>
+    <message>
+        <source>Depth under the surface</source>
+        <translation>Tiefe unter der Oberfläche</translation>
+    </message>
+    <message>
+        <source>Time per tick</source>
+        <translation>Zeit je Takt</translation>
+    </message>
+    <message>
+        <source>Freeze</source>
+        <translation>Anhalten</translation>
+    </message>
+    <message>
+        <source>Keeps the plots as they are, to look at them</source>
+        <translation>Hält die Kurven an, um sie anzusehen</translation>
+    </message>
+    <message>
+        <source>Forces off</source>
+        <translation>Kräfte aus</translation>
+    </message>
+    <message>
+        <source>No force at once (Pause, or Esc twice)</source>
+        <translation>Sofort keine Kraft (Pause oder zweimal Esc)</translation>
+    </message>
+    <message>
+        <source>Clutch</source>
+        <translation>Kupplung</translation>
+    </message>
+    <message>
+        <source>The device moves, and the tool stays where it is</source>
+        <translation>Das Gerät bewegt sich, und das Werkzeug bleibt, wo es ist</translation>
+    </message>
+    <message>
+        <source>Re-centre</source>
+        <translation>Zentrieren</translation>
+    </message>
+    <message>
+        <source>Puts the tool before the middle of the picture</source>
+        <translation>Setzt das Werkzeug vor die Mitte des Bildes</translation>
+    </message>
+    <message>
+        <source>Record</source>
+        <translation>Aufnehmen</translation>
+    </message>
+    <message>
+        <source>Writes all that the hand does and feels into a file</source>
+        <translation>Schreibt alles, was die Hand tut und fühlt, in eine Datei</translation>
+    </message>
+    <message>
+        <source>Play</source>
+        <translation>Abspielen</translation>
+    </message>
+    <message>
+        <source>Plays the last recording as a device</source>
+        <translation>Spielt die letzte Aufnahme als Gerät</translation>
+    </message>
+    <message>
+        <source>Sound</source>
+        <translation>Ton</translation>
+    </message>
+    <message>
+        <source>Lets the contact be heard</source>
+        <translation>Macht den Kontakt hörbar</translation>
+    </message>
+    <message>
+        <source>Force limit</source>
+        <translation>Kraftgrenze</translation>
+    </message>
+    <message>
+        <source>No more force than this reaches the hand</source>
+        <translation>Mehr Kraft als diese erreicht die Hand nicht</translation>
+    </message>
+    <message>
+        <source>Workspace scale</source>
+        <translation>Maßstab des Arbeitsraums</translation>
+    </message>
+    <message>
+        <source>How large the model is in the hand</source>
+        <translation>Wie groß das Modell in der Hand ist</translation>
+    </message>
+    <message>
+        <source>Stop</source>
+        <translation>Beenden</translation>
+    </message>
+    <message>
+        <source>No device is in use. The mouse and the pen sculpt.</source>
+        <translation>Kein Gerät in Gebrauch. Maus und Stift formen.</translation>
+    </message>
+    <message>
+        <source>%1 of %2</source>
+        <translation>%1 von %2</translation>
+    </message>
+    <message>
+        <source>%1, worst %2, late %3</source>
+        <translation>%1, höchstens %2, zu spät %3</translation>
+    </message>
+    <message>
+        <source>Drag along a plot to see one moment.</source>
+        <translation>Ziehen Sie über eine Kurve, um einen Augenblick zu sehen.</translation>
+    </message>
+    <message>
+        <source>%1 s</source>
+        <translation>%1 s</translation>
+    </message>
+    <message>
+        <source>%1 deep</source>
+        <translation>%1 tief</translation>
+    </message>
+    <message>
+        <source>tick %1 after %2</source>
+        <translation>Takt %1 nach %2</translation>
+    </message>
+    <message>
+        <source>at %1, %2, %3</source>
+        <translation>bei %1, %2, %3</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Hand</name>
+    <message>
+        <source>the mouse and the pen sculpt all the same</source>
+        <translation>Maus und Stift formen trotzdem</translation>
+    </message>
+    <message>
+        <source>shows and sounds the force; nobody feels it</source>
+        <translation>zeigt die Kraft und macht sie hörbar; niemand fühlt sie</translation>
+    </message>
+    <message>
+        <source>No device</source>
+        <translation>Kein Gerät</translation>
+    </message>
+    <message>
+        <source>Mouse as a force probe</source>
+        <translation>Maus als Kraftsonde</translation>
+    </message>
+    <message>
+        <source>Simulated hand</source>
+        <translation>Simulierte Hand</translation>
+    </message>
+    <message>
+        <source>Recording %1</source>
+        <translation>Aufnahme %1</translation>
+    </message>
+    <message>
+        <source>The recording has been played.</source>
+        <translation>Die Aufnahme ist zu Ende.</translation>
+    </message>
+    <message>
+        <source>The device is lost. Choose it again once it answers.</source>
+        <translation>Das Gerät ist verloren. Wählen Sie es wieder, sobald es antwortet.</translation>
+    </message>
+    <message>
+        <source>Recorded into %1.</source>
+        <translation>Aufgenommen in %1.</translation>
     </message>
 </context>
 </TS>

@@ -1,0 +1,55 @@
+// The device: which one, how it is, what it feels, and what people set at it.
+#pragma once
+
+#include "hand.h"
+
+#include <QWidget>
+
+#include <optional>
+#include <vector>
+
+class QLabel;
+class QMenu;
+class QPushButton;
+class QToolButton;
+
+namespace relief::studio {
+
+class PlotView;
+class ValueBar;
+
+class DevicePanel : public QWidget {
+  Q_OBJECT
+ public:
+  /// `devices`: the menu in which one is chosen.
+  DevicePanel(Hand& hand, QMenu& devices, QWidget* parent = nullptr);
+  void set_unit(Unit unit) { unit_ = unit; }
+
+ signals:
+  void recentreAsked();
+  void recordAsked();
+
+ private:
+  void build_plots();
+  void build_buttons();
+  void refresh();
+  void refresh_state();
+  void take(int count);
+  void freeze(bool on);
+  void scrub(double time);
+  QToolButton* button(const QString& id, const QString& name, const QString& help, bool checkable);
+
+  Hand& hand_;
+  Unit unit_ = Unit::Millimetre;
+  QToolButton* device_;
+  QLabel *claim_, *state_, *at_cursor_;
+  PlotView *force_ = nullptr, *depth_ = nullptr, *time_ = nullptr;
+  QToolButton *freeze_ = nullptr, *forces_ = nullptr, *clutch_ = nullptr, *recentre_ = nullptr, *record_ = nullptr,
+              *play_ = nullptr, *sound_ = nullptr;
+  ValueBar *limit_ = nullptr, *scale_ = nullptr;
+  QWidget* live_;  ///< what has a meaning only with a device
+  std::vector<HandTick> frozen_;
+  float worst_ = 0;  ///< s, the longest tick since the session began
+};
+
+}  // namespace relief::studio

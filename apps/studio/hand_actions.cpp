@@ -1,0 +1,201 @@
+// The hand in the window: its menu, button, panel, keys, and what of it lies over the picture.
+#include "device_panel.h"
+#include "event_log.h"
+#include "hand.h"
+#include "hand_overlay.h"
+#include "hand_text.h"
+#include "main_window.h"
+#include "panic_keys.h"
+#include "shelf.h"
+#include "text.h"
+#include "widgets/accessible.h"
+#include "widgets/banner.h"
+#include "widgets/force_meter.h"
+#include "widgets/icons.h"
+#include "widgets/theme.h"
+
+#include <QActionGroup>
+#include <QDateTime>
+#include <QDir>
+#include <QDockWidget>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QLabel>
+#include <QMenu>
+#include <QMenuBar>
+#include <QScrollArea>
+#include <QToolBar>
+#include <QToolButton>
+
+#include <utility>
+
+namespace relief::studio {
+
+namespace {
+
+/// A new place for a recording of a model; its folder exists.
+QString new_recording(const std::filesystem::path& model) {
+  const QString folder = state_folder() + QStringLiteral("/recordings");
+  QDir().mkpath(folder);
+  return QStringLiteral("%1/%2-%3.rlog")
+      .arg(folder, text(model.stem()), QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss")));
+}
+
+/// Keeps a widget in the lower left corner of its parent.
+class CornerKeeper : public QObject {
+ public:
+  explicit CornerKeeper(QWidget* widget) : QObject(widget), widget_(widget) {
+    widget->parentWidget()->installEventFilter(this);
+    place();
+  }
+  bool eventFilter(QObject*, QEvent* event) override {
+    if (event->type() == QEvent::Resize) place();
+    return false;
+  }
+
+ private:
+  void place() {
+    const int margin = scaled(16);
+    widget_->resize(widget_->sizeHint());
+    widget_->move(margin, widget_->parentWidget()->height() - widget_->height() - margin);
+  }
+  QWidget* widget_;
+};
+
+}  // namespace
+
+void MainWindow::build_hand() {
+  hand_ = new Hand(bridge_, tools_, this);
+  hand_overlay_ = std::make_unique<HandOverlay>();
+  viewport_->add_overlay(hand_overlay_.get());
+  meter_ = new ForceMeter(viewport_);
+  meter_->hide();
+  new CornerKeeper(meter_);
+  build_hand_actions();
+  device_panel_ = new DevicePanel(*hand_, *devices_, this);
+  auto* scroll = new QScrollArea(this);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setWidget(device_panel_);
+  QDockWidget* dock = add_dock(QStringLiteral("device-panel"), tr("Device panel"), tr("Device"), scroll);
+  splitDockWidget(docks_.at(1), dock, Qt::Vertical);
+  device_ = new QToolButton(top_);
+  device_->setObjectName(QStringLiteral("device"));
+  device_->setAccessibleName(tr("Device"));
+  device_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
+  device_->setIcon(icon(u"device"));
+  device_->setMenu(devices_);
+  device_->setPopupMode(QToolButton::InstantPopup);
+  top_->addWidget(device_);
+  connect_hand();
+  show_hand();
+}
+
+void MainWindow::build_hand_actions() {
+  devices_ = menuBar()->addMenu(tr("&Devices"));
+  auto* group = new QActionGroup(this);
+  for (const Hand::Choice& choice : Hand::choices()) {
+    QAction* action = add(QStringLiteral("device-") + choice.id, choice.title, {}, {});
+    action->setCheckable(true);
+    action->setToolTip(choice.status);
+    action->setStatusTip(choice.status);
+    group->addAction(action);
+    devices_->addAction(action);
+    connect(action, &QAction::toggled, this, [this, id = choice.id](bool on) {
+      if (on && hand_->id() != id) hand_->choose(id);
+    });
+  }
+  devices_->setToolTipsVisible(true);
+  devices_->addAction(add(QStringLiteral("play-recording"), tr("&Play a recording …"), {}, [this] {
+    const QString file = QFileDialog::getOpenFileName(this, tr("Play a recording"), state_folder() + QStringLiteral("/recordings"),
+                                                      tr("Recordings (*.rlog)"));
+    if (!file.isEmpty()) hand_->choose(QStringLiteral("replay:") + file);
+  }));
+  devices_->addSeparator();
+  devices_->addAction(add(QStringLiteral("forces-off"), tr("&Forces off"), QKeySequence(Qt::Key_Pause), [this] { hand_->set_forces(false); }));
+  devices_->addAction(add(QStringLiteral("forces-on"), tr("Forces &on again"), {}, [this] { hand_->set_forces(true); }));
+  devices_->addAction(add(QStringLiteral("recentre"), tr("&Re-centre"), {}, [this] { recentre_hand(); }));
+  devices_->addAction(add(QStringLiteral("clutch"), tr("&Clutch"), {}, [this] { hand_->set_clutch(!hand_->clutched()); }));
+  devices_->addAction(add(QStringLiteral("record"), tr("Re&cord"), {}, [this] { record_hand(!hand_->recording()); }));
+  devices_->addAction(add(QStringLiteral("sound"), tr("&Sound of the contact"), {}, [this] { hand_->set_sound(!hand_->sound()); }));
+  panic_ = new PanicKeys([this] { hand_->set_forces(false); }, this);
+}
+
+void MainWindow::connect_hand() {
+  connect(hand_, &Hand::changed, this, &MainWindow::show_hand);
+  connect(hand_, &Hand::safetyChanged, this, &MainWindow::show_hand_state);
+  connect(hand_, &Hand::ticked, this, &MainWindow::show_hand_tick);
+  connect(hand_, &Hand::said, this, &MainWindow::say);
+  connect(hand_, &Hand::alarm, this, &MainWindow::warn);
+  connect(device_panel_, &DevicePanel::recentreAsked, this, &MainWindow::recentre_hand);
+  connect(device_panel_, &DevicePanel::recordAsked, this, [this] { record_hand(true); });
+  connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
+  connect(viewport_, &Viewport::left, hand_, &Hand::leave);
+  connect(viewport_, &Viewport::depthTurned, hand_, &Hand::turn_depth);
+  connect(&bridge_, &DocumentBridge::opened, this, [this] { device_panel_->set_unit(bridge_.document()->info().unit); });
+}
+
+void MainWindow::use_device(const QString& id) { hand_->choose(id); }
+QString MainWindow::device() const { return hand_->id(); }
+
+void MainWindow::recentre_hand() {
+  hand_->recentre(viewport_->ray(QPointF(viewport_->width() * 0.5, viewport_->height() * 0.5)));
+}
+
+void MainWindow::record_hand(bool on) {
+  if (on)
+    hand_->record(new_recording(bridge_.file()));
+  else
+    hand_->stop_recording();
+}
+
+void MainWindow::show_hand() {
+  const bool on = hand_->active(), arm = on && !hand_->probes();
+  panic_->set_on(on);
+  for (const char* id : {"forces-off", "forces-on", "record"}) actions_.at(id)->setEnabled(on);
+  for (const char* id : {"recentre", "clutch"}) actions_.at(id)->setEnabled(arm);
+  if (const auto found = actions_.find("device-" + hand_->id()); found != actions_.end()) found->second->setChecked(true);
+  if (!on) {
+    hand_overlay_->shown.reset();
+    viewport_->update_overlays();
+    meter_->set_force(0);
+  }
+  meter_->setVisible(on);
+  meter_->set_forces_on(hand_->forces());
+  if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());
+  // A servo beside a picture that the CPU draws needs the core more.
+  viewport_->set_most_frames(on && drawing_->text() == tr("Software drawing") ? 30 : 125);
+  show_forces_off();
+  show_hand_state();
+}
+
+/// A banner as long as somebody has switched the forces off.
+void MainWindow::show_forces_off() {
+  const bool off = hand_->active() && !hand_->forces();
+  if (off == std::exchange(forces_off_shown_, off)) return;
+  if (!off) {
+    banner_->retract();
+    return;
+  }
+  const QString sentence = safety_sentence(hand_->safety(), true);
+  banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}});
+  say(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
+}
+
+void MainWindow::show_hand_state() {
+  const QString state = hand_->active() ? safety_sentence(hand_->safety(), !hand_->forces()) : tr("no device");
+  device_->setText(hand_->title());
+  device_->setToolTip(state);
+  describe(device_, state);
+}
+
+void MainWindow::show_hand_tick() {
+  const ServoSample& sample = hand_->monitor().last();
+  meter_->set_force(length(sample.force));
+  hand_overlay_->shown = {.sample = sample, .force_limit = hand_->force_limit(), .has_orientation = false};
+  viewport_->update_overlays();
+}
+
+}  // namespace relief::studio
