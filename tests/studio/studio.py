@@ -219,6 +219,7 @@ class Studio:
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
+        self.app = None
         _running.append(self)
         self.pid = self.log.wait("start")["pid"]
         self.app = wait("the studio in the accessibility tree", self._find_app)
