@@ -15,8 +15,10 @@ class SlabView {
  public:
   /// All slabs of the cache, for this eye (relative to the cache's centre) and size of picture.
   void look(const DisplayCache& cache, const Eye& eye, int width, int height);
-  /// One slab anew. Returns the pixels where it was or is now, of which there may be none.
-  PixelRect update(const DisplayCache& cache, SlabId s);
+  /// One slab anew.
+  void update(const DisplayCache& cache, SlabId s);
+  /// The pixels that triangles in a box may colour; none where it is not in the picture.
+  [[nodiscard]] PixelRect pixels_of(const Box3d& box) const;
   /// The pixels where it is.
   [[nodiscard]] const PixelRect& pixels(SlabId s) const noexcept { return slabs_[s].pixels; }
   /// Whether any of it can be seen: it is in the picture, and its triangles do not all face away.
