@@ -59,6 +59,19 @@ Box3d DisplayCache::slab_bounds() const noexcept {
   return {box.low - centre_, box.high - centre_};
 }
 
+/// Grid points as i + 256 j, in the order of their slots.
+std::vector<std::uint32_t> DisplayCache::places_of(int n) {
+  const int coarsest = 1 << std::countr_zero(static_cast<unsigned>(n));
+  std::vector<std::uint32_t> places;
+  for (int step = coarsest; step > 0; step /= 2)
+    for (int j = 0; j <= n; j += step)
+      for (int i = 0; i + j <= n; i += step) {
+        const bool placed = step < coarsest && i % (2 * step) == 0 && j % (2 * step) == 0;
+        if (!placed) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
+      }
+  return places;
+}
+
 void DisplayCache::rebuild(const Snapshot& model) {
   const SlabMesh& mesh = model.slab_mesh();
   centre_ = mesh.bounds().centre();
@@ -82,8 +95,13 @@ void DisplayCache::rebuild(const Snapshot& model) {
     if (missing) {
       grid->second.places_at = static_cast<std::uint32_t>(places.size());
       grid->second.border = std::make_unique<BorderTable>(n);
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
+      const std::vector<std::uint32_t> mine = places_of(n);
+      grid->second.slots.resize(mine.size());
+      for (std::size_t k = 0; k < mine.size(); ++k) {
+        const GridPoint p = {static_cast<int>(mine[k] & 255U), static_cast<int>(mine[k] >> 8U)};
+        grid->second.slots[sample_index(n, p)] = static_cast<std::uint16_t>(k);
+      }
+      places.insert(places.end(), mine.begin(), mine.end());
     }
     // Room for the finest colour tile too, so that a later colour layer never moves a slab to another chunk.
     constexpr SlabId kMost = kChunkBytes / (sample_count(kMaxIntervals) * 4);
@@ -298,9 +316,11 @@ void DisplayCache::measure(const Snapshot& model, SlabId s, const Window& change
   const int first = std::max(changed.j0 - 1, 0), last = std::min(changed.j1 + 1, n);
   find_first_words(alpha, masked ? masks_.data() : nullptr, n, first, last, firsts_);
   SampleWord* const to = chunks_[state.chunk].sample_words + state.samples_at;
+  const std::uint16_t* const slots = grids_.at(n).slots.data();
   for (int j = std::max(first, 1); j <= std::min(last, n - 2); ++j) {
     const std::size_t row = sample_index(n, {0, j});
-    for (std::size_t k = row + 1; k < row + static_cast<std::size_t>(n - j); ++k) to[k] = {firsts_[k], seconds_[k]};
+    for (std::size_t k = row + 1; k < row + static_cast<std::size_t>(n - j); ++k)
+      to[slots[k]] = {firsts_[k], seconds_[k]};
   }
 }
 
@@ -328,7 +348,8 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(s);
   const auto halvings = static_cast<float>(n & -n);
-  const BorderTable& table = *grids_.at(n).border;
+  const Grid& grid = grids_.at(n);
+  const BorderTable& table = *grid.border;
   for (std::uint32_t k = 0; k < table.places.size(); ++k) {
     const BorderTable::Place& place = table.places[k];
     Umbrella umbrella = slabs_[s].holed ? umbrellas_[place.own] : border_umbrella(positions_, place);
@@ -343,7 +364,7 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
   const int first = std::max(changed.j0 - 1, 0), last = std::min(changed.j1 + 1, n);
   for (const BorderTable::Place& place : table.places)
     if (place.own >= sample_index(n, {0, first}) && place.own <= sample_index(n, {n - last, last}))
-      to[place.own][0] = firsts_[place.own];
+      to[grid.slots[place.own]][0] = firsts_[place.own];
 }
 
 /// The second word of a sample on a border, in all slabs that have it.
@@ -359,7 +380,9 @@ void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t p
   const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
   mesh.for_each_copy(s, p, [&](SampleCopy copy) {
     const SlabState& state = slabs_[copy.slab];
-    chunks_[state.chunk].sample_words[state.samples_at + sample_index(mesh.intervals(copy.slab), copy.at)][1] = word;
+    const int n = mesh.intervals(copy.slab);
+    const std::uint16_t slot = grids_.find(n)->second.slots[sample_index(n, copy.at)];
+    chunks_[state.chunk].sample_words[state.samples_at + slot][1] = word;
     touch(copy.slab, {copy.at.i, copy.at.j, copy.at.i, copy.at.j});
   });
 }
@@ -525,12 +548,13 @@ std::uint32_t DisplayCache::pattern(SlabId s, std::span<const std::uint8_t> leve
     if (other != kNoSlab) edges[k] = std::min(edges[k], mesh.intervals(other) >> levels[other]);
     key |= static_cast<std::uint64_t>(edges[k]) << (16 + 8 * k);
   }
+  const std::vector<std::uint16_t>& slots = grids_.at(n).slots;
   const auto add = [&](auto&& shows) {
     Pattern made{static_cast<std::uint32_t>(index_count_ + new_indices_.size()), 0};
     for_each_cell(n / step, edges, [&](std::array<GridPoint, 3> cell) {
       for (GridPoint& p : cell) p = {p.i * step, p.j * step};
       if (!shows(cell)) return;
-      for (const GridPoint p : cell) new_indices_.push_back(static_cast<std::uint16_t>(sample_index(n, p)));
+      for (const GridPoint p : cell) new_indices_.push_back(slots[sample_index(n, p)]);
       made.count += 3;
     });
     patterns_.push_back(made);

@@ -116,6 +116,9 @@ class DisplayCache {
   struct Grid {
     std::uint32_t places_at = 0;
     std::unique_ptr<BorderTable> border;
+    /// Where in the buffer a sample lies, by its row-packed number: those of the coarsest level first, so that each
+    /// level is what comes before the next, and a coarse one is read from few places.
+    std::vector<std::uint16_t> slots;
   };
   /// From the grid of a layer to that of the displacement.
   struct Resampling {
@@ -145,6 +148,7 @@ class DisplayCache {
   void upload_colours(const Snapshot& model, SlabId s);
   void find_holes(const Snapshot& model, SlabId s);
   void forget_patterns();
+  [[nodiscard]] static std::vector<std::uint32_t> places_of(int n);
   [[nodiscard]] std::uint32_t pattern(SlabId s, std::span<const std::uint8_t> levels);
   void total_up();
   void place(const Snapshot& model, SlabId s);
