@@ -86,14 +86,14 @@ std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, cons
       middle[k] = (corners.inner[k] + corners.outer[k]) * 0.5;
       nearest = std::min(nearest, dot(middle[k] - centre - eye.at, eye.forward));
     }
-    // The edge of an equilateral triangle of the same area.
-    constexpr double kEquilateral = 1.5196713713031851;  // 2 / 3^(1/4), of the root of the area
-    const double edge = kEquilateral * std::sqrt(0.5 * length(cross(middle[1] - middle[0], middle[2] - middle[0])));
+    // The height of an equilateral triangle of the same area.
+    constexpr double kHeight = 1.3160740129524924;  // the fourth root of 3, of the root of the area
+    const double across = kHeight * std::sqrt(0.5 * length(cross(middle[1] - middle[0], middle[2] - middle[0])));
     const double pixels = 0.5 * height / (eye.tan_y * (eye.parallel ? 1 : std::max(nearest, eye.near)));
     const int n = mesh.intervals(s);
-    const double micro = edge * pixels / n;
+    const double spacing = across * pixels / n;
     const int most = std::countr_zero(static_cast<unsigned>(n));
-    while (levels[s] < most && std::ldexp(micro, levels[s] + 1) <= tau) ++levels[s];
+    while (levels[s] < most && std::ldexp(spacing, levels[s] + 1) <= tau) ++levels[s];
   }
   return levels;
 }

@@ -35,8 +35,9 @@ class SlabView {
   std::vector<Place> slabs_;
 };
 
-/// The coarsest level of each slab whose micro-edges are at most `tau` pixels long where the slab is nearest to the
-/// eye. From the cage alone, so that it stays while the surface is worked on. 0 everywhere for tau 0.
+/// The coarsest level of each slab whose rows of samples are at most `tau` pixels apart half way along the fibres, face
+/// on, at the slab's nearest corner, as if its triangles were equilateral. From the cage alone, so that it stays while
+/// the surface is worked on. 0 everywhere for tau 0.
 [[nodiscard]] std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, const Eye& eye, int height,
                                                       double tau);
 
