@@ -196,6 +196,8 @@ void Viewport::ask_now() {
   Frame& frame = request.frame = final_frame();
   if (asked_samples_ <= 1) frame.tau = (moving_ ? 2 : 1) * (coarser_ > 0 ? 2 : 1);
   frame.samples = std::max(1, asked_samples_);
+  // The studio light takes seconds: until the picture rests it is the sculpting one.
+  if (frame.samples < final_samples_) frame.look.light = Look::Light::Matcap;
   request.everything = everything_;
   request.input_ns = input_ns_;
   wanted_ = everything_ = false;
