@@ -67,6 +67,12 @@ void FileDesk::open(const QString& file) {
     job_.open_scan(whole, shelf_.new_unnamed(title), Unit::Millimetre);
 }
 
+void FileDesk::open_anew() {
+  const QString scan = scan_;
+  if (scan.isEmpty() || !begin(scan, title_)) return;
+  job_.open_scan(scan, shelf_.new_unnamed(title_), Unit::Millimetre, true);
+}
+
 void FileDesk::open_sample(const QString& name) {
   if (begin(name, sample_title(name))) job_.open_sample(name, shelf_.new_unnamed(name));
 }
@@ -88,6 +94,7 @@ void FileDesk::finish(const std::shared_ptr<Opened>& what) {
                                                  {"strokes", qint64(bridge_.document()->statistics().undo_steps)},
                                                  {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
   std::optional<Verdict> verdict;
+  scan_ = what->report && QFile::exists(asked_) ? asked_ : QString();
   if (what->report) verdict = verdict_of(*what->report, info.mode, what->diagonal, info.unit);
   emit opened(verdict, what->doubt);
 }

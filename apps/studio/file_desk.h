@@ -18,6 +18,8 @@ class FileDesk : public QObject {
   /// A .relief file, or a scan in any format of the library.
   void open(const QString& file);
   void open_sample(const QString& name);
+  /// The scan that is open, made a solid first; strokes that it has are left behind in its old model.
+  void open_anew();
   void cancel() { job_.cancel(); }
   [[nodiscard]] bool opening() const { return job_.running(); }
   /// False, with why, where not everything could be written; the model then stays open.
@@ -49,6 +51,7 @@ class FileDesk : public QObject {
   DocumentBridge& bridge_;
   Shelf shelf_;
   OpenJob job_;
+  QString scan_;  ///< the one that the open model was made of just now; else empty
   QString asked_, title_, made_;  ///< made_: the file that a conversion writes
   QString given_up_;              ///< an unnamed file that save_as() leaves
   double diagonal_ = 1;

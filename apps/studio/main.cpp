@@ -2,6 +2,7 @@
 #include "accessible.h"
 #include "desktop_scheme.h"
 #include "event_log.h"
+#include "kiosk.h"
 #include "languages.h"
 #include "main_window.h"
 #include "preferences.h"
@@ -25,6 +26,7 @@ namespace {
 
 struct Options {
   std::string file, log, theme, language, device;
+  std::vector<std::string> kiosk;
   int text = 0;
   bool new_settings = false;
 };
@@ -53,6 +55,9 @@ int run(int argc, char** argv) {
   Options o;
   CLI::App app("Sit down and sculpt: opens a model or a scan in a window.", "relief studio");
   app.add_option("MODEL|SCAN", o.file, "A .relief model, or a scan as PLY, OBJ, STL, OFF, glTF or 3MF");
+  app.add_option("--kiosk", o.kiosk, "For an exhibition: show these models, and those in these folders, full screen")
+      ->option_text("MODEL|FOLDER...")
+      ->expected(1, -1);
   app.add_option("--theme", o.theme, "dark or light")->check(CLI::IsMember({"dark", "light"}));
   app.add_option("--text", o.text, "Size of the text in percent, 80 to 200")->check(CLI::Range(80, 200));
   app.add_option("--language", o.language, "en, de, or xx: an invented one that shows words that do not fit")
@@ -81,6 +86,14 @@ int run(int argc, char** argv) {
   const DesktopScheme desktop;
   apply(application, theme_for(chosen(*settings, "look/theme").toString(), desktop.dark()), chosen(*settings, "look/text").toInt() / 100.0);
   install_accessibility();
+  if (!o.kiosk.empty()) {
+    QStringList shown;
+    for (const std::string& each : o.kiosk) shown.append(text(each));
+    const QString language = language_for(o.language.empty() ? chosen(*settings, "language").toString() : text(o.language));
+    use_language(application, language);
+    set_reduced_motion(chosen(*settings, "look/reduced-motion").toBool());
+    return run_kiosk(application, shown, *settings, language);
+  }
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
   // Another language builds the window anew; the model goes on where it was.
   QString language = text(o.language), file = text(o.file), device = text(o.device);

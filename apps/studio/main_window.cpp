@@ -1,5 +1,6 @@
 #include "main_window.h"
 
+#include "document_log.h"
 #include "event_log.h"
 #include "hand_overlay.h"
 #include "failure_dialog.h"
@@ -54,11 +55,15 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   column->setSpacing(0);
   banner_ = new Banner(middle);
   banner_->hide();
-  convert_ = new ProgressStrip(middle);
-  convert_->hide();
+  // Over the picture, which therefore keeps its size when it comes and goes.
+  opening_ = new QFrame(pages_);
+  opening_->setProperty("role", QStringLiteral("card"));
+  convert_ = new ProgressStrip(opening_);
+  (new QVBoxLayout(opening_))->addWidget(convert_);
+  opening_->hide();
+  pages_->installEventFilter(this);
   column->addWidget(banner_);
   column->addWidget(pages_, 1);
-  column->addWidget(convert_);
   setCentralWidget(middle);
   toast_ = new Toast(this);
   viewport_->installEventFilter(this);
@@ -188,6 +193,7 @@ void MainWindow::build_docks() {
 // ---- What happens
 
 void MainWindow::connect_document() {
+  log_document(bridge_, *viewport_);
   connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
     const SnapshotPtr head = bridge_.head();
     layers_->set_model(head.get());
@@ -201,29 +207,11 @@ void MainWindow::connect_document() {
       for (const QColor& each : colours_->last_used()) used.append(each.name());
       settings_.setValue("colours/used", used);
     }
-    if (event_log().active())
-      event_log().write(QStringLiteral("stroke"), {{"stroke", qint64(stroke.stroke)},
-                                                   {"tool", text(name(stroke.tool))},
-                                                   {"source", qint64(stroke.source)},
-                                                   {"samples", qint64(stroke.result.samples)},
-                                                   {"dabs", qint64(stroke.result.dabs)},
-                                                   {"limited", qint64(stroke.result.limited)},
-                                                   {"changed", stroke.result.changed},
-                                                   {"points", viewport_->stroke_events()},
-                                                   {"revision", qint64(bridge_.head()->number())},
-                                                   {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
   });
-  connect(&bridge_, &DocumentBridge::historyChanged, this, [this](const HistoryChanged& history) {
-    if (event_log().active())
-      event_log().write(QStringLiteral("history"), {{"undo", qint64(history.undo_steps)},
-                                                    {"redo", qint64(history.redo_steps)},
-                                                    {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
-    refresh();
-  });
-  connect(&bridge_, &DocumentBridge::saved, this, [this](quint64 stroke) {
+  connect(&bridge_, &DocumentBridge::historyChanged, this, [this] { refresh(); });
+  connect(&bridge_, &DocumentBridge::saved, this, [this] {
     if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
     banner_->setObjectName(QString());
-    event_log().write(QStringLiteral("saved"), {{"stroke", qint64(stroke)}});
   });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
@@ -259,7 +247,9 @@ void MainWindow::connect_files() {
   connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
     convert_->start(tr("Opening"));
-    convert_->show();
+    opening_->show();
+    opening_->raise();
+    place_over();
     if (card_ != nullptr) card_->hide();
     viewport_->set_scene({}, unit_, false);
     verdict_.reset();
@@ -272,7 +262,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
     const bool frame_it = viewport_->scene().mesh == nullptr;
@@ -293,7 +283,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::cancelled, this, [this] {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     viewport_->set_scene({}, unit_, false);
     pages_->setCurrentWidget(start_);
     refresh();
@@ -301,7 +291,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::failed, this, [this](const QString& title, const QString& why, const QString& file, bool damaged) {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     if (bridge_.document() == nullptr) {
       viewport_->set_scene({}, unit_, false);
       pages_->setCurrentWidget(start_);
@@ -405,8 +395,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
       QPushButton* upright = card_->add_button(tr("Stand it up"));
       upright->setToolTip(tr("For scans whose z axis points up"));
       connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      anew_ = card_->add_button(tr("Mend it and try again"));
+      anew_->setToolTip(tr("Makes the scan a solid first; what is thinner than its voxels is lost"));
+      connect(anew_, &QPushButton::clicked, &desk_, &FileDesk::open_anew);
       connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
     }
+    anew_->setVisible(!verdict->certified);
     card_->show();
     place_over();
   }
@@ -446,7 +440,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 void MainWindow::changeEvent(QEvent* event) { QMainWindow::changeEvent(event); }
 
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  if (object == viewport_ && event->type() == QEvent::Resize) place_over();
+  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) place_over();
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);
@@ -454,6 +448,8 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
 
 /// The verdict's card lies at the lower right of the picture.
 void MainWindow::place_over() {
+  const int height = opening_->sizeHint().height();
+  opening_->setGeometry(16, pages_->height() - height - 16, pages_->width() - 32, height);
   if (card_ == nullptr || !card_->isVisible()) return;
   card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
   card_->adjustSize();

@@ -16,6 +16,8 @@
 #include <memory>
 
 class QLabel;
+class QFrame;
+class QPushButton;
 class QStackedWidget;
 class QToolBar;
 class QToolButton;
@@ -145,9 +147,11 @@ class MainWindow : public QMainWindow {
   CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
   ColourPalette* colours_ = nullptr;
+  QFrame* opening_ = nullptr;
   ProgressStrip* convert_ = nullptr;
   Banner* banner_ = nullptr;
   Card* card_ = nullptr;
+  QPushButton* anew_ = nullptr;
   Toast* toast_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;

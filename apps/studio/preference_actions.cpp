@@ -68,7 +68,10 @@ void MainWindow::use_preference(const QString& key) {
   if (key == QLatin1String("look/theme") || key == QLatin1String("look/text"))
     apply(*qApp, theme_for(chosen(settings_, "look/theme").toString(), desktop_.dark()),
           chosen(settings_, "look/text").toInt() / 100.0);
-  if (key == QLatin1String("look/reduced-motion")) setAnimated(!value.toBool());
+  if (key == QLatin1String("look/reduced-motion")) {
+    setAnimated(!value.toBool());
+    set_reduced_motion(value.toBool());
+  }
   if (key == QLatin1String("input/map")) {
     viewport_->set_map(map_named(value.toString()));
     if (settings_.contains(key)) ask_for_navigation();

@@ -196,6 +196,8 @@ void Viewport::ask_now() {
   Frame& frame = request.frame = final_frame();
   if (asked_samples_ <= 1) frame.tau = (moving_ ? 2 : 1) * (coarser_ > 0 ? 2 : 1);
   frame.samples = std::max(1, asked_samples_);
+  // The studio light takes seconds: until the picture rests it is the sculpting one.
+  if (frame.samples < final_samples_) frame.look.light = Look::Light::Matcap;
   request.everything = everything_;
   request.input_ns = input_ns_;
   wanted_ = everything_ = false;
@@ -280,6 +282,11 @@ QRect Viewport::ring_in_window() const {
 
 void Viewport::add_overlay(const Overlay* overlay) { others_.push_back(overlay); }
 
+void Viewport::show_overlays(bool shown) {
+  overlays_ = shown;
+  update();
+}
+
 void Viewport::update_overlays() {
   const OverlayView view = overlay_view();
   QRegion now;
@@ -312,7 +319,7 @@ void Viewport::paintEvent(QPaintEvent*) {
   }
   painter.setRenderHint(QPainter::Antialiasing);
   const OverlayView view = overlay_view();
-  if (has_scene()) {
+  if (has_scene() && overlays_) {
     planes_.paint(painter, view);
     ring_.paint(painter, view);
     for (const Overlay* overlay : others_) overlay->paint(painter, view);

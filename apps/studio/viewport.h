@@ -59,6 +59,8 @@ class Viewport : public QWidget {
   [[nodiscard]] int stroke_events() const { return stroke_.events(); }
   /// Overlays that others own and keep; painted in their order over those of the viewport.
   void add_overlay(const Overlay* overlay);
+  /// Off: nothing is painted over the picture.
+  void show_overlays(bool shown);
   /// Call when an overlay shows something else than before.
   void update_overlays();
   /// The next click picks the colour under the pointer.
@@ -184,6 +186,7 @@ class Viewport : public QWidget {
   AxisOverlay axes_;
   PlaneOverlay planes_;
   std::vector<const Overlay*> others_;
+  bool overlays_ = true;
   QRegion painted_;
   mutable PickHint hint_;
   RenderThread thread_;

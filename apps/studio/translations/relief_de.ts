@@ -2,6 +2,214 @@
 <!DOCTYPE TS>
 <TS version="2.1" language="de">
 <context>
+    <name>AxisBall</name>
+    <message>
+        <source>From the right (+x)</source>
+        <translation>Von rechts (+x)</translation>
+    </message>
+    <message>
+        <source>From the top (+y)</source>
+        <translation>Von oben (+y)</translation>
+    </message>
+    <message>
+        <source>From the front (+z)</source>
+        <translation>Von vorn (+z)</translation>
+    </message>
+    <message>
+        <source>From the left (-x)</source>
+        <translation>Von links (-x)</translation>
+    </message>
+    <message>
+        <source>From below (-y)</source>
+        <translation>Von unten (-y)</translation>
+    </message>
+    <message>
+        <source>From behind (-z)</source>
+        <translation>Von hinten (-z)</translation>
+    </message>
+</context>
+<context>
+    <name>Colour</name>
+    <message>
+        <source>clay</source>
+        <translation>Ton</translation>
+    </message>
+    <message>
+        <source>brick red</source>
+        <translation>Ziegelrot</translation>
+    </message>
+    <message>
+        <source>ochre</source>
+        <translation>Ocker</translation>
+    </message>
+    <message>
+        <source>moss green</source>
+        <translation>Moosgrün</translation>
+    </message>
+    <message>
+        <source>sea blue</source>
+        <translation>Meerblau</translation>
+    </message>
+    <message>
+        <source>night blue</source>
+        <translation>Nachtblau</translation>
+    </message>
+    <message>
+        <source>plaster white</source>
+        <translation>Gipsweiß</translation>
+    </message>
+    <message>
+        <source>chestnut brown</source>
+        <translation>Kastanienbraun</translation>
+    </message>
+    <message>
+        <source>coral</source>
+        <translation>Koralle</translation>
+    </message>
+    <message>
+        <source>sun yellow</source>
+        <translation>Sonnengelb</translation>
+    </message>
+    <message>
+        <source>leaf green</source>
+        <translation>Blattgrün</translation>
+    </message>
+    <message>
+        <source>sky blue</source>
+        <translation>Himmelblau</translation>
+    </message>
+    <message>
+        <source>lavender</source>
+        <translation>Lavendel</translation>
+    </message>
+    <message>
+        <source>plum</source>
+        <translation>Pflaume</translation>
+    </message>
+    <message>
+        <source>ash grey</source>
+        <translation>Aschgrau</translation>
+    </message>
+    <message>
+        <source>soot black</source>
+        <translation>Rußschwarz</translation>
+    </message>
+    <message>
+        <source>close to %1, %2</source>
+        <translation>nahe bei %1, %2</translation>
+    </message>
+</context>
+<context>
+    <name>HandSound</name>
+    <message>
+        <source>No loudspeaker was found.</source>
+        <translation>Es wurde kein Lautsprecher gefunden.</translation>
+    </message>
+    <message>
+        <source>The loudspeaker could not be opened.</source>
+        <translation>Der Lautsprecher ließ sich nicht öffnen.</translation>
+    </message>
+</context>
+<context>
+    <name>HandText</name>
+    <message>
+        <source>The device does not answer; it is tried again.</source>
+        <translation>Das Gerät antwortet nicht; es wird weiter versucht.</translation>
+    </message>
+    <message>
+        <source>The hand moved too fast; forces are off until you let go.</source>
+        <translation>Die Hand war zu schnell; die Kräfte sind aus, bis Sie loslassen.</translation>
+    </message>
+    <message>
+        <source>The surface changed under the hand; forces are off until you lift off.</source>
+        <translation>Die Oberfläche hat sich unter der Hand geändert; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The computer stood still for a moment; forces are off until you lift off.</source>
+        <translation>Der Rechner stand einen Augenblick still; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The device answers again; forces come back when you lift off.</source>
+        <translation>Das Gerät antwortet wieder; die Kräfte kommen zurück, wenn Sie abheben.</translation>
+    </message>
+    <message>
+        <source>Forces come back when you lift off the surface.</source>
+        <translation>Die Kräfte kommen zurück, wenn Sie von der Oberfläche abheben.</translation>
+    </message>
+    <message>
+        <source>The tool is inside the model; forces come when you have pulled it out.</source>
+        <translation>Das Werkzeug steckt im Modell; die Kräfte kommen, wenn Sie es herausgezogen haben.</translation>
+    </message>
+    <message>
+        <source>The device gave a position that cannot be right; forces are off until you lift off.</source>
+        <translation>Das Gerät meldete eine unmögliche Position; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>The device&apos;s clock jumped; forces are off until you lift off.</source>
+        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>Forces are off until you lift off.</source>
+        <translation>Die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
+    <message>
+        <source>You press harder than the force limit.</source>
+        <translation>Sie drücken stärker als die Kraftgrenze.</translation>
+    </message>
+    <message>
+        <source>The motors rest: less force for a while.</source>
+        <translation>Die Motoren ruhen: eine Weile weniger Kraft.</translation>
+    </message>
+    <message>
+        <source>Slower, please: the hand is being braked.</source>
+        <translation>Bitte langsamer: Die Hand wird gebremst.</translation>
+    </message>
+    <message>
+        <source>The computer is busy; the surface feels softer.</source>
+        <translation>Der Rechner ist ausgelastet; die Oberfläche fühlt sich weicher an.</translation>
+    </message>
+    <message>
+        <source>The arm turns but does not move: is it calibrated?</source>
+        <translation>Der Arm dreht sich, bewegt sich aber nicht: Ist er kalibriert?</translation>
+    </message>
+    <message>
+        <source>Holding the surface, with less force than it asks for.</source>
+        <translation>Hält die Oberfläche, mit weniger Kraft als nötig.</translation>
+    </message>
+    <message>
+        <source>Forces are off. You switched them off.</source>
+        <translation>Die Kräfte sind aus. Sie haben sie ausgeschaltet.</translation>
+    </message>
+    <message>
+        <source>Waiting for the device.</source>
+        <translation>Wartet auf das Gerät.</translation>
+    </message>
+    <message>
+        <source>In the air. All is well.</source>
+        <translation>In der Luft. Alles in Ordnung.</translation>
+    </message>
+    <message>
+        <source>Holding the surface. All is well.</source>
+        <translation>Hält die Oberfläche. Alles in Ordnung.</translation>
+    </message>
+    <message>
+        <source>The device has switched its forces off itself.</source>
+        <translation>Das Gerät hat seine Kräfte selbst ausgeschaltet.</translation>
+    </message>
+    <message>
+        <source>simulated</source>
+        <translation>simuliert</translation>
+    </message>
+    <message>
+        <source>contract-tested against a fake; never run on hardware</source>
+        <translation>gegen eine Nachbildung geprüft; nie an einem Gerät gelaufen</translation>
+    </message>
+    <message>
+        <source>field-tested</source>
+        <translation>am Gerät erprobt</translation>
+    </message>
+</context>
+<context>
     <name>LayersPanel</name>
     <message>
         <source>Form</source>
@@ -414,6 +622,36 @@
     </message>
 </context>
 <context>
+    <name>relief::studio::Banner</name>
+    <message>
+        <source>I have read it</source>
+        <translation>Gelesen</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ColourPalette</name>
+    <message>
+        <source>Other colour...</source>
+        <translation>Andere Farbe …</translation>
+    </message>
+    <message>
+        <source>Colours</source>
+        <translation>Farben</translation>
+    </message>
+    <message>
+        <source>Other colour</source>
+        <translation>Andere Farbe</translation>
+    </message>
+    <message>
+        <source>Any colour, by hue or by number.</source>
+        <translation>Jede Farbe, nach Farbton oder Zahl.</translation>
+    </message>
+    <message>
+        <source>%1, used before</source>
+        <translation>%1, schon verwendet</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::CommandPalette</name>
     <message>
         <source>Find a command...</source>
@@ -438,6 +676,10 @@
     <message>
         <source>Commands found</source>
         <translation>Gefundene Befehle</translation>
+    </message>
+    <message>
+        <source>No command has these words.</source>
+        <translation>Kein Befehl hat diese Wörter.</translation>
     </message>
 </context>
 <context>
@@ -478,6 +720,171 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
 </context>
 <context>
+    <name>relief::studio::DevicePanel</name>
+    <message>
+        <source>Choose a device</source>
+        <translation>Gerät wählen</translation>
+    </message>
+    <message>
+        <source>State of the hand</source>
+        <translation>Zustand der Hand</translation>
+    </message>
+    <message>
+        <source>At the cursor</source>
+        <translation>Am Zeiger</translation>
+    </message>
+    <message>
+        <source>Force</source>
+        <translation>Kraft</translation>
+    </message>
+    <message>
+        <source>Depth under the surface</source>
+        <translation>Tiefe unter der Oberfläche</translation>
+    </message>
+    <message>
+        <source>Time per tick</source>
+        <translation>Zeit je Takt</translation>
+    </message>
+    <message>
+        <source>Freeze</source>
+        <translation>Anhalten</translation>
+    </message>
+    <message>
+        <source>Keeps the plots as they are, to look at them</source>
+        <translation>Hält die Kurven an, um sie anzusehen</translation>
+    </message>
+    <message>
+        <source>Forces off</source>
+        <translation>Kräfte aus</translation>
+    </message>
+    <message>
+        <source>No force at once (Pause, or Esc twice)</source>
+        <translation>Sofort keine Kraft (Pause oder zweimal Esc)</translation>
+    </message>
+    <message>
+        <source>Clutch</source>
+        <translation>Kupplung</translation>
+    </message>
+    <message>
+        <source>The device moves, and the tool stays where it is</source>
+        <translation>Das Gerät bewegt sich, und das Werkzeug bleibt, wo es ist</translation>
+    </message>
+    <message>
+        <source>Re-centre</source>
+        <translation>Zentrieren</translation>
+    </message>
+    <message>
+        <source>Puts the tool before the middle of the picture</source>
+        <translation>Setzt das Werkzeug vor die Mitte des Bildes</translation>
+    </message>
+    <message>
+        <source>Record</source>
+        <translation>Aufnehmen</translation>
+    </message>
+    <message>
+        <source>Writes all that the hand does and feels into a file</source>
+        <translation>Schreibt alles, was die Hand tut und fühlt, in eine Datei</translation>
+    </message>
+    <message>
+        <source>Play</source>
+        <translation>Abspielen</translation>
+    </message>
+    <message>
+        <source>Plays the last recording as a device</source>
+        <translation>Spielt die letzte Aufnahme als Gerät</translation>
+    </message>
+    <message>
+        <source>Sound</source>
+        <translation>Ton</translation>
+    </message>
+    <message>
+        <source>Lets the contact be heard</source>
+        <translation>Macht den Kontakt hörbar</translation>
+    </message>
+    <message>
+        <source>Force limit</source>
+        <translation>Kraftgrenze</translation>
+    </message>
+    <message>
+        <source>No more force than this reaches the hand</source>
+        <translation>Mehr Kraft als diese erreicht die Hand nicht</translation>
+    </message>
+    <message>
+        <source>Workspace scale</source>
+        <translation>Maßstab des Arbeitsraums</translation>
+    </message>
+    <message>
+        <source>How large the model is in the hand</source>
+        <translation>Wie groß das Modell in der Hand ist</translation>
+    </message>
+    <message>
+        <source>Stop</source>
+        <translation>Beenden</translation>
+    </message>
+    <message>
+        <source>No device is in use. The mouse and the pen sculpt.</source>
+        <translation>Kein Gerät in Gebrauch. Maus und Stift formen.</translation>
+    </message>
+    <message>
+        <source>%1 of %2</source>
+        <translation>%1 von %2</translation>
+    </message>
+    <message>
+        <source>%1, worst %2, late %3</source>
+        <translation>%1, höchstens %2, zu spät %3</translation>
+    </message>
+    <message>
+        <source>Drag along a plot to see one moment.</source>
+        <translation>Ziehen Sie über eine Kurve, um einen Augenblick zu sehen.</translation>
+    </message>
+    <message>
+        <source>%1 s</source>
+        <translation>%1 s</translation>
+    </message>
+    <message>
+        <source>%1 deep</source>
+        <translation>%1 tief</translation>
+    </message>
+    <message>
+        <source>tick %1 after %2</source>
+        <translation>Takt %1 nach %2</translation>
+    </message>
+    <message>
+        <source>at %1, %2, %3</source>
+        <translation>bei %1, %2, %3</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::DropArea</name>
+    <message>
+        <source>Choose a file...</source>
+        <translation>Datei wählen …</translation>
+    </message>
+    <message>
+        <source>Choose a file</source>
+        <translation>Datei wählen</translation>
+    </message>
+    <message>
+        <source>This kind of file cannot be opened. Known are %1.</source>
+        <translation>Diese Art Datei lässt sich nicht öffnen. Bekannt sind %1.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::FailureDialog</name>
+    <message>
+        <source>Copy the details</source>
+        <translation>Einzelheiten kopieren</translation>
+    </message>
+    <message>
+        <source>Copies the sentence and the file&apos;s name, for a report</source>
+        <translation>Kopiert den Satz und den Namen der Datei, für eine Meldung</translation>
+    </message>
+    <message>
+        <source>Close</source>
+        <translation>Schließen</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::FileDesk</name>
     <message>
         <source>%1 could not be opened</source>
@@ -498,6 +905,68 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 could not be closed</source>
         <translation>%1 konnte nicht geschlossen werden</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ForceMeter</name>
+    <message>
+        <source>Force</source>
+        <translation>Kraft</translation>
+    </message>
+    <message>
+        <source>%1 N</source>
+        <translation>%1 N</translation>
+    </message>
+    <message>
+        <source>off</source>
+        <translation>aus</translation>
+    </message>
+    <message>
+        <source>%1 of at most %2 N</source>
+        <translation>%1 von höchstens %2 N</translation>
+    </message>
+    <message>
+        <source>Forces are off.</source>
+        <translation>Die Kräfte sind aus.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Hand</name>
+    <message>
+        <source>the mouse and the pen sculpt all the same</source>
+        <translation>Maus und Stift formen trotzdem</translation>
+    </message>
+    <message>
+        <source>shows and sounds the force; nobody feels it</source>
+        <translation>zeigt die Kraft und macht sie hörbar; niemand fühlt sie</translation>
+    </message>
+    <message>
+        <source>No device</source>
+        <translation>Kein Gerät</translation>
+    </message>
+    <message>
+        <source>Mouse as a force probe</source>
+        <translation>Maus als Kraftsonde</translation>
+    </message>
+    <message>
+        <source>Simulated hand</source>
+        <translation>Simulierte Hand</translation>
+    </message>
+    <message>
+        <source>Recording %1</source>
+        <translation>Aufnahme %1</translation>
+    </message>
+    <message>
+        <source>The recording has been played.</source>
+        <translation>Die Aufnahme ist zu Ende.</translation>
+    </message>
+    <message>
+        <source>The device is lost. Choose it again once it answers.</source>
+        <translation>Das Gerät ist verloren. Wählen Sie es wieder, sobald es antwortet.</translation>
+    </message>
+    <message>
+        <source>Recorded into %1.</source>
+        <translation>Aufgenommen in %1.</translation>
     </message>
 </context>
 <context>
@@ -586,6 +1055,57 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 belongs to “%2”.</source>
         <translation>%1 gehört zu „%2“.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Kiosk</name>
+    <message>
+        <source>Relief</source>
+        <translation>Relief</translation>
+    </message>
+    <message>
+        <source>Code to leave</source>
+        <translation>Code zum Verlassen</translation>
+    </message>
+    <message>
+        <source>Touch to begin</source>
+        <translation>Zum Beginnen berühren</translation>
+    </message>
+    <message>
+        <source>One moment …</source>
+        <translation>Einen Augenblick …</translation>
+    </message>
+    <message>
+        <source>Start again in %1
+touch to go on</source>
+        <translation>Neubeginn in %1
+berühren, um weiterzumachen</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KioskChoose</name>
+    <message>
+        <source>Touch one to begin</source>
+        <translation>Zum Beginnen eines berühren</translation>
+    </message>
+    <message>
+        <source>Nothing can be shown just now. Please tell the staff.</source>
+        <translation>Gerade kann nichts gezeigt werden. Bitte dem Personal Bescheid geben.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::KioskStage</name>
+    <message>
+        <source>Undo</source>
+        <translation>Rückgängig</translation>
+    </message>
+    <message>
+        <source>Start again</source>
+        <translation>Neu beginnen</translation>
+    </message>
+    <message>
+        <source>Choose another</source>
+        <translation>Anderes wählen</translation>
     </message>
 </context>
 <context>
@@ -885,10 +1405,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         </translation>
     </message>
     <message>
-        <source>The last strokes are not saved</source>
-        <translation>Die letzten Striche sind nicht gespeichert</translation>
-    </message>
-    <message>
         <source>Cancelled; nothing was kept.</source>
         <translation>Abgebrochen; nichts wurde behalten.</translation>
     </message>
@@ -978,6 +1494,85 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>no device</source>
         <translation>kein Gerät</translation>
+    </message>
+    <message>
+        <source>The z axis is up</source>
+        <translation>Die z-Achse zeigt nach oben</translation>
+    </message>
+    <message>
+        <source>&amp;Panels</source>
+        <translation>&amp;Bedienfelder</translation>
+    </message>
+    <message>
+        <source>&amp;Help</source>
+        <translation>&amp;Hilfe</translation>
+    </message>
+    <message>
+        <source>Save what is whole of %1</source>
+        <translation>Retten, was von %1 heil ist</translation>
+    </message>
+    <message>
+        <source>-salvaged</source>
+        <translation>-gerettet</translation>
+    </message>
+    <message>
+        <source>Nothing could be saved of %1</source>
+        <translation>Von %1 konnte nichts gerettet werden</translation>
+    </message>
+    <message>
+        <source>Nothing was lost.</source>
+        <translation>Nichts ging verloren.</translation>
+    </message>
+    <message>
+        <source>Lost: %1.</source>
+        <translation>Verloren: %1.</translation>
+    </message>
+    <message>
+        <source>Layers and colours</source>
+        <translation>Ebenen und Farben</translation>
+    </message>
+    <message>
+        <source>History</source>
+        <translation>Verlauf</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.</source>
+        <translation>
+            <numerusform>%n Strich konnte noch nicht gespeichert werden: %1. Es kann weitergehen; alle zehn Sekunden wird es erneut versucht.</numerusform>
+            <numerusform>%n Striche konnten noch nicht gespeichert werden: %1. Es kann weitergehen; alle zehn Sekunden wird es erneut versucht.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Save elsewhere …</source>
+        <translation>Anderswo speichern …</translation>
+    </message>
+    <message>
+        <source>Opening</source>
+        <translation>Wird geöffnet</translation>
+    </message>
+    <message>
+        <source>Pen: %1, pressure %2, tilt %3°</source>
+        <translation>Stift: %1, Druck %2, Neigung %3°</translation>
+    </message>
+    <message>
+        <source>Stand it up</source>
+        <translation>Aufstellen</translation>
+    </message>
+    <message>
+        <source>For scans whose z axis points up</source>
+        <translation>Für Scans, deren z-Achse nach oben zeigt</translation>
+    </message>
+    <message>
+        <source>Begin</source>
+        <translation>Anfangen</translation>
+    </message>
+    <message>
+        <source>Save what is whole …</source>
+        <translation>Heiles retten …</translation>
+    </message>
+    <message>
+        <source>Open another file …</source>
+        <translation>Andere Datei öffnen …</translation>
     </message>
 </context>
 <context>
@@ -1218,6 +1813,37 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
 </context>
 <context>
+    <name>relief::studio::ProgressStrip</name>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Convert progress</source>
+        <translation>Fortschritt der Umwandlung</translation>
+    </message>
+    <message>
+        <source>Stops the work and leaves everything as it was before.</source>
+        <translation>Hält die Arbeit an und lässt alles, wie es war.</translation>
+    </message>
+    <message>
+        <source>About %1 min left</source>
+        <translation>Noch etwa %1 min</translation>
+    </message>
+    <message>
+        <source>About %1 s left</source>
+        <translation>Noch etwa %1 s</translation>
+    </message>
+    <message>
+        <source>%1 %</source>
+        <translation>%1 %</translation>
+    </message>
+    <message>
+        <source>Stopping...</source>
+        <translation>Wird angehalten …</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::Shelf</name>
     <message>
         <source>The list of recent models could not be read. It is now %1.</source>
@@ -1230,13 +1856,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>Start page</source>
         <translation>Startseite</translation>
     </message>
-    <message numerus="yes">
-        <source>%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.</source>
-        <translation>
-            <numerusform>%1 war offen, als das Programm endete. Der eine fertige Strich ist darin, von %2.</numerusform>
-            <numerusform>%1 war offen, als das Programm endete. Alle %n fertigen Striche sind darin, der letzte von %2.</numerusform>
-        </translation>
-    </message>
     <message>
         <source>Recover</source>
         <translation>Wiederherstellen</translation>
@@ -1244,18 +1863,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Drop a scan here</source>
         <translation>Scan hierher ziehen</translation>
-    </message>
-    <message>
-        <source>PLY, OBJ, STL, OFF, glTF or 3MF. It can be turned at once and carved some seconds later.</source>
-        <translation>PLY, OBJ, STL, OFF, glTF oder 3MF. Drehen lässt er sich sofort, bearbeiten nach einigen Sekunden.</translation>
-    </message>
-    <message>
-        <source>Open a file …</source>
-        <translation>Datei öffnen …</translation>
-    </message>
-    <message>
-        <source>Opens a scan or a Relief model</source>
-        <translation>Öffnet einen Scan oder ein Relief-Modell</translation>
     </message>
     <message>
         <source>Or try a sample</source>
@@ -1308,6 +1915,24 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <source>With a haptic device, or the mouse as a probe: choose it at the upper right.</source>
         <translation>Mit einem haptischen Gerät oder der Maus als Taster: oben rechts wählen.</translation>
     </message>
+    <message numerus="yes">
+        <source>It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.</source>
+        <translation>
+            <numerusform>Es war offen, als das Programm endete. Der eine fertige Strich ist darin, von %1.</numerusform>
+            <numerusform>Es war offen, als das Programm endete. Alle %n fertigen Striche sind darin, der letzte von %1.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>%1 can be opened again</source>
+        <translation>%1 kann wieder geöffnet werden</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Swatch</name>
+    <message>
+        <source>Paint with %1.</source>
+        <translation>Mit %1 malen.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::ToolPanel</name>
@@ -1322,6 +1947,18 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Mirror %1</source>
         <translation>Spiegeln %1</translation>
+    </message>
+    <message>
+        <source>Use pressure</source>
+        <translation>Druck verwenden</translation>
+    </message>
+    <message>
+        <source>Whether a pen&apos;s pressure drives the tool</source>
+        <translation>Ob der Druck eines Stifts das Werkzeug steuert</translation>
+    </message>
+    <message>
+        <source>Mouse: no pressure</source>
+        <translation>Maus: kein Druck</translation>
     </message>
 </context>
 <context>
@@ -1344,290 +1981,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Viewport</source>
         <translation>Ansichtsfenster</translation>
-    </message>
-</context>
-<context>
-    <name>HandSound</name>
-    <message>
-        <source>No loudspeaker was found.</source>
-        <translation>Es wurde kein Lautsprecher gefunden.</translation>
-    </message>
-    <message>
-        <source>The loudspeaker could not be opened.</source>
-        <translation>Der Lautsprecher ließ sich nicht öffnen.</translation>
-    </message>
-</context>
-<context>
-    <name>HandText</name>
-    <message>
-        <source>The device does not answer; it is tried again.</source>
-        <translation>Das Gerät antwortet nicht; es wird weiter versucht.</translation>
-    </message>
-    <message>
-        <source>The hand moved too fast; forces are off until you let go.</source>
-        <translation>Die Hand war zu schnell; die Kräfte sind aus, bis Sie loslassen.</translation>
-    </message>
-    <message>
-        <source>The surface changed under the hand; forces are off until you lift off.</source>
-        <translation>Die Oberfläche hat sich unter der Hand geändert; die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
-    <message>
-        <source>The computer stood still for a moment; forces are off until you lift off.</source>
-        <translation>Der Rechner stand einen Augenblick still; die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
-    <message>
-        <source>The device answers again; forces come back when you lift off.</source>
-        <translation>Das Gerät antwortet wieder; die Kräfte kommen zurück, wenn Sie abheben.</translation>
-    </message>
-    <message>
-        <source>Forces come back when you lift off the surface.</source>
-        <translation>Die Kräfte kommen zurück, wenn Sie von der Oberfläche abheben.</translation>
-    </message>
-    <message>
-        <source>The tool is inside the model; forces come when you have pulled it out.</source>
-        <translation>Das Werkzeug steckt im Modell; die Kräfte kommen, wenn Sie es herausgezogen haben.</translation>
-    </message>
-    <message>
-        <source>The device gave a position that cannot be right; forces are off until you lift off.</source>
-        <translation>Das Gerät meldete eine unmögliche Position; die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
-    <message>
-        <source>The device's clock jumped; forces are off until you lift off.</source>
-        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
-    <message>
-        <source>Forces are off until you lift off.</source>
-        <translation>Die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
-    <message>
-        <source>You press harder than the force limit.</source>
-        <translation>Sie drücken stärker als die Kraftgrenze.</translation>
-    </message>
-    <message>
-        <source>The motors rest: less force for a while.</source>
-        <translation>Die Motoren ruhen: eine Weile weniger Kraft.</translation>
-    </message>
-    <message>
-        <source>Slower, please: the hand is being braked.</source>
-        <translation>Bitte langsamer: Die Hand wird gebremst.</translation>
-    </message>
-    <message>
-        <source>The computer is busy; the surface feels softer.</source>
-        <translation>Der Rechner ist ausgelastet; die Oberfläche fühlt sich weicher an.</translation>
-    </message>
-    <message>
-        <source>The arm turns but does not move: is it calibrated?</source>
-        <translation>Der Arm dreht sich, bewegt sich aber nicht: Ist er kalibriert?</translation>
-    </message>
-    <message>
-        <source>Holding the surface, with less force than it asks for.</source>
-        <translation>Hält die Oberfläche, mit weniger Kraft als nötig.</translation>
-    </message>
-    <message>
-        <source>Forces are off. You switched them off.</source>
-        <translation>Die Kräfte sind aus. Sie haben sie ausgeschaltet.</translation>
-    </message>
-    <message>
-        <source>Waiting for the device.</source>
-        <translation>Wartet auf das Gerät.</translation>
-    </message>
-    <message>
-        <source>In the air. All is well.</source>
-        <translation>In der Luft. Alles in Ordnung.</translation>
-    </message>
-    <message>
-        <source>Holding the surface. All is well.</source>
-        <translation>Hält die Oberfläche. Alles in Ordnung.</translation>
-    </message>
-    <message>
-        <source>The device has switched its forces off itself.</source>
-        <translation>Das Gerät hat seine Kräfte selbst ausgeschaltet.</translation>
-    </message>
-    <message>
-        <source>simulated</source>
-        <translation>simuliert</translation>
-    </message>
-    <message>
-        <source>contract-tested against a fake; never run on hardware</source>
-        <translation>gegen eine Nachbildung geprüft; nie an einem Gerät gelaufen</translation>
-    </message>
-    <message>
-        <source>field-tested</source>
-        <translation>am Gerät erprobt</translation>
-    </message>
-</context>
-<context>
-    <name>relief::studio::DevicePanel</name>
-    <message>
-        <source>Choose a device</source>
-        <translation>Gerät wählen</translation>
-    </message>
-    <message>
-        <source>State of the hand</source>
-        <translation>Zustand der Hand</translation>
-    </message>
-    <message>
-        <source>At the cursor</source>
-        <translation>Am Zeiger</translation>
-    </message>
-    <message>
-        <source>Force</source>
-        <translation>Kraft</translation>
-    </message>
-    <message>
-        <source>Depth under the surface</source>
-        <translation>Tiefe unter der Oberfläche</translation>
-    </message>
-    <message>
-        <source>Time per tick</source>
-        <translation>Zeit je Takt</translation>
-    </message>
-    <message>
-        <source>Freeze</source>
-        <translation>Anhalten</translation>
-    </message>
-    <message>
-        <source>Keeps the plots as they are, to look at them</source>
-        <translation>Hält die Kurven an, um sie anzusehen</translation>
-    </message>
-    <message>
-        <source>Forces off</source>
-        <translation>Kräfte aus</translation>
-    </message>
-    <message>
-        <source>No force at once (Pause, or Esc twice)</source>
-        <translation>Sofort keine Kraft (Pause oder zweimal Esc)</translation>
-    </message>
-    <message>
-        <source>Clutch</source>
-        <translation>Kupplung</translation>
-    </message>
-    <message>
-        <source>The device moves, and the tool stays where it is</source>
-        <translation>Das Gerät bewegt sich, und das Werkzeug bleibt, wo es ist</translation>
-    </message>
-    <message>
-        <source>Re-centre</source>
-        <translation>Zentrieren</translation>
-    </message>
-    <message>
-        <source>Puts the tool before the middle of the picture</source>
-        <translation>Setzt das Werkzeug vor die Mitte des Bildes</translation>
-    </message>
-    <message>
-        <source>Record</source>
-        <translation>Aufnehmen</translation>
-    </message>
-    <message>
-        <source>Writes all that the hand does and feels into a file</source>
-        <translation>Schreibt alles, was die Hand tut und fühlt, in eine Datei</translation>
-    </message>
-    <message>
-        <source>Play</source>
-        <translation>Abspielen</translation>
-    </message>
-    <message>
-        <source>Plays the last recording as a device</source>
-        <translation>Spielt die letzte Aufnahme als Gerät</translation>
-    </message>
-    <message>
-        <source>Sound</source>
-        <translation>Ton</translation>
-    </message>
-    <message>
-        <source>Lets the contact be heard</source>
-        <translation>Macht den Kontakt hörbar</translation>
-    </message>
-    <message>
-        <source>Force limit</source>
-        <translation>Kraftgrenze</translation>
-    </message>
-    <message>
-        <source>No more force than this reaches the hand</source>
-        <translation>Mehr Kraft als diese erreicht die Hand nicht</translation>
-    </message>
-    <message>
-        <source>Workspace scale</source>
-        <translation>Maßstab des Arbeitsraums</translation>
-    </message>
-    <message>
-        <source>How large the model is in the hand</source>
-        <translation>Wie groß das Modell in der Hand ist</translation>
-    </message>
-    <message>
-        <source>Stop</source>
-        <translation>Beenden</translation>
-    </message>
-    <message>
-        <source>No device is in use. The mouse and the pen sculpt.</source>
-        <translation>Kein Gerät in Gebrauch. Maus und Stift formen.</translation>
-    </message>
-    <message>
-        <source>%1 of %2</source>
-        <translation>%1 von %2</translation>
-    </message>
-    <message>
-        <source>%1, worst %2, late %3</source>
-        <translation>%1, höchstens %2, zu spät %3</translation>
-    </message>
-    <message>
-        <source>Drag along a plot to see one moment.</source>
-        <translation>Ziehen Sie über eine Kurve, um einen Augenblick zu sehen.</translation>
-    </message>
-    <message>
-        <source>%1 s</source>
-        <translation>%1 s</translation>
-    </message>
-    <message>
-        <source>%1 deep</source>
-        <translation>%1 tief</translation>
-    </message>
-    <message>
-        <source>tick %1 after %2</source>
-        <translation>Takt %1 nach %2</translation>
-    </message>
-    <message>
-        <source>at %1, %2, %3</source>
-        <translation>bei %1, %2, %3</translation>
-    </message>
-</context>
-<context>
-    <name>relief::studio::Hand</name>
-    <message>
-        <source>the mouse and the pen sculpt all the same</source>
-        <translation>Maus und Stift formen trotzdem</translation>
-    </message>
-    <message>
-        <source>shows and sounds the force; nobody feels it</source>
-        <translation>zeigt die Kraft und macht sie hörbar; niemand fühlt sie</translation>
-    </message>
-    <message>
-        <source>No device</source>
-        <translation>Kein Gerät</translation>
-    </message>
-    <message>
-        <source>Mouse as a force probe</source>
-        <translation>Maus als Kraftsonde</translation>
-    </message>
-    <message>
-        <source>Simulated hand</source>
-        <translation>Simulierte Hand</translation>
-    </message>
-    <message>
-        <source>Recording %1</source>
-        <translation>Aufnahme %1</translation>
-    </message>
-    <message>
-        <source>The recording has been played.</source>
-        <translation>Die Aufnahme ist zu Ende.</translation>
-    </message>
-    <message>
-        <source>The device is lost. Choose it again once it answers.</source>
-        <translation>Das Gerät ist verloren. Wählen Sie es wieder, sobald es antwortet.</translation>
-    </message>
-    <message>
-        <source>Recorded into %1.</source>
-        <translation>Aufgenommen in %1.</translation>
     </message>
 </context>
 </TS>

@@ -89,21 +89,28 @@
             <numerusform>%n slabs</numerusform>
         </translation>
     </message>
+    <message numerus="yes">
+        <source>%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.</source>
+        <translation>
+            <numerusform>%n stroke could not be saved yet: %1. You can go on; it is tried again every ten seconds.</numerusform>
+            <numerusform>%n strokes could not be saved yet: %1. You can go on; it is tried again every ten seconds.</numerusform>
+        </translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::StartPage</name>
-    <message numerus="yes">
-        <source>%1 was open when the program ended. All %n finished stroke(s) are in it, the last one from %2.</source>
-        <translation>
-            <numerusform>%1 was open when the program ended. Its one finished stroke is in it, from %2.</numerusform>
-            <numerusform>%1 was open when the program ended. All %n finished strokes are in it, the last one from %2.</numerusform>
-        </translation>
-    </message>
     <message numerus="yes">
         <source>%n stroke(s)</source>
         <translation>
             <numerusform>%n stroke</numerusform>
             <numerusform>%n strokes</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.</source>
+        <translation>
+            <numerusform>It was open when the program ended. Its one finished stroke is in it, from %1.</numerusform>
+            <numerusform>It was open when the program ended. All %n finished strokes are in it, the last one from %1.</numerusform>
         </translation>
     </message>
 </context>
