@@ -46,7 +46,10 @@ QString FileDesk::filters() {
 bool FileDesk::is_model(const QString& file) { return file.endsWith(QLatin1String(".relief"), Qt::CaseInsensitive); }
 
 bool FileDesk::begin(const QString& file, const QString& title) {
-  if (job_.running()) return false;
+  if (job_.running()) {
+    emit said(tr("%1 is still being opened; cancel that first.").arg(title_));
+    return false;
+  }
   QString why;
   if (!close(why)) {
     emit failed(tr("%1 could not be closed").arg(title_), why, text(bridge_.file()), false);
@@ -65,6 +68,12 @@ void FileDesk::open(const QString& file) {
     job_.open_model(whole);
   else
     job_.open_scan(whole, shelf_.new_unnamed(title), Unit::Millimetre);
+}
+
+void FileDesk::open_anew() {
+  const QString scan = scan_;
+  if (scan.isEmpty() || !begin(scan, title_)) return;
+  job_.open_scan(scan, shelf_.new_unnamed(title_), Unit::Millimetre, true);
 }
 
 void FileDesk::open_sample(const QString& name) {
@@ -88,6 +97,7 @@ void FileDesk::finish(const std::shared_ptr<Opened>& what) {
                                                  {"strokes", qint64(bridge_.document()->statistics().undo_steps)},
                                                  {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
   std::optional<Verdict> verdict;
+  scan_ = what->report && QFile::exists(asked_) ? asked_ : QString();
   if (what->report) verdict = verdict_of(*what->report, info.mode, what->diagonal, info.unit);
   emit opened(verdict, what->doubt);
 }

@@ -18,6 +18,8 @@ class FileDesk : public QObject {
   /// A .relief file, or a scan in any format of the library.
   void open(const QString& file);
   void open_sample(const QString& name);
+  /// The scan that is open, made a solid first; strokes that it has are left behind in its old model.
+  void open_anew();
   void cancel() { job_.cancel(); }
   [[nodiscard]] bool opening() const { return job_.running(); }
   /// False, with why, where not everything could be written; the model then stays open.
@@ -39,6 +41,8 @@ class FileDesk : public QObject {
   /// The document is open; with a verdict where it was a scan, with a doubt where the verifier has one.
   void opened(const std::optional<relief::studio::Verdict>& verdict, const QString& doubt);
   void cancelled();
+  /// What people should know, as a toast.
+  void said(const QString& words);
   /// What could not be done, and why in one sentence.
   void failed(const QString& title, const QString& why, const QString& file, bool damaged);
 
@@ -49,6 +53,7 @@ class FileDesk : public QObject {
   DocumentBridge& bridge_;
   Shelf shelf_;
   OpenJob job_;
+  QString scan_;  ///< the one that the open model was made of just now; else empty
   QString asked_, title_, made_;  ///< made_: the file that a conversion writes
   QString given_up_;              ///< an unnamed file that save_as() leaves
   double diagonal_ = 1;

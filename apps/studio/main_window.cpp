@@ -57,11 +57,15 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   column->setSpacing(0);
   banner_ = new Banner(middle);
   banner_->hide();
-  convert_ = new ProgressStrip(middle);
-  convert_->hide();
+  // Over the picture, which therefore keeps its size when it comes and goes.
+  opening_ = new QFrame(pages_);
+  opening_->setProperty("role", QStringLiteral("card"));
+  convert_ = new ProgressStrip(opening_);
+  (new QVBoxLayout(opening_))->addWidget(convert_);
+  opening_->hide();
+  pages_->installEventFilter(this);
   column->addWidget(banner_);
   column->addWidget(pages_, 1);
-  column->addWidget(convert_);
   setCentralWidget(middle);
   toast_ = new Toast(this);
   viewport_->installEventFilter(this);
@@ -157,6 +161,7 @@ QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const
   dock->setAccessibleName(title);
   dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
   auto* bar = new QLabel(shown, dock);
+  bar->setAccessibleName(tr("Heading of %1").arg(title));
   bar->setFont(ui_font(10, QFont::DemiBold));
   bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
   dock->setTitleBarWidget(bar);
@@ -241,11 +246,14 @@ void MainWindow::connect_files() {
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
   });
+  connect(&desk_, &FileDesk::said, this, &MainWindow::say);
   connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
   connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
     convert_->start(tr("Opening"));
-    convert_->show();
+    opening_->show();
+    opening_->raise();
+    place_over();
     if (card_ != nullptr) card_->hide();
     viewport_->set_scene({}, unit_, false);
     verdict_.reset();
@@ -258,7 +266,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
     const bool frame_it = viewport_->scene().mesh == nullptr;
@@ -279,7 +287,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::cancelled, this, [this] {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     viewport_->set_scene({}, unit_, false);
     pages_->setCurrentWidget(start_);
     refresh();
@@ -287,7 +295,7 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::failed, this, [this](const QString& title, const QString& why, const QString& file, bool damaged) {
     convert_->finish();
-    convert_->hide();
+    opening_->hide();
     if (bridge_.document() == nullptr) {
       viewport_->set_scene({}, unit_, false);
       pages_->setCurrentWidget(start_);
@@ -391,8 +399,12 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
       QPushButton* upright = card_->add_button(tr("Stand it up"));
       upright->setToolTip(tr("For scans whose z axis points up"));
       connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      anew_ = card_->add_button(tr("Mend it and try again"));
+      anew_->setToolTip(tr("Makes the scan a solid first; what is thinner than its voxels is lost"));
+      connect(anew_, &QPushButton::clicked, &desk_, &FileDesk::open_anew);
       connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
     }
+    anew_->setVisible(!verdict->certified);
     card_->show();
     place_over();
   }
@@ -432,7 +444,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 void MainWindow::changeEvent(QEvent* event) { QMainWindow::changeEvent(event); }
 
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  if (object == viewport_ && event->type() == QEvent::Resize) place_over();
+  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) place_over();
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);
@@ -440,6 +452,8 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
 
 /// The verdict's card lies at the lower right of the picture.
 void MainWindow::place_over() {
+  const int height = opening_->sizeHint().height();
+  opening_->setGeometry(16, pages_->height() - height - 16, pages_->width() - 32, height);
   if (card_ == nullptr || !card_->isVisible()) return;
   card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
   card_->adjustSize();

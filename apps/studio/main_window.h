@@ -17,6 +17,8 @@
 
 class QLabel;
 class QMenu;
+class QFrame;
+class QPushButton;
 class QStackedWidget;
 class QToolBar;
 class QToolButton;
@@ -152,15 +154,18 @@ class MainWindow : public QMainWindow {
   PanicKeys* panic_ = nullptr;
   ForceMeter* meter_ = nullptr;
   bool forces_off_shown_ = false;
+  bool felt_ = false;  ///< a device was in use since the start
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;
   CommandPalette* palette_ = nullptr;
   std::vector<QDockWidget*> docks_;
   ColourPalette* colours_ = nullptr;
+  QFrame* opening_ = nullptr;
   ProgressStrip* convert_ = nullptr;
   Banner* banner_ = nullptr;
   Card* card_ = nullptr;
+  QPushButton* anew_ = nullptr;
   Toast* toast_ = nullptr;
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;

@@ -106,12 +106,13 @@ void OpenJob::open_model(const QString& file) {
   });
 }
 
-Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit) {
+Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit, bool anew) {
   const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
   const auto shown = std::make_shared<const TriangleMesh>(mesh);
   QMetaObject::invokeMethod(this, [this, shown] { emit meshReady(shown); }, Qt::QueuedConnection);
   ConvertSettings settings;
   settings.unit = mesh.unit.value_or(unit);
+  if (anew) settings.remesh = 0.0;
   RELIEF_TRY(Conversion conversion, convert(mesh, settings, progress));
   report("save", 0);
   auto made = std::make_shared<Opened>();
@@ -123,14 +124,14 @@ Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit) {
   return {};
 }
 
-void OpenJob::open_scan(const QString& file, const QString& to, Unit unit) {
-  start([this, file, to, unit] {
+void OpenJob::open_scan(const QString& file, const QString& to, Unit unit, bool anew) {
+  start([this, file, to, unit, anew] {
     const auto work = [&]() -> Status {
       report("read", 0);
       RELIEF_TRY(TriangleMesh mesh, import_mesh(path(file)));
       report("read", 1);
       if (cancel_) return fail(Errc::Cancelled, "cancelled");
-      return make(std::move(mesh), to, unit);
+      return make(std::move(mesh), to, unit, anew);
     };
     finish(work());
   });
@@ -143,7 +144,7 @@ void OpenJob::open_sample(const QString& name, const QString& to) {
       report("read", 0);
       RELIEF_TRY(TriangleMesh mesh, make_sample(name.toStdString(), kTriangles));
       report("read", 1);
-      return make(std::move(mesh), to, Unit::Millimetre);
+      return make(std::move(mesh), to, Unit::Millimetre, false);
     };
     finish(work());
   });
@@ -155,7 +156,7 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
   verdict.title = verdict.certified ? Words::tr("Certified") : Words::tr("Tolerant");
   const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
   verdict.lines.append(Words::tr("Within %1 of the scan.").arg(length_text(most, unit)));
-  if (!verdict.certified && !report.not_certified.empty()) verdict.lines.append(text(report.not_certified));
+  if (!verdict.certified) verdict.lines.append(Words::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
   if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
     const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
     if (several > 0) verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));

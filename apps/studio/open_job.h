@@ -33,7 +33,8 @@ class OpenJob : public QObject {
   /// A .relief file.
   void open_model(const QString& file);
   /// A scan; the model goes into `to`, which is replaced.
-  void open_scan(const QString& file, const QString& to, Unit unit);
+  /// `anew`: it becomes a solid first, which mends what a certificate fails at.
+  void open_scan(const QString& file, const QString& to, Unit unit, bool anew = false);
   /// One of the library's sample models, named as sample_names() has them.
   void open_sample(const QString& name, const QString& to);
   /// Heard within 0.3 s; cancelled() follows.
@@ -51,7 +52,7 @@ class OpenJob : public QObject {
  private:
   void start(std::function<void()> work);
   void report(std::string_view phase, double share);
-  Status make(TriangleMesh mesh, const QString& to, Unit unit);
+  Status make(TriangleMesh mesh, const QString& to, Unit unit, bool anew);
   void finish(Status status);
 
   std::thread thread_;

@@ -140,12 +140,14 @@ class FrameBench {
         at_most(0.25), "none");
 
     std::vector<double> full, coarse;
+    double full_triangles = 0, coarse_triangles = 0;
     for (int k = 0; k < std::max(2, repeats_ / 3); ++k) {
       for (const double tau : {0.0, 2.0}) {
         frame.tau = tau;
         frame.camera = framing(*model, 20 + k, 15, 16.0 / 9);
         RELIEF_TRY(const double took, seconds(renderer, *model, frame, true));
         (tau > 0 ? coarse : full).push_back(took);
+        (tau > 0 ? coarse_triangles : full_triangles) = static_cast<double>(renderer.stats().triangles);
       }
     }
     frame.tau = 0;
@@ -173,7 +175,9 @@ class FrameBench {
     }
     editor.end_stroke();
     add("whole frame, all samples", surface, 1e3 * median(full), "ms", {}, "process CPU");
+    figures_.back()["more"] = {{"triangles", full_triangles}};
     add("moving camera, tau 2 px", surface, 1e3 * median(coarse), "ms", {}, "process CPU");
+    figures_.back()["more"] = {{"triangles", coarse_triangles}};
     add("moving camera, times cheaper", surface, median(full) / std::max(median(coarse), 1e-9), "times", at_least(2),
         "process CPU");
     add("frame of a stroke, still camera", surface, 1e3 * median(strokes), "ms", {}, "process CPU");

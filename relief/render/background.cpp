@@ -55,18 +55,22 @@ void SampleSums::add(std::span<const std::uint32_t> words) {
 }
 
 void SampleSums::write(const Pixels& pixels, int samples, const Background& background) const {
-  const auto count = static_cast<unsigned>(samples);
+  const auto count = static_cast<std::uint32_t>(samples);
+  // A sum of up to 16 bytes and its rounding, divided: exact, as it is less than 2^15.
+  const std::uint32_t share = (65536 + count - 1) / count;
   const std::uint16_t* sum = sums_.data();
+  std::array<std::uint16_t, 4 * Background::kPeriod> behind{};
   for (int y = 0; y < pixels.rect.height; ++y) {
-    std::uint32_t* const to = pixels.row(y);
-    for (int x = 0; x < pixels.rect.width; ++x, sum += 4) {
-      const std::uint32_t behind =
-          background.row(pixels.rect.y + y)[static_cast<unsigned>(pixels.rect.x + x) % Background::kPeriod];
-      const unsigned open = count - sum[3] / 255U;
-      std::uint32_t word = 0xff000000U;
-      for (unsigned c = 0; c < 3; ++c)
-        word |= ((sum[c] + open * ((behind >> (8 * c)) & 255U) + count / 2) / count) << (8 * c);
-      to[x] = word;
+    const auto& row = background.row(pixels.rect.y + y);
+    for (unsigned k = 0; k < behind.size(); ++k)
+      behind[k] = static_cast<std::uint16_t>(
+          (row[(static_cast<unsigned>(pixels.rect.x) + k / 4) % Background::kPeriod] >> (8 * (k % 4))) & 255U);
+    auto* to = reinterpret_cast<std::uint8_t*>(pixels.row(y));
+    for (int x = 0; x < pixels.rect.width; ++x, sum += 4, to += 4) {
+      const std::uint16_t* const back = behind.data() + 4 * (static_cast<unsigned>(x) % Background::kPeriod);
+      const std::uint32_t open = count - sum[3] / 255U;  // each sample covers with 255 or not at all
+      for (unsigned c = 0; c < 4; ++c)
+        to[c] = static_cast<std::uint8_t>((sum[c] + open * back[c] + count / 2) * share >> 16U);
     }
   }
 }

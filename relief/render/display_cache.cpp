@@ -45,14 +45,31 @@ constexpr GridPoint ring_point(int n, std::uint32_t place) noexcept {
 
 }  // namespace
 
-Vec3d DisplayCache::origin(const SlabMesh& mesh, SlabId s) const {
-  return mesh.fibres()[mesh.slabs()[s].fibres[0]].inner;
+void DisplayCache::Window::add(const Window& other) noexcept {
+  if (empty()) {
+    *this = other;
+  } else if (!other.empty()) {
+    *this = {std::min(i0, other.i0), std::min(j0, other.j0), std::max(i1, other.i1), std::max(j1, other.j1)};
+  }
 }
 
 Box3d DisplayCache::slab_bounds() const noexcept {
   if (!last_) return {};
   const Box3d& box = last_->slab_mesh().bounds();
   return {box.low - centre_, box.high - centre_};
+}
+
+/// Grid points as i + 256 j, in the order of their slots.
+std::vector<std::uint32_t> DisplayCache::places_of(int n) {
+  const int coarsest = 1 << std::countr_zero(static_cast<unsigned>(n));
+  std::vector<std::uint32_t> places;
+  for (int step = coarsest; step > 0; step /= 2)
+    for (int j = 0; j <= n; j += step)
+      for (int i = 0; i + j <= n; i += step) {
+        const bool placed = step < coarsest && i % (2 * step) == 0 && j % (2 * step) == 0;
+        if (!placed) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
+      }
+  return places;
 }
 
 void DisplayCache::rebuild(const Snapshot& model) {
@@ -78,8 +95,13 @@ void DisplayCache::rebuild(const Snapshot& model) {
     if (missing) {
       grid->second.places_at = static_cast<std::uint32_t>(places.size());
       grid->second.border = std::make_unique<BorderTable>(n);
-      for (int j = 0; j <= n; ++j)
-        for (int i = 0; i + j <= n; ++i) places.push_back(static_cast<std::uint32_t>(i + 256 * j));
+      const std::vector<std::uint32_t> mine = places_of(n);
+      grid->second.slots.resize(mine.size());
+      for (std::size_t k = 0; k < mine.size(); ++k) {
+        const GridPoint p = {static_cast<int>(mine[k] & 255U), static_cast<int>(mine[k] >> 8U)};
+        grid->second.slots[sample_index(n, p)] = static_cast<std::uint16_t>(k);
+      }
+      places.insert(places.end(), mine.begin(), mine.end());
     }
     // Room for the finest colour tile too, so that a later colour layer never moves a slab to another chunk.
     constexpr SlabId kMost = kChunkBytes / (sample_count(kMaxIntervals) * 4);
@@ -166,20 +188,48 @@ void DisplayCache::place_colours(const Snapshot& model) {
   }
 }
 
-/// Rows of the slab's grid whose first words may differ from those in the buffer; first > last when none does.
-DisplayCache::Rows DisplayCache::changed_rows(const Snapshot& model, SlabId s, bool fresh) const {
+namespace {
+
+/// The samples of row-packed arrays on a grid of n intervals that differ.
+template <typename Sample>
+DisplayCache::Window differing(int n, const Sample* before, const Sample* now) {
+  DisplayCache::Window window;
+  for (int j = 0; j <= n; ++j) {
+    const std::size_t row = sample_index(n, {0, j}), count = static_cast<std::size_t>(n - j + 1);
+    if (std::memcmp(before + row, now + row, count * sizeof(Sample)) == 0) continue;
+    const auto same = [&](int i) {
+      return before[row + static_cast<std::size_t>(i)] == now[row + static_cast<std::size_t>(i)];
+    };
+    int first = 0, last = n - j;
+    while (first < last && same(first)) ++first;
+    while (last > first && same(last)) --last;
+    window.add({first, j, last, j});
+  }
+  return window;
+}
+
+}  // namespace
+
+/// Samples whose first words may differ from those in the buffer.
+DisplayCache::Window DisplayCache::changed_samples(const Snapshot& model, SlabId s, bool fresh) const {
   const int n = model.slab_mesh().intervals(s);
-  Rows rows = {0, n};
-  if (fresh || slabs_[s].holed || last_->has(Layer::Mask) != model.has(Layer::Mask)) return rows;
-  if (model.has(Layer::Mask) && last_->shared_tile(Layer::Mask, s) != model.shared_tile(Layer::Mask, s)) return rows;
-  const float *before = last_->displacement(s), *now = model.displacement(s);
-  const auto same = [&](int j) {
-    const std::size_t at = sample_index(n, {0, j});
-    return std::memcmp(before + at, now + at, static_cast<std::size_t>(n - j + 1) * sizeof(float)) == 0;
-  };
-  while (rows.first <= n && same(rows.first)) ++rows.first;
-  while (rows.last > rows.first && same(rows.last)) --rows.last;
-  return rows;
+  if (fresh || slabs_[s].holed ||
+      (model.has(Layer::Mask) && last_->shared_tile(Layer::Mask, s) != model.shared_tile(Layer::Mask, s)))
+    return {0, 0, n, n};
+  return differing(n, last_->displacement(s), model.displacement(s));
+}
+
+/// The same for the colour layer, on the grid of the displacement.
+DisplayCache::Window DisplayCache::changed_texels(const Snapshot& model, SlabId s) const {
+  const Tile &before = last_->tile(Layer::Colour, s), &now = model.tile(Layer::Colour, s);
+  const int n = model.slab_mesh().intervals(s), m = now.intervals();
+  Window texels;
+  for (int c = 0; c < 3; ++c) texels.add(differing(m, before.plane16(c), now.plane16(c)));
+  if (texels.empty()) return texels;
+  // A texel shows up to the next ones.
+  const auto from = [&](int at) { return std::max(0, (at - 1) * n / m); };
+  const auto to = [&](int at) { return std::min(n, ((at + 1) * n + m - 1) / m); };
+  return {from(texels.i0), from(texels.j0), to(texels.i1), to(texels.j1)};
 }
 
 void DisplayCache::find_masks(const Snapshot& model, SlabId s) {
@@ -207,26 +257,47 @@ void DisplayCache::find_masks(const Snapshot& model, SlabId s) {
   }
 }
 
-/// Positions and bounds of the whole slab; words inside it, of these rows and of those beside them.
-void DisplayCache::measure(const Snapshot& model, SlabId s, Rows rows, bool fresh) {
-  const SlabMesh& mesh = model.slab_mesh();
-  const int n = mesh.intervals(s);
-  const SlabCorners corners = mesh.corners(s);
-  const float* alpha = model.displacement(s);
-  const std::size_t count = sample_count(n);
-  const Vec3d base = origin(mesh, s);
+/// Positions of all samples of the slab, relative to its first inner corner.
+void DisplayCache::place(const Snapshot& model, SlabId s) {
+  const SlabCorners corners = model.slab_mesh().corners(s);
   FibreFrame frame{};
   for (std::size_t k = 0; k < 3; ++k) {
-    frame.inner[k] = to_float((corners.inner[k] - base) * (1 / unit_));
+    frame.inner[k] = to_float((corners.inner[k] - corners.inner[0]) * (1 / unit_));
     frame.along[k] = to_float((corners.outer[k] - corners.inner[k]) * (1 / unit_));
   }
+  const int n = model.slab_mesh().intervals(s);
   positions_.resize(n);
-  find_positions(frame, n, alpha, positions_);
+  find_positions(frame, n, model.displacement(s), positions_);
+}
+
+Box3d DisplayCache::box_of(const Snapshot& model, SlabId s, const Window& window, int beside) {
+  place(model, s);
+  const int n = model.slab_mesh().intervals(s);
+  Vec3f low = positions_.at(sample_index(n, {std::min(window.i0, n - window.j0), window.j0})), high = low;
+  for (int j = std::max(0, window.j0 - beside); j <= std::min(n, window.j1 + beside); ++j) {
+    const std::size_t row = sample_index(n, {0, j});
+    for (int i = std::max(0, window.i0 - beside); i <= std::min(n - j, window.i1 + beside); ++i) {
+      const Vec3f p = positions_.at(row + static_cast<std::size_t>(i));
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  }
+  const Vec3d shift = model.slab_mesh().corners(s).inner[0] - centre_;
+  return {to_double(low) * unit_ + shift, to_double(high) * unit_ + shift};
+}
+
+/// Bounds of the whole slab; words inside it, of the rows of the window and of those beside them.
+void DisplayCache::measure(const Snapshot& model, SlabId s, const Window& changed, bool fresh) {
+  const SlabMesh& mesh = model.slab_mesh();
+  const int n = mesh.intervals(s);
+  const float* alpha = model.displacement(s);
+  const std::size_t count = sample_count(n);
+  place(model, s);
   SlabState& state = slabs_[s];
   const auto [low_x, high_x] = range_of(positions_.x.data(), count);
   const auto [low_y, high_y] = range_of(positions_.y.data(), count);
   const auto [low_z, high_z] = range_of(positions_.z.data(), count);
-  const Vec3d shift = base - centre_;
+  const Vec3d shift = mesh.corners(s).inner[0] - centre_;
   state.box = {to_double({low_x, low_y, low_z}) * unit_ + shift, to_double({high_x, high_y, high_z}) * unit_ + shift};
   std::tie(state.min_alpha, state.max_alpha) = std::tuple_cat(range_of(alpha, count));
 
@@ -238,16 +309,18 @@ void DisplayCache::measure(const Snapshot& model, SlabId s, Rows rows, bool fres
     state.cosine = -1;
     measure_holed(model, s);
   } else {
-    const float cosine = narrowest(positions_, n, rows.first - 1, rows.last, state.axis);
+    const float cosine = narrowest(positions_, n, changed.j0 - 1, changed.j1, state.axis);
     state.cosine = fresh ? cosine : std::min(state.cosine, cosine);
-    find_inner_words(positions_, n, rows.first - 1, rows.last + 1, curvature_, seconds_);
+    find_inner_words(positions_, n, changed.j0 - 1, changed.j1 + 1, curvature_, seconds_);
   }
-  const int first = std::max(rows.first - 1, 0), last = std::min(rows.last + 1, n);
+  const int first = std::max(changed.j0 - 1, 0), last = std::min(changed.j1 + 1, n);
   find_first_words(alpha, masked ? masks_.data() : nullptr, n, first, last, firsts_);
   SampleWord* const to = chunks_[state.chunk].sample_words + state.samples_at;
+  const std::uint16_t* const slots = grids_.at(n).slots.data();
   for (int j = std::max(first, 1); j <= std::min(last, n - 2); ++j) {
     const std::size_t row = sample_index(n, {0, j});
-    for (std::size_t k = row + 1; k < row + static_cast<std::size_t>(n - j); ++k) to[k] = {firsts_[k], seconds_[k]};
+    for (std::size_t k = row + 1; k < row + static_cast<std::size_t>(n - j); ++k)
+      to[slots[k]] = {firsts_[k], seconds_[k]};
   }
 }
 
@@ -271,11 +344,12 @@ void DisplayCache::measure_holed(const Snapshot& model, SlabId s) {
 }
 
 /// After measure(): which samples on the border must be written, here and in the slabs around.
-void DisplayCache::note_border(const Snapshot& model, SlabId s, Rows rows, bool fresh) {
+void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& changed, bool fresh) {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(s);
   const auto halvings = static_cast<float>(n & -n);
-  const BorderTable& table = *grids_.at(n).border;
+  const Grid& grid = grids_.at(n);
+  const BorderTable& table = *grid.border;
   for (std::uint32_t k = 0; k < table.places.size(); ++k) {
     const BorderTable::Place& place = table.places[k];
     Umbrella umbrella = slabs_[s].holed ? umbrellas_[place.own] : border_umbrella(positions_, place);
@@ -287,10 +361,10 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, Rows rows, bool 
   }
   // The first words of this slab's border, as it alone has them.
   SampleWord* const to = chunks_[slabs_[s].chunk].sample_words + slabs_[s].samples_at;
-  const int first = std::max(rows.first - 1, 0), last = std::min(rows.last + 1, n);
+  const int first = std::max(changed.j0 - 1, 0), last = std::min(changed.j1 + 1, n);
   for (const BorderTable::Place& place : table.places)
     if (place.own >= sample_index(n, {0, first}) && place.own <= sample_index(n, {n - last, last}))
-      to[place.own][0] = firsts_[place.own];
+      to[grid.slots[place.own]][0] = firsts_[place.own];
 }
 
 /// The second word of a sample on a border, in all slabs that have it.
@@ -306,16 +380,19 @@ void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t p
   const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
   mesh.for_each_copy(s, p, [&](SampleCopy copy) {
     const SlabState& state = slabs_[copy.slab];
-    chunks_[state.chunk].sample_words[state.samples_at + sample_index(mesh.intervals(copy.slab), copy.at)][1] = word;
-    touch(copy.slab);
+    const int n = mesh.intervals(copy.slab);
+    const std::uint16_t slot = grids_.find(n)->second.slots[sample_index(n, copy.at)];
+    chunks_[state.chunk].sample_words[state.samples_at + slot][1] = word;
+    touch(copy.slab, {copy.at.i, copy.at.j, copy.at.i, copy.at.j});
   });
 }
 
-void DisplayCache::touch(SlabId s) {
-  if (touched_[s]) return;
-  touched_[s] = true;
-  ++changes_.tiles;
-  if (!changes_.everything) changes_.slabs.push_back(s);
+void DisplayCache::touch(SlabId s, const Window& window) {
+  if (windows_[s].empty()) {
+    touched_.push_back(s);
+    ++changes_.tiles;
+  }
+  windows_[s].add(window);
 }
 
 void DisplayCache::upload_colours(const Snapshot& model, SlabId s) {
@@ -351,7 +428,8 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
   if (cancelled()) return std::nullopt;
   if (!fresh && last_->number() == model.number()) return changes_;
   if (fresh) rebuild(model);
-  touched_.assign(mesh.slab_count(), false);
+  windows_.assign(mesh.slab_count(), {});
+  touched_.clear();
   border_.clear();
   // Where the mask or the holes appear or go, all tiles change.
   const bool all_shapes = fresh || last_->has(Layer::Mask) != model.has(Layer::Mask) ||
@@ -391,11 +469,14 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
   for (const SlabId s : shapes) {
     if (cancelled()) return std::nullopt;
     const bool whole = all_shapes || new_voids || std::ranges::binary_search(voids, s);
-    const Rows rows = changed_rows(model, s, whole);
-    if (rows.first > rows.last) continue;
-    touch(s);
-    measure(model, s, rows, whole);
-    note_border(model, s, rows, fresh);
+    const Window changed = changed_samples(model, s, whole);
+    if (changed.empty()) continue;
+    // Normals change one sample farther than positions.
+    const int n = mesh.intervals(s);
+    touch(s, {std::max(changed.i0 - 1, 0), std::max(changed.j0 - 1, 0), std::min(changed.i1 + 1, n),
+              std::min(changed.j1 + 1, n)});
+    measure(model, s, changed, whole);
+    note_border(model, s, changed, fresh);
   }
   for (std::size_t k = 0; k < border_.size(); ++k) {
     if (k % 4096 == 0 && cancelled()) return std::nullopt;
@@ -403,11 +484,16 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
   }
   for (const SlabId s : colours) {
     if (cancelled()) return std::nullopt;
-    if (touched_[s]) ++changes_.tiles;
-    touch(s);
+    const int n = mesh.intervals(s);
+    if (!windows_[s].empty()) ++changes_.tiles;
+    const Window changed = colours_move ? Window{0, 0, n, n} : changed_texels(model, s);
+    if (changed.empty()) continue;
+    touch(s, changed);
     upload_colours(model, s);
   }
-  if (changes_.everything || !changes_.slabs.empty()) total_up();
+  if (!changes_.everything)
+    for (const SlabId s : touched_) changes_.slabs.push_back({s, windows_[s]});
+  if (changes_.tiles > 0) total_up();
   last_ = model;
   return std::move(changes_);
 }
@@ -462,12 +548,13 @@ std::uint32_t DisplayCache::pattern(SlabId s, std::span<const std::uint8_t> leve
     if (other != kNoSlab) edges[k] = std::min(edges[k], mesh.intervals(other) >> levels[other]);
     key |= static_cast<std::uint64_t>(edges[k]) << (16 + 8 * k);
   }
+  const std::vector<std::uint16_t>& slots = grids_.at(n).slots;
   const auto add = [&](auto&& shows) {
     Pattern made{static_cast<std::uint32_t>(index_count_ + new_indices_.size()), 0};
     for_each_cell(n / step, edges, [&](std::array<GridPoint, 3> cell) {
       for (GridPoint& p : cell) p = {p.i * step, p.j * step};
       if (!shows(cell)) return;
-      for (const GridPoint p : cell) new_indices_.push_back(static_cast<std::uint16_t>(sample_index(n, p)));
+      for (const GridPoint p : cell) new_indices_.push_back(slots[sample_index(n, p)]);
       made.count += 3;
     });
     patterns_.push_back(made);

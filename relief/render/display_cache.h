@@ -40,11 +40,21 @@ class DisplayCache {
     std::uint32_t samples_at = 0, colours_at = 0;  ///< in elements from the start of the chunk's buffers
     std::uint32_t ring_at = 0;                     ///< of its border in rings_
   };
+  /// A part of a slab's grid: samples from (i0, j0) to (i1, j1), both counted.
+  struct Window {
+    int i0 = 0, j0 = 0, i1 = -1, j1 = -1;
+    [[nodiscard]] bool empty() const noexcept { return i1 < i0 || j1 < j0; }
+    void add(const Window& other) noexcept;
+  };
+  struct ChangedSlab {
+    SlabId slab = kNoSlab;
+    Window window;  ///< holds all samples of which anything changed, also if only the normal
+  };
   /// What an update changed.
   struct Changes {
-    std::uint64_t tiles = 0;    ///< uploaded, in part or whole
-    bool everything = false;    ///< another cage, other layers, or the first snapshot
-    std::vector<SlabId> slabs;  ///< whose picture may differ; not filled when everything does
+    std::uint64_t tiles = 0;         ///< uploaded, in part or whole
+    bool everything = false;         ///< another cage, other layers, or the first snapshot
+    std::vector<ChangedSlab> slabs;  ///< whose picture may differ; not filled when everything does
   };
 
   /// Brings the cache to the snapshot: only tiles whose pointers differ are looked at, and of these only the rows that
@@ -71,6 +81,9 @@ class DisplayCache {
   /// Bounds of the slabs relative to centre(): the same whatever the displacement.
   [[nodiscard]] Box3d slab_bounds() const noexcept;
   [[nodiscard]] std::span<const SlabState> slabs() const noexcept { return slabs_; }
+  /// The box of a window of a slab with the samples up to `beside` steps around it, relative to centre(), for the
+  /// displacement that a snapshot of the same cage has there.
+  [[nodiscard]] Box3d box_of(const Snapshot& model, SlabId s, const Window& window, int beside);
   /// The snapshot that it holds; none before the first update.
   [[nodiscard]] const std::optional<Snapshot>& model() const noexcept { return last_; }
   /// The lowest displaced height along a unit direction, relative to centre(); exact along an axis, else never too
@@ -103,6 +116,9 @@ class DisplayCache {
   struct Grid {
     std::uint32_t places_at = 0;
     std::unique_ptr<BorderTable> border;
+    /// Where in the buffer a sample lies, by its row-packed number: those of the coarsest level first, so that each
+    /// level is what comes before the next, and a coarse one is read from few places.
+    std::vector<std::uint16_t> slots;
   };
   /// From the grid of a layer to that of the displacement.
   struct Resampling {
@@ -119,26 +135,25 @@ class DisplayCache {
     std::int32_t base_vertex;
     std::uint32_t base_instance;
   };
-  struct Rows {
-    int first, last;
-  };
 
   void rebuild(const Snapshot& model);
   void place_colours(const Snapshot& model);
   void write_records(const Snapshot& model, const Chunk& chunk);
-  [[nodiscard]] Rows changed_rows(const Snapshot& model, SlabId s, bool fresh) const;
-  void measure(const Snapshot& model, SlabId s, Rows rows, bool fresh);
+  [[nodiscard]] Window changed_samples(const Snapshot& model, SlabId s, bool fresh) const;
+  void measure(const Snapshot& model, SlabId s, const Window& changed, bool fresh);
   void measure_holed(const Snapshot& model, SlabId s);
   void find_masks(const Snapshot& model, SlabId s);
-  void note_border(const Snapshot& model, SlabId s, Rows rows, bool fresh);
+  void note_border(const Snapshot& model, SlabId s, const Window& changed, bool fresh);
   void write_border(const Snapshot& model, SlabId s, std::uint32_t place);
   void upload_colours(const Snapshot& model, SlabId s);
   void find_holes(const Snapshot& model, SlabId s);
   void forget_patterns();
+  [[nodiscard]] static std::vector<std::uint32_t> places_of(int n);
   [[nodiscard]] std::uint32_t pattern(SlabId s, std::span<const std::uint8_t> levels);
   void total_up();
-  [[nodiscard]] Vec3d origin(const SlabMesh& mesh, SlabId s) const;
-  void touch(SlabId s);
+  void place(const Snapshot& model, SlabId s);
+  [[nodiscard]] Window changed_texels(const Snapshot& model, SlabId s) const;
+  void touch(SlabId s, const Window& window);
 
   std::optional<Snapshot> last_;
   Vec3d centre_;
@@ -174,7 +189,8 @@ class DisplayCache {
   std::vector<std::uint8_t> masks_;
   std::vector<Umbrella> umbrellas_;
   std::vector<std::pair<SlabId, std::uint32_t>> border_;  ///< places to be written
-  std::vector<bool> touched_;
+  std::vector<Window> windows_;
+  std::vector<SlabId> touched_;
   std::vector<Command> command_list_;
   Changes changes_;
 };

@@ -137,7 +137,9 @@ struct FrameRenderer::State {
   [[nodiscard]] bool small_triangles(const Frame& frame) const;
   Result<GLuint> program(const Frame& frame, bool slabs);
   [[nodiscard]] MapScale map_scale(const Look& look) const;
-  PixelRect plan(const Frame& frame, const DisplayCache::Changes& changes, bool same);
+  PixelRect plan(const Frame& frame, const std::optional<Snapshot>& before, const DisplayCache::Changes& changes,
+                 bool same);
+  [[nodiscard]] int widest_step(SlabId s) const;
   Status draw_pass(const Frame& frame, GLuint program, const PixelRect& rect, int sample, bool slabs,
                    const std::function<bool()>& go_on);
   Status draw_rect(const Frame& frame, const Pixels& pixels, bool slabs, const std::atomic<bool>* cancel);
@@ -252,8 +254,19 @@ MapScale FrameRenderer::State::map_scale(const Look& look) const {
   }
 }
 
-/// What must be drawn; leaves eye, view, detail and scale as they are for it.
-PixelRect FrameRenderer::State::plan(const Frame& frame, const DisplayCache::Changes& changes, bool same) {
+/// Grid steps from a sample of the slab to the farthest that a triangle joins it with.
+int FrameRenderer::State::widest_step(SlabId s) const {
+  const SlabMesh& slabs = cache.model()->slab_mesh();
+  int fewest = slabs.intervals(s) >> detail.levels[s];
+  for (const SlabId other : slabs.slabs()[s].neighbours)
+    if (other != kNoSlab) fewest = std::min(fewest, slabs.intervals(other) >> detail.levels[other]);
+  return slabs.intervals(s) / fewest;
+}
+
+/// What must be drawn; `before` is the snapshot that the cache held. Leaves eye, view, detail and scale as they are for
+/// it.
+PixelRect FrameRenderer::State::plan(const Frame& frame, const std::optional<Snapshot>& before,
+                                     const DisplayCache::Changes& changes, bool same) {
   const PixelRect all{0, 0, frame.width, frame.height};
   const SlabMesh& mesh_of_slabs = cache.model()->slab_mesh();
   if (changes.everything) means = cage_means(mesh_of_slabs);
@@ -276,7 +289,13 @@ PixelRect FrameRenderer::State::plan(const Frame& frame, const DisplayCache::Cha
     return all;
   }
   PixelRect rect;
-  for (const SlabId s : changes.slabs) rect = united(rect, view.update(cache, s));
+  for (const auto& [s, window] : changes.slabs) {
+    // The triangles that have a changed sample, where they were and where they are.
+    const int step = widest_step(s);
+    for (const Snapshot* model : {&*before, &*cache.model()})
+      rect = united(rect, view.pixels_of(cache.box_of(*model, s, window, step)));
+    view.update(cache, s);
+  }
   if (!changes.slabs.empty() && cache.model()->has(Layer::Void)) {
     // Holes come and go with their own triangles, and change the levels around them.
     Detail next = find_detail();
@@ -482,11 +501,12 @@ Result<PixelRect> FrameRenderer::draw(const Snapshot& model, const Frame& frame,
   const bool same = s.last == frame && !s.last_mesh && !everything;
   // Until this one stands, the caller's pixels are nobody's.
   s.last.reset();
+  const std::optional<Snapshot> before = s.cache.model();
   const auto changes = s.cache.update(model, cancel);
   if (!changes) return fail(Errc::Cancelled, "the picture was cancelled");
   RELIEF_CHECK(gl_status());
   s.stats.tiles_uploaded = changes->tiles;
-  PixelRect rect = s.plan(frame, *changes, same);
+  PixelRect rect = s.plan(frame, before, *changes, same);
   const bool studio = frame.look.light == Look::Light::Studio;
   if (studio && !rect.empty()) {
     rect = {0, 0, frame.width, frame.height};
@@ -566,7 +586,7 @@ Result<FrameRenderer::Coverage> FrameRenderer::coverage(const Snapshot& model, c
   s.last.reset();
   const auto changes = s.cache.update(model);
   s.stats = {};
-  s.plan(frame, *changes, false);
+  s.plan(frame, std::nullopt, *changes, false);
   RELIEF_TRY(const SignedCoverage sums, signed_coverage(s.cache, s.detail, frame.camera, frame.width, frame.height));
   s.stats.triangles = s.cache.triangle_count(s.detail);
   return Coverage{sums.covered, sums.cracks};

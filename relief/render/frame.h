@@ -53,7 +53,7 @@ struct PixelRect {
 struct Frame {
   Camera camera = {};
   int width = 0, height = 0;  ///< pixels, 1 to 8192
-  double tau = 1;   ///< pixels: slabs show the coarsest level whose micro-edges are at most so long; 0: all samples
+  double tau = 1;   ///< pixels: slabs show the coarsest level whose rows of samples are so near; 0: all samples
   int samples = 1;  ///< per pixel: 1 while something moves, 4, 9, or 16 for a final frame
   int level = 0;    ///< every 2^level-th sample at least, as far as each n has it
   Look look = {};

@@ -14,9 +14,8 @@ constexpr double kBeside = 3;
 
 }  // namespace
 
-SlabView::Place SlabView::find(const DisplayCache& cache, SlabId s) const {
-  const DisplayCache::SlabState& slab = cache.slabs()[s];
-  const Vec3d middle = slab.box.centre() - eye_.at, half = slab.box.extent() * 0.5;
+PixelRect SlabView::pixels_of(const Box3d& box) const {
+  const Vec3d middle = box.centre() - eye_.at, half = box.extent() * 0.5;
   const auto reach = [&](Vec3d axis) {
     return std::abs(axis.x) * half.x + std::abs(axis.y) * half.y + std::abs(axis.z) * half.z;
   };
@@ -44,7 +43,15 @@ SlabView::Place SlabView::find(const DisplayCache& cache, SlabId s) const {
             y0 = std::max(0, static_cast<int>(std::floor(pixel(-high, height_) - kBeside))),
             y1 = std::min(height_, static_cast<int>(std::ceil(pixel(-low, height_) + kBeside)));
   if (x0 >= x1 || y0 >= y1) return {};
-  Place place{{x0, y0, x1 - x0, y1 - y0}, true};
+  return {x0, y0, x1 - x0, y1 - y0};
+}
+
+SlabView::Place SlabView::find(const DisplayCache& cache, SlabId s) const {
+  const DisplayCache::SlabState& slab = cache.slabs()[s];
+  Place place{pixels_of(slab.box), true};
+  place.seen = !place.pixels.empty();
+  if (!place.seen) return place;
+  const Vec3d middle = slab.box.centre() - eye_.at, half = slab.box.extent() * 0.5;
   if (!cache.closed() || !(slab.cosine > 0)) return place;
   // All normals are within `wide` of the axis, and all ways from the eye to the box within `spread` of that to its
   // middle: then all triangles face away where the axis is farther than both from a right angle.
@@ -66,11 +73,7 @@ void SlabView::look(const DisplayCache& cache, const Eye& eye, int width, int he
   for (SlabId s = 0; s < slabs_.size(); ++s) slabs_[s] = find(cache, s);
 }
 
-PixelRect SlabView::update(const DisplayCache& cache, SlabId s) {
-  const Place before = slabs_[s];
-  slabs_[s] = find(cache, s);
-  return united(before.pixels, slabs_[s].pixels);
-}
+void SlabView::update(const DisplayCache& cache, SlabId s) { slabs_[s] = find(cache, s); }
 
 std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, const Eye& eye, int height, double tau) {
   std::vector<std::uint8_t> levels(mesh.slab_count(), 0);
@@ -83,14 +86,14 @@ std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, cons
       middle[k] = (corners.inner[k] + corners.outer[k]) * 0.5;
       nearest = std::min(nearest, dot(middle[k] - centre - eye.at, eye.forward));
     }
-    // The edge of an equilateral triangle of the same area.
-    constexpr double kEquilateral = 1.5196713713031851;  // 2 / 3^(1/4), of the root of the area
-    const double edge = kEquilateral * std::sqrt(0.5 * length(cross(middle[1] - middle[0], middle[2] - middle[0])));
+    // The height of an equilateral triangle of the same area.
+    constexpr double kHeight = 1.3160740129524924;  // the fourth root of 3, of the root of the area
+    const double across = kHeight * std::sqrt(0.5 * length(cross(middle[1] - middle[0], middle[2] - middle[0])));
     const double pixels = 0.5 * height / (eye.tan_y * (eye.parallel ? 1 : std::max(nearest, eye.near)));
     const int n = mesh.intervals(s);
-    const double micro = edge * pixels / n;
+    const double spacing = across * pixels / n;
     const int most = std::countr_zero(static_cast<unsigned>(n));
-    while (levels[s] < most && std::ldexp(micro, levels[s] + 1) <= tau) ++levels[s];
+    while (levels[s] < most && std::ldexp(spacing, levels[s] + 1) <= tau) ++levels[s];
   }
   return levels;
 }

@@ -26,7 +26,7 @@ class Names(Case):
     def test_01_each_name_of_the_contract_shows_once(self):
         for name in CONTRACT:
             with self.subTest(name):
-                self.assertEqual(len(self.studio.showing(name)), 1)
+                self.assertEqual(len(self.studio.showing(name, "label" if name == "Status" else None)), 1)
         self.assertEqual(self.studio.find("Viewport").getRoleName(), "canvas")
         self.assertEqual(self.studio.find("Radius").getRoleName(), "slider")
         self.assertEqual(len(self.studio.showing("no such control")), 0)
@@ -42,20 +42,28 @@ class Names(Case):
 
     def test_04_a_click_on_every_control(self):
         s = self.studio
-        for name in [o.name for o in s.all(lambda o: o.getRoleName() in PRESSED and studio.shows(o) and o.name)]:
-            if name in ENDS or not s.showing(name):
+        clicked = 0
+        for control in list(s.all(lambda o: o.getRoleName() in PRESSED and studio.shows(o) and o.name)):
+            try:
+                name, shown = control.name, studio.shows(control)
+                x, y, width, height = studio.rect(control)
+            except Exception:
+                continue  # a click on another one has replaced it
+            if name in ENDS or not shown:
                 continue
             with self.subTest(name):
-                s.click(name)
-                self.assertIsNone(s.process.poll(), s.said()[-800:])
+                s.hand.click(x + width // 2, y + height // 2)
                 self.back_at_the_model()
+                clicked += 1
+        self.assertGreater(clicked, 20)
 
     def back_at_the_model(self):
         """Whatever the click opened is closed by Escape, and the viewport is there."""
         s = self.studio
 
         def none_open():
-            if any(True for _ in s.all(lambda o: o.getRoleName() in ("dialog", "popup menu", "color chooser", "file chooser") and studio.shows(o))):
+            s.alive()
+            if len(s.windows()) > 1 or any(True for _ in s.all(lambda o: o.getRoleName() == "popup menu" and studio.shows(o))):
                 s.hand.keys("Escape")
                 return False
             return True

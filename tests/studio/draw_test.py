@@ -68,9 +68,9 @@ class Picture(Case):
         size, mine = pixels(picture)
         s.close()
         theirs = studio.folder() / "render.png"
-        words = ["render", file, "-o", theirs, "--size", size.replace(" ", "x"), "--look", "matcap", "--camera",
+        words = ["render", file, "-o", theirs, "--size", size.replace(" ", "x"), "--camera",
                  ",".join("%.17g" % n for n in [*camera["eye"], *camera["target"], *camera["up"], camera["fov"]])]
-        relief(*words)
+        relief(*words, "--look", "matcap")
         self.assertEqual(pixels(theirs)[1], mine)
         relief(*words, "--look", "studio")  # the control: another light
         self.assertNotEqual(pixels(theirs)[1], mine)

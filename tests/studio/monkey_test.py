@@ -25,7 +25,7 @@ class Monkey(Case):
         seconds = float(os.environ.get("RELIEF_MONKEY_SECONDS", 600 if SOAK else 60))
         print(f"\n  seed {seed}", flush=True)
         self.chance = random.Random(seed)
-        self.s = s = Studio(model(), "--device", "simulated", "--seed", seed)
+        self.s = s = Studio(model(), "--device", "simulated")
         first = s.log.last("opened")["hash"]
         self.done = []
         end, checked = time.monotonic() + seconds, time.monotonic()

@@ -126,13 +126,12 @@ class Hand:
         self.up(button)
 
     def keys(self, *chords):
-        """Key chords: "c", "Control_L+z", "F12"."""
+        """Key chords, at once: "c", "Control_L+z", "F12"."""
+        words = []
         for chord in chords:
             names = chord.split("+")
-            for name in names:
-                self.say("key", name, "down")
-            for name in reversed(names):
-                self.say("key", name, "up")
+            words += [name + "+" for name in names] + [name + "-" for name in reversed(names)]
+        self.say("keys", *words)
 
     def write(self, text):
         """Types a text, as xdotool does, with the keys that the letters need."""
@@ -140,12 +139,16 @@ class Hand:
 
     def hold_key(self, name):
         self.held.append(name)
-        self.say("key", name, "down")
+        self.say("keys", name + "+")
+
+    def release_key(self, name):
+        self.held.remove(name)
+        self.say("keys", name + "-")
 
     def let_go(self):
         """Of all keys and buttons: the next test begins with free hands."""
-        while self.held:
-            self.say("key", self.held.pop(), "up")
+        for name in list(self.held):
+            self.release_key(name)
         for button in (1, 2, 3):
             self.up(button)
 
@@ -171,8 +174,8 @@ class Hand:
 class Log:
     """The events that a studio writes, as they come."""
 
-    def __init__(self, file):
-        self.file, self.events, self._rest, self._read = file, [], b"", 0
+    def __init__(self, file, alive=lambda: None):
+        self.file, self.alive, self.events, self._rest, self._read = file, alive, [], b"", 0
 
     def update(self):
         if self.file.exists():
@@ -197,7 +200,10 @@ class Log:
     def wait(self, kind, mark=0, ok=lambda event: True, patience=PATIENCE):
         """The first event of a kind since the mark that is as wanted."""
         def found():
-            return next((e for e in self.since(mark, kind) if ok(e)), None)
+            event = next((e for e in self.since(mark, kind) if ok(e)), None)
+            if event is None:
+                self.alive()
+            return event
         try:
             return wait(f"the event {kind}", found, patience, 0.005)
         except AssertionError as e:
@@ -209,28 +215,27 @@ class Studio:
 
     def __init__(self, *words, name="studio", environment=None, ready=True, wrapper=()):
         stamp = f"{name}-{time.monotonic_ns()}"
-        self.log = Log(folder() / f"{stamp}.jsonl")
+        self.log = Log(folder() / f"{stamp}.jsonl", self.alive)
         self.errors = folder() / f"{stamp}.txt"
         self.hand = hand()
         self._known = {}  # objects by (name, role)
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
+        self.app = None
         _running.append(self)
-        self.pid = self._must("start")["pid"]
+        self.pid = self.log.wait("start")["pid"]
         self.app = wait("the studio in the accessibility tree", self._find_app)
         if ready:
-            self._must("opened")
+            self.log.wait("opened")
             self.settled()
 
-    def _must(self, kind):
-        def come():
-            assert self.process.poll() is None, f"the studio ended with {self.process.returncode}: {self.said()[-800:]}"
-            return self.log.last(kind)
-        return wait(f"the event {kind}", come)
+    def alive(self):
+        """Fails with what the studio said where it has ended."""
+        assert self.process.poll() is None, f"the studio ended with {self.process.returncode}: {self.said()[-1500:]}"
 
     def _find_app(self):
-        assert self.process.poll() is None, f"the studio ended with {self.process.returncode}: {self.said()[-800:]}"
+        self.alive()
         top = pyatspi.Registry.getDesktop(0)
         for i in range(top.childCount):
             try:
@@ -274,7 +279,12 @@ class Studio:
                 return known
         except Exception:
             pass  # it is gone
-        found = wait(f"{name!r} ({role or 'any role'}) on the screen", lambda: self.showing(name, role, root), patience, 0.05)[0]
+        def look():
+            found = self.showing(name, role, root)
+            if not found:
+                self.alive()
+            return found
+        found = wait(f"{name!r} ({role or 'any role'}) on the screen", look, patience, 0.05)[0]
         if root is None:
             self._known[name, role] = found
         return found
@@ -338,6 +348,7 @@ class Studio:
         """Waits for a picture of at least this revision, drawn since the mark, and returns its event. With 16 samples it is the
         final one, after which nothing more is drawn; with 1 the first that shows the revision whole."""
         def stands():
+            self.alive()
             frame = next((f for f in reversed(self.log.since(mark, "frame"))), None)
             if frame is None or frame["revision"] < revision or frame["samples"] < samples:
                 return None
@@ -354,8 +365,7 @@ class Studio:
         self.hand.path(way[1:], hertz)
         self.hand.up(button)
         for key in keys:
-            self.hand.held.remove(key)
-            self.hand.say("key", key, "up")
+            self.hand.release_key(key)
 
     def stroke(self, *points, samples=16, **how):
         """drag(), and the event of the stroke that it made. If it changed the model, its picture then stands, without the ring:

@@ -384,6 +384,10 @@
         <source>Nothing was removed.</source>
         <translation>Nichts wurde entfernt.</translation>
     </message>
+    <message>
+        <source>The slabs do not overlap, but some places of the scan are seen from no side or touch each other.</source>
+        <translation>Die Platten überschneiden sich nicht, aber manche Stellen des Scans sind von keiner Seite zu sehen oder berühren einander.</translation>
+    </message>
 </context>
 <context>
     <name>Samples</name>
@@ -1059,6 +1063,10 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 could not be closed</source>
         <translation>%1 konnte nicht geschlossen werden</translation>
+    </message>
+    <message>
+        <source>%1 is still being opened; cancel that first.</source>
+        <translation>%1 wird noch geöffnet; das zuerst abbrechen.</translation>
     </message>
 </context>
 <context>
@@ -1806,6 +1814,22 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Report saved: %1</source>
         <translation>Bericht gespeichert: %1</translation>
+    </message>
+    <message>
+        <source>Studio light when still</source>
+        <translation>Studiolicht in Ruhe</translation>
+    </message>
+    <message>
+        <source>Heading of %1</source>
+        <translation>Überschrift von %1</translation>
+    </message>
+    <message>
+        <source>Mend it and try again</source>
+        <translation>Ausbessern und erneut versuchen</translation>
+    </message>
+    <message>
+        <source>Makes the scan a solid first; what is thinner than its voxels is lost</source>
+        <translation>Macht aus dem Scan zuerst einen Körper; was dünner ist als dessen Voxel, geht verloren</translation>
     </message>
 </context>
 <context>

@@ -492,7 +492,7 @@ TEST(Look, EachMaterialIsItsOwnAndAllAreLitFromAbove) {
 
 TEST(Look, TheMaskDarkensAndHollowsAreDarkerThanRidges) {
   // Waves along z, seen from the side: the bottoms lie where cos is -1.
-  const auto model = ball(4, 32, [](Vec3d d) { return 0.01 * std::cos(40 * d.y); });
+  const auto model = ball(4, 32, [](Vec3d d) { return 0.02 * std::cos(40 * d.y); });
   Frame frame = small_frame(front());
   const auto bright = [&](const Words& words) {
     double sum = 0;
