@@ -76,6 +76,7 @@ void MainWindow::build_hand() {
   hand_overlay_ = std::make_unique<HandOverlay>();
   viewport_->add_overlay(hand_overlay_.get());
   meter_ = new ForceMeter(viewport_);
+  meter_->setAccessibleName(tr("Force meter"));  // the plot is called Force
   meter_->hide();
   new CornerKeeper(meter_);
   build_hand_actions();

@@ -208,6 +208,10 @@
         <source>field-tested</source>
         <translation>am Gerät erprobt</translation>
     </message>
+    <message>
+        <source>The device's clock jumped; forces are off until you lift off.</source>
+        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
 </context>
 <context>
     <name>LayersPanel</name>
@@ -1573,6 +1577,10 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Open another file …</source>
         <translation>Andere Datei öffnen …</translation>
+    </message>
+    <message>
+        <source>Force meter</source>
+        <translation>Kraftmesser</translation>
     </message>
 </context>
 <context>
