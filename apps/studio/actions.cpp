@@ -121,6 +121,7 @@ void MainWindow::build_actions() {
   look_switch("wires", tr("Slab wires"), QKeySequence(Qt::ALT | Qt::Key_W), [](const Look& l) { return l.slab_wires; }, [](Look& l, bool on) { l.slab_wires = on; });
   look_switch("heat", tr("Heat map"), QKeySequence(Qt::ALT | Qt::Key_H), [](const Look& l) { return l.map == Look::Map::Displacement; }, [](Look& l, bool on) { l.map = on ? Look::Map::Displacement : Look::Map::None; });
   look_switch("cavity", tr("Cavity"), {}, [](const Look& l) { return l.cavity; }, [](Look& l, bool on) { l.cavity = on; });
+  look_switch("studio-light", tr("Studio light when still"), QKeySequence(Qt::ALT | Qt::Key_L), [](const Look& l) { return l.light == Look::Light::Studio; }, [](Look& l, bool on) { l.light = on ? Look::Light::Studio : Look::Light::Matcap; });
   add("redraw", tr("Draw again"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R), [this] { viewport_->redraw_everything(); });
 
   add("panels", tr("Hide or show all panels"), QKeySequence(Qt::Key_F4), [this] {
@@ -161,7 +162,7 @@ void MainWindow::build_menus() {
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));
   fill(view, {"frame", "-", "view-front", "view-right", "view-top", "view-not-front", "view-not-right", "view-not-top", "-",
-              "turn-left", "turn-right", "turn-up", "turn-down", "roll-left", "roll-right", "lens", "z-up", "-", "wires", "heat", "cavity", "-"});
+              "turn-left", "turn-right", "turn-up", "turn-down", "roll-left", "roll-right", "lens", "z-up", "-", "wires", "heat", "cavity", "studio-light", "-"});
   QMenu* matcap = view->addMenu(tr("&Clay"));
   auto* group = new QActionGroup(this);
   for (std::size_t k = 0; k < matcaps().size(); ++k) {

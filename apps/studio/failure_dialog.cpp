@@ -45,6 +45,7 @@ FailureDialog::FailureDialog(const QString& title, const QString& why, const QSt
   buttons_->addStretch(1);
   auto* close = new QPushButton(tr("Close"), this);
   close->setDefault(true);
+  close->setFocus();
   connect(close, &QPushButton::clicked, this, &QDialog::reject);
   buttons_->addWidget(close);
   whole->addLayout(buttons_);

@@ -159,6 +159,7 @@ QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const
   dock->setAccessibleName(title);
   dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
   auto* bar = new QLabel(shown, dock);
+  bar->setAccessibleName(tr("Heading of %1").arg(title));
   bar->setFont(ui_font(10, QFont::DemiBold));
   bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
   dock->setTitleBarWidget(bar);
@@ -243,6 +244,7 @@ void MainWindow::connect_files() {
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
   });
+  connect(&desk_, &FileDesk::said, this, &MainWindow::say);
   connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
   connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {

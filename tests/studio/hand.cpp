@@ -4,11 +4,10 @@
 //   at X Y                      the pointer goes there
 //   path HZ X Y X Y ...         one motion per point, paced; HZ 0: all at once
 //   down B | up B               mouse button; 4 and 5 are the wheel
-//   key NAME down|up            a key by its X name: Escape, Control_L, f, bracketleft
-//   grab X Y W H FILE           the pixels of a rectangle, 32 bits each (0x00RRGGBB of this machine), row by row
-//   hold X Y W H                remember a rectangle
-//   until MS                    wait until the remembered rectangle looks otherwise
-//   drop X Y FILE               a file manager lets a file fall there (XDND 5)
+//   keys NAME+ NAME- ...        keys go down (+) and up (-), by their X names: Escape+ Escape- Control_L+ z+ z-
+//   Control_L- grab X Y W H FILE           the pixels of a rectangle, 32 bits each (0x00RRGGBB of this machine), row by
+//   row hold X Y W H                remember a rectangle until MS                    wait until the remembered
+//   rectangle looks otherwise drop X Y FILE               a file manager lets a file fall there (XDND 5)
 //
 // Answers: "ok T" or "same T", where T is the time in milliseconds (steady clock) at which it was done; path adds the
 // longest wait between two motions. A command that is not understood, or a screen that is gone, ends the program
@@ -52,7 +51,7 @@ class Hand {
     if (word == "at") return at(in);
     if (word == "path") return path(in);
     if (word == "down" || word == "up") return button(in, word == "down");
-    if (word == "key") return key(in);
+    if (word == "keys") return keys(in);
     if (word == "grab") return grab(in);
     if (word == "hold") return hold(in);
     if (word == "until") return until(in);
@@ -113,14 +112,19 @@ class Hand {
     return told("ok", begun);
   }
 
-  std::string key(std::istream& in) {
-    std::string name, way;
-    in >> name >> way;
-    const KeyCode code = XKeysymToKeycode(display_, XStringToKeysym(name.c_str()));
-    if (code == 0 || (way != "down" && way != "up")) return {};
+  std::string keys(std::istream& in) {
     const Clock::time_point begun = Clock::now();
-    XTestFakeKeyEvent(display_, code, way == "down" ? True : False, CurrentTime);
-    sent();
+    for (std::string word; in >> word;) {
+      const bool down = word.back() == '+';
+      if (!down && word.back() != '-') return {};
+      word.pop_back();
+      const KeyCode code = XKeysymToKeycode(display_, XStringToKeysym(word.c_str()));
+      if (code == 0) return {};
+      XTestFakeKeyEvent(display_, code, down ? True : False, CurrentTime);
+      sent();
+      // A key that is up and down again in the same millisecond of the server is taken for one that repeats.
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
     return told("ok", begun);
   }
 

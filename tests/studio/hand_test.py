@@ -15,11 +15,12 @@ class SimulatedHand(Case):
 
     def test_01_servo_beside_the_mouse(self):
         file = model()
-        alone = relief("touch", model(), "--device", "sim:hand", "--seconds", 3, "--json")
+        alone = relief("touch", model(), "--device", "sim:hand", "--seconds", 3, "-o", studio.folder() / "alone.csv", "--json")
         s = Studio(file, "--device", "simulated")
-        s.press("Carve")
+        s.press("Deposit")
         mark = s.log.mark()
-        self.assertIn("imulated", s.described("Device") + s.find("Device").name)
+        self.assertIn("simulated", s.log.wait("hand", mark)["device"])
+        self.assertEqual(s.described("Device"), s.log.last("hand")["state"])
         panel = s.find("Device panel")
         plots_before = s.picture(studio.rect(panel))
         end = time.monotonic() + self.SECONDS
@@ -51,12 +52,12 @@ class SimulatedHand(Case):
                 s.log.wait("banner", mark)
                 alert = wait("the banner", lambda: next(s.all(lambda o: o.getRoleName() in ("alert", "notification") and studio.shows(o)), None))
                 self.assertIn("off", (alert.name + alert.description).lower())
-                self.assertIn("off", s.described("Status").lower())
+                self.assertIn("off", s.described("Status", "label").lower())
                 off = s.log.wait("hand", mark, lambda e: e["force"] == 0)
                 later = s.log.mark()
                 s.log.wait("hand", later)
                 self.assertEqual([e["force"] for e in s.log.since(later, "hand")][0], 0, off)
-                s.press("Forces on")
+                s.press("Forces on again")
                 s.log.wait("hand", later, lambda e: e["force"] > 0, patience=3 * studio.PATIENCE)
         self.assertTrue(s.close())
 

@@ -126,13 +126,12 @@ class Hand:
         self.up(button)
 
     def keys(self, *chords):
-        """Key chords: "c", "Control_L+z", "F12"."""
+        """Key chords, at once: "c", "Control_L+z", "F12"."""
+        words = []
         for chord in chords:
             names = chord.split("+")
-            for name in names:
-                self.say("key", name, "down")
-            for name in reversed(names):
-                self.say("key", name, "up")
+            words += [name + "+" for name in names] + [name + "-" for name in reversed(names)]
+        self.say("keys", *words)
 
     def write(self, text):
         """Types a text, as xdotool does, with the keys that the letters need."""
@@ -140,12 +139,16 @@ class Hand:
 
     def hold_key(self, name):
         self.held.append(name)
-        self.say("key", name, "down")
+        self.say("keys", name + "+")
+
+    def release_key(self, name):
+        self.held.remove(name)
+        self.say("keys", name + "-")
 
     def let_go(self):
         """Of all keys and buttons: the next test begins with free hands."""
-        while self.held:
-            self.say("key", self.held.pop(), "up")
+        for name in list(self.held):
+            self.release_key(name)
         for button in (1, 2, 3):
             self.up(button)
 
@@ -362,8 +365,7 @@ class Studio:
         self.hand.path(way[1:], hertz)
         self.hand.up(button)
         for key in keys:
-            self.hand.held.remove(key)
-            self.hand.say("key", key, "up")
+            self.hand.release_key(key)
 
     def stroke(self, *points, samples=16, **how):
         """drag(), and the event of the stroke that it made. If it changed the model, its picture then stands, without the ring:
