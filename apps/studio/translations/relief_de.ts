@@ -208,6 +208,10 @@
         <source>field-tested</source>
         <translation>am Gerät erprobt</translation>
     </message>
+    <message>
+        <source>The device's clock jumped; forces are off until you lift off.</source>
+        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
+    </message>
 </context>
 <context>
     <name>LayersPanel</name>
@@ -1830,6 +1834,10 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Makes the scan a solid first; what is thinner than its voxels is lost</source>
         <translation>Macht aus dem Scan zuerst einen Körper; was dünner ist als dessen Voxel, geht verloren</translation>
+    </message>
+    <message>
+        <source>Force meter</source>
+        <translation>Kraftmesser</translation>
     </message>
 </context>
 <context>
