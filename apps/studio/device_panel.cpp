@@ -9,12 +9,12 @@
 #include "widgets/value_bar.h"
 
 #include <QGridLayout>
+#include <QHBoxLayout>
 #include <QLabel>
 #include <QMenu>
 #include <QStyle>
 #include <QToolButton>
 #include <QVBoxLayout>
-
 #include <algorithm>
 #include <cmath>
 
@@ -86,9 +86,14 @@ DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
   auto* inside = new QVBoxLayout(live_);
   inside->setContentsMargins(0, 0, 0, 0);
   inside->setSpacing(scaled(5));
+  build_buttons();
+  auto* first = new QHBoxLayout;  // always seen, however low the panel is
+  first->addWidget(freeze_);
+  first->addWidget(forces_);
+  inside->addLayout(first);
   build_plots();
   inside->addWidget(at_cursor_);
-  build_buttons();
+  lay_out_controls(*inside);
   connect(&hand_, &Hand::changed, this, &DevicePanel::refresh);
   connect(&hand_, &Hand::safetyChanged, this, &DevicePanel::refresh_state);
   connect(&hand_, &Hand::ticked, this, &DevicePanel::take);
@@ -129,9 +134,12 @@ QToolButton* DevicePanel::button(const QString& id, const QString& name, const Q
 void DevicePanel::build_buttons() {
   freeze_ = button(QStringLiteral("freeze"), tr("Freeze"), tr("Keeps the plots as they are, to look at them"), true);
   forces_ = button(QStringLiteral("forces-off"), tr("Forces off"), tr("No force at once (Pause, or Esc twice)"), true);
-  clutch_ = button(QStringLiteral("clutch"), tr("Clutch"), tr("The device moves, and the tool stays where it is"), true);
-  recentre_ = button(QStringLiteral("recentre"), tr("Re-centre"), tr("Puts the tool before the middle of the picture"), false);
-  record_ = button(QStringLiteral("record"), tr("Record"), tr("Writes all that the hand does and feels into a file"), true);
+  clutch_ =
+      button(QStringLiteral("clutch"), tr("Clutch"), tr("The device moves, and the tool stays where it is"), true);
+  recentre_ =
+      button(QStringLiteral("recentre"), tr("Re-centre"), tr("Puts the tool before the middle of the picture"), false);
+  record_ =
+      button(QStringLiteral("record"), tr("Record"), tr("Writes all that the hand does and feels into a file"), true);
   play_ = button(QStringLiteral("play"), tr("Play"), tr("Plays the last recording as a device"), false);
   sound_ = button(QStringLiteral("sound"), tr("Sound"), tr("Lets the contact be heard"), true);
   limit_ = new ValueBar(tr("Force limit"), live_);
@@ -143,19 +151,6 @@ void DevicePanel::build_buttons() {
   scale_->set_help(tr("How large the model is in the hand"));
   scale_->set_range(0.25, 4, ValueBar::Scale::Logarithmic);
   scale_->set_format(with_sign(QStringLiteral(" ×"), 2, QStringLiteral("1.5 ×")));
-  auto* grid = new QGridLayout;
-  grid->setSpacing(scaled(4));
-  grid->addWidget(freeze_, 0, 0);
-  grid->addWidget(forces_, 0, 1);
-  grid->addWidget(clutch_, 1, 0);
-  grid->addWidget(recentre_, 1, 1);
-  grid->addWidget(record_, 2, 0);
-  grid->addWidget(play_, 2, 1);
-  grid->addWidget(sound_, 3, 0);
-  auto* column = static_cast<QVBoxLayout*>(live_->layout());
-  column->addLayout(grid);
-  column->addWidget(limit_);
-  column->addWidget(scale_);
   // Assistive tools check a button without clicking it.
   connect(freeze_, &QToolButton::toggled, this, &DevicePanel::freeze);
   connect(forces_, &QToolButton::toggled, this, [this](bool off) {
@@ -175,9 +170,23 @@ void DevicePanel::build_buttons() {
       hand_.stop_recording();
   });
   connect(recentre_, &QToolButton::clicked, this, &DevicePanel::recentreAsked);
-  connect(play_, &QToolButton::clicked, this, [this] { hand_.choose(QStringLiteral("replay:") + hand_.last_recording()); });
+  connect(play_, &QToolButton::clicked, this,
+          [this] { hand_.choose(QStringLiteral("replay:") + hand_.last_recording()); });
   connect(limit_, &ValueBar::valueEdited, &hand_, &Hand::set_force_limit);
   connect(scale_, &ValueBar::valueEdited, &hand_, &Hand::set_scale);
+}
+
+void DevicePanel::lay_out_controls(QVBoxLayout& column) {
+  auto* grid = new QGridLayout;
+  grid->setSpacing(scaled(4));
+  grid->addWidget(clutch_, 0, 0);
+  grid->addWidget(recentre_, 0, 1);
+  grid->addWidget(record_, 1, 0);
+  grid->addWidget(play_, 1, 1);
+  grid->addWidget(sound_, 2, 0);
+  column.addLayout(grid);
+  column.addWidget(limit_);
+  column.addWidget(scale_);
 }
 
 void DevicePanel::refresh() {
@@ -217,7 +226,7 @@ void DevicePanel::refresh_state() {
                                        : tr("No device is in use. The mouse and the pen sculpt.");
   state_->setText(words);
   describe(state_, words);
-  give_role(state_, !hand_.active() ? QStringLiteral("dim")
+  give_role(state_, !hand_.active()  ? QStringLiteral("dim")
                     : hand_.forces() ? safety_role(hand_.safety().state)
                                      : QStringLiteral("bad"));
 }
@@ -244,8 +253,8 @@ void DevicePanel::take(int count) {
   force_->set_text(tr("%1 of %2").arg(newton(static_cast<double>(length(last.force))), newton(hand_.force_limit())));
   depth_->set_text(length_text(static_cast<double>(last.depth), unit_));
   const auto late = static_cast<double>(std::max(0.0F, last.period - kDue));
-  time_->set_text(tr("%1, worst %2, late %3").arg(micro(static_cast<double>(last.compute)),
-                                                  micro(static_cast<double>(worst_)), micro(late)));
+  time_->set_text(tr("%1, worst %2, late %3")
+                      .arg(micro(static_cast<double>(last.compute)), micro(static_cast<double>(worst_)), micro(late)));
 }
 
 void DevicePanel::freeze(bool on) {
@@ -265,7 +274,8 @@ void DevicePanel::scrub(double time) {
   const HandTick& tick = *std::prev(after);
   QStringList facts = {tr("%1 s").arg(tick.t, 0, 'f', 3), newton(static_cast<double>(length(tick.force)))};
   if (tick.contact) facts << tr("%1 deep").arg(length_text(static_cast<double>(tick.depth), unit_));
-  facts << tr("tick %1 after %2").arg(micro(static_cast<double>(tick.compute)), micro(static_cast<double>(tick.period)));
+  facts
+      << tr("tick %1 after %2").arg(micro(static_cast<double>(tick.compute)), micro(static_cast<double>(tick.period)));
   facts << tr("at %1, %2, %3")
                .arg(static_cast<double>(tick.position.x), 0, 'g', 4)
                .arg(static_cast<double>(tick.position.y), 0, 'g', 4)

@@ -4,7 +4,6 @@
 #include "hand.h"
 
 #include <QWidget>
-
 #include <optional>
 #include <vector>
 
@@ -12,6 +11,7 @@ class QLabel;
 class QMenu;
 class QPushButton;
 class QToolButton;
+class QVBoxLayout;
 
 namespace relief::studio {
 
@@ -32,6 +32,7 @@ class DevicePanel : public QWidget {
  private:
   void build_plots();
   void build_buttons();
+  void lay_out_controls(QVBoxLayout& column);
   void refresh();
   void refresh_state();
   void take(int count);

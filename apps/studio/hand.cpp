@@ -11,7 +11,6 @@
 
 #include <QFileInfo>
 #include <QJsonArray>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -22,15 +21,16 @@ namespace relief::studio {
 
 namespace {
 
-const QString kNone = QStringLiteral("none"), kMouse = QStringLiteral("mouse"), kSimulated = QStringLiteral("simulated");
+const QString kNone = QStringLiteral("none"), kMouse = QStringLiteral("mouse"),
+              kSimulated = QStringLiteral("simulated");
 const QString kReplay = text(kReplayDevice);
 
-constexpr int kFrame = 16;             // ms between two takings of ticks: 60 a second
-constexpr int kLogEvery = 60;          // of these: once a second
-constexpr float kLate = 2e-3F;          // s after the due time
-constexpr double kHover = 1.5e-3;      // m at the hand, of the mouse's tool above the surface
-constexpr double kFirstDepth = 2.5e-3;  // m at the hand: 1 N with the usual stiffness
-constexpr double kNotch = 0.25e-3;     // m per notch of the wheel
+constexpr int kFrame = 16;                                  // ms between two takings of ticks: 60 a second
+constexpr int kLogEvery = 60;                               // of these: once a second
+constexpr float kLate = 2e-3F;                              // s after the due time
+constexpr double kHover = 1.5e-3;                           // m at the hand, of the mouse's tool above the surface
+constexpr double kFirstDepth = 2.5e-3;                      // m at the hand: 1 N with the usual stiffness
+constexpr double kNotch = 0.25e-3;                          // m per notch of the wheel
 constexpr double kLeastDepth = 0.25e-3, kMostDepth = 8e-3;  // m
 constexpr double kFullDepth = 2e-3, kLightDepth = 0.2e-3;   // m at the hand that count as pressure 1 and 0
 constexpr double kCalm = 0.4;          // pace of the simulated hand in the studio: people want to see what it does
@@ -149,13 +149,12 @@ Result<std::unique_ptr<Hand::Live>> Hand::make_live(Document& document, const QS
   live->servo.force = kTouch;
   live->servo.force.max_force = live->device->info().max_force;
   if (!recording.isEmpty()) {
-    RELIEF_TRY(live->recorder,
-               Recorder::create(path(recording), Recorder::Pace::Live,
-                                {.program = "relief-studio",
-                                 .model = bridge_.file(),
-                                 .model_strokes = document.statistics().strokes,
-                                 .model_unit = std::string(relief::name(document.info().unit))},
-                                model.head, live->servo, live->device->info()));
+    RELIEF_TRY(live->recorder, Recorder::create(path(recording), Recorder::Pace::Live,
+                                                {.program = "relief-studio",
+                                                 .model = bridge_.file(),
+                                                 .model_strokes = document.statistics().strokes,
+                                                 .model_unit = std::string(relief::name(document.info().unit))},
+                                                model.head, live->servo, live->device->info()));
   }
   return live;
 }

@@ -26,7 +26,6 @@
 #include <QScrollArea>
 #include <QToolBar>
 #include <QToolButton>
-
 #include <utility>
 
 namespace relief::studio {
@@ -39,6 +38,14 @@ QString new_recording(const std::filesystem::path& model) {
   QDir().mkpath(folder);
   return QStringLiteral("%1/%2-%3.rlog")
       .arg(folder, text(model.stem()), QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss")));
+}
+
+/// Heights of the docks, px at any window: the device takes what it needs, the rest shares.
+QList<int> room_for_device(const std::vector<QDockWidget*>& docks) {
+  QList<int> heights;
+  for (const QDockWidget* dock : docks)
+    heights.append(scaled(dock->objectName() == QLatin1String("device-panel") ? 420 : 130));
+  return heights;
 }
 
 /// Keeps a widget in the lower left corner of its parent.
@@ -93,7 +100,9 @@ void MainWindow::build_hand() {
 }
 
 void MainWindow::build_hand_actions() {
-  devices_ = menuBar()->addMenu(tr("&Devices"));
+  devices_ = new QMenu(tr("&Devices"), this);
+  // Help stays the last one.
+  menuBar()->insertMenu(menuBar()->actions().last(), devices_);
   auto* group = new QActionGroup(this);
   for (const Hand::Choice& choice : Hand::choices()) {
     QAction* action = add(QStringLiteral("device-") + choice.id, choice.title, {}, {});
@@ -108,17 +117,21 @@ void MainWindow::build_hand_actions() {
   }
   devices_->setToolTipsVisible(true);
   devices_->addAction(add(QStringLiteral("play-recording"), tr("&Play a recording …"), {}, [this] {
-    const QString file = QFileDialog::getOpenFileName(this, tr("Play a recording"), state_folder() + QStringLiteral("/recordings"),
-                                                      tr("Recordings (*.rlog)"));
+    const QString file = QFileDialog::getOpenFileName(
+        this, tr("Play a recording"), state_folder() + QStringLiteral("/recordings"), tr("Recordings (*.rlog)"));
     if (!file.isEmpty()) hand_->choose(QStringLiteral("replay:") + file);
   }));
   devices_->addSeparator();
-  devices_->addAction(add(QStringLiteral("forces-off"), tr("&Forces off"), QKeySequence(Qt::Key_Pause), [this] { hand_->set_forces(false); }));
-  devices_->addAction(add(QStringLiteral("forces-on"), tr("Forces &on again"), {}, [this] { hand_->set_forces(true); }));
+  devices_->addAction(add(QStringLiteral("forces-off"), tr("&Forces off"), QKeySequence(Qt::Key_Pause),
+                          [this] { hand_->set_forces(false); }));
+  devices_->addAction(
+      add(QStringLiteral("forces-on"), tr("Forces &on again"), {}, [this] { hand_->set_forces(true); }));
   devices_->addAction(add(QStringLiteral("recentre"), tr("&Re-centre"), {}, [this] { recentre_hand(); }));
-  devices_->addAction(add(QStringLiteral("clutch"), tr("&Clutch"), {}, [this] { hand_->set_clutch(!hand_->clutched()); }));
+  devices_->addAction(
+      add(QStringLiteral("clutch"), tr("&Clutch"), {}, [this] { hand_->set_clutch(!hand_->clutched()); }));
   devices_->addAction(add(QStringLiteral("record"), tr("Re&cord"), {}, [this] { record_hand(!hand_->recording()); }));
-  devices_->addAction(add(QStringLiteral("sound"), tr("&Sound of the contact"), {}, [this] { hand_->set_sound(!hand_->sound()); }));
+  devices_->addAction(
+      add(QStringLiteral("sound"), tr("&Sound of the contact"), {}, [this] { hand_->set_sound(!hand_->sound()); }));
   panic_ = new PanicKeys([this] { hand_->set_forces(false); }, this);
 }
 
@@ -133,7 +146,8 @@ void MainWindow::connect_hand() {
   connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
   connect(viewport_, &Viewport::left, hand_, &Hand::leave);
   connect(viewport_, &Viewport::depthTurned, hand_, &Hand::turn_depth);
-  connect(&bridge_, &DocumentBridge::opened, this, [this] { device_panel_->set_unit(bridge_.document()->info().unit); });
+  connect(&bridge_, &DocumentBridge::opened, this,
+          [this] { device_panel_->set_unit(bridge_.document()->info().unit); });
 }
 
 void MainWindow::use_device(const QString& id) { hand_->choose(id); }
@@ -155,12 +169,16 @@ void MainWindow::show_hand() {
   panic_->set_on(on);
   for (const char* id : {"forces-off", "forces-on", "record"}) actions_.at(id)->setEnabled(on);
   for (const char* id : {"recentre", "clutch"}) actions_.at(id)->setEnabled(arm);
-  if (const auto found = actions_.find("device-" + hand_->id()); found != actions_.end()) found->second->setChecked(true);
+  if (const auto found = actions_.find("device-" + hand_->id()); found != actions_.end())
+    found->second->setChecked(true);
   if (!on) {
     hand_overlay_->shown.reset();
     viewport_->update_overlays();
     meter_->set_force(0);
   }
+  // Whoever begins to feel wants to see what; later the panels are where people have put them.
+  if (on && !std::exchange(felt_, true))
+    resizeDocks({docks_.begin(), docks_.end()}, room_for_device(docks_), Qt::Vertical);
   meter_->setVisible(on);
   meter_->set_forces_on(hand_->forces());
   if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());

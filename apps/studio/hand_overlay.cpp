@@ -12,7 +12,7 @@ namespace {
 
 // Shares of the picture's height at the tool.
 constexpr double kStylus = 0.3, kRing = 0.022, kArrow = 0.16;
-constexpr double kLeastForce = 0.02;  // N that have an arrow
+constexpr double kLeastForce = 0.02;     // N that have an arrow
 constexpr double kThick = 9, kThin = 4;  // pixels of the stylus at its end and its tip
 constexpr double kHead = 11;             // pixels of the arrow's head
 constexpr double kTip = 5;               // pixels, radius of the tip's dot

@@ -7,13 +7,13 @@
 
 namespace relief::studio {
 
-/// The stylus with its tip where the device is, a ring around the contact point, the virtual spring between the two, and
-/// an arrow for the force. Where the tip is in the material, the gap between the two is what the hand would feel.
+/// The stylus with its tip where the device is, a ring around the contact point, the virtual spring between the two,
+/// and an arrow for the force. Where the tip is in the material, the gap between the two is what the hand would feel.
 class HandOverlay : public Overlay {
  public:
   struct Shown {
     ServoSample sample;
-    double force_limit = 1;    ///< N, whose arrow is the longest
+    double force_limit = 1;  ///< N, whose arrow is the longest
     bool has_orientation = false;
   };
   std::optional<Shown> shown;
@@ -24,11 +24,11 @@ class HandOverlay : public Overlay {
  private:
   /// In pixels.
   struct Lines {
-    QPointF tip, end;          ///< of the stylus
-    double thick = 0;          ///< of its end
-    QPolygonF ring;            ///< around the contact point; empty without contact
-    QLineF spring;             ///< from the tip to the contact point
-    QLineF arrow;              ///< of the force; no length where there is none
+    QPointF tip, end;  ///< of the stylus
+    double thick = 0;  ///< of its end
+    QPolygonF ring;    ///< around the contact point; empty without contact
+    QLineF spring;     ///< from the tip to the contact point
+    QLineF arrow;      ///< of the force; no length where there is none
   };
   [[nodiscard]] std::optional<Lines> lines(const OverlayView& view) const;
 };

@@ -5,7 +5,6 @@
 #include <QAudioSink>
 #include <QCoreApplication>
 #include <QMediaDevices>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -5,7 +5,6 @@
 
 #include <QIODevice>
 #include <QString>
-
 #include <atomic>
 #include <memory>
 

@@ -37,6 +37,20 @@ void leave_a_core() {
   ::setenv("LP_NUM_THREADS", std::to_string(cores - 1).c_str(), 0);
 }
 
+/// Control characters as spaces, 400 bytes at most.
+std::string one_line(std::string words) {
+  for (char& c : words)
+    if (static_cast<unsigned char>(c) < 32) c = ' ';
+  return words.substr(0, 400);
+}
+
+/// Until the window system answers, Qt has a page of words for a missing screen, and ends the program itself.
+void before_the_window(QtMsgType kind, const QMessageLogContext& /*context*/, const QString& /*words*/) {
+  if (kind != QtFatalMsg) return;
+  std::fputs("relief studio: there is no screen to open a window on; start it on a desktop, or draw pictures with relief render\n", stderr);
+  std::_Exit(1);
+}
+
 /// A settings file that cannot be read is put aside and told, never a reason not to start.
 std::unique_ptr<QSettings> open_settings(bool fresh) {
   const QString file = config_folder() + QStringLiteral("/studio.conf");
@@ -67,11 +81,17 @@ int run(int argc, char** argv) {
   app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
   try {
     app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    std::fprintf(stderr, "relief studio: %s; relief-studio --help lists the options\n", one_line(error.what()).c_str());
+    return 2;
   }
   leave_a_core();
+  qInstallMessageHandler(before_the_window);
   QApplication application(argc, argv);
+  qInstallMessageHandler(nullptr);
   // Only after the constructor does this hold: every motion of the hand counts.
   QCoreApplication::setAttribute(Qt::AA_CompressHighFrequencyEvents, false);
   QCoreApplication::setApplicationName(QStringLiteral("Relief Studio"));

@@ -159,6 +159,7 @@ QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const
   dock->setAccessibleName(title);
   dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable | QDockWidget::DockWidgetClosable);
   auto* bar = new QLabel(shown, dock);
+  bar->setAccessibleName(tr("Heading of %1").arg(title));
   bar->setFont(ui_font(10, QFont::DemiBold));
   bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
   dock->setTitleBarWidget(bar);

@@ -141,6 +141,7 @@ class MainWindow : public QMainWindow {
   PanicKeys* panic_ = nullptr;
   ForceMeter* meter_ = nullptr;
   bool forces_off_shown_ = false;
+  bool felt_ = false;  ///< a device was in use since the start
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;

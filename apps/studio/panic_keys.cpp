@@ -2,7 +2,6 @@
 
 #include <QCoreApplication>
 #include <QKeyEvent>
-
 #include <utility>
 
 namespace relief::studio {

@@ -44,7 +44,7 @@ void RenderThread::run() {
       wake_.wait(lock, [this] { return stop_ || next_; });
       if (stop_) return;
       request = *std::exchange(next_, std::nullopt);
-      refining_ = request.frame.samples > 1;
+      refining_ = request.stage != Stage::Quick;
       cancel_ = false;
     }
     draw(*renderer, request);
@@ -72,6 +72,7 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
                           &cancel_, everything);
   Piece piece;
   piece.frame = frame;
+  piece.stage = request.stage;
   piece.revision = scene.model ? scene.model->number() : 0;
   piece.input_ns = request.input_ns;
   if (!drawn) {

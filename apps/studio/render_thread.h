@@ -24,8 +24,12 @@ struct Scene {
   std::shared_ptr<const TriangleMesh> mesh;
 };
 
+/// How good a picture is asked for: quick while something happens, then better, then as good as it gets.
+enum class Stage : std::uint8_t { Quick, Better, Final };
+
 struct DrawRequest {
   Scene scene;
+  Stage stage = Stage::Quick;
   Frame frame;
   bool everything = false;  ///< a full redraw, whatever has changed
   qint64 input_ns = 0;      ///< when the oldest input that this picture answers came; 0: none
@@ -35,6 +39,7 @@ struct DrawRequest {
 struct Piece {
   QImage image;  ///< RGB32
   PixelRect rect;
+  Stage stage = Stage::Quick;
   Frame frame;
   std::uint64_t revision = 0;  ///< number of the snapshot
   bool full = false;           ///< all was drawn, whether or not all had changed

@@ -67,7 +67,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   connect(&rest_timer_, &QTimer::timeout, this, [this] {
     moving_ = false;
     wanted_ = true;
-    asked_samples_ = asked_samples_ < 4 ? 4 : final_samples_;
+    stage_ = stage_ == Stage::Quick && final_samples_ > 4 ? Stage::Better : Stage::Final;
     ask_now();
   });
   connect(&ring_timer_, &QTimer::timeout, this, &Viewport::update_ring);
@@ -163,7 +163,7 @@ void Viewport::redraw_everything() {
 void Viewport::changed(qint64 input_ns) {
   if (!has_scene()) return;
   wanted_ = true;
-  asked_samples_ = 1;
+  stage_ = Stage::Quick;
   if (input_ns != 0 && input_ns_ == 0) input_ns_ = input_ns;
   ask();
 }
@@ -181,7 +181,8 @@ Frame Viewport::final_frame() const {
   frame.width = std::clamp(static_cast<int>(std::lround(width() * ratio)), 1, 8192);
   frame.height = std::clamp(static_cast<int>(std::lround(height() * ratio)), 1, 8192);
   frame.tau = 1;
-  frame.samples = final_samples_;
+  // The studio light's shadows are soft without more.
+  frame.samples = look_.light == Look::Light::Studio ? std::min(final_samples_, 4) : final_samples_;
   frame.look = look_;
   return frame;
 }
@@ -194,16 +195,19 @@ void Viewport::ask_now() {
   DrawRequest request;
   request.scene = scene_;
   Frame& frame = request.frame = final_frame();
-  if (asked_samples_ <= 1) frame.tau = (moving_ ? 2 : 1) * (coarser_ > 0 ? 2 : 1);
-  frame.samples = std::max(1, asked_samples_);
-  // The studio light takes seconds: until the picture rests it is the sculpting one.
-  if (frame.samples < final_samples_) frame.look.light = Look::Light::Matcap;
+  if (stage_ == Stage::Quick) frame.tau = (moving_ ? 2 : 1) * (coarser_ > 0 ? 2 : 1);
+  if (stage_ != Stage::Final) {
+    frame.samples = stage_ == Stage::Quick ? 1 : 4;
+    // The studio light takes seconds: until the picture rests it is the sculpting one.
+    frame.look.light = Look::Light::Matcap;
+  }
+  request.stage = stage_;
   request.everything = everything_;
   request.input_ns = input_ns_;
   wanted_ = everything_ = false;
   input_ns_ = 0;
   in_flight_ = true;
-  refining_ = frame.samples > 1;
+  refining_ = stage_ != Stage::Quick;
   since_asked_.start();
   if (!refining_) describe(true);
   thread_.request(std::move(request));
@@ -244,9 +248,8 @@ void Viewport::take(Piece piece) {
                          {"latency_ms", latency}});
     if (!wanted_ && piece.frame.camera != logged_) log_camera(piece.frame.camera);
     emit frameDrawn(frames_);
-    if (!wanted_ && scene_.model && piece.frame.samples >= final_samples_) emit settled();
-    const bool unfinished = piece.frame.samples < final_samples_ || piece.frame.tau > 1;
-    if (!wanted_ && unfinished) rest_timer_.start(piece.frame.samples > 1 ? 0 : kRest);
+    if (!wanted_ && scene_.model && piece.stage == Stage::Final) emit settled();
+    if (!wanted_ && piece.stage != Stage::Final) rest_timer_.start(piece.stage == Stage::Better ? 0 : kRest);
   }
   describe(wanted_);
   if (wanted_) ask();
@@ -255,7 +258,7 @@ void Viewport::take(Piece piece) {
 /// Pictures of something that happens become coarser after two in a row that took too long, and finer again where the
 /// next finer level, with four times the triangles, would still be quick.
 void Viewport::pace(const Piece& piece) {
-  if (piece.frame.samples > 1) return;
+  if (piece.stage != Stage::Quick) return;
   slow_ = piece.wall_ms > kSlow ? slow_ + 1 : 0;
   if (slow_ >= 2) coarser_ = 1;
   if (piece.full && piece.wall_ms < kSlow / 6) coarser_ = 0;

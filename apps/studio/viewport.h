@@ -172,7 +172,7 @@ class Viewport : public QWidget {
   QImage picture_;
   std::uint64_t frames_ = 0;
   bool wanted_ = false, moving_ = false, everything_ = false, in_flight_ = false, refining_ = false;
-  int asked_samples_ = 0;
+  Stage stage_ = Stage::Quick;
   int coarser_ = 0;  ///< halvings of the level while something happens, beyond what is usual; 0 or 1
   int slow_ = 0;     ///< pictures in a row that took too long
   qint64 input_ns_ = 0;

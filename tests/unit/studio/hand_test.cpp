@@ -24,7 +24,6 @@
 #include <QTest>
 #include <QToolButton>
 #include <QVBoxLayout>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -44,7 +43,9 @@ class HandTest : public ::testing::Test {
   void open() {
     const auto file = folder / "ball.relief";
     std::filesystem::remove(file);
-    auto made = ModelFile::create(file, {.info = {}, .head = Snapshot::make(testing::sphere_shell(2, 16))});
+    Model ball;
+    ball.head = Snapshot::make(testing::sphere_shell(2, 16));
+    auto made = ModelFile::create(file, ball);
     ASSERT_TRUE(made) << made.error().message;
     ASSERT_TRUE(bridge.open(file, *std::move(made)));
   }
@@ -172,7 +173,8 @@ TEST_F(HandTest, ThePanelShowsFreezesAndScrubs) {
   EXPECT_TRUE(force_plot->isVisible());
   ASSERT_TRUE(comes([&] { return force() > 0.2; }));
   auto* state = child<QLabel>(panel, "hand-state");
-  EXPECT_TRUE(comes([&] { return state->text() == "Holding the surface. All is well."; })) << state->text().toStdString();
+  EXPECT_TRUE(comes([&] { return state->text() == "Holding the surface. All is well."; }))
+      << state->text().toStdString();
   EXPECT_EQ(state->accessibleDescription(), state->text());
   child<QToolButton>(panel, "hand-freeze")->setChecked(true);
   EXPECT_TRUE(force_plot->frozen());
@@ -192,7 +194,8 @@ TEST_F(HandTest, EachControlOfThePanelHasANameOfItsOwn) {
   DevicePanel panel(hand, devices);
   std::set<QString> names;
   for (const QWidget* each : panel.findChildren<QWidget*>()) {
-    const bool control = qobject_cast<const QToolButton*>(each) != nullptr || qobject_cast<const ValueBar*>(each) != nullptr ||
+    const bool control = qobject_cast<const QToolButton*>(each) != nullptr ||
+                         qobject_cast<const ValueBar*>(each) != nullptr ||
                          qobject_cast<const PlotView*>(each) != nullptr;
     if (!control) continue;
     EXPECT_FALSE(each->accessibleName().isEmpty()) << each->objectName().toStdString();
@@ -205,9 +208,9 @@ TEST_F(HandTest, EachControlOfThePanelHasANameOfItsOwn) {
 
 TEST(HandText, EachCauseHasASentenceOfItsOwn) {
   std::set<QString> sentences;
-  for (const ServoFault cause : {ServoFault::DeviceLost, ServoFault::TooFast, ServoFault::SurfaceJumped, ServoFault::Stalled,
-                                 ServoFault::Reconnected, ServoFault::ForcesOff, ServoFault::StartInside,
-                                 ServoFault::BadPosition, ServoFault::BadTime}) {
+  for (const ServoFault cause : {ServoFault::DeviceLost, ServoFault::TooFast, ServoFault::SurfaceJumped,
+                                 ServoFault::Stalled, ServoFault::Reconnected, ServoFault::ForcesOff,
+                                 ServoFault::StartInside, ServoFault::BadPosition, ServoFault::BadTime}) {
     const QString words = safety_sentence({.state = HandState::NoForce, .cause = cause, .lift_off = true}, false);
     EXPECT_TRUE(words.endsWith('.')) << words.toStdString();
     EXPECT_TRUE(sentences.insert(words).second) << words.toStdString();
