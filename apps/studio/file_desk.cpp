@@ -46,7 +46,10 @@ QString FileDesk::filters() {
 bool FileDesk::is_model(const QString& file) { return file.endsWith(QLatin1String(".relief"), Qt::CaseInsensitive); }
 
 bool FileDesk::begin(const QString& file, const QString& title) {
-  if (job_.running()) return false;
+  if (job_.running()) {
+    emit said(tr("%1 is still being opened; cancel that first.").arg(title_));
+    return false;
+  }
   QString why;
   if (!close(why)) {
     emit failed(tr("%1 could not be closed").arg(title_), why, text(bridge_.file()), false);

@@ -41,6 +41,8 @@ class FileDesk : public QObject {
   /// The document is open; with a verdict where it was a scan, with a doubt where the verifier has one.
   void opened(const std::optional<relief::studio::Verdict>& verdict, const QString& doubt);
   void cancelled();
+  /// What people should know, as a toast.
+  void said(const QString& words);
   /// What could not be done, and why in one sentence.
   void failed(const QString& title, const QString& why, const QString& file, bool damaged);
 

@@ -244,6 +244,7 @@ void MainWindow::connect_files() {
   connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
     if (!files.isEmpty()) open(files.first());
   });
+  connect(&desk_, &FileDesk::said, this, &MainWindow::say);
   connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
   connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {

@@ -110,6 +110,8 @@ void StartPage::set_question(std::function<QWidget*(QWidget* parent)> make) {
 }
 
 void StartPage::build() {
+  // What was clicked may still be at work.
+  if (QWidget* old = takeWidget()) old->deleteLater();
   auto* page = new QWidget;
   auto* whole = new QHBoxLayout(page);
   auto* middle = new QWidget(page);
