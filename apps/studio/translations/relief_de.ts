@@ -1821,7 +1821,7 @@ berühren, um weiterzumachen</translation>
     </message>
     <message>
         <source>Heading of %1</source>
-        <translation>Überschrift von %1</translation>
+        <translation>Titelzeile von %1</translation>
     </message>
     <message>
         <source>Mend it and try again</source>
