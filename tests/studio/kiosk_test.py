@@ -13,9 +13,9 @@ class Kiosk(Case):
         folder.mkdir()
         shown = folder / "pumpkin.relief"
         model().rename(shown)
-        (folder / "pumpkin.json").write_text(json.dumps({"title": "A pumpkin", "sentences": ["It was carved last autumn.", "It is hollow.", "Touch it."]}))
+        (folder / "pumpkin.json").write_text(json.dumps({"title": "A pumpkin", "sentences": ["It was carved last autumn.", "It is hollow.", "Touch it."], "timeout_s": 4}))
         first = studio.relief("info", shown, "--json")["content_hash"]
-        s = Studio("--kiosk", folder, ready=False, environment={"RELIEF_KIOSK_SECONDS": "4"})
+        s = Studio("--kiosk", folder, ready=False)
         card = s.find("A pumpkin")
         mark = s.log.mark()
         x, y, width, height = studio.rect(card)
