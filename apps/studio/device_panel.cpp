@@ -11,9 +11,10 @@
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QLocale>
 #include <QMenu>
+#include <QPushButton>
 #include <QStyle>
-#include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
@@ -26,12 +27,14 @@ constexpr double kPlotSeconds = 10;
 constexpr double kMicro = 1e6;
 constexpr float kDue = 1e-3F;  // s, in which a tick must be done
 
-QString newton(double force) { return QStringLiteral("%1 N").arg(force, 0, 'f', force < 9.95 ? 1 : 0); }
-QString micro(double seconds) { return QStringLiteral("%1 µs").arg(seconds * kMicro, 0, 'f', 0); }
+QString newton(double force) {
+  return QStringLiteral("%1 N").arg(QLocale().toString(force, 'f', force < 9.95 ? 1 : 0));
+}
+QString micro(double seconds) { return QStringLiteral("%1 µs").arg(QLocale().toString(seconds * kMicro, 'f', 0)); }
 
 /// A number with " N" or "×" behind it, as people may type it too.
 ValueFormat with_sign(const QString& sign, int decimals, const QString& example) {
-  return {.text = [sign, decimals](double v) { return QString::number(v, 'f', decimals) + sign; },
+  return {.text = [sign, decimals](double v) { return QLocale().toString(v, 'f', decimals) + sign; },
           .parse = [sign](const QString& typed) -> std::optional<double> {
             bool ok = false;
             const double v = QString(typed).remove(sign.trimmed()).trimmed().replace(',', '.').toDouble(&ok);
@@ -52,7 +55,7 @@ void give_role(QLabel* label, const QString& role) {
 DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
     : QWidget(parent),
       hand_(hand),
-      device_(new QToolButton(this)),
+      device_(new QPushButton(this)),
       claim_(new QLabel(this)),
       state_(new QLabel(this)),
       at_cursor_(new QLabel(this)),
@@ -64,8 +67,6 @@ DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
   device_->setObjectName(QStringLiteral("choose-device"));
   device_->setAccessibleName(tr("Choose a device"));
   device_->setMenu(&devices);
-  device_->setPopupMode(QToolButton::InstantPopup);
-  device_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
   device_->setIcon(icon(u"device"));
   device_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   claim_->setProperty("role", "dim");
@@ -117,8 +118,8 @@ void DevicePanel::build_plots() {
   time_ = plot(QStringLiteral("plot-time"), tr("Time per tick"), PlotView::Colour::Accent, micro);
 }
 
-QToolButton* DevicePanel::button(const QString& id, const QString& name, const QString& help, bool checkable) {
-  auto* made = new QToolButton(live_);
+QPushButton* DevicePanel::button(const QString& id, const QString& name, const QString& help, bool checkable) {
+  auto* made = new QPushButton(live_);
   made->setObjectName(QStringLiteral("hand-") + id);
   made->setAccessibleName(name);
   made->setAccessibleDescription(help);
@@ -126,7 +127,6 @@ QToolButton* DevicePanel::button(const QString& id, const QString& name, const Q
   made->setToolTip(help);
   made->setCheckable(checkable);
   if (has_icon(id)) made->setIcon(icon(id));
-  made->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
   made->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   return made;
 }
@@ -152,25 +152,25 @@ void DevicePanel::build_buttons() {
   scale_->set_range(0.25, 4, ValueBar::Scale::Logarithmic);
   scale_->set_format(with_sign(QStringLiteral(" ×"), 2, QStringLiteral("1.5 ×")));
   // Assistive tools check a button without clicking it.
-  connect(freeze_, &QToolButton::toggled, this, &DevicePanel::freeze);
-  connect(forces_, &QToolButton::toggled, this, [this](bool off) {
+  connect(freeze_, &QPushButton::toggled, this, &DevicePanel::freeze);
+  connect(forces_, &QPushButton::toggled, this, [this](bool off) {
     if (off == hand_.forces()) hand_.set_forces(!off);
   });
-  connect(clutch_, &QToolButton::toggled, this, [this](bool held) {
+  connect(clutch_, &QPushButton::toggled, this, [this](bool held) {
     if (held != hand_.clutched()) hand_.set_clutch(held);
   });
-  connect(sound_, &QToolButton::toggled, this, [this](bool on) {
+  connect(sound_, &QPushButton::toggled, this, [this](bool on) {
     if (on != hand_.sound()) hand_.set_sound(on);
   });
-  connect(record_, &QToolButton::toggled, this, [this](bool on) {
+  connect(record_, &QPushButton::toggled, this, [this](bool on) {
     if (on == hand_.recording()) return;
     if (on)
       emit recordAsked();
     else
       hand_.stop_recording();
   });
-  connect(recentre_, &QToolButton::clicked, this, &DevicePanel::recentreAsked);
-  connect(play_, &QToolButton::clicked, this,
+  connect(recentre_, &QPushButton::clicked, this, &DevicePanel::recentreAsked);
+  connect(play_, &QPushButton::clicked, this,
           [this] { hand_.choose(QStringLiteral("replay:") + hand_.last_recording()); });
   connect(limit_, &ValueBar::valueEdited, &hand_, &Hand::set_force_limit);
   connect(scale_, &ValueBar::valueEdited, &hand_, &Hand::set_scale);
@@ -272,7 +272,8 @@ void DevicePanel::scrub(double time) {
   const auto after = std::ranges::upper_bound(frozen_, time, {}, &HandTick::t);
   if (after == frozen_.begin()) return;
   const HandTick& tick = *std::prev(after);
-  QStringList facts = {tr("%1 s").arg(tick.t, 0, 'f', 3), newton(static_cast<double>(length(tick.force)))};
+  QStringList facts = {tr("%1 s").arg(QLocale().toString(tick.t, 'f', 3)),
+                       newton(static_cast<double>(length(tick.force)))};
   if (tick.contact) facts << tr("%1 deep").arg(length_text(static_cast<double>(tick.depth), unit_));
   facts
       << tr("tick %1 after %2").arg(micro(static_cast<double>(tick.compute)), micro(static_cast<double>(tick.period)));

@@ -10,7 +10,6 @@
 class QLabel;
 class QMenu;
 class QPushButton;
-class QToolButton;
 class QVBoxLayout;
 
 namespace relief::studio {
@@ -38,14 +37,14 @@ class DevicePanel : public QWidget {
   void take(int count);
   void freeze(bool on);
   void scrub(double time);
-  QToolButton* button(const QString& id, const QString& name, const QString& help, bool checkable);
+  QPushButton* button(const QString& id, const QString& name, const QString& help, bool checkable);
 
   Hand& hand_;
   Unit unit_ = Unit::Millimetre;
-  QToolButton* device_;
+  QPushButton* device_;
   QLabel *claim_, *state_, *at_cursor_;
   PlotView *force_ = nullptr, *depth_ = nullptr, *time_ = nullptr;
-  QToolButton *freeze_ = nullptr, *forces_ = nullptr, *clutch_ = nullptr, *recentre_ = nullptr, *record_ = nullptr,
+  QPushButton *freeze_ = nullptr, *forces_ = nullptr, *clutch_ = nullptr, *recentre_ = nullptr, *record_ = nullptr,
               *play_ = nullptr, *sound_ = nullptr;
   ValueBar *limit_ = nullptr, *scale_ = nullptr;
   QWidget* live_;  ///< what has a meaning only with a device

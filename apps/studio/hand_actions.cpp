@@ -24,6 +24,7 @@
 #include <QMenu>
 #include <QMenuBar>
 #include <QScrollArea>
+#include <QTimer>
 #include <QToolBar>
 #include <QToolButton>
 #include <utility>
@@ -76,6 +77,7 @@ void MainWindow::build_hand() {
   hand_overlay_ = std::make_unique<HandOverlay>();
   viewport_->add_overlay(hand_overlay_.get());
   meter_ = new ForceMeter(viewport_);
+  meter_->setAccessibleName(tr("Force meter"));  // the plot is called Force
   meter_->hide();
   new CornerKeeper(meter_);
   build_hand_actions();
@@ -177,8 +179,10 @@ void MainWindow::show_hand() {
     meter_->set_force(0);
   }
   // Whoever begins to feel wants to see what; later the panels are where people have put them.
+  // The panels are shown a little later than this.
   if (on && !std::exchange(felt_, true))
-    resizeDocks({docks_.begin(), docks_.end()}, room_for_device(docks_), Qt::Vertical);
+    QTimer::singleShot(0, this,
+                       [this] { resizeDocks({docks_.begin(), docks_.end()}, room_for_device(docks_), Qt::Vertical); });
   meter_->setVisible(on);
   meter_->set_forces_on(hand_->forces());
   if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());
@@ -198,7 +202,7 @@ void MainWindow::show_forces_off() {
   }
   const QString sentence = safety_sentence(hand_->safety(), true);
   banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}});
-  say(sentence);
+  say_in_status(sentence);
   event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 

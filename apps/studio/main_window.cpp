@@ -370,18 +370,22 @@ void MainWindow::say_state() {
   facts_->setText(facts.join(QStringLiteral(" · ")));
 }
 
-void MainWindow::say(const QString& words) {
+void MainWindow::say_in_status(const QString& words) {
   status_->setText(words);
   status_->setAccessibleDescription(words);
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
   QAccessible::updateAccessibility(&event);
+}
+
+void MainWindow::say(const QString& words) {
+  say_in_status(words);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
   toast_->say(words, viewport_->ring_in_window());
 }
 
 void MainWindow::warn(const QString& sentence) {
   banner_->say(Mood::Bad, sentence);
-  say(sentence);
+  say_in_status(sentence);
   event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 

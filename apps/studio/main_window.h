@@ -78,6 +78,7 @@ class MainWindow : public QMainWindow {
   void show_failure(const QString& title, const QString& why, const QString& file, bool damaged);
   void refresh();
   void say(const QString& words);
+  void say_in_status(const QString& words);
   void say_state();
   /// What must not be missed: across the top until somebody has read it.
   void warn(const QString& sentence);

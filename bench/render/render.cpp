@@ -203,7 +203,7 @@ class FrameBench {
     const CallTimer timer;
     editor.begin_stroke({.tool = Tool::Inflate, .radius = radius, .strength = 0.5});
     PickHint hint;
-    for (int k = 0; k < 4 * repeats_; ++k) {
+    for (int k = 0; k < (form_ ? 8 : 40 * repeats_); ++k) {
       const double turn = 0.1 * k;
       const SurfacePoint at =
           closest_point(*model, Vec3d{std::sin(turn), 0.3 * std::sin(0.7 * turn), std::cos(turn)}, hint);

@@ -1831,6 +1831,10 @@ berühren, um weiterzumachen</translation>
         <source>Makes the scan a solid first; what is thinner than its voxels is lost</source>
         <translation>Macht aus dem Scan zuerst einen Körper; was dünner ist als dessen Voxel, geht verloren</translation>
     </message>
+    <message>
+        <source>Force meter</source>
+        <translation>Kraftmesser</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>

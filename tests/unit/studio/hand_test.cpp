@@ -20,9 +20,9 @@
 #include <QLineEdit>
 #include <QMenu>
 #include <QPainter>
+#include <QPushButton>
 #include <QSignalSpy>
 #include <QTest>
-#include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
@@ -176,7 +176,7 @@ TEST_F(HandTest, ThePanelShowsFreezesAndScrubs) {
   EXPECT_TRUE(comes([&] { return state->text() == "Holding the surface. All is well."; }))
       << state->text().toStdString();
   EXPECT_EQ(state->accessibleDescription(), state->text());
-  child<QToolButton>(panel, "hand-freeze")->setChecked(true);
+  child<QPushButton>(panel, "hand-freeze")->setChecked(true);
   EXPECT_TRUE(force_plot->frozen());
   const double at = hand.monitor()[hand.monitor().size() / 2].t;
   emit force_plot->scrubbed(at);
@@ -184,7 +184,7 @@ TEST_F(HandTest, ThePanelShowsFreezesAndScrubs) {
   EXPECT_TRUE(child<QLabel>(panel, "hand-at-cursor")->text().contains(QString::number(at, 'f', 3)));
   emit child<ValueBar>(panel, "force-limit")->valueEdited(1.5);
   EXPECT_EQ(hand.force_limit(), 1.5);
-  child<QToolButton>(panel, "hand-forces-off")->setChecked(true);
+  child<QPushButton>(panel, "hand-forces-off")->setChecked(true);
   EXPECT_FALSE(hand.forces());
   EXPECT_EQ(state->text(), "Forces are off. You switched them off.");
 }
@@ -194,7 +194,7 @@ TEST_F(HandTest, EachControlOfThePanelHasANameOfItsOwn) {
   DevicePanel panel(hand, devices);
   std::set<QString> names;
   for (const QWidget* each : panel.findChildren<QWidget*>()) {
-    const bool control = qobject_cast<const QToolButton*>(each) != nullptr ||
+    const bool control = qobject_cast<const QPushButton*>(each) != nullptr ||
                          qobject_cast<const ValueBar*>(each) != nullptr ||
                          qobject_cast<const PlotView*>(each) != nullptr;
     if (!control) continue;
