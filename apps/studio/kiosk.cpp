@@ -4,6 +4,7 @@
 #include "document_log.h"
 #include "event_log.h"
 #include "kiosk_choose.h"
+#include "kiosk_hand.h"
 #include "kiosk_stage.h"
 #include "languages.h"
 #include "picture_of.h"
@@ -479,8 +480,10 @@ void Kiosk::log(const QString& page, const QString& words) {
   if (!words.isEmpty()) log_.write(words);
 }
 
+Viewport& Kiosk::viewport() { return stage_->viewport(); }
+
 int run_kiosk(QApplication& application, const QStringList& models_or_folders, const QSettings& settings,
-              const QString& language) {
+              const QString& language, const QString& device) {
   Result<std::vector<Exhibit>> exhibits = read_exhibits(models_or_folders);
   if (!exhibits) {
     std::fprintf(stderr, "relief studio: %s\n", exhibits.error().message.c_str());
@@ -488,6 +491,7 @@ int run_kiosk(QApplication& application, const QStringList& models_or_folders, c
   }
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
   Kiosk kiosk(std::move(*exhibits), settings, language);
+  const KioskHand hand(kiosk, device);
   kiosk.showFullScreen();
   kiosk.activateWindow();
   return application.exec();

@@ -23,6 +23,7 @@ namespace relief::studio {
 
 class KioskChoose;
 class KioskStage;
+class Viewport;
 
 /// Full screen. Visitors work on a private copy of each model, without its history; the original is only read. When
 /// nobody is there for the exhibit's patience, the copy is given up, and the models turn slowly until somebody comes.
@@ -39,6 +40,8 @@ class Kiosk : public QWidget {
   [[nodiscard]] Page page() const { return page_; }
   [[nodiscard]] IdleWatch& watch() { return watch_; }
   [[nodiscard]] DocumentBridge& bridge() { return bridge_; }
+  [[nodiscard]] ToolState& tools() { return tools_; }
+  [[nodiscard]] Viewport& viewport();
   [[nodiscard]] const Exhibit& exhibit() const { return exhibits_[current_]; }
   void open(std::size_t exhibit);
 
@@ -105,8 +108,8 @@ class Kiosk : public QWidget {
 };
 
 /// Reads the exhibits, shows them until somebody leaves with the code, and returns the exit status: 1 with one sentence
-/// on standard error, before any window, where a model or caption is bad.
+/// on standard error, before any window, where a model or caption is bad. `device`: an id of Hand::choose().
 int run_kiosk(QApplication& application, const QStringList& models_or_folders, const QSettings& settings,
-              const QString& language);
+              const QString& language, const QString& device);
 
 }  // namespace relief::studio
