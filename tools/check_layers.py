@@ -8,7 +8,7 @@ Reads the includes of every source file and the link lines of every part, and pr
   - an arrow between parts that ARROWS does not have, directly or through what lies below;
   - a circle of includes between files;
   - an internal header, which is one that cmake/public-headers.txt does not list, used outside its own part and that
-    part's tests (those of base are for every source file of the project);
+    part's tests and benchmarks (those of base are for every source file of the project);
   - a header of another library in a public header, or in a part whose THIRD_PARTY does not name it;
   - a public header that is listed and not there, or the list out of order;
   - a part in the wrong place: every source file lies in relief/<part>/ or a folder of that.
@@ -65,6 +65,8 @@ THIRD_PARTY = {
     "zstd": ["file"],
     "epoxy/": ["render"],
     "EGL/": ["render"],
+    "fontconfig/": ["render"],
+    "ft2build.h": ["render"],
     "png.h": ["render", "mesh"],
     "jpeglib.h": ["mesh"],
 }
@@ -103,7 +105,9 @@ def part_of(path):
 
 
 def tested_part(path):
-    """tests/unit/<part>... may look inside that part, the tests of touch inside haptics."""
+    """tests/unit/<part>... and bench/<part>/ may look inside that part, the tests of touch inside haptics."""
+    if path.parts[0] == "bench" and len(path.parts) > 2:
+        return path.parts[1]
     if path.parts[0] == "tests" and path.parts[1] in ("acceptance", "support"):
         return "haptics"
     if path.parts[0] == "tests" and len(path.parts) > 3:

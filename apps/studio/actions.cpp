@@ -135,6 +135,7 @@ void MainWindow::build_actions() {
     settings_.setValue("look/theme", is_dark(current_theme()) ? "light" : "dark");
     use_preference("look/theme");
   });
+  build_film_actions();
 }
 
 void MainWindow::build_menus() {
@@ -155,7 +156,7 @@ void MainWindow::build_menus() {
       recent->addAction(entry.title, this, [this, file = entry.file] { open(file); });
     if (recent->isEmpty()) recent->addAction(tr("Nothing yet"))->setEnabled(false);
   });
-  fill(file, {"-", "save", "save-as", "export", "picture", "-", "close-model", "quit"});
+  fill(file, {"-", "save", "save-as", "export", "picture", "turntable", "report", "-", "close-model", "quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
   fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour", "-", "preferences", "-"});
   QMenu* tool = edit->addMenu(tr("&Tools"));
@@ -178,6 +179,7 @@ void MainWindow::build_menus() {
       use_look(look);
     });
   }
+  fill_analysis_menu(*view->addMenu(tr("&Analysis")));
   QMenu* panels = view->addMenu(tr("&Panels"));
   connect(panels, &QMenu::aboutToShow, this, [this, panels] {
     panels->clear();

@@ -7,6 +7,7 @@
 #include "history_panel.h"
 #include "layers_panel.h"
 #include "preferences_dialog.h"
+#include "split_view.h"
 #include "start_page.h"
 #include "text.h"
 #include "tool_panel.h"
@@ -46,9 +47,10 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   setDockOptions(AnimatedDocks | AllowNestedDocks | AllowTabbedDocks);
   pages_ = new QStackedWidget(this);
   start_ = new StartPage(desk_.shelf(), pages_);
-  viewport_ = new Viewport(bridge_, tools_, pages_);
+  views_ = new SplitView(bridge_, tools_, pages_);
+  viewport_ = &views_->shaded();
   pages_->addWidget(start_);
-  pages_->addWidget(viewport_);
+  pages_->addWidget(views_);
   auto* middle = new QWidget(this);
   auto* column = new QVBoxLayout(middle);
   column->setContentsMargins(0, 0, 0, 0);
@@ -258,7 +260,7 @@ void MainWindow::connect_files() {
     refresh();
   });
   connect(&desk_, &FileDesk::meshReady, this, [this](const std::shared_ptr<const TriangleMesh>& mesh) {
-    pages_->setCurrentWidget(viewport_);
+    pages_->setCurrentWidget(views_);
     viewport_->set_scene({nullptr, mesh}, mesh->unit.value_or(Unit::Millimetre), true);
     refresh();
   });
@@ -275,7 +277,7 @@ void MainWindow::connect_files() {
     radius_->set_real_value(tools_.value("radius"));
     tool_panel_->set_unit(unit_);
     layers_->set_model(head.get());
-    pages_->setCurrentWidget(viewport_);
+    pages_->setCurrentWidget(views_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
     actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
     if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
@@ -343,11 +345,11 @@ void MainWindow::refresh() {
   const DocumentStatistics statistics = open ? bridge_.document()->statistics() : DocumentStatistics{};
   actions_.at("undo")->setEnabled(statistics.undo_steps > 0);
   actions_.at("redo")->setEnabled(statistics.redo_steps > 0);
-  for (const char* id : {"save", "save-as", "export", "picture", "close-model", "pick-colour"}) actions_.at(id)->setEnabled(open);
+  for (const char* id : {"save", "save-as", "export", "picture", "turntable", "report", "close-model", "pick-colour"}) actions_.at(id)->setEnabled(open);
   for (QAction* tool : tool_group_->actions()) tool->setEnabled(open || !desk_.opening());
   radius_->setEnabled(open);
   strength_->setEnabled(open && tools_.tool());
-  const bool working = pages_->currentWidget() == viewport_;
+  const bool working = pages_->currentWidget() == views_;
   column_->setVisible(working);
   top_->setVisible(working);
   for (QDockWidget* dock : docks_) dock->setVisible(working && !dock->property("closed").toBool());

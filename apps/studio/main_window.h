@@ -16,6 +16,7 @@
 #include <memory>
 
 class QLabel;
+class QMenu;
 class QFrame;
 class QPushButton;
 class QStackedWidget;
@@ -38,6 +39,8 @@ class PanicKeys;
 class DesktopScheme;
 class PreferencesDialog;
 class ProgressStrip;
+class SessionCounter;
+class SplitView;
 class StartPage;
 class Toast;
 class ToolPanel;
@@ -108,6 +111,13 @@ class MainWindow : public QMainWindow {
   void show_hand_state();
   void show_hand_tick();
 
+  // film_actions.cpp
+  void build_film_actions();
+  void fill_analysis_menu(QMenu& menu);
+  void ask_turntable();
+  void ask_report();
+  void save_report(const QString& file);
+
   // file_actions.cpp
   void ask_open();
   void ask_save_as();
@@ -131,7 +141,10 @@ class MainWindow : public QMainWindow {
 
   QStackedWidget* pages_ = nullptr;
   StartPage* start_ = nullptr;
-  Viewport* viewport_ = nullptr;
+  SplitView* views_ = nullptr;
+  Viewport* viewport_ = nullptr;  ///< the first of views_
+  SessionCounter* session_ = nullptr;
+  QActionGroup* analysis_group_ = nullptr;
   QToolBar *top_ = nullptr, *column_ = nullptr;
   ValueBar *radius_ = nullptr, *strength_ = nullptr;
   QToolButton* device_ = nullptr;

@@ -14,9 +14,13 @@ struct Text {
 }  // namespace
 
 QString length_text(double length, Unit unit) {
-  const double size = std::abs(length);
-  const int digits = size >= 100 || size == 0 ? 0 : size >= 10 ? 1 : size >= 1 ? 2 : 2 - static_cast<int>(std::floor(std::log10(size)));
-  return QLocale().toString(length, 'f', std::min(digits, 6)) + QChar(0x00a0) + text(name(unit));
+  // Three significant digits, at most six behind the point.
+  const double size = std::abs(length) < 5e-7 ? 0 : std::abs(length);
+  const int digits = size >= 100 || size == 0 ? 0
+                     : size >= 10             ? 1
+                     : size >= 1              ? 2
+                                              : 2 - static_cast<int>(std::floor(std::log10(size)));
+  return QLocale().toString(size == 0 ? 0.0 : length, 'f', std::min(digits, 6)) + QChar(0x00a0) + text(name(unit));
 }
 
 QString percent_text(double share) { return QLocale().toString(std::lround(100 * share)) + QChar(0x00a0) + QLatin1Char('%'); }

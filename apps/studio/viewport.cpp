@@ -96,6 +96,7 @@ void Viewport::set_scene(Scene scene, Unit unit, bool frame_it) {
     update();
     describe(false);
   }
+  emit sceneChanged();
 }
 
 void Viewport::set_model(SnapshotPtr model) {

@@ -78,7 +78,13 @@ class Viewport : public QWidget {
   [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
   [[nodiscard]] Ray3d ray(QPointF at) const;
 
+  [[nodiscard]] Unit unit() const { return unit_; }
+  /// Diagonal of what is shown, model units.
+  [[nodiscard]] double extent() const { return diagonal_; }
+
  signals:
+  /// Another scene is shown; its camera is already set.
+  void sceneChanged();
   void cameraChanged();
   /// A pen's name and pressure, 0..1; or an empty name for the mouse.
   void pointerKnown(const QString& name, double pressure, double tilt);

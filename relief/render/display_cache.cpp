@@ -114,6 +114,7 @@ void DisplayCache::rebuild(const Snapshot& model) {
     state.number = chunk.count++;
     state.samples_at = static_cast<std::uint32_t>(chunk.sample_total);
     state.ring_at = ring;
+    state.slots = &grid->second.slots;
     chunk.sample_total += sample_count(n);
     ring += static_cast<std::uint32_t>(3 * n);
     const SlabCorners c = mesh.corners(s);
@@ -122,6 +123,7 @@ void DisplayCache::rebuild(const Snapshot& model) {
     state.axis = to_float(normalized(axis));
   }
   rings_.assign(ring, {});
+  ring_written_.assign(ring, false);
   for (Chunk& chunk : chunks_)
     std::tie(chunk.samples, chunk.sample_words) = mapped_buffer<SampleWord>(chunk.sample_total);
   places_bytes_ = std::max<std::size_t>(places.size(), 1) * 4;
@@ -367,24 +369,27 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
       to[grid.slots[place.own]][0] = firsts_[place.own];
 }
 
-/// The second word of a sample on a border, in all slabs that have it.
+/// The second word of a sample on a border, in all slabs that have it; once in an update.
 void DisplayCache::write_border(const Snapshot& model, SlabId s, std::uint32_t place) {
+  if (ring_written_[slabs_[s].ring_at + place]) return;
   const SlabMesh& mesh = model.slab_mesh();
-  const GridPoint p = ring_point(mesh.intervals(s), place);
+  copies_.clear();
   Umbrella sum;
-  mesh.for_each_copy(s, p, [&](SampleCopy copy) {
-    const Umbrella& share = rings_[slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at)];
-    sum.normal += share.normal;
-    sum.spread += share.spread;
+  mesh.for_each_copy(s, ring_point(mesh.intervals(s), place), [&](SampleCopy copy) {
+    const std::uint32_t at = slabs_[copy.slab].ring_at + ring_index(mesh.intervals(copy.slab), copy.at);
+    sum.normal += rings_[at].normal;
+    sum.spread += rings_[at].spread;
+    copies_.emplace_back(copy, at);
   });
   const std::uint32_t word = second_word(sum.normal, sum.spread, curvature_);
-  mesh.for_each_copy(s, p, [&](SampleCopy copy) {
+  for (const auto& [copy, at] : copies_) {
     const SlabState& state = slabs_[copy.slab];
-    const int n = mesh.intervals(copy.slab);
-    const std::uint16_t slot = grids_.find(n)->second.slots[sample_index(n, copy.at)];
+    const std::uint16_t slot = (*state.slots)[sample_index(mesh.intervals(copy.slab), copy.at)];
     chunks_[state.chunk].sample_words[state.samples_at + slot][1] = word;
     touch(copy.slab, {copy.at.i, copy.at.j, copy.at.i, copy.at.j});
-  });
+    ring_written_[at] = true;
+    written_.push_back(at);
+  }
 }
 
 void DisplayCache::touch(SlabId s, const Window& window) {
@@ -478,10 +483,12 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
     measure(model, s, changed, whole);
     note_border(model, s, changed, fresh);
   }
+  written_.clear();
   for (std::size_t k = 0; k < border_.size(); ++k) {
     if (k % 4096 == 0 && cancelled()) return std::nullopt;
     write_border(model, border_[k].first, border_[k].second);
   }
+  for (const std::uint32_t at : written_) ring_written_[at] = false;
   for (const SlabId s : colours) {
     if (cancelled()) return std::nullopt;
     const int n = mesh.intervals(s);

@@ -39,6 +39,7 @@ class DisplayCache {
     std::uint32_t chunk = 0, number = 0;           ///< its record: number in the chunk
     std::uint32_t samples_at = 0, colours_at = 0;  ///< in elements from the start of the chunk's buffers
     std::uint32_t ring_at = 0;                     ///< of its border in rings_
+    const std::vector<std::uint16_t>* slots = nullptr;  ///< of its grid
   };
   /// A part of a slab's grid: samples from (i0, j0) to (i1, j1), both counted.
   struct Window {
@@ -169,6 +170,7 @@ class DisplayCache {
   /// them. Multiplied by the power of two in n, so that across an edge between slabs of different n the sideways parts
   /// of the offsets cancel.
   std::vector<Umbrella> rings_;
+  std::vector<bool> ring_written_;  ///< in this update
   std::map<int, Grid> grids_;
   GlBuffer places_;
   std::uint64_t places_bytes_ = 0;
@@ -188,7 +190,9 @@ class DisplayCache {
   std::vector<std::uint32_t> firsts_, seconds_;
   std::vector<std::uint8_t> masks_;
   std::vector<Umbrella> umbrellas_;
-  std::vector<std::pair<SlabId, std::uint32_t>> border_;  ///< places to be written
+  std::vector<std::pair<SlabId, std::uint32_t>> border_;      ///< places to be written
+  std::vector<std::pair<SampleCopy, std::uint32_t>> copies_;  ///< with their places in rings_
+  std::vector<std::uint32_t> written_;
   std::vector<Window> windows_;
   std::vector<SlabId> touched_;
   std::vector<Command> command_list_;

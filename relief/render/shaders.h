@@ -38,7 +38,7 @@ Vertex place_vertex() {
   precise vec3 p = base + (top - base) * alpha;
   precise vec4 clip = projection * vec4(p, 1.0);
   gl_Position = clip;
-  float fibre = length(top - base), slab = fract(float(data.x) * 0.61803399);
+  float fibre = length(top - base), slab = float((data.x * 2654435761u) >> 16) / 65535.0;
   return Vertex(p, unpack_normal(words.y), w, vec2(alpha, float(words.y >> 24) / 127.0 - 1.0),
                 float(words.x >> 24) / 255.0, fibre * (alpha - 0.5), fibre * min(alpha, 1.0 - alpha), slab);
 }

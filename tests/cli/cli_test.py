@@ -135,7 +135,9 @@ class Contract(Case):
         for options, named in ((["--look-at", "1,2", "--width", "3"], "--look-at"), (["--look-at", "1,2,3"], "--width"),
                                (["--look-at", "1,2,3", "--width", "0"], "--width"), (["--width", "3"], "--look-at"),
                                (["--look-at", "1,2,3", "--width", "-4"], "--width"),
-                               (["--look-at", "1,2,3", "--width", "nan"], "--width")):
+                               (["--look-at", "1,2,3", "--width", "nan"], "--width"), (["--camera", "1,2,3"], "--camera"),
+                               (["--camera", "0,0,5,0,0,0,0,1,0,nan"], "--camera"), (["--matcap", "mud"], "--matcap"),
+                               (["--colour", "1,2"], "--colour"), (["--samples", "5"], "--samples"), (["--parallel", "0"], "--parallel")):
             self.assert_failed(Run("render", self.model, "-o", self.folder / "x.png", *options), 2, named)
         for option in ("--stiffness", "--damping", "--friction", "--static-friction", "--metres-per-unit"):
             self.assert_failed(Run("touch", self.model, "--path", "p", "-o", "f", option, "nan"), 2, option)
@@ -1802,6 +1804,32 @@ class Render(Case):
             self.assertGreater(report["triangles"], 0)
             pictures[name] = raw
         self.assertEqual(len(set(pictures.values())), len(pictures), "two different pictures are the same bytes")
+
+    def picture(self, name, *options):
+        out = self.folder / f"{name}.png"
+        report = self.ok("render", self.model, "-o", out, "--size", "160x90", "--samples", 4, "--json", *options).json()
+        return out.read_bytes(), report
+
+    def test_each_word_of_the_look_shows(self):
+        base = ["--look", "matcap"]
+        looks = {"plain": [], "material": ["--matcap", "red wax"], "flat": ["--no-cavity"], "displacement": ["--map", "displacement"],
+                 "depth": ["--map", "depth"], "slabs": ["--map", "slabs"], "stretch": ["--map", "stretch"],
+                 "no legend": ["--map", "depth", "--no-legend"], "wires": ["--overlay", "slabs"], "bare": ["--no-colours"], "colour": ["--no-colours", "--colour", "0.2,0.5,0.9"],
+                 "background": ["--background", "1,1,1,0.5,0.5,0.5"], "parallel": ["--parallel", "150"]}
+        pictures = {name: self.picture(name, *base, *options)[0] for name, options in looks.items()}
+        self.assertEqual(len(set(pictures.values())), len(looks))
+        self.assertEqual(pictures["plain"], self.picture("again", *base)[0])
+
+    def test_the_camera_told_gives_the_same_picture(self):
+        for options in ([], ["--parallel", "123.456"]):
+            first, report = self.picture("first", "--look", "matcap", "--view", "33.3,12.1", *options)
+            camera = report["camera"]
+            numbers = [*camera["eye"], *camera["target"], *camera["up"], camera.get("field_of_view", 30)]
+            told = ["--camera", ",".join(f"{x:.17g}" for x in numbers)]
+            if options:
+                told += ["--parallel", f"{camera['parallel']:.17g}"]
+            self.assertEqual(first, self.picture("second", "--look", "matcap", *told)[0])
+            self.assertNotEqual(first, self.picture("third", "--look", "matcap", *told[:1], told[1].replace(",", ",1", 1), *told[2:])[0])
 
 
 class BadFiles(Case):

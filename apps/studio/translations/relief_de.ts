@@ -388,6 +388,10 @@
         <source>Nothing was removed.</source>
         <translation>Nichts wurde entfernt.</translation>
     </message>
+    <message>
+        <source>The slabs do not overlap, but some places of the scan are seen from no side or touch each other.</source>
+        <translation>Die Platten überschneiden sich nicht, aber manche Stellen des Scans sind von keiner Seite zu sehen oder berühren einander.</translation>
+    </message>
 </context>
 <context>
     <name>Samples</name>
@@ -406,6 +410,160 @@
     <message>
         <source>bowl</source>
         <translation>Schale</translation>
+    </message>
+</context>
+<context>
+    <name>SessionReport</name>
+    <message numerus="yes">
+        <source>%n stroke(s) are not in the file yet.</source>
+        <translation>
+            <numerusform>%n Strich ist noch nicht in der Datei.</numerusform>
+            <numerusform>%n Striche sind noch nicht in der Datei.</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Every stroke is in the file.</source>
+        <translation>Jeder Strich ist in der Datei.</translation>
+    </message>
+    <message>
+        <source>Every stroke is kept, in a file without a name yet.</source>
+        <translation>Jeder Strich ist aufbewahrt, in einer Datei noch ohne Namen.</translation>
+    </message>
+    <message>
+        <source>File</source>
+        <translation>Datei</translation>
+    </message>
+    <message>
+        <source>Made of</source>
+        <translation>Entstanden aus</translation>
+    </message>
+    <message>
+        <source>Mode</source>
+        <translation>Art</translation>
+    </message>
+    <message>
+        <source>Certified</source>
+        <translation>Zertifiziert</translation>
+    </message>
+    <message>
+        <source>Tolerant</source>
+        <translation>Tolerant</translation>
+    </message>
+    <message>
+        <source>Slabs</source>
+        <translation>Platten</translation>
+    </message>
+    <message>
+        <source>Saved</source>
+        <translation>Gespeichert</translation>
+    </message>
+    <message>
+        <source>Session</source>
+        <translation>Sitzung</translation>
+    </message>
+    <message>
+        <source>%1 to %2</source>
+        <translation>%1 bis %2</translation>
+    </message>
+    <message>
+        <source>No strokes were made.</source>
+        <translation>Es wurden keine Striche gemacht.</translation>
+    </message>
+    <message>
+        <source>Tool</source>
+        <translation>Werkzeug</translation>
+    </message>
+    <message>
+        <source>Strokes</source>
+        <translation>Striche</translation>
+    </message>
+    <message>
+        <source>Dabs</source>
+        <translation>Tupfer</translation>
+    </message>
+    <message>
+        <source>Samples changed</source>
+        <translation>Geänderte Messpunkte</translation>
+    </message>
+    <message>
+        <source>Strokes that met the clay&apos;s end</source>
+        <translation>Striche bis ans Ende des Tons</translation>
+    </message>
+    <message>
+        <source>Processor time</source>
+        <translation>Rechenzeit</translation>
+    </message>
+    <message>
+        <source>All</source>
+        <translation>Alle</translation>
+    </message>
+    <message>
+        <source>A dab, typical</source>
+        <translation>Ein Tupfer, üblich</translation>
+    </message>
+    <message>
+        <source>A dab, 99 % are quicker</source>
+        <translation>Ein Tupfer, 99 % sind schneller</translation>
+    </message>
+    <message>
+        <source>Steps taken back</source>
+        <translation>Zurückgenommene Schritte</translation>
+    </message>
+    <message>
+        <source>Samples stopped at the clay&apos;s end</source>
+        <translation>Am Ende des Tons angehaltene Messpunkte</translation>
+    </message>
+    <message>
+        <source>Points beside the model</source>
+        <translation>Punkte neben dem Modell</translation>
+    </message>
+    <message>
+        <source>Device</source>
+        <translation>Gerät</translation>
+    </message>
+    <message>
+        <source>Ticks looked at</source>
+        <translation>Betrachtete Takte</translation>
+    </message>
+    <message>
+        <source>Ticks missing</source>
+        <translation>Fehlende Takte</translation>
+    </message>
+    <message>
+        <source>Late, 99.9 % are less</source>
+        <translation>Verspätung, 99,9 % sind kürzer</translation>
+    </message>
+    <message>
+        <source>Computing, 99.9 % are less</source>
+        <translation>Rechnen, 99,9 % sind kürzer</translation>
+    </message>
+    <message>
+        <source>Greatest force</source>
+        <translation>Größte Kraft</translation>
+    </message>
+    <message>
+        <source>Times without force</source>
+        <translation>Zeiten ohne Kraft</translation>
+    </message>
+    <message>
+        <source>%1: report of a session</source>
+        <translation>%1: Bericht einer Sitzung</translation>
+    </message>
+    <message>
+        <source>The model at the end</source>
+        <translation>Das Modell am Ende</translation>
+    </message>
+    <message>
+        <source>Model</source>
+        <translation>Modell</translation>
+    </message>
+    <message>
+        <source>Times and limits</source>
+        <translation>Zeiten und Grenzen</translation>
+    </message>
+    <message>
+        <source>Device, in its last minute</source>
+        <translation>Gerät, in seiner letzten Minute</translation>
     </message>
 </context>
 <context>
@@ -909,6 +1067,10 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 could not be closed</source>
         <translation>%1 konnte nicht geschlossen werden</translation>
+    </message>
+    <message>
+        <source>%1 is still being opened; cancel that first.</source>
+        <translation>%1 wird noch geöffnet; das zuerst abbrechen.</translation>
     </message>
 </context>
 <context>
@@ -1579,6 +1741,101 @@ berühren, um weiterzumachen</translation>
         <translation>Andere Datei öffnen …</translation>
     </message>
     <message>
+        <source>&amp;Analysis</source>
+        <translation>&amp;Analyse</translation>
+    </message>
+    <message>
+        <source>Save a &amp;turntable …</source>
+        <translation>&amp;Drehteller-Film speichern …</translation>
+    </message>
+    <message>
+        <source>Save a &amp;report of the session …</source>
+        <translation>Bericht der Si&amp;tzung speichern …</translation>
+    </message>
+    <message>
+        <source>No analysis</source>
+        <translation>Keine Analyse</translation>
+    </message>
+    <message>
+        <source>Closes the second view</source>
+        <translation>Schließt die zweite Ansicht</translation>
+    </message>
+    <message>
+        <source>Displacement</source>
+        <translation>Versatz</translation>
+    </message>
+    <message>
+        <source>Where along its fibre the surface lies</source>
+        <translation>Wo auf ihrer Faser die Oberfläche liegt</translation>
+    </message>
+    <message>
+        <source>Depth of clay</source>
+        <translation>Tiefe des Tons</translation>
+    </message>
+    <message>
+        <source>How much there is to carve or to lay on</source>
+        <translation>Wie viel sich abtragen oder auftragen lässt</translation>
+    </message>
+    <message>
+        <source>Slabs</source>
+        <translation>Platten</translation>
+    </message>
+    <message>
+        <source>Each slab in a colour of its own</source>
+        <translation>Jede Platte in eigener Farbe</translation>
+    </message>
+    <message>
+        <source>Stretch</source>
+        <translation>Streckung</translation>
+    </message>
+    <message>
+        <source>Where samples lie far apart</source>
+        <translation>Wo Messpunkte weit auseinanderliegen</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n picture(s) saved in %1</source>
+        <translation>
+            <numerusform>%n Bild gespeichert in %1</numerusform>
+            <numerusform>%n Bilder gespeichert in %1</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>The turntable could not be saved</source>
+        <translation>Der Drehteller-Film konnte nicht gespeichert werden</translation>
+    </message>
+    <message>
+        <source>Save a report of the session</source>
+        <translation>Bericht der Sitzung speichern</translation>
+    </message>
+    <message>
+        <source>Web pages (*.html)</source>
+        <translation>Webseiten (*.html)</translation>
+    </message>
+    <message>
+        <source>The report could not be saved</source>
+        <translation>Der Bericht konnte nicht gespeichert werden</translation>
+    </message>
+    <message>
+        <source>Report saved: %1</source>
+        <translation>Bericht gespeichert: %1</translation>
+    </message>
+    <message>
+        <source>Studio light when still</source>
+        <translation>Studiolicht in Ruhe</translation>
+    </message>
+    <message>
+        <source>Heading of %1</source>
+        <translation>Überschrift von %1</translation>
+    </message>
+    <message>
+        <source>Mend it and try again</source>
+        <translation>Ausbessern und erneut versuchen</translation>
+    </message>
+    <message>
+        <source>Makes the scan a solid first; what is thinner than its voxels is lost</source>
+        <translation>Macht aus dem Scan zuerst einen Körper; was dünner ist als dessen Voxel, geht verloren</translation>
+    </message>
+    <message>
         <source>Force meter</source>
         <translation>Kraftmesser</translation>
     </message>
@@ -1859,6 +2116,13 @@ berühren, um weiterzumachen</translation>
     </message>
 </context>
 <context>
+    <name>relief::studio::SplitView</name>
+    <message>
+        <source>Analysis view</source>
+        <translation>Analyseansicht</translation>
+    </message>
+</context>
+<context>
     <name>relief::studio::StartPage</name>
     <message>
         <source>Start page</source>
@@ -1967,6 +2231,69 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Mouse: no pressure</source>
         <translation>Maus: kein Druck</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::TurntableDialog</name>
+    <message>
+        <source>Save a turntable</source>
+        <translation>Drehteller-Film speichern</translation>
+    </message>
+    <message>
+        <source>Pictures</source>
+        <translation>Bilder</translation>
+    </message>
+    <message>
+        <source>Length</source>
+        <translation>Länge</translation>
+    </message>
+    <message>
+        <source>Turn</source>
+        <translation>Drehung</translation>
+    </message>
+    <message>
+        <source>As the view: %1 × %2</source>
+        <translation>Wie die Ansicht: %1 × %2</translation>
+    </message>
+    <message>
+        <source>Size</source>
+        <translation>Größe</translation>
+    </message>
+    <message>
+        <source>Name</source>
+        <translation>Name</translation>
+    </message>
+    <message>
+        <source>Folder</source>
+        <translation>Ordner</translation>
+    </message>
+    <message>
+        <source>Choose …</source>
+        <translation>Wählen …</translation>
+    </message>
+    <message>
+        <source>Pictures drawn</source>
+        <translation>Gezeichnete Bilder</translation>
+    </message>
+    <message>
+        <source>Save</source>
+        <translation>Speichern</translation>
+    </message>
+    <message>
+        <source>%1 pictures a second</source>
+        <translation>%1 Bilder in der Sekunde</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Close</source>
+        <translation>Schließen</translation>
+    </message>
+    <message>
+        <source>The folder %1 cannot be made. Choose another one.</source>
+        <translation>Der Ordner %1 lässt sich nicht anlegen. Bitte einen anderen wählen.</translation>
     </message>
 </context>
 <context>

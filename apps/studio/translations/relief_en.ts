@@ -40,6 +40,16 @@
     </message>
 </context>
 <context>
+    <name>SessionReport</name>
+    <message numerus="yes">
+        <source>%n stroke(s) are not in the file yet.</source>
+        <translation>
+            <numerusform>%n stroke is not in the file yet.</numerusform>
+            <numerusform>%n strokes are not in the file yet.</numerusform>
+        </translation>
+    </message>
+</context>
+<context>
     <name>Text</name>
     <message numerus="yes">
         <source>%n minute(s) ago</source>
@@ -94,6 +104,13 @@
         <translation>
             <numerusform>%n stroke could not be saved yet: %1. You can go on; it is tried again every ten seconds.</numerusform>
             <numerusform>%n strokes could not be saved yet: %1. You can go on; it is tried again every ten seconds.</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n picture(s) saved in %1</source>
+        <translation>
+            <numerusform>%n picture saved in %1</numerusform>
+            <numerusform>%n pictures saved in %1</numerusform>
         </translation>
     </message>
 </context>

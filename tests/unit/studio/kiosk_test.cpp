@@ -1,8 +1,7 @@
 // The kiosk: what its curator writes, when it begins anew, and that originals stay as they are.
-#include <relief/convert/convert.h>
-#include <relief/core/query.h>
+#include "bowl.h"
+
 #include <relief/file/model_file.h>
-#include <relief/mesh/samples.h>
 
 #include <gtest/gtest.h>
 #include <studio/idle_watch.h>
@@ -25,17 +24,6 @@
 
 namespace relief::studio {
 namespace {
-
-/// A bowl of 40 slabs, made once.
-const Model& bowl() {
-  static const Model model = [] {
-    ConvertSettings settings;
-    settings.slabs = 40;
-    settings.intervals = 7;
-    return convert(*make_sample("bowl", 4000), settings)->model;
-  }();
-  return model;
-}
 
 struct Exhibits : testing::Test {
   Exhibits() {
@@ -192,21 +180,6 @@ struct KioskWindow : Exhibits {
     kiosk->findChild<QAbstractButton*>("exhibit-0")->click();
     ASSERT_TRUE(wait_for(Kiosk::Page::Model));
   }
-  void dent() {
-    const SnapshotPtr head = kiosk->bridge().head();
-    const Vec3d at = surface_point(*head);
-    BeginStroke begin;
-    begin.brush.radius = 0.2 * size(*head);
-    kiosk->bridge().post(begin);
-    kiosk->bridge().post(MoveStroke{.points = {{0, at, 1}}});
-    kiosk->bridge().post(EndStroke{});
-    kiosk->bridge().document()->settle();
-    QApplication::processEvents();
-  }
-  static double size(const Snapshot& head) { return diagonal(head.slab_mesh().bounds()); }
-  static Vec3d surface_point(const Snapshot& head) {
-    return closest_point(head, head.slab_mesh().bounds().high).position;
-  }
   std::uint64_t hash() { return kiosk->bridge().head()->content_hash(); }
   template <typename T>
   T* find(const QString& name) {
@@ -223,13 +196,13 @@ TEST_F(KioskWindow, VisitorsWorkOnACopyAndTheOriginalComesBack) {
   const std::uint64_t first = hash();
   EXPECT_EQ(first, bowl().head->content_hash());
   EXPECT_FALSE(find<QAbstractButton>("kiosk-undo")->isEnabled());
-  dent();
+  dent(kiosk->bridge());
   EXPECT_NE(hash(), first);
   EXPECT_TRUE(find<QAbstractButton>("kiosk-undo")->isEnabled());
   find<QAbstractButton>("kiosk-undo")->click();
   kiosk->bridge().document()->settle();
   EXPECT_EQ(hash(), first);
-  dent();
+  dent(kiosk->bridge());
   const std::filesystem::path copy = kiosk->bridge().file();
   EXPECT_NE(text(copy), file("bowl.relief"));
   // Nobody is there any more.

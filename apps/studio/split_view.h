@@ -1,0 +1,38 @@
+// The picture, and beside it another one that shows figures of the surface.
+#pragma once
+
+#include "viewport.h"
+
+#include <QSplitter>
+#include <optional>
+
+namespace relief::studio {
+
+/// The second view is made when it is asked for and goes when it is closed. Both show the same snapshots from the same
+/// eye, and strokes can be made in both.
+class SplitView : public QSplitter {
+  Q_OBJECT
+ public:
+  SplitView(DocumentBridge& bridge, ToolState& tools, QWidget* parent = nullptr);
+  [[nodiscard]] Viewport& shaded() { return *shaded_; }
+  /// Null while it is closed.
+  [[nodiscard]] Viewport* analysis() { return analysis_; }
+  /// Empty, or Map::None, closes it.
+  void show_map(std::optional<Look::Map> map);
+
+ signals:
+  /// To be connected like the first one.
+  void analysisMade(relief::studio::Viewport* analysis);
+
+ private:
+  void make();
+  void follow(Viewport& leader, Viewport& follower);
+
+  DocumentBridge& bridge_;
+  ToolState& tools_;
+  Viewport* shaded_;
+  Viewport* analysis_ = nullptr;
+  bool following_ = false;
+};
+
+}  // namespace relief::studio

@@ -1,0 +1,191 @@
+// A pen on the viewport, made up: an X server without a tablet has none, so its events are sent to the widget itself.
+#include "support/folder.h"
+#include "support/shells.h"
+
+#include <relief/session/stroke_text.h>
+
+#include <gtest/gtest.h>
+#include <studio/viewport.h>
+
+#include <QPointingDevice>
+#include <QSignalSpy>
+#include <QTabletEvent>
+#include <QTest>
+#include <cmath>
+#include <limits>
+
+namespace relief::studio {
+namespace {
+
+constexpr int kPatience = 20'000;  // ms, on a machine that is busy with other things
+constexpr int kEvents = 400;       // of a stroke, one a millisecond
+
+/// A pen that goes from left to right over a ball of radius 1, seen from the front.
+class PenTest : public ::testing::Test {
+ protected:
+  PenTest() { open(); }
+
+  void open() {
+    Model ball;
+    ball.head = Snapshot::make(testing::sphere_shell(3, 16));
+    auto made = ModelFile::create(file, ball);
+    ASSERT_TRUE(made) << made.error().message;
+    ASSERT_TRUE(bridge.open(file, *std::move(made)));
+    QObject::connect(&bridge, &DocumentBridge::snapshotChanged, &view, [this] { view.set_model(bridge.head()); });
+    tools.set_diagonal(2 * std::sqrt(3.0));
+    tools.set_value("radius", kRadius);
+    tools.set_value("strength", kStrength);
+    view.resize(600, 600);
+    view.set_scene({bridge.head(), nullptr}, Unit::Millimetre, true);
+    view.set_camera(look_along(view.camera(), AxisView::Front, {0, 1, 0}));
+    view.show();
+  }
+
+  void send(QEvent::Type type, QPointF at, double pressure, QPointF tilt = {}) {
+    const Qt::MouseButtons down = type == QEvent::TabletRelease ? Qt::NoButton : Qt::LeftButton;
+    QTabletEvent event(type, &pen, at, at, pressure, static_cast<float>(tilt.x()), static_cast<float>(tilt.y()), 0, 0,
+                       0, Qt::NoModifier, type == QEvent::TabletMove ? Qt::NoButton : Qt::LeftButton, down);
+    event.setTimestamp(++now);
+    QCoreApplication::sendEvent(&view, &event);
+  }
+  [[nodiscard]] QPointF place(double share) const { return {150 + 300 * share, 300}; }
+
+  /// A stroke whose pressure is a function of the share of the way; what the document says of it.
+  template <typename Pressure>
+  StrokeFinished stroke(Pressure&& pressure) {
+    QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+    send(QEvent::TabletPress, place(0), pressure(0.0));
+    for (int k = 1; k <= kEvents; ++k) {
+      const double share = k / double{kEvents};
+      send(QEvent::TabletMove, place(share), pressure(share));
+      if (mouse_too) mouse(QEvent::MouseMove, place(share) + QPointF(0, 40));
+    }
+    send(QEvent::TabletRelease, place(1), 0);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return !finished.isEmpty(); }, kPatience));
+    return finished.isEmpty() ? StrokeFinished{} : finished.first().first().value<StrokeFinished>();
+  }
+  void mouse(QEvent::Type type, QPointF at) {
+    QMouseEvent event(type, at, at, Qt::LeftButton, Qt::LeftButton, Qt::NoModifier);
+    QCoreApplication::sendEvent(&view, &event);
+  }
+
+  /// How deep the surface lies under the ball it was, at a share of the way.
+  [[nodiscard]] double depth(double share) const {
+    const auto hit = view.hit(place(share));
+    return hit ? 1 - length(hit->point.position) : 0;
+  }
+
+  /// The strokes of the file, which is closed for it.
+  [[nodiscard]] std::vector<Stroke> strokes_in_file() {
+    EXPECT_TRUE(bridge.close());
+    std::vector<Stroke> read;
+    auto model = ModelFile::open(file);
+    EXPECT_TRUE(model);
+    const auto records = model->strokes();
+    EXPECT_TRUE(records);
+    for (const StrokeRecord& record : *records) {
+      auto stroke = stroke_of(record.details, "the file");
+      EXPECT_TRUE(stroke);
+      read.push_back(*std::move(stroke));
+    }
+    return read;
+  }
+
+  static constexpr double kRadius = 0.15, kStrength = 0.6;
+  testing::Folder folder;
+  std::filesystem::path file = folder / "ball.relief";
+  QPointingDevice pen{"Test pen",
+                      7,
+                      QInputDevice::DeviceType::Stylus,
+                      QPointingDevice::PointerType::Pen,
+                      QInputDevice::Capability::Position | QInputDevice::Capability::Pressure,
+                      1,
+                      3,
+                      QString(),
+                      QPointingDeviceUniqueId::fromNumericId(7)};
+  DocumentBridge bridge;
+  ToolState tools;
+  Viewport view{bridge, tools};
+  quint64 now = 1000;
+  bool mouse_too = false;
+};
+
+double ramp(double share) { return 0.1 + 0.9 * share; }
+
+TEST_F(PenTest, EveryEventIsTakenWithItsPressure) {
+  stroke(ramp);
+  EXPECT_EQ(view.stroke_events(), 1 + kEvents);
+  const std::vector<Stroke> strokes = strokes_in_file();
+  ASSERT_EQ(strokes.size(), 1U);
+  std::size_t next = 0;  // places at which the hand rested may come twice
+  for (int k = 0; k <= kEvents; ++k) {
+    const double sent = ramp(k / double{kEvents});
+    while (next < strokes[0].points.size() && std::abs(strokes[0].points[next].pressure - sent) > 1e-9) ++next;
+    ASSERT_LT(next, strokes[0].points.size()) << "pressure " << sent << " of event " << k;
+    EXPECT_NEAR(strokes[0].points[next].t, 1e-3 * k, 2e-3);
+  }
+}
+
+TEST_F(PenTest, TheCutGrowsWithThePressure) {
+  stroke(ramp);
+  double before = 0;
+  for (const double share : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+    const double now_deep = depth(share);
+    EXPECT_GT(now_deep, before + 0.005) << share;
+    EXPECT_NEAR(now_deep, kStrength * kRadius * ramp(share), 0.35 * kStrength * kRadius) << share;
+    before = now_deep;
+  }
+}
+
+TEST_F(PenTest, WithoutPressureTheCutIsEven) {
+  tools.set_use_pressure(false);
+  stroke(ramp);
+  for (const double share : {0.1, 0.3, 0.5, 0.7, 0.9}) EXPECT_NEAR(depth(share), kStrength * kRadius, 0.015) << share;
+}
+
+TEST_F(PenTest, TheOtherEndDoesTheOpposite) {
+  QPointingDevice eraser("Test pen", 8, QInputDevice::DeviceType::Stylus, QPointingDevice::PointerType::Eraser,
+                         QInputDevice::Capability::Position | QInputDevice::Capability::Pressure, 1, 3, QString(),
+                         QPointingDeviceUniqueId::fromNumericId(7));
+  const auto event = [&](QEvent::Type type, double share) {
+    QTabletEvent tablet(type, &eraser, place(share), place(share), 1, 0, 0, 0, 0, 0, Qt::NoModifier,
+                        type == QEvent::TabletMove ? Qt::NoButton : Qt::LeftButton,
+                        type == QEvent::TabletRelease ? Qt::NoButton : Qt::LeftButton);
+    tablet.setTimestamp(++now);
+    QCoreApplication::sendEvent(&view, &tablet);
+  };
+  QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+  event(QEvent::TabletPress, 0.3);
+  for (int k = 0; k <= 200; ++k) event(QEvent::TabletMove, 0.3 + 0.002 * k);
+  event(QEvent::TabletRelease, 0.7);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !finished.isEmpty(); }, kPatience));
+  EXPECT_EQ(finished.first().first().value<StrokeFinished>().tool, Tool::Deposit);
+  EXPECT_LT(depth(0.5), 0) << "it rises";
+}
+
+TEST_F(PenTest, AMouseBesideItIsNotHeard) {
+  // Some drivers send the mouse's events too, at full pressure.
+  mouse_too = true;
+  stroke([](double) { return 0.3; });
+  EXPECT_EQ(view.stroke_events(), 1 + kEvents);
+  for (const Stroke& each : strokes_in_file())
+    for (const StrokePoint& point : each.points) EXPECT_NEAR(point.pressure, 0.3, 1e-9);
+}
+
+TEST_F(PenTest, APressureThatIsNoNumberIsNone) {
+  stroke([](double share) { return share < 0.5 ? 0.5 : std::numeric_limits<double>::quiet_NaN(); });
+  for (const Stroke& each : strokes_in_file())
+    for (const StrokePoint& point : each.points) EXPECT_TRUE(point.pressure >= 0 && point.pressure <= 1);
+}
+
+TEST_F(PenTest, ItsNamePressureAndTiltAreTold) {
+  QSignalSpy told(&view, &Viewport::pointerKnown);
+  send(QEvent::TabletMove, place(0.5), 0.43, {12, 5});
+  ASSERT_FALSE(told.isEmpty());
+  EXPECT_EQ(told.first()[0].toString(), "Test pen");
+  EXPECT_NEAR(told.first()[1].toDouble(), 0.43, 1e-3);
+  EXPECT_NEAR(told.first()[2].toDouble(), 13, 0.1);
+}
+
+}  // namespace
+}  // namespace relief::studio
