@@ -106,7 +106,8 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
           [this](const QString& message, quint64) { log_.write(QStringLiteral("not saved: ") + message); });
   connect(&stage_->viewport(), &Viewport::pointed, &hand_, &Hand::point);
   connect(&stage_->viewport(), &Viewport::left, &hand_, &Hand::leave);
-  connect(&hand_, &Hand::ticked, this, [this] { hand_at(hand_.monitor().last().device); });
+  connect(&hand_, &Hand::ticked, this, [this] {
+    if (hand_.held()) hand_at(hand_.monitor().last().device); });
   connect(&hand_, &Hand::alarm, this, [this](const QString& sentence) { log_.write(sentence); });
   connect(&hand_, &Hand::said, this, [this](const QString& words) { log_.write(words); });
   connect(&watch_, &IdleWatch::countdown, this, &Kiosk::count);

@@ -988,8 +988,8 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>%1 von %2</translation>
     </message>
     <message>
-        <source>%1, worst %2, late %3</source>
-        <translation>%1, höchstens %2, zu spät %3</translation>
+        <source>%1, worst %2</source>
+        <translation>%1, höchstens %2</translation>
     </message>
     <message>
         <source>Drag along a plot to see one moment.</source>
