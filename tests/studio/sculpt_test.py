@@ -1,11 +1,14 @@
 """Sculpting by mouse and key: carve, every tool, radius and strength, undo, replay, symmetry, colour."""
 
+import contextlib
 import itertools
 import json
 import re
+import sqlite3
 import unittest
 
 import studio
+from picture import channels
 from studio import Case, Studio, checked, journal, model, relief, steady, wait
 
 ACROSS = ((0.42, 0.45), (0.58, 0.52))  # a stroke over the middle of the model
@@ -439,6 +442,66 @@ class Symmetry(Case):
         self.assertGreater(right_too, 0.4 * left)
         self.assertGreater(two["samples"], 1.5 * one["samples"])
         self.assertLess(two["samples"], 2.7 * one["samples"])  # the slabs of the other side are not the mirrored ones
+
+
+class Colour(Case):
+    """Swatches, paint, and the picker that reads it back."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file = model()
+        cls.studio = Studio(cls.file)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+    def pages(self, layer):
+        """What the file holds of a layer, by stroke."""
+        with contextlib.closing(sqlite3.connect(f"file:{self.file}?mode=ro", uri=True)) as base:
+            return base.execute("SELECT page, stroke, hash FROM pages WHERE layer = ? ORDER BY page, stroke", (layer,)).fetchall()
+
+    def saved(self, *points, **how):
+        """A stroke that is in the file."""
+        mark = self.studio.log.mark()
+        made = self.studio.stroke(*points, **how)
+        self.studio.log.wait("saved", mark, lambda e: e["stroke"] == made["stroke"])
+        return made
+
+    def colour(self):
+        """The colour in the hand, as three numbers, by its name."""
+        return wait("a colour", lambda: self.studio.described("Colours"))
+
+    def test_01_paint_with_a_swatch_and_pick_it_again(self):
+        s = self.studio
+        s.press("Paint")
+        s.find("Strength").queryValue().currentValue = s.find("Strength").queryValue().maximumValue
+        s.press("sea blue")
+        wait("sea blue in the hand", lambda: self.colour() == "sea blue")
+        centre = s.around((0.5, 0.45), margin=8)
+        form, colours, before = self.pages("displacement"), self.pages("colour"), s.picture(centre)
+        self.saved((0.48, 0.45), (0.52, 0.45), (0.48, 0.45), (0.52, 0.45), hertz=100, steps=120)
+        self.assertEqual(self.pages("displacement"), form)
+        self.assertNotEqual(self.pages("colour"), colours)
+        after = s.picture(centre)
+        self.assertGreater(before.differing(after, 40), 100)
+        self.assertTrue(all(blue > red for red, _, blue in map(channels, after.words)), "the pumpkin is blue here")
+        s.press("brick red")
+        wait("brick red in the hand", lambda: self.colour() == "brick red")
+        s.hand.at(*s.pixel(0.5, 0.45))
+        s.hand.keys("Shift_L+s")
+        s.hand.click(*s.pixel(0.5, 0.45))
+        picked = wait("another colour in the hand", lambda: self.colour() != "brick red" and self.colour())
+        if picked != "sea blue":  # painted in steps: near it, by number
+            numbers = [int(picked.rpartition("#")[2][k:k + 2], 16) for k in (0, 2, 4)]
+            self.assertTrue(all(abs(a - b) <= 3 for a, b in zip(numbers, (0x35, 0x62, 0x7f))), picked)
+
+    def test_02_a_cut_leaves_the_colours(self):
+        colours, form = self.pages("colour"), self.pages("displacement")
+        self.studio.press("Carve")
+        self.saved((0.40, 0.60), (0.45, 0.60), samples=0)
+        self.assertEqual(self.pages("colour"), colours)
+        self.assertNotEqual(self.pages("displacement"), form)
 
 
 if __name__ == "__main__":
