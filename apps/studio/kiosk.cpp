@@ -282,9 +282,9 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made) {
   show_page(Page::Model);
   viewport.set_scene({head, nullptr}, made.unit, true);
   viewport.setFocus();
-  event_log().write(QStringLiteral("opened"), {{"file", copy_},
-                                               {"slabs", qint64(head->slab_mesh().slab_count())},
-                                               {"hash", QString::number(head->content_hash(), 16)}});
+  event_log().write(
+      QStringLiteral("opened"),
+      {{"file", copy_}, {"slabs", qint64(head->slab_mesh().slab_count())}, {"hash", hash_text(head->content_hash())}});
   log(QStringLiteral("model"), QStringLiteral("opened ") + exhibits_[exhibit].model);
   emit forceCapChanged(exhibits_[exhibit].force_cap);
 }
