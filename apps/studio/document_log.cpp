@@ -7,7 +7,7 @@ namespace relief::studio {
 
 void log_document(DocumentBridge& bridge, const Viewport& viewport) {
   if (!event_log().active()) return;
-  const auto hash = [&bridge] { return QString::number(bridge.head()->content_hash(), 16); };
+  const auto hash = [&bridge] { return hash_text(bridge.head()->content_hash()); };
   QObject::connect(&bridge, &DocumentBridge::strokeFinished, &viewport,
                    [&bridge, &viewport, hash](const StrokeFinished& stroke) {
                      event_log().write(QStringLiteral("stroke"), {{"stroke", qint64(stroke.stroke)},

@@ -5,7 +5,6 @@
 
 #include <QFile>
 #include <QFileInfo>
-
 #include <utility>
 
 namespace relief::studio {
@@ -89,13 +88,14 @@ void FileDesk::finish(const std::shared_ptr<Opened>& what) {
     return;
   }
   const ModelInfo& info = bridge_.document()->info();
-  if (!info.source.empty() && Shelf::is_unnamed(file) && !what->report) title_ = QFileInfo(text(info.source)).completeBaseName();
+  if (!info.source.empty() && Shelf::is_unnamed(file) && !what->report)
+    title_ = QFileInfo(text(info.source)).completeBaseName();
   shelf_.opened(file, title_, bridge_.document()->statistics().undo_steps);
   if (event_log().active())
     event_log().write(QStringLiteral("opened"), {{"file", file},
                                                  {"slabs", qint64(bridge_.head()->slab_mesh().slab_count())},
                                                  {"strokes", qint64(bridge_.document()->statistics().undo_steps)},
-                                                 {"hash", QString::number(bridge_.head()->content_hash(), 16)}});
+                                                 {"hash", hash_text(bridge_.head()->content_hash())}});
   std::optional<Verdict> verdict;
   scan_ = what->report && QFile::exists(asked_) ? asked_ : QString();
   if (what->report) verdict = verdict_of(*what->report, info.mode, what->diagonal, info.unit);

@@ -282,12 +282,12 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   if (then == Page::Attract) tools_.choose(QStringLiteral("touch"));
   hand_.set_forces(then == Page::Model);
   show_page(then);
-  stage_->viewport().set_scene({head, nullptr}, made.unit, true);
-  stage_->viewport().setFocus();
+  viewport.set_scene({head, nullptr}, made.unit, true);
+  viewport.setFocus();
   if (then != Page::Model) return;
   event_log().write(QStringLiteral("opened"), {{"file", copy_},
                                                {"slabs", qint64(head->slab_mesh().slab_count())},
-                                               {"hash", QString::number(head->content_hash(), 16)}});
+                                               {"hash", hash_text(head->content_hash())}});
   log(QStringLiteral("model"), QStringLiteral("opened ") + exhibits_[exhibit].model);
 }
 

@@ -4,7 +4,6 @@
 #include <relief/base/unit.h>
 
 #include <QString>
-
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -24,6 +23,10 @@ namespace relief::studio {
 [[nodiscard]] QString percent_text(double share);
 /// A sample model by its name in the library: "Pumpkin".
 [[nodiscard]] QString sample_title(const QString& name);
+/// A content hash as the command line writes it: 16 hexadecimal digits.
+[[nodiscard]] inline QString hash_text(quint64 hash) {
+  return QStringLiteral("%1").arg(hash, 16, 16, QLatin1Char('0'));
+}
 /// "3 minutes ago".
 [[nodiscard]] QString ago_text(qint64 seconds);
 

@@ -104,8 +104,11 @@ ColourPalette::ColourPalette(QWidget* parent)
   more_->setAccessibleDescription(tr("Any colour, by hue or by number."));
   more_->setToolTip(more_->accessibleDescription());
   connect(more_, &QPushButton::clicked, this, &ColourPalette::ask_for_any);
-  connect(group_, &QButtonGroup::buttonClicked, this,
-          [this](const QAbstractButton* button) { pick(static_cast<const Swatch*>(button)->colour()); });
+  // Assistive tools check a swatch without clicking it.
+  connect(group_, &QButtonGroup::buttonToggled, this, [this](const QAbstractButton* button, bool on) {
+    const QColor colour = static_cast<const Swatch*>(button)->colour();
+    if (on && colour.rgb() != colour_.rgb()) pick(colour);
+  });
   show_chosen();
 }
 
