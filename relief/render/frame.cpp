@@ -323,7 +323,7 @@ Status FrameRenderer::State::draw_pass(const Frame& frame, GLuint prog, const Pi
   glUseProgram(prog);
   if (!slabs) {
     glBindVertexArray(mesh.array);
-    constexpr GLsizei kPortion = 300'000;
+    constexpr GLsizei kPortion = 150'000;
     for (GLsizei first = 0; first < mesh.count; first += kPortion) {
       glDrawElements(GL_TRIANGLES, std::min(kPortion, mesh.count - first), GL_UNSIGNED_INT,
                      reinterpret_cast<const void*>(static_cast<std::size_t>(first) * 4));
