@@ -282,8 +282,8 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   if (then == Page::Attract) tools_.choose(QStringLiteral("touch"));
   hand_.set_forces(then == Page::Model);
   show_page(then);
-  viewport.set_scene({head, nullptr}, made.unit, true);
-  viewport.setFocus();
+  stage_->viewport().set_scene({head, nullptr}, made.unit, true);
+  stage_->viewport().setFocus();
   if (then != Page::Model) return;
   event_log().write(QStringLiteral("opened"), {{"file", copy_},
                                                {"slabs", qint64(head->slab_mesh().slab_count())},
