@@ -1,6 +1,7 @@
 // All that can be done in the window, as actions: menus, keys and the command palette are made of them.
 #include "event_log.h"
 #include "main_window.h"
+#include "split_view.h"
 #include "text.h"
 #include "widgets/command_palette.h"
 #include "widgets/icons.h"
@@ -190,6 +191,6 @@ void MainWindow::build_menus() {
   help->addAction(palette_->open_action());
 }
 
-void MainWindow::use_look(const Look& look) { viewport_->set_look(look); }
+void MainWindow::use_look(const Look& look) { views_->set_look(look); }
 
 }  // namespace relief::studio

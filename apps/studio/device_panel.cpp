@@ -25,7 +25,6 @@ namespace {
 
 constexpr double kPlotSeconds = 10;
 constexpr double kMicro = 1e6;
-constexpr float kDue = 1e-3F;  // s, in which a tick must be done
 
 QString newton(double force) {
   return QStringLiteral("%1 N").arg(QLocale().toString(force, 'f', force < 9.95 ? 1 : 0));
@@ -79,6 +78,7 @@ DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
   at_cursor_->setAccessibleName(tr("At the cursor"));
   at_cursor_->setProperty("role", "dim");
   at_cursor_->setWordWrap(true);
+  at_cursor_->hide();
   column->addWidget(device_);
   column->addWidget(claim_);
   column->addWidget(state_);
@@ -252,9 +252,7 @@ void DevicePanel::take(int count) {
   force_->set_limit(hand_.force_limit());
   force_->set_text(tr("%1 of %2").arg(newton(static_cast<double>(length(last.force))), newton(hand_.force_limit())));
   depth_->set_text(length_text(static_cast<double>(last.depth), unit_));
-  const auto late = static_cast<double>(std::max(0.0F, last.period - kDue));
-  time_->set_text(tr("%1, worst %2, late %3")
-                      .arg(micro(static_cast<double>(last.compute)), micro(static_cast<double>(worst_)), micro(late)));
+  time_->set_text(tr("%1, worst %2").arg(micro(static_cast<double>(last.compute)), micro(static_cast<double>(worst_))));
 }
 
 void DevicePanel::freeze(bool on) {
@@ -263,8 +261,13 @@ void DevicePanel::freeze(bool on) {
     if (!on) plot->set_cursor(std::nullopt);
   }
   frozen_ = on ? hand_.monitor().freeze() : std::vector<HandTick>();
-  at_cursor_->setText(on && !frozen_.empty() ? tr("Drag along a plot to see one moment.") : QString());
-  describe(at_cursor_, at_cursor_->text());
+  say_at_cursor(on && !frozen_.empty() ? tr("Drag along a plot to see one moment.") : QString());
+}
+
+void DevicePanel::say_at_cursor(const QString& words) {
+  at_cursor_->setText(words);
+  at_cursor_->setVisible(!words.isEmpty());
+  describe(at_cursor_, words);
 }
 
 void DevicePanel::scrub(double time) {
@@ -283,8 +286,7 @@ void DevicePanel::scrub(double time) {
                .arg(static_cast<double>(tick.position.z), 0, 'g', 4);
   for (std::uint32_t flags = tick.flags; flags != 0; flags &= flags - 1)
     facts << text(name(static_cast<ServoFault>(flags & ~(flags - 1))));
-  at_cursor_->setText(facts.join(QStringLiteral(" · ")));
-  describe(at_cursor_, at_cursor_->text());
+  say_at_cursor(facts.join(QStringLiteral(" · ")));
 }
 
 }  // namespace relief::studio

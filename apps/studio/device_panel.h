@@ -37,6 +37,7 @@ class DevicePanel : public QWidget {
   void take(int count);
   void freeze(bool on);
   void scrub(double time);
+  void say_at_cursor(const QString& words);
   QPushButton* button(const QString& id, const QString& name, const QString& help, bool checkable);
 
   Hand& hand_;

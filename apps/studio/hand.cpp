@@ -106,6 +106,10 @@ QString Hand::title_of(const QString& id) {
   return id;
 }
 
+bool Hand::held() const {
+  return live_ && !probes() && id_ != kSimulated && !id_.startsWith(kReplay) && !id_.startsWith(QLatin1String("sim:"));
+}
+
 bool Hand::probes() const { return live_ && live_->pointer != nullptr; }
 
 void Hand::choose(const QString& id) {

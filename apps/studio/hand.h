@@ -41,6 +41,8 @@ class Hand : public QObject {
   [[nodiscard]] static QString title_of(const QString& id);
   /// A session runs.
   [[nodiscard]] bool active() const { return live_ != nullptr; }
+  /// A person moves the device; not equations, a recording or the mouse.
+  [[nodiscard]] bool held() const;
   [[nodiscard]] bool probes() const;  ///< the device is the mouse
 
   // What people set. All hold for the next session as well.

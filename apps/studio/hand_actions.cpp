@@ -45,7 +45,7 @@ QString new_recording(const std::filesystem::path& model) {
 QList<int> room_for_device(const std::vector<QDockWidget*>& docks) {
   QList<int> heights;
   for (const QDockWidget* dock : docks)
-    heights.append(scaled(dock->objectName() == QLatin1String("device-panel") ? 420 : 130));
+    heights.append(scaled(dock->objectName() == QLatin1String("device-panel") ? 400 : 150));
   return heights;
 }
 

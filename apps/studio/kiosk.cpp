@@ -62,12 +62,11 @@ QImage to_image(const Picture& picture) {
 
 struct Kiosk::Loaded {
   QString file;
-  std::optional<ModelFile> copy;  ///< to be worked on
-  SnapshotPtr model;              ///< else only to be looked at
+  std::optional<ModelFile> copy;
   Unit unit = Unit::Millimetre;
 };
 
-Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString language)
+Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString language, const QString& device)
     : exhibits_(std::move(exhibits)),
       code_(settings.value("kiosk/code", "relief").toString()),
       first_language_(std::move(language)),
@@ -105,6 +104,12 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
           [this](const HistoryChanged& history) { stage_->set_touched(history.undo_steps > 0); });
   connect(&bridge_, &DocumentBridge::failed, this,
           [this](const QString& message, quint64) { log_.write(QStringLiteral("not saved: ") + message); });
+  connect(&stage_->viewport(), &Viewport::pointed, &hand_, &Hand::point);
+  connect(&stage_->viewport(), &Viewport::left, &hand_, &Hand::leave);
+  connect(&hand_, &Hand::ticked, this, [this] {
+    if (hand_.held()) hand_at(hand_.monitor().last().device); });
+  connect(&hand_, &Hand::alarm, this, [this](const QString& sentence) { log_.write(sentence); });
+  connect(&hand_, &Hand::said, this, [this](const QString& words) { log_.write(words); });
   connect(&watch_, &IdleWatch::countdown, this, &Kiosk::count);
   connect(&watch_, &IdleWatch::resumed, this, [this] {
     count_->hide();
@@ -116,6 +121,7 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
   code_timer_.setSingleShot(true);
   connect(&code_timer_, &QTimer::timeout, this, [this] { code_frame_->hide(); });
   QApplication::instance()->installEventFilter(this);
+  if (!device.isEmpty()) hand_.choose(device);
   say_words();
   log_.write(QStringLiteral("started with %1 models").arg(exhibits_.size()));
   show_page(Page::Choose);
@@ -227,45 +233,38 @@ void Kiosk::show_page(Page page) {
 void Kiosk::open(std::size_t exhibit) {
   current_ = exhibit;
   show_page(Page::Loading);
-  load(exhibit, false);
+  load(exhibit, Page::Model);
 }
 
-/// Reads the original, on a worker; makes the copy that is worked on, unless it is only to be looked at.
-void Kiosk::load(std::size_t exhibit, bool to_look_at) {
+/// Reads the original and makes the copy that is worked on, on a worker; shows it on page `then`.
+void Kiosk::load(std::size_t exhibit, Page then) {
   const quint64 serial = ++serial_;
   auto made = std::make_shared<Loaded>();
   made->file = QStringLiteral("%1/%2.relief").arg(folder_).arg(serial);
   in_background(
       this,
-      [from = exhibits_[exhibit].model, made, to_look_at]() -> Status {
+      [from = exhibits_[exhibit].model, made]() -> Status {
         RELIEF_TRY(const ModelFile original, ModelFile::open(path(from), true));
         made->unit = original.model().info.unit;
-        made->model = original.model().head;
-        if (to_look_at) return {};
         RELIEF_TRY(made->copy, ModelFile::create(path(made->file), original.model()));
         return {};
       },
-      [this, exhibit, made, serial](const Status& status) {
+      [this, exhibit, made, serial, then](const Status& status) {
         if (serial != serial_) {
           made->copy.reset();
           QFile::remove(made->file);
         } else if (!status) {
           drop(exhibit, text(status.error().message));
         } else {
-          loaded(exhibit, *made);
+          loaded(exhibit, *made, then);
         }
       });
 }
 
-void Kiosk::loaded(std::size_t exhibit, Loaded& made) {
+void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   current_ = exhibit;
   close_copy();
-  Viewport& viewport = stage_->viewport();
-  if (!made.copy) {
-    viewport.set_scene({made.model, nullptr}, made.unit, true);
-    show_page(Page::Attract);
-    return;
-  }
+  hand_.set_force_cap(exhibits_[exhibit].force_cap);
   if (const Status open = bridge_.open(path(made.file), std::move(*made.copy)); !open) {
     drop(exhibit, text(open.error().message));
     return;
@@ -279,14 +278,17 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made) {
   stage_->set_language(exhibits_[exhibit], language_);
   stage_->set_touched(false);
   stage_->set_others(exhibits_.size() > broken_.size() + 1);
-  show_page(Page::Model);
-  viewport.set_scene({head, nullptr}, made.unit, true);
-  viewport.setFocus();
-  event_log().write(
-      QStringLiteral("opened"),
-      {{"file", copy_}, {"slabs", qint64(head->slab_mesh().slab_count())}, {"hash", hash_text(head->content_hash())}});
+  // A device that lies on its own must do nothing.
+  if (then == Page::Attract) tools_.choose(QStringLiteral("touch"));
+  hand_.set_forces(then == Page::Model);
+  show_page(then);
+  stage_->viewport().set_scene({head, nullptr}, made.unit, true);
+  stage_->viewport().setFocus();
+  if (then != Page::Model) return;
+  event_log().write(QStringLiteral("opened"), {{"file", copy_},
+                                               {"slabs", qint64(head->slab_mesh().slab_count())},
+                                               {"hash", hash_text(head->content_hash())}});
   log(QStringLiteral("model"), QStringLiteral("opened ") + exhibits_[exhibit].model);
-  emit forceCapChanged(exhibits_[exhibit].force_cap);
 }
 
 /// A model that was whole at the start and is not any more: visitors get another one.
@@ -337,7 +339,7 @@ void Kiosk::attract_next() {
     const std::size_t next = (current_ + k) % exhibits_.size();
     if (broken_.contains(next)) continue;
     if (page_ != Page::Attract) show_page(Page::Attract);
-    load(next, true);
+    load(next, Page::Attract);
     return;
   }
   show_page(Page::Choose);
@@ -351,7 +353,7 @@ void Kiosk::turn() {
 void Kiosk::activity() {
   if (page_ == Page::Attract) {
     ++serial_;  // a model that is still being read is not wanted any more
-    stage_->viewport().set_scene({}, Unit::Millimetre, false);
+    close_copy();
     show_page(Page::Choose);
     return;
   }
@@ -359,7 +361,8 @@ void Kiosk::activity() {
 }
 
 void Kiosk::hand_at(Vec3d at) {
-  if (length(at - last_hand_) <= kHeld) return;
+  if (!last_hand_) last_hand_ = at;
+  if (!(length(at - *last_hand_) > kHeld)) return;  // a reading that is no number is no motion
   last_hand_ = at;
   activity();
 }
@@ -480,14 +483,14 @@ void Kiosk::log(const QString& page, const QString& words) {
 }
 
 int run_kiosk(QApplication& application, const QStringList& models_or_folders, const QSettings& settings,
-              const QString& language) {
+              const QString& language, const QString& device) {
   Result<std::vector<Exhibit>> exhibits = read_exhibits(models_or_folders);
   if (!exhibits) {
     std::fprintf(stderr, "relief studio: %s\n", exhibits.error().message.c_str());
     return 1;
   }
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
-  Kiosk kiosk(std::move(*exhibits), settings, language);
+  Kiosk kiosk(std::move(*exhibits), settings, language, device);
   kiosk.showFullScreen();
   kiosk.activateWindow();
   return application.exec();

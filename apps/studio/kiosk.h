@@ -3,6 +3,7 @@
 
 #include "bridge.h"
 #include "exhibits.h"
+#include "hand.h"
 #include "idle_watch.h"
 #include "kiosk_log.h"
 #include "tool_state.h"
@@ -11,6 +12,7 @@
 #include <QSettings>
 #include <QTimer>
 #include <QWidget>
+#include <optional>
 #include <set>
 
 class QApplication;
@@ -30,8 +32,8 @@ class KioskStage;
 class Kiosk : public QWidget {
   Q_OBJECT
  public:
-  /// `language` is the one that each visit begins with. UI thread.
-  Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString language);
+  /// `language` is the one that each visit begins with; `device` as in Hand::choose(), or empty. UI thread.
+  Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString language, const QString& device = {});
   ~Kiosk() override;
 
   /// What visitors see now.
@@ -39,18 +41,17 @@ class Kiosk : public QWidget {
   [[nodiscard]] Page page() const { return page_; }
   [[nodiscard]] IdleWatch& watch() { return watch_; }
   [[nodiscard]] DocumentBridge& bridge() { return bridge_; }
+  [[nodiscard]] Hand& hand() { return hand_; }
   [[nodiscard]] const Exhibit& exhibit() const { return exhibits_[current_]; }
   void open(std::size_t exhibit);
 
  public slots:
-  /// Somebody is there: for input that does not come through Qt, such as a device.
+  /// Somebody is there: for input that does not come through Qt.
   void activity();
-  /// Where the tip of a device is, m: somebody holds it when it is more than 2 mm from where it last moved to.
+  /// Where the tip of the device is, m: somebody holds it when it is more than 2 mm from where it last moved to.
   void hand_at(relief::Vec3d at);
 
  signals:
-  /// A model is open; share of the device's greatest force that visitors may feel.
-  void forceCapChanged(double share);
   void pageChanged();
 
  protected:
@@ -64,8 +65,8 @@ class Kiosk : public QWidget {
   void show_page(Page page);
   void speak(const QString& language);
   void say_words();
-  void load(std::size_t exhibit, bool to_look_at);
-  void loaded(std::size_t exhibit, Loaded& made);
+  void load(std::size_t exhibit, Page then);
+  void loaded(std::size_t exhibit, Loaded& made, Page then);
   void drop(std::size_t exhibit, const QString& why);
   void close_copy();
   void attract_next();
@@ -84,6 +85,7 @@ class Kiosk : public QWidget {
   KioskLog log_;
   DocumentBridge bridge_;
   ToolState tools_;
+  Hand hand_{bridge_, tools_};
   IdleWatch watch_;
   Page page_ = Page::Choose;
   std::size_t current_ = 0;
@@ -91,7 +93,7 @@ class Kiosk : public QWidget {
   QString copy_;        ///< the private file that is open
   QTimer turn_timer_, next_timer_, code_timer_;
   QPointF last_pointer_;
-  Vec3d last_hand_;
+  std::optional<Vec3d> last_hand_;
   bool leaving_ = false;
 
   QStackedWidget* pages_;
@@ -107,6 +109,6 @@ class Kiosk : public QWidget {
 /// Reads the exhibits, shows them until somebody leaves with the code, and returns the exit status: 1 with one sentence
 /// on standard error, before any window, where a model or caption is bad.
 int run_kiosk(QApplication& application, const QStringList& models_or_folders, const QSettings& settings,
-              const QString& language);
+              const QString& language, const QString& device);
 
 }  // namespace relief::studio

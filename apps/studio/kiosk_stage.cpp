@@ -83,8 +83,10 @@ void KioskStage::add_colours() {
     swatch->setCheckable(true);
     swatch->setFocusPolicy(Qt::NoFocus);
     group->addButton(swatch);
-    connect(swatch, &Swatch::clicked, this,
-            [this, colour = swatch->colour()] { tools_.set_colour({colour.redF(), colour.greenF(), colour.blueF()}); });
+    // Assistive tools check the swatch without clicking it.
+    connect(swatch, &Swatch::toggled, this, [this, colour = swatch->colour()](bool on) {
+      if (on) tools_.set_colour({colour.redF(), colour.greenF(), colour.blueF()});
+    });
     grid->addWidget(swatch, k / 4, k % 4);
     ++k;
   }
@@ -121,7 +123,7 @@ void KioskStage::set_exhibit(const Exhibit& exhibit) {
   // The first tool that leaves a trace: who taps sees something happen.
   const auto first =
       std::ranges::find_if(exhibit.tools, [](const QString& id) { return ToolState::tool_of(id).has_value(); });
-  colours_->findChild<Swatch*>()->click();
+  colours_->findChild<Swatch*>()->setChecked(true);
   const QString id = first == exhibit.tools.end() ? exhibit.tools.first() : *first;
   for (QAbstractButton* button : tool_group_->buttons())
     if (button->property("tool-id").toString() == id) button->setChecked(true);

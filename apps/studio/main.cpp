@@ -112,7 +112,7 @@ int run(int argc, char** argv) {
     const QString language = language_for(o.language.empty() ? chosen(*settings, "language").toString() : text(o.language));
     use_language(application, language);
     set_reduced_motion(chosen(*settings, "look/reduced-motion").toBool());
-    return run_kiosk(application, shown, *settings, language);
+    return run_kiosk(application, shown, *settings, language, text(o.device));
   }
   event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
   // Another language builds the window anew; the model goes on where it was.

@@ -6,7 +6,7 @@
 #include <QLabel>
 #include <QPainter>
 #include <QPainterPath>
-#include <QToolButton>
+#include <QPushButton>
 #include <QVBoxLayout>
 
 namespace relief::studio {
@@ -63,6 +63,44 @@ QPixmap drawing_of(const QString& map, double ratio) {
   return picture;
 }
 
+/// A picture, a title and words below each other, as wide as they are given and as high as the words then need.
+class PictureButton : public QPushButton {
+ public:
+  PictureButton(const QPixmap& picture, const QString& title, const QString& words, QWidget* parent)
+      : QPushButton(parent) {
+    auto* column = new QVBoxLayout(this);
+    column->setContentsMargins(scaled(8), scaled(10), scaled(8), scaled(10));
+    auto* drawing = new QLabel(this);
+    drawing->setPixmap(picture);
+    auto* head = new QLabel(title, this);
+    head->setFont(ui_font(10.5, QFont::DemiBold));
+    auto* rest = new QLabel(words, this);
+    for (QLabel* label : {drawing, head, rest}) {
+      label->setAlignment(Qt::AlignCenter);
+      label->setAttribute(Qt::WA_TransparentForMouseEvents);
+      column->addWidget(label);
+    }
+    for (QLabel* label : {head, rest}) label->setWordWrap(true);
+    setAccessibleName(title);
+    setAccessibleDescription(words);
+    setAutoDefault(false);
+    QSizePolicy policy(QSizePolicy::Expanding, QSizePolicy::Minimum);
+    policy.setHeightForWidth(true);
+    setSizePolicy(policy);
+  }
+  QSize sizeHint() const override { return layout()->sizeHint(); }
+  QSize minimumSizeHint() const override { return layout()->minimumSize(); }
+  bool hasHeightForWidth() const override { return true; }
+  int heightForWidth(int width) const override { return layout()->totalHeightForWidth(width); }
+
+ protected:
+  // Layouts of layouts forget the height that words need when they are wrapped.
+  void resizeEvent(QResizeEvent* event) override {
+    QPushButton::resizeEvent(event);
+    setMinimumHeight(heightForWidth(width()));
+  }
+};
+
 }  // namespace
 
 NavigationCard::NavigationCard(QWidget* parent) : QFrame(parent) {
@@ -81,17 +119,9 @@ NavigationCard::NavigationCard(QWidget* parent) : QFrame(parent) {
       Choice{QStringLiteral("industry"), tr("Alt and left button"), tr("as in film and CAD; middle moves")},
       Choice{QStringLiteral("pen"), tr("Beside the model"), tr("with a pen; Shift moves")}};
   for (const Choice& choice : choices) {
-    auto* button = new QToolButton(this);
+    auto* button = new PictureButton(drawing_of(choice.map, devicePixelRatioF()), choice.title, choice.words, this);
     button->setObjectName(QStringLiteral("map-") + choice.map);
-    button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
-    button->setIcon(drawing_of(choice.map, devicePixelRatioF()));
-    button->setIconSize(QSize(scaled(150), scaled(84)));
-    button->setText(choice.title + QLatin1Char('\n') + choice.words);
-    button->setAccessibleName(choice.title);
-    button->setAccessibleDescription(choice.words);
-    button->setProperty("card", true);
-    button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    connect(button, &QToolButton::clicked, this, [this, map = choice.map] { emit mapChosen(map); });
+    connect(button, &QPushButton::clicked, this, [this, map = choice.map] { emit mapChosen(map); });
     row->addWidget(button, 1);
   }
   column->addLayout(row);

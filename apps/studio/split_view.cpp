@@ -36,6 +36,14 @@ void SplitView::show_map(std::optional<Look::Map> map) {
   analysis_->set_look(look);
 }
 
+void SplitView::set_look(const Look& look) {
+  shaded_->set_look(look);
+  if (analysis_ == nullptr) return;
+  Look mapped = look;
+  mapped.map = analysis_->look().map;
+  analysis_->set_look(mapped);
+}
+
 void SplitView::make() {
   analysis_ = new Viewport(bridge_, tools_, this);
   analysis_->setObjectName(QStringLiteral("analysis"));

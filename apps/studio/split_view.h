@@ -17,6 +17,8 @@ class SplitView : public QSplitter {
   [[nodiscard]] Viewport& shaded() { return *shaded_; }
   /// Null while it is closed.
   [[nodiscard]] Viewport* analysis() { return analysis_; }
+  /// That of the first view; the second one keeps its map.
+  void set_look(const Look& look);
   /// Empty, or Map::None, closes it.
   void show_map(std::optional<Look::Map> map);
 

@@ -35,6 +35,22 @@ QLabel* heading(const QString& words, QWidget* parent) {
   return label;
 }
 
+/// As high as its words are at its width, which a scroll area does not ask for by itself.
+class Page : public QWidget {
+ protected:
+  void resizeEvent(QResizeEvent*) override { grow(); }
+  bool event(QEvent* event) override {
+    const bool done = QWidget::event(event);
+    if (event->type() == QEvent::LayoutRequest) grow();
+    return done;
+  }
+
+ private:
+  void grow() {
+    if (layout() != nullptr && layout()->hasHeightForWidth()) setMinimumHeight(layout()->totalHeightForWidth(width()));
+  }
+};
+
 /// A picture over a title and lines of detail; the whole of it is the button.
 class PictureButton : public QToolButton {
  public:
@@ -112,7 +128,7 @@ void StartPage::set_question(std::function<QWidget*(QWidget* parent)> make) {
 void StartPage::build() {
   // What was clicked may still be at work.
   if (QWidget* old = takeWidget()) old->deleteLater();
-  auto* page = new QWidget;
+  auto* page = new Page;
   auto* whole = new QHBoxLayout(page);
   auto* middle = new QWidget(page);
   middle->setMaximumWidth(scaled(4 * 190));

@@ -585,7 +585,7 @@ std::uint64_t DisplayCache::triangle_count(const Detail& detail) const noexcept 
 
 std::uint64_t DisplayCache::draw(const Detail& detail, const std::function<bool(SlabId)>& wanted,
                                  const std::function<bool()>& go_on) {
-  constexpr std::uint64_t kPortion = 100'000;
+  constexpr std::uint64_t kPortion = 50'000;
   if (vertex_array_ == 0) {
     vertex_array_ = make_vertex_array();
     for (GLuint k = 0; k < 8; ++k) {

@@ -71,7 +71,7 @@ class DisplayCache {
 
   /// Draws slabs with the program in use, stitched and without holes as tessellate() does it: an edge has the level of
   /// the coarser of its two slabs. Vertex stage: see kPlace. `wanted` empty: all slabs. Where `go_on` is given, draws
-  /// in portions of about 100,000 triangles and stops when it says false. Returns the number of triangles.
+  /// in portions of about 50,000 triangles and stops when it says false. Returns the number of triangles.
   std::uint64_t draw(const Detail& detail, const std::function<bool(SlabId)>& wanted = {},
                      const std::function<bool()>& go_on = {});
   [[nodiscard]] std::uint64_t triangle_count(const Detail& detail) const noexcept;

@@ -323,7 +323,7 @@ Status FrameRenderer::State::draw_pass(const Frame& frame, GLuint prog, const Pi
   glUseProgram(prog);
   if (!slabs) {
     glBindVertexArray(mesh.array);
-    constexpr GLsizei kPortion = 300'000;
+    constexpr GLsizei kPortion = 150'000;
     for (GLsizei first = 0; first < mesh.count; first += kPortion) {
       glDrawElements(GL_TRIANGLES, std::min(kPortion, mesh.count - first), GL_UNSIGNED_INT,
                      reinterpret_cast<const void*>(static_cast<std::size_t>(first) * 4));
@@ -508,7 +508,8 @@ Result<PixelRect> FrameRenderer::draw(const Snapshot& model, const Frame& frame,
   s.stats.tiles_uploaded = changes->tiles;
   PixelRect rect = s.plan(frame, before, *changes, same);
   const bool studio = frame.look.light == Look::Light::Studio;
-  if (studio && !rect.empty()) {
+  // A shadow may come from what is not seen itself.
+  if (studio && (!rect.empty() || changes->tiles > 0)) {
     rect = {0, 0, frame.width, frame.height};
     s.stats.everything = true;
     RELIEF_CHECK(s.draw_studio(frame, {pixels.data(), stride, rect}, cancel));

@@ -19,9 +19,9 @@ struct Look {
   /// Matcap: light by the direction that the surface faces, for sculpting. Studio: many lights with shadows, which
   /// darken hollows too; a frame of it takes seconds, and is always drawn whole.
   enum class Light : std::uint8_t { Matcap, Studio };
-  /// What colour shows instead of the surface's own, with a legend. Displacement: alpha. Depth: how much clay is left
-  /// to the nearer end of the fibre, a length. Slabs: one colour each. Stretch: the area of a micro-triangle against
-  /// the model's mean.
+  /// What colour shows instead of the surface's own, with a legend. Displacement: height above the middle of the fibre,
+  /// a length. Depth: how much clay is left to the nearer end of the fibre, a length. Slabs: one colour each. Stretch:
+  /// the area of a micro-triangle against the model's mean.
   enum class Map : std::uint8_t { None, Displacement, Depth, Slabs, Stretch };
   Light light = Light::Matcap;
   int matcap = 0;       ///< into matcaps()

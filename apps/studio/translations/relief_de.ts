@@ -208,10 +208,6 @@
         <source>field-tested</source>
         <translation>am Gerät erprobt</translation>
     </message>
-    <message>
-        <source>The device's clock jumped; forces are off until you lift off.</source>
-        <translation>Die Uhr des Geräts ist gesprungen; die Kräfte sind aus, bis Sie abheben.</translation>
-    </message>
 </context>
 <context>
     <name>LayersPanel</name>
@@ -992,8 +988,8 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>%1 von %2</translation>
     </message>
     <message>
-        <source>%1, worst %2, late %3</source>
-        <translation>%1, höchstens %2, zu spät %3</translation>
+        <source>%1, worst %2</source>
+        <translation>%1, höchstens %2</translation>
     </message>
     <message>
         <source>Drag along a plot to see one moment.</source>
@@ -1825,7 +1821,7 @@ berühren, um weiterzumachen</translation>
     </message>
     <message>
         <source>Heading of %1</source>
-        <translation>Überschrift von %1</translation>
+        <translation>Titelzeile von %1</translation>
     </message>
     <message>
         <source>Mend it and try again</source>

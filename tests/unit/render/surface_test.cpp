@@ -213,6 +213,30 @@ TEST(Upload, AnEditLeavesTheSamePictureAsAFreshRenderer) {
   EXPECT_EQ(kept.rgb, try_draw(*fresh, *after, front(), settings)->rgb);
 }
 
+TEST(Upload, AnEditThatIsOutOfThePictureStillChangesStudioLight) {
+  // The camera sees the floor beside the ball, where its shadow lies, and the ball's lower half only.
+  const auto before = ball(2, 16);
+  SnapshotDraft draft(before);
+  for (SlabId s = 0; s < before->slab_mesh().slab_count(); ++s)
+    for (int k = 0; k < static_cast<int>(sample_count(16)); ++k)
+      if (before->slab_mesh().box(s).centre().y > 0.7) draft.edit(Layer::Displacement, s).plane()[k] = 0.9F;
+  const auto after = draft.finish();
+  DrawSettings settings = small_settings();
+  settings.ground = true;
+  Camera low = front();
+  low.eye = {0, 0.3, 5};
+  low.target = {0, -1, 0};
+  low.field_of_view = 14;
+  Frame frame = settings.frame(low);
+  std::vector<std::uint32_t> words(std::size_t{320} * 180);
+  auto with = FrameRenderer::create();
+  ASSERT_TRUE(with && with->draw(*before, frame, words, 320));
+  const auto rect = with->draw(*after, frame, words, 320);
+  ASSERT_TRUE(rect);
+  EXPECT_EQ(*rect, (PixelRect{0, 0, 320, 180}));
+  EXPECT_TRUE(with->draw(*after, frame, words, 320)->empty());
+}
+
 TEST(Upload, AnotherModelAnotherColourGridAndBack) {
   const auto plain = ball(1, 15), fine = ball(2, 16);
   const auto red = coloured(plain, 4, [](Vec3d) { return Vec3f{0.9F, 0.1F, 0.1F}; });

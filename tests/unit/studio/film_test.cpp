@@ -224,6 +224,17 @@ TEST_F(Views, TheSecondViewFollowsAndLeads) {
   EXPECT_EQ(second.camera(), views.shaded().camera());
 }
 
+TEST_F(Views, AnotherLookIsForBothAndKeepsTheMap) {
+  views.show_map(Look::Map::Depth);
+  Look look = views.shaded().look();
+  look.slab_wires = true;
+  views.set_look(look);
+  EXPECT_TRUE(views.shaded().look().slab_wires);
+  EXPECT_TRUE(views.analysis()->look().slab_wires);
+  EXPECT_EQ(views.analysis()->look().map, Look::Map::Depth);
+  EXPECT_EQ(views.shaded().look().map, Look::Map::None);
+}
+
 TEST_F(Views, BothShowTheSameSnapshots) {
   views.show_map(Look::Map::Displacement);
   dent(bridge);

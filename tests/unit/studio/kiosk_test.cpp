@@ -21,6 +21,7 @@
 #include <QTest>
 #include <QThreadPool>
 #include <QWindow>
+#include <cmath>
 
 namespace relief::studio {
 namespace {
@@ -282,10 +283,31 @@ TEST_F(KioskWindow, ADeviceInTheHandCountsAndOneOnTheTableDoesNot) {
   open();
   for (int k = 0; k < 2; ++k) kiosk->watch().tick();
   ASSERT_TRUE(find<QWidget>("kiosk-countdown")->isVisible());
-  kiosk->hand_at({0.0015, 0, 0});
+  kiosk->hand_at({0.1, 0, 0});  // where it lies
+  kiosk->hand_at({0.1015, 0, 0});
+  kiosk->hand_at({std::nan(""), 0, 0});
   EXPECT_TRUE(find<QWidget>("kiosk-countdown")->isVisible());
-  kiosk->hand_at({0.0021, 0, 0});
+  kiosk->hand_at({0.1021, 0, 0});
   EXPECT_FALSE(find<QWidget>("kiosk-countdown")->isVisible());
+}
+
+TEST_F(KioskWindow, ForcesAreCappedAndOffWhileModelsTurn) {
+  put("bowl.json", R"({"force_cap": 0.25, "timeout_s": 2})");
+  kiosk.reset();
+  kiosk = std::make_unique<Kiosk>(*read_exhibits({shown()}), settings, "en", "mouse");
+  kiosk->show();
+  open();
+  Hand& hand = kiosk->hand();
+  ASSERT_TRUE(hand.active());
+  EXPECT_TRUE(hand.forces());
+  const double capped = hand.most_force();
+  EXPECT_GT(capped, 0);
+  EXPECT_LE(hand.force_limit(), capped);
+  hand.set_force_cap(1);
+  EXPECT_NEAR(capped, 0.25 * hand.most_force(), 1e-9);
+  for (int k = 0; k < 3 + IdleWatch::kCountdown; ++k) kiosk->watch().tick();
+  ASSERT_TRUE(QTest::qWaitFor([&] { return kiosk->page() == Kiosk::Page::Attract && hand.active(); }, 30'000));
+  EXPECT_FALSE(hand.forces());
 }
 
 TEST_F(KioskWindow, AModelDamagedLaterIsSkippedAndLogged) {

@@ -13,10 +13,14 @@ namespace relief::studio {
 namespace {
 
 /// A studio's viewport over a ball of radius 1, and what a pen does to it.
-class ViewportTest : public testing::Test {
+class ViewportTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const Model model{{.mode = Mode::Tolerant, .unit = Unit::Millimetre, .source = "ball", .source_diagonal = 3.4}, test::fine_sphere()};
+    Model model;
+    model.info.mode = Mode::Tolerant;
+    model.info.source = "ball";
+    model.info.source_diagonal = 3.4;
+    model.head = testing::fine_sphere();
     auto file = ModelFile::create(place(), model);
     ASSERT_TRUE(file) << file.error().message;
     ASSERT_TRUE(bridge.open(place(), *std::move(file)));
