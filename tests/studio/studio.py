@@ -52,14 +52,17 @@ def wait(what, ask, patience=PATIENCE, rest=0.01):
 
 
 def steady(ask, rest=0.25):
-    """What ask() says once it says the same twice, `rest` seconds apart: for figures that follow the hand."""
-    last = [ask()]
+    """What ask() says once it has said the same for `rest` seconds: for figures that follow the hand."""
+    last, since = ask(), time.monotonic()
 
-    def same():
-        before, last[0] = last[0], ask()
-        return before == last[0]
-    wait("a figure that stands", same, rest=rest)
-    return last[0]
+    def stands():
+        nonlocal last, since
+        now = ask()
+        if now != last:
+            last, since = now, time.monotonic()
+        return time.monotonic() - since > rest
+    wait("a figure that stands", stands)
+    return last
 
 
 def relief(*words):
