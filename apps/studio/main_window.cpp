@@ -57,8 +57,9 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   column->setSpacing(0);
   banner_ = new Banner(middle);
   banner_->hide();
-  // Over the picture, which therefore keeps its size when it comes and goes.
-  opening_ = new QFrame(pages_);
+  // Over the picture, which therefore keeps its size when it comes and goes. Not a child of the pages: those lay their
+  // pages over it, and hide it from assistive tools.
+  opening_ = new QFrame(middle);
   opening_->setProperty("role", QStringLiteral("card"));
   convert_ = new ProgressStrip(opening_);
   (new QVBoxLayout(opening_))->addWidget(convert_);
@@ -457,7 +458,7 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
 /// The verdict's card lies at the lower right of the picture.
 void MainWindow::place_over() {
   const int height = opening_->sizeHint().height();
-  opening_->setGeometry(16, pages_->height() - height - 16, pages_->width() - 32, height);
+  opening_->setGeometry(pages_->x() + 16, pages_->geometry().bottom() - height - 15, pages_->width() - 32, height);
   if (card_ == nullptr || !card_->isVisible()) return;
   card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
   card_->adjustSize();
