@@ -6,7 +6,6 @@
 #include "kiosk_choose.h"
 #include "kiosk_stage.h"
 #include "languages.h"
-#include "picture_of.h"
 #include "shelf.h"
 #include "text.h"
 #include "widgets/theme.h"
@@ -14,16 +13,14 @@
 #include <relief/base/try.h>
 
 #include <QApplication>
-#include <QCloseEvent>
 #include <QDir>
-#include <QKeyEvent>
+#include <QFile>
+#include <QFrame>
 #include <QLabel>
 #include <QLineEdit>
-#include <QMouseEvent>
 #include <QStackedWidget>
 #include <QVBoxLayout>
 #include <csignal>
-#include <cstdio>
 
 namespace relief::studio {
 
@@ -34,13 +31,8 @@ constexpr int kTurnsPerSecond = 10;
 constexpr double kTurn = 0.0105;
 /// ms that each model turns before the next one comes.
 constexpr int kNext = 30'000;
-/// ms that the field for the code stays.
-constexpr int kCodePatience = 20'000;
 /// Seconds on the page of pictures before the models turn by themselves.
 constexpr int kChoosePatience = 60;
-
-/// m: a device that nobody holds trembles by less.
-constexpr double kHeld = 0.002;
 
 /// Where the private copies of this process lie. Those of processes that are no more are removed.
 QString copies_folder() {
@@ -52,10 +44,6 @@ QString copies_folder() {
   const QString folder = all.filePath(QStringLiteral("kiosk-%1").arg(QCoreApplication::applicationPid()));
   QDir().mkpath(folder);
   return folder;
-}
-
-QImage to_image(const Picture& picture) {
-  return QImage(picture.rgb.data(), picture.width, picture.height, 3 * picture.width, QImage::Format_RGB888).copy();
 }
 
 }  // namespace
@@ -106,8 +94,13 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
           [this](const QString& message, quint64) { log_.write(QStringLiteral("not saved: ") + message); });
   connect(&stage_->viewport(), &Viewport::pointed, &hand_, &Hand::point);
   connect(&stage_->viewport(), &Viewport::left, &hand_, &Hand::leave);
-  connect(&hand_, &Hand::ticked, this, [this] {
-    if (hand_.held()) hand_at(hand_.monitor().last().device); });
+  // Queued: what comes of it may end the session that ticks.
+  connect(
+      &hand_, &Hand::ticked, this,
+      [this] {
+        if (hand_.held()) hand_at(hand_.monitor().last().device);
+      },
+      Qt::QueuedConnection);
   connect(&hand_, &Hand::alarm, this, [this](const QString& sentence) { log_.write(sentence); });
   connect(&hand_, &Hand::said, this, [this](const QString& words) { log_.write(words); });
   connect(&watch_, &IdleWatch::countdown, this, &Kiosk::count);
@@ -131,50 +124,6 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
 Kiosk::~Kiosk() {
   close_copy();
   QDir(folder_).removeRecursively();
-}
-
-/// What lies over the pages: words on a model that turns or is being opened, the countdown, the field for the code.
-void Kiosk::build_covers() {
-  cover_ = new QWidget(this);
-  cover_->setObjectName(QStringLiteral("kiosk-cover"));
-  auto* column = new QVBoxLayout(cover_);
-  column->setContentsMargins(scaled(60), scaled(60), scaled(60), scaled(60));
-  cover_title_ = new QLabel(cover_);
-  cover_title_->setFont(ui_font(34, QFont::DemiBold));
-  cover_words_ = new QLabel(cover_);
-  cover_words_->setFont(ui_font(20));
-  column->addWidget(cover_title_);
-  column->addStretch(1);
-  column->addWidget(cover_words_, 0, Qt::AlignHCenter);
-  for (QLabel* label : {cover_title_, cover_words_}) {
-    label->setTextFormat(Qt::PlainText);
-    label->setStyleSheet(
-        QStringLiteral("color: white; background: rgba(0, 0, 0, 110); border-radius: 10px; padding: 10px 18px;"));
-  }
-  column->setAlignment(cover_title_, Qt::AlignLeft);
-  const auto frame = [this](const QString& id) {
-    auto* made = new QFrame(this);
-    made->setObjectName(id);
-    made->setProperty("role", QStringLiteral("card"));
-    made->hide();
-    auto* lines = new QVBoxLayout(made);
-    lines->setContentsMargins(scaled(44), scaled(36), scaled(44), scaled(36));
-    return made;
-  };
-  count_ = frame(QStringLiteral("kiosk-countdown"));
-  count_words_ = new QLabel(count_);
-  count_words_->setFont(ui_font(26, QFont::DemiBold));
-  count_words_->setAlignment(Qt::AlignCenter);
-  count_->layout()->addWidget(count_words_);
-  code_frame_ = frame(QStringLiteral("kiosk-code"));
-  code_line_ = new QLineEdit(code_frame_);
-  code_line_->setObjectName(QStringLiteral("kiosk-code-line"));
-  code_line_->setEchoMode(QLineEdit::Password);
-  code_line_->setContextMenuPolicy(Qt::NoContextMenu);
-  code_line_->setMaxLength(64);
-  code_line_->setMinimumWidth(scaled(260));
-  code_frame_->layout()->addWidget(code_line_);
-  connect(code_line_, &QLineEdit::returnPressed, this, &Kiosk::check_code);
 }
 
 void Kiosk::resizeEvent(QResizeEvent*) {
@@ -350,150 +299,9 @@ void Kiosk::turn() {
   viewport.set_camera(orbit(viewport.camera(), kTurn, 0, true));
 }
 
-void Kiosk::activity() {
-  if (page_ == Page::Attract) {
-    ++serial_;  // a model that is still being read is not wanted any more
-    close_copy();
-    show_page(Page::Choose);
-    return;
-  }
-  watch_.activity();
-}
-
-void Kiosk::hand_at(Vec3d at) {
-  if (!last_hand_) last_hand_ = at;
-  if (!(length(at - *last_hand_) > kHeld)) return;  // a reading that is no number is no motion
-  last_hand_ = at;
-  activity();
-}
-
-// ---- Input
-
-bool Kiosk::is_input(const QEvent& event) {
-  switch (event.type()) {
-    case QEvent::MouseMove: {
-      // A widget that comes or goes under a pointer makes moves, too.
-      const QPointF at = static_cast<const QMouseEvent&>(event).globalPosition();
-      return std::exchange(last_pointer_, at) != at;
-    }
-    case QEvent::MouseButtonPress:
-    case QEvent::MouseButtonRelease:
-    case QEvent::Wheel:
-    case QEvent::KeyPress:
-    case QEvent::ShortcutOverride:  // all that comes of a key that chooses a tool
-    case QEvent::TouchBegin:
-    case QEvent::TouchUpdate:
-    case QEvent::TabletPress:
-    case QEvent::TabletMove:
-    case QEvent::NativeGesture:
-      return true;
-    default:
-      return false;
-  }
-}
-
-bool Kiosk::eventFilter(QObject*, QEvent* event) {
-  switch (event->type()) {
-    case QEvent::DragEnter:
-    case QEvent::Drop:
-    case QEvent::ContextMenu:
-    case QEvent::ToolTip:
-      return true;
-    default:
-      break;
-  }
-  const bool from_outside = event->spontaneous() || event->type() == QEvent::ShortcutOverride;
-  if (!from_outside || !is_input(*event)) return false;
-  const bool awake = page_ == Page::Choose || (page_ == Page::Model && !watch_.counting_down());
-  if (event->type() == QEvent::KeyPress) {
-    const auto* key = static_cast<const QKeyEvent*>(event);
-    constexpr Qt::KeyboardModifiers kLeave = Qt::ControlModifier | Qt::AltModifier | Qt::ShiftModifier;
-    if (key->key() == Qt::Key_L && key->modifiers() == kLeave) {
-      ask_code();
-      return true;
-    }
-  }
-  activity();
-  return !awake && event->type() != QEvent::MouseMove;  // what wakes the kiosk does nothing else
-}
-
-void Kiosk::closeEvent(QCloseEvent* event) {
-  if (leaving_)
-    event->accept();
-  else
-    event->ignore();
-}
-
-void Kiosk::ask_code() {
-  code_line_->clear();
-  code_frame_->show();
-  code_frame_->adjustSize();
-  code_frame_->move(rect().center() - code_frame_->rect().center());
-  code_frame_->raise();
-  code_line_->setFocus();
-  code_timer_.start(kCodePatience);
-}
-
-void Kiosk::check_code() {
-  code_frame_->hide();
-  if (code_line_->text() != code_) {
-    log_.write(QStringLiteral("a wrong code to leave"));
-    return;
-  }
-  log_.write(QStringLiteral("left with the code"));
-  event_log().write(QStringLiteral("exit"));
-  leaving_ = true;
-  close();
-  QCoreApplication::exit(0);
-}
-
-// ---- Around it
-
-/// The picture of each model, one after the other, on workers.
-void Kiosk::draw_pictures() {
-  const QSize size = choose_->picture_size() * devicePixelRatioF();
-  for (std::size_t k = 0; k < exhibits_.size(); ++k) {
-    auto picture = std::make_shared<QImage>();
-    in_background(
-        this,
-        [from = exhibits_[k].model, look = stage_->viewport().look(), size, picture]() -> Status {
-          RELIEF_TRY(const ModelFile original, ModelFile::open(path(from), true));
-          Frame frame;
-          frame.width = size.width();
-          frame.height = size.height();
-          frame.samples = 4;
-          frame.look = look;
-          frame.camera = framing(*original.model().head, 20, 15, size.width() / double(size.height()));
-          RELIEF_TRY(const Picture drawn, draw_picture(*original.model().head, frame));
-          *picture = to_image(drawn);
-          return {};
-        },
-        [this, k, picture](const Status& status) {
-          if (status)
-            choose_->set_picture(k, *picture);
-          else
-            log_.write(QStringLiteral("no picture: ") + text(status.error().message));
-        });
-  }
-}
-
 void Kiosk::log(const QString& page, const QString& words) {
   event_log().write(QStringLiteral("kiosk"), {{"page", page}});
   if (!words.isEmpty()) log_.write(words);
-}
-
-int run_kiosk(QApplication& application, const QStringList& models_or_folders, const QSettings& settings,
-              const QString& language, const QString& device) {
-  Result<std::vector<Exhibit>> exhibits = read_exhibits(models_or_folders);
-  if (!exhibits) {
-    std::fprintf(stderr, "relief studio: %s\n", exhibits.error().message.c_str());
-    return 1;
-  }
-  event_log().write(QStringLiteral("start"), {{"pid", QCoreApplication::applicationPid()}});
-  Kiosk kiosk(std::move(*exhibits), settings, language, device);
-  kiosk.showFullScreen();
-  kiosk.activateWindow();
-  return application.exec();
 }
 
 }  // namespace relief::studio
