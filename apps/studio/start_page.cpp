@@ -108,6 +108,18 @@ class PictureButton : public QToolButton {
   QPixmap picture_;
 };
 
+/// Words that wrap, as high as they then are: layouts of layouts forget the height that a width needs.
+class WrappedLabel : public QLabel {
+ public:
+  WrappedLabel(const QString& words, QWidget* parent) : QLabel(words, parent) { setWordWrap(true); }
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override {
+    QLabel::resizeEvent(event);
+    setMinimumHeight(heightForWidth(width()));
+  }
+};
+
 }  // namespace
 
 StartPage::StartPage(Shelf& shelf, QWidget* parent) : QScrollArea(parent), shelf_(shelf) {
@@ -231,8 +243,7 @@ void StartPage::add_hints(QVBoxLayout& into) {
     sign->setPixmap(icon_pixmap(hint.picture, scaled(26), current_theme().accent, devicePixelRatioF()));
     auto* title = new QLabel(hint.title, box);
     title->setFont(ui_font(10.5, QFont::DemiBold));
-    auto* words = new QLabel(hint.words, box);
-    words->setWordWrap(true);
+    auto* words = new WrappedLabel(hint.words, box);
     column->addWidget(sign);
     column->addWidget(title);
     column->addWidget(words);
