@@ -1,6 +1,7 @@
 """Every control: its name, its one showing, and a click on it; the work without a mouse."""
 
 import collections
+import subprocess
 import unittest
 
 import studio
@@ -18,6 +19,7 @@ class Names(Case):
     @classmethod
     def setUpClass(cls):
         cls.studio = Studio(model())
+        cls.main = cls.studio.windows()[0]
 
     @classmethod
     def tearDownClass(cls):
@@ -59,11 +61,14 @@ class Names(Case):
 
     def back_at_the_model(self):
         """Whatever the click opened is closed by Escape, and the viewport is there."""
-        s = self.studio
+        s, main = self.studio, self.main
 
         def none_open():
             s.alive()
-            if len(s.windows()) > 1 or any(True for _ in s.all(lambda o: o.getRoleName() == "popup menu" and studio.shows(o))):
+            dialogs = [window for window in s.windows() if window != main]
+            if dialogs:  # a click beside it may have taken the keys from it
+                subprocess.run(["xdotool", "windowactivate", dialogs[-1]], capture_output=True, timeout=60)
+            if dialogs or any(True for _ in s.all(lambda o: o.getRoleName() == "popup menu" and studio.shows(o))):
                 s.hand.keys("Escape")
                 return False
             return True
@@ -97,14 +102,14 @@ class Keyboard(Case):
         at = s.log.mark()
         s.hand.keys("space")
         s.log.wait("opened", at, patience=4 * studio.PATIENCE)
-        s.settled(mark=at)
+        s.settled(mark=at, samples=1)
         s.hand.keys("c")
         wait("Carve", lambda: studio.checked(s.find("Carve")))
         before, at = s.picture(), s.log.mark()
         s.hand.keys("Right", "Right", "Down", "Return")
         made = s.log.wait("stroke", at)
         self.assertGreater(made["samples"], 0)
-        wait("the dent", lambda: before.differing(s.picture(), 8) > 100)
+        wait("the dent", lambda: before.differing(s.picture(), 16) > 100)
         at = s.log.mark()
         s.hand.keys("Control_L+z")
         s.log.wait("history", at, lambda e: e["undo"] == 0)

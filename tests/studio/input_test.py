@@ -272,15 +272,13 @@ class IndustryMap(Camera):
 
     @classmethod
     def setUpClass(cls):
-        settings = studio.folder() / "config" / "relief" / "studio.conf"
-        settings.parent.mkdir(exist_ok=True)
-        settings.write_text("[input]\nmap=industry\n")
+        studio.settings("[input]", "map=industry")
         cls.studio = Studio(model())
 
     @classmethod
     def tearDownClass(cls):
         super().tearDownClass()
-        (studio.folder() / "config" / "relief" / "studio.conf").unlink()
+        studio.settings()
 
     def test_01_orbit(self):
         after = self.turned(lambda: self.studio.drag((0.4, 0.5), (0.6, 0.5), keys=["Alt_L"]))

@@ -7,7 +7,7 @@ import time
 import unittest
 
 import studio
-from studio import Case, Studio, journal, measured, model, relief, wait
+from studio import Case, SOAK, Studio, journal, measured, model, relief, steady, wait
 
 
 def forget():
@@ -15,6 +15,7 @@ def forget():
     for name in ("config", "state", "data", "cache"):
         shutil.rmtree(studio.folder() / name, ignore_errors=True)
         (studio.folder() / name).mkdir(mode=0o700)
+    studio.settings()
 
 
 class FirstRun(Case):
@@ -127,7 +128,7 @@ class Idle(Case):
         s = self.studio
         s.press("Carve")
         s.stroke((0.45, 0.5), (0.55, 0.5))
-        time.sleep(4)  # toasts go, the saver ends: what follows must be nothing at all
+        steady(lambda: (s.log.mark(), s.picture(s.viewport()).words), 4)  # toasts go, the saver ends: then nothing at all
         mark, ticks, switched, begun = s.log.mark(), processor_ticks(s.pid), switches(s.pid), time.monotonic()
         before = s.picture(s.viewport())
         time.sleep(10)  # the thing that is measured
@@ -161,6 +162,33 @@ class Idle(Case):
         self.assertEqual(s.log.since(mark, "frame"), [])
         s.to_front()
         self.assertGreaterEqual(s.settled(mark=mark)["revision"], head.get("revision", 0))
+
+
+class Leaks(Case):
+    """Open, carve, close, again and again: what a model needs is given back."""
+
+    ROUNDS = 50 if SOAK else 8
+
+    def test_open_carve_close(self):
+        file = model()
+        s = Studio(file)
+        counts, sizes = [], []
+        for k in range(self.ROUNDS):
+            s.press("Carve")
+            made = s.stroke((0.42 + 0.001 * k, 0.45), (0.5, 0.5), steps=20, samples=1)
+            self.assertGreater(made["stroke"], 0)
+            mark = s.log.mark()
+            s.hand.at(*s.pixel(0.5, 0.02))
+            s.hand.keys("Control_L+w")
+            page = s.find("Start page")
+            counts.append(steady(lambda: (len(os.listdir(f"/proc/{s.pid}/fd")), len(os.listdir(f"/proc/{s.pid}/task")))))
+            sizes.append(int(pathlib.Path(f"/proc/{s.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20)
+            s.hand.drop(file, *(studio.rect(page)[k] + studio.rect(page)[k + 2] // 2 for k in (0, 1)))
+            s.log.wait("opened", mark)
+            s.settled(mark=mark, samples=1)
+        measured("files and threads, MiB after each closing", f"{counts[4]} to {counts[-1]}, {sizes[4]:.0f} to {sizes[-1]:.0f}", "2 % more at most")
+        self.assertEqual(counts[-1], counts[4])
+        self.assertTrue(s.close())
 
 
 if __name__ == "__main__":

@@ -39,6 +39,13 @@ def folder():
     return _desktop.folder
 
 
+def settings(*lines):
+    """What the next studios find chosen: a window that leaves no picture larger than a test needs, and the lines."""
+    file = folder() / "config" / "relief" / "studio.conf"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("\n".join(("[window]", "size=@Size(1280 820)", *lines, "")))
+
+
 def wait(what, ask, patience=PATIENCE, rest=0.01):
     """The first true answer of ask(); asked again and again."""
     end = time.monotonic() + patience
@@ -94,6 +101,9 @@ def scan(sample="pumpkin", triangles=20000):
     if not mesh.exists():
         relief("sample", sample, "-o", mesh, "--triangles", triangles)
     return mesh
+
+
+settings()
 
 
 class Hand:
