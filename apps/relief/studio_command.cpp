@@ -2,7 +2,6 @@
 #include "commands.h"
 
 #include <fmt/format.h>
-
 #include <unistd.h>
 
 #include <filesystem>
@@ -19,7 +18,8 @@ Status run_studio(std::vector<std::string> arguments) {
   std::string program = (self.parent_path() / "relief-studio").string();
   if (error || !std::filesystem::exists(program, error))
     return fail(Errc::NotFound,
-                fmt::format("{}: the studio is missing; build Relief with Qt 6 installed (tools/install-deps)", printable(program)));
+                fmt::format("{}: the studio is missing; build Relief with Qt 6 installed (tools/install-deps)",
+                            printable(program)));
   std::vector<char*> words = {program.data()};
   for (std::string& each : arguments) words.push_back(each.data());
   words.push_back(nullptr);

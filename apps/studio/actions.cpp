@@ -32,7 +32,8 @@ void MainWindow::build_actions() {
     if (Shelf::is_unnamed(text(bridge_.file())))
       ask_save_as();
     else
-      say(tr("Saved as you work: every finished stroke is in %1.").arg(QString::fromStdString(bridge_.file().filename().string())));
+      say(tr("Saved as you work: every finished stroke is in %1.")
+              .arg(QString::fromStdString(bridge_.file().filename().string())));
   });
   add("save-as", tr("Save &as …"), QKeySequence::SaveAs, [this] { ask_save_as(); });
   add("export", tr("&Export …"), QKeySequence(Qt::CTRL | Qt::Key_E), [this] { ask_export(); });
@@ -54,7 +55,8 @@ void MainWindow::build_actions() {
     QAction* tool = add("tool-" + id, ToolState::title(id), QKeySequence(ToolState::key(id)), {});
     tool->setIcon(icon(id));
     tool->setCheckable(true);
-    tool->setToolTip(QStringLiteral("<b>%1</b> (%2)<br>%3").arg(ToolState::title(id), ToolState::key(id), ToolState::help(id)));
+    tool->setToolTip(
+        QStringLiteral("<b>%1</b> (%2)<br>%3").arg(ToolState::title(id), ToolState::key(id), ToolState::help(id)));
     tool->setStatusTip(ToolState::help(id));
     tool_group_->addAction(tool);
     // Assistive tools check the button without triggering the action.
@@ -62,16 +64,21 @@ void MainWindow::build_actions() {
       if (on) tools_.choose(id);
     });
   }
-  add("drag-radius", tr("Set the radius with the mouse"), QKeySequence(Qt::Key_F), [this] { viewport_->begin_drag("radius"); });
-  add("drag-strength", tr("Set the strength with the mouse"), QKeySequence(Qt::SHIFT | Qt::Key_F), [this] { viewport_->begin_drag("strength"); });
-  add("radius-less", tr("Smaller radius"), QKeySequence(Qt::Key_BracketLeft), [this] { tools_.set_value("radius", tools_.value("radius") / 1.1); });
-  add("radius-more", tr("Larger radius"), QKeySequence(Qt::Key_BracketRight), [this] { tools_.set_value("radius", tools_.value("radius") * 1.1); });
+  add("drag-radius", tr("Set the radius with the mouse"), QKeySequence(Qt::Key_F),
+      [this] { viewport_->begin_drag("radius"); });
+  add("drag-strength", tr("Set the strength with the mouse"), QKeySequence(Qt::SHIFT | Qt::Key_F),
+      [this] { viewport_->begin_drag("strength"); });
+  add("radius-less", tr("Smaller radius"), QKeySequence(Qt::Key_BracketLeft),
+      [this] { tools_.set_value("radius", tools_.value("radius") / 1.1); });
+  add("radius-more", tr("Larger radius"), QKeySequence(Qt::Key_BracketRight),
+      [this] { tools_.set_value("radius", tools_.value("radius") * 1.1); });
   QAction* symmetry = add("symmetry", tr("Symmetry"), QKeySequence(Qt::Key_X), {});
   symmetry->setCheckable(true);
   connect(symmetry, &QAction::toggled, this, [this](bool on) {
     if (on != (tools_.brush().symmetry != 0)) tools_.set_value("symmetry", on ? 1 : 0);
   });
-  add("pick-colour", tr("Pick a colour from the model"), QKeySequence(Qt::SHIFT | Qt::Key_S), [this] { viewport_->pick_colour(); });
+  add("pick-colour", tr("Pick a colour from the model"), QKeySequence(Qt::SHIFT | Qt::Key_S),
+      [this] { viewport_->pick_colour(); });
 
   add("frame", tr("Show all"), QKeySequence(Qt::Key_Home), [this] { viewport_->frame_all(); });
   struct AxisKey {
@@ -85,9 +92,16 @@ void MainWindow::build_actions() {
   const std::array opposites = {QT_TR_NOOP("Back"), QT_TR_NOOP("Left"), QT_TR_NOOP("Bottom")};
   for (std::size_t k = 0; k < axes.size(); ++k) {
     const AxisKey& axis = axes[k];
-    const auto keys = [&](Qt::KeyboardModifiers m) { return QList<QKeySequence>{QKeySequence(m | Qt::Key(axis.key)), QKeySequence(m | Qt::KeypadModifier | Qt::Key(axis.key))}; };
-    add(QStringLiteral("view-") + axis.id, tr(axis.title), {}, [this, view = axis.view] { viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up())); })->setShortcuts(keys(Qt::NoModifier));
-    add(QStringLiteral("view-not-") + axis.id, tr(opposites[k]), {}, [this, view = axis.opposite] { viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up())); })->setShortcuts(keys(Qt::ControlModifier));
+    const auto keys = [&](Qt::KeyboardModifiers m) {
+      return QList<QKeySequence>{QKeySequence(m | Qt::Key(axis.key)),
+                                 QKeySequence(m | Qt::KeypadModifier | Qt::Key(axis.key))};
+    };
+    add(QStringLiteral("view-") + axis.id, tr(axis.title), {}, [this, view = axis.view] {
+      viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up()));
+    })->setShortcuts(keys(Qt::NoModifier));
+    add(QStringLiteral("view-not-") + axis.id, tr(opposites[k]), {}, [this, view = axis.opposite] {
+      viewport_->set_camera(look_along(viewport_->camera(), view, viewport_->up()));
+    })->setShortcuts(keys(Qt::ControlModifier));
   }
   struct Step {
     const char *id, *title;
@@ -95,13 +109,18 @@ void MainWindow::build_actions() {
     double right, down;
   };
   constexpr double kStep = 0.2617993877991494;  // 15 degrees
-  for (const Step& step : {Step{"turn-left", QT_TR_NOOP("Turn left"), Qt::Key_4, -kStep, 0}, Step{"turn-right", QT_TR_NOOP("Turn right"), Qt::Key_6, kStep, 0},
-                           Step{"turn-up", QT_TR_NOOP("Turn up"), Qt::Key_8, 0, -kStep}, Step{"turn-down", QT_TR_NOOP("Turn down"), Qt::Key_2, 0, kStep}})
+  for (const Step& step : {Step{"turn-left", QT_TR_NOOP("Turn left"), Qt::Key_4, -kStep, 0},
+                           Step{"turn-right", QT_TR_NOOP("Turn right"), Qt::Key_6, kStep, 0},
+                           Step{"turn-up", QT_TR_NOOP("Turn up"), Qt::Key_8, 0, -kStep},
+                           Step{"turn-down", QT_TR_NOOP("Turn down"), Qt::Key_2, 0, kStep}})
     add(QString::fromLatin1(step.id), tr(step.title), QKeySequence(step.key),
         [this, step] { viewport_->set_camera(orbit(viewport_->camera(), step.right, step.down, true)); });
-  for (const auto& [id, title, key, side] : {std::tuple{"roll-left", QT_TR_NOOP("Roll left"), Qt::Key_4, 1.0}, std::tuple{"roll-right", QT_TR_NOOP("Roll right"), Qt::Key_6, -1.0}})
-    add(QString::fromLatin1(id), tr(title), QKeySequence(Qt::SHIFT | key), [this, side] { viewport_->set_camera(roll(viewport_->camera(), side * kStep)); });
-  add("lens", tr("Perspective or parallel"), QKeySequence(Qt::Key_5), [this] { viewport_->set_camera(with_lens(viewport_->camera(), !viewport_->camera().parallel)); });
+  for (const auto& [id, title, key, side] : {std::tuple{"roll-left", QT_TR_NOOP("Roll left"), Qt::Key_4, 1.0},
+                                             std::tuple{"roll-right", QT_TR_NOOP("Roll right"), Qt::Key_6, -1.0}})
+    add(QString::fromLatin1(id), tr(title), QKeySequence(Qt::SHIFT | key),
+        [this, side] { viewport_->set_camera(roll(viewport_->camera(), side * kStep)); });
+  add("lens", tr("Perspective or parallel"), QKeySequence(Qt::Key_5),
+      [this] { viewport_->set_camera(with_lens(viewport_->camera(), !viewport_->camera().parallel)); });
   QAction* up = add("z-up", tr("The z axis is up"), {}, {});
   up->setCheckable(true);
   connect(up, &QAction::toggled, this, [this](bool on) {
@@ -109,7 +128,8 @@ void MainWindow::build_actions() {
     settings_.setValue("models/z-up/" + desk_.title(), on);
     viewport_->set_up(on ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0});
   });
-  const auto look_switch = [this](const QString& id, const QString& title, const QKeySequence& key, std::function<bool(const Look&)> get, std::function<void(Look&, bool)> put) {
+  const auto look_switch = [this](const QString& id, const QString& title, const QKeySequence& key,
+                                  std::function<bool(const Look&)> get, std::function<void(Look&, bool)> put) {
     QAction* action = add(id, title, key, {});
     action->setCheckable(true);
     action->setChecked(get(viewport_->look()));
@@ -119,11 +139,21 @@ void MainWindow::build_actions() {
       use_look(look);
     });
   };
-  look_switch("wires", tr("Slab wires"), QKeySequence(Qt::ALT | Qt::Key_W), [](const Look& l) { return l.slab_wires; }, [](Look& l, bool on) { l.slab_wires = on; });
-  look_switch("heat", tr("Heat map"), QKeySequence(Qt::ALT | Qt::Key_H), [](const Look& l) { return l.map == Look::Map::Displacement; }, [](Look& l, bool on) { l.map = on ? Look::Map::Displacement : Look::Map::None; });
-  look_switch("cavity", tr("Cavity"), {}, [](const Look& l) { return l.cavity; }, [](Look& l, bool on) { l.cavity = on; });
-  look_switch("studio-light", tr("Studio light when still"), QKeySequence(Qt::ALT | Qt::Key_L), [](const Look& l) { return l.light == Look::Light::Studio; }, [](Look& l, bool on) { l.light = on ? Look::Light::Studio : Look::Light::Matcap; });
-  add("redraw", tr("Draw again"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R), [this] { viewport_->redraw_everything(); });
+  look_switch(
+      "wires", tr("Slab wires"), QKeySequence(Qt::ALT | Qt::Key_W), [](const Look& l) { return l.slab_wires; },
+      [](Look& l, bool on) { l.slab_wires = on; });
+  look_switch(
+      "heat", tr("Heat map"), QKeySequence(Qt::ALT | Qt::Key_H),
+      [](const Look& l) { return l.map == Look::Map::Displacement; },
+      [](Look& l, bool on) { l.map = on ? Look::Map::Displacement : Look::Map::None; });
+  look_switch(
+      "cavity", tr("Cavity"), {}, [](const Look& l) { return l.cavity; }, [](Look& l, bool on) { l.cavity = on; });
+  look_switch(
+      "studio-light", tr("Studio light when still"), QKeySequence(Qt::ALT | Qt::Key_L),
+      [](const Look& l) { return l.light == Look::Light::Studio; },
+      [](Look& l, bool on) { l.light = on ? Look::Light::Studio : Look::Light::Matcap; });
+  add("redraw", tr("Draw again"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R),
+      [this] { viewport_->redraw_everything(); });
 
   add("panels", tr("Hide or show all panels"), QKeySequence(Qt::Key_F4), [this] {
     const bool any = std::ranges::any_of(docks_, [](const QDockWidget* dock) { return dock->isVisible(); });
@@ -159,16 +189,20 @@ void MainWindow::build_menus() {
   });
   fill(file, {"-", "save", "save-as", "export", "picture", "turntable", "report", "-", "close-model", "quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour", "-", "preferences", "-"});
+  fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry",
+              "pick-colour", "-", "preferences", "-"});
   QMenu* tool = edit->addMenu(tr("&Tools"));
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));
-  fill(view, {"frame", "-", "view-front", "view-right", "view-top", "view-not-front", "view-not-right", "view-not-top", "-",
-              "turn-left", "turn-right", "turn-up", "turn-down", "roll-left", "roll-right", "lens", "z-up", "-", "wires", "heat", "cavity", "studio-light", "-"});
+  fill(view, {"frame",        "-",    "view-front", "view-right", "view-top", "view-not-front", "view-not-right",
+              "view-not-top", "-",    "turn-left",  "turn-right", "turn-up",  "turn-down",      "roll-left",
+              "roll-right",   "lens", "z-up",       "-",          "wires",    "heat",           "cavity",
+              "studio-light", "-"});
   QMenu* matcap = view->addMenu(tr("&Clay"));
   auto* group = new QActionGroup(this);
   for (std::size_t k = 0; k < matcaps().size(); ++k) {
-    QAction* each = add(QStringLiteral("matcap-%1").arg(k), QCoreApplication::translate("Matcaps", std::string(matcaps()[k]).c_str()), {}, {});
+    QAction* each = add(QStringLiteral("matcap-%1").arg(k),
+                        QCoreApplication::translate("Matcaps", std::string(matcaps()[k]).c_str()), {}, {});
     each->setCheckable(true);
     each->setChecked(static_cast<int>(k) == viewport_->look().matcap);
     group->addAction(each);

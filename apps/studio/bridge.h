@@ -4,7 +4,6 @@
 #include <relief/session/document.h>
 
 #include <QObject>
-
 #include <memory>
 #include <mutex>
 #include <optional>

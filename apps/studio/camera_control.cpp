@@ -80,8 +80,8 @@ Camera roll(Camera camera, double radians) {
 }
 
 Camera look_along(Camera camera, AxisView view, Vec3d up) {
-  static constexpr std::array<Vec3d, 6> kBack = {
-      Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}};
+  static constexpr std::array<Vec3d, 6> kBack = {Vec3d{0, 0, 1},  Vec3d{0, 0, -1}, Vec3d{1, 0, 0},
+                                                 Vec3d{-1, 0, 0}, Vec3d{0, 1, 0},  Vec3d{0, -1, 0}};
   const double reach = length(camera.eye - camera.target);
   Vec3d back = kBack[static_cast<std::size_t>(view)];
   // From above and below, half a degree off the pole, so that up stays what it is.

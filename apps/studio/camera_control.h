@@ -4,7 +4,6 @@
 #include <relief/render/frame.h>
 
 #include <QPointF>
-
 #include <optional>
 
 namespace relief::studio {

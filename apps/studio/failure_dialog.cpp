@@ -12,7 +12,8 @@
 
 namespace relief::studio {
 
-FailureDialog::FailureDialog(const QString& title, const QString& why, const QString& file, QWidget* parent) : QDialog(parent) {
+FailureDialog::FailureDialog(const QString& title, const QString& why, const QString& file, QWidget* parent)
+    : QDialog(parent) {
   setObjectName(QStringLiteral("failure"));
   setWindowTitle(title);
   setAccessibleName(title);
@@ -40,7 +41,9 @@ FailureDialog::FailureDialog(const QString& title, const QString& why, const QSt
   buttons_ = new QHBoxLayout;
   auto* copy = new QPushButton(tr("Copy the details"), this);
   copy->setAccessibleDescription(tr("Copies the sentence and the file's name, for a report"));
-  connect(copy, &QPushButton::clicked, this, [title, why, file] { QApplication::clipboard()->setText(QStringLiteral("%1: %2 (%3)").arg(title, why, file)); });
+  connect(copy, &QPushButton::clicked, this, [title, why, file] {
+    QApplication::clipboard()->setText(QStringLiteral("%1: %2 (%3)").arg(title, why, file));
+  });
   buttons_->addWidget(copy);
   buttons_->addStretch(1);
   auto* close = new QPushButton(tr("Close"), this);

@@ -24,7 +24,8 @@ namespace {
 /// The folder of the last dialog, else the one for documents.
 QString folder_of(const QSettings& settings, const QString& key) {
   const QString kept = settings.value(QStringLiteral("folders/") + key).toString();
-  return !kept.isEmpty() && QDir(kept).exists() ? kept : QStandardPaths::writableLocation(QStandardPaths::DocumentsLocation);
+  return !kept.isEmpty() && QDir(kept).exists() ? kept
+                                                : QStandardPaths::writableLocation(QStandardPaths::DocumentsLocation);
 }
 
 QString with_extension(QString file, const QString& extension) {
@@ -34,7 +35,8 @@ QString with_extension(QString file, const QString& extension) {
 }  // namespace
 
 void MainWindow::ask_open() {
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"), folder_of(settings_, "open"), FileDesk::filters());
+  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"), folder_of(settings_, "open"),
+                                                    FileDesk::filters());
   if (file.isEmpty()) return;
   settings_.setValue("folders/open", QFileInfo(file).absolutePath());
   open(file);
@@ -42,8 +44,10 @@ void MainWindow::ask_open() {
 
 void MainWindow::ask_save_as() {
   if (bridge_.document() == nullptr) return;
-  QString file = QFileDialog::getSaveFileName(this, tr("Name the model"), folder_of(settings_, "save") + QLatin1Char('/') + desk_.title() + QStringLiteral(".relief"),
-                                              tr("Relief models (*.relief)"));
+  QString file = QFileDialog::getSaveFileName(
+      this, tr("Name the model"),
+      folder_of(settings_, "save") + QLatin1Char('/') + desk_.title() + QStringLiteral(".relief"),
+      tr("Relief models (*.relief)"));
   if (file.isEmpty()) return;
   file = with_extension(file, QStringLiteral(".relief"));
   settings_.setValue("folders/save", QFileInfo(file).absolutePath());
@@ -53,8 +57,10 @@ void MainWindow::ask_save_as() {
 void MainWindow::ask_export() {
   const SnapshotPtr head = bridge_.head();
   if (!head) return;
-  QString file = QFileDialog::getSaveFileName(this, tr("Export the surface as a mesh"), folder_of(settings_, "export") + QLatin1Char('/') + desk_.title() + QStringLiteral(".ply"),
-                                              tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
+  QString file = QFileDialog::getSaveFileName(
+      this, tr("Export the surface as a mesh"),
+      folder_of(settings_, "export") + QLatin1Char('/') + desk_.title() + QStringLiteral(".ply"),
+      tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
   if (file.isEmpty()) return;
   file = with_extension(file, QStringLiteral(".ply"));
   settings_.setValue("folders/export", QFileInfo(file).absolutePath());
@@ -75,7 +81,8 @@ void MainWindow::ask_export() {
 void MainWindow::ask_salvage(const QString& file) {
   const QFileInfo damaged(file);
   QString to = QFileDialog::getSaveFileName(this, tr("Save what is whole of %1").arg(damaged.fileName()),
-                                            damaged.absolutePath() + QLatin1Char('/') + damaged.completeBaseName() + tr("-salvaged") + QStringLiteral(".relief"),
+                                            damaged.absolutePath() + QLatin1Char('/') + damaged.completeBaseName() +
+                                                tr("-salvaged") + QStringLiteral(".relief"),
                                             tr("Relief models (*.relief)"));
   if (to.isEmpty()) return;
   to = with_extension(to, QStringLiteral(".relief"));
@@ -89,7 +96,8 @@ void MainWindow::ask_salvage(const QString& file) {
       },
       [this, file, to, lost](const Status& status) {
         if (!status) {
-          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), text(status.error().message), file, false);
+          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), text(status.error().message),
+                       file, false);
           return;
         }
         open(to);
@@ -120,7 +128,8 @@ void MainWindow::save_picture(const QString& file) {
           show_failure(tr("The picture could not be saved"), text(status.error().message), file, false);
           return;
         }
-        event_log().write(QStringLiteral("picture"), {{"file", file}, {"width", frame.width}, {"height", frame.height}});
+        event_log().write(QStringLiteral("picture"),
+                          {{"file", file}, {"width", frame.width}, {"height", frame.height}});
         say(tr("Picture saved: %1").arg(file));
       });
 }

@@ -53,7 +53,7 @@ class FileDesk : public QObject {
   DocumentBridge& bridge_;
   Shelf shelf_;
   OpenJob job_;
-  QString scan_;  ///< the one that the open model was made of just now; else empty
+  QString scan_;                  ///< the one that the open model was made of just now; else empty
   QString asked_, title_, made_;  ///< made_: the file that a conversion writes
   QString given_up_;              ///< an unnamed file that save_as() leaves
   double diagonal_ = 1;

@@ -45,15 +45,18 @@ void HistoryPanel::refresh() {
   undo_ = statistics.undo_steps;
   clear();
   const std::size_t first = labels.size() > kMostRows ? labels.size() - kMostRows : 0;
-  auto* start = new QListWidgetItem(icon(u"open"), first == 0 ? tr("As converted") : tr("%n earlier stroke(s)", nullptr, static_cast<int>(first)), this);
+  auto* start = new QListWidgetItem(
+      icon(u"open"), first == 0 ? tr("As converted") : tr("%n earlier stroke(s)", nullptr, static_cast<int>(first)),
+      this);
   start->setData(Qt::UserRole, qulonglong{first});
   for (std::size_t k = first; k < labels.size(); ++k) {
     const QString id = text(labels[k]);
     const bool known = ToolState::ids().contains(id);
     const QString title = known ? ToolState::title(id) : id;
     const bool last_saved = k + 1 == saved_;
-    auto* item = new QListWidgetItem(icon(known ? QStringView(id) : QStringView(u"carve")),
-                                     tr("%1, stroke %2").arg(title).arg(k + 1) + (last_saved ? QStringLiteral("  ✓") : QString()), this);
+    auto* item = new QListWidgetItem(
+        icon(known ? QStringView(id) : QStringView(u"carve")),
+        tr("%1, stroke %2").arg(title).arg(k + 1) + (last_saved ? QStringLiteral("  ✓") : QString()), this);
     item->setData(Qt::UserRole, qulonglong{k + 1});
     if (last_saved) item->setToolTip(tr("In the file up to here"));
     if (k >= undo_) item->setForeground(current_theme().dim);

@@ -234,9 +234,9 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   stage_->viewport().set_scene({head, nullptr}, made.unit, true);
   stage_->viewport().setFocus();
   if (then != Page::Model) return;
-  event_log().write(QStringLiteral("opened"), {{"file", copy_},
-                                               {"slabs", qint64(head->slab_mesh().slab_count())},
-                                               {"hash", hash_text(head->content_hash())}});
+  event_log().write(
+      QStringLiteral("opened"),
+      {{"file", copy_}, {"slabs", qint64(head->slab_mesh().slab_count())}, {"hash", hash_text(head->content_hash())}});
   log(QStringLiteral("model"), QStringLiteral("opened ") + exhibits_[exhibit].model);
 }
 

@@ -8,7 +8,6 @@
 #include <QLabel>
 #include <QToolButton>
 #include <QVBoxLayout>
-
 #include <array>
 
 namespace relief::studio {
@@ -18,17 +17,24 @@ namespace {
 struct Row {
   Layer layer;
   const char* title;
-  bool Look::*shown;  ///< null where it is always seen, or felt only
+  bool Look::* shown;  ///< null where it is always seen, or felt only
   const char* help;
 };
 const std::array kRows = {
-    Row{Layer::Displacement, QT_TRANSLATE_NOOP("LayersPanel", "Form"), nullptr, QT_TRANSLATE_NOOP("LayersPanel", "The shape itself")},
-    Row{Layer::Colour, QT_TRANSLATE_NOOP("LayersPanel", "Colour"), &Look::colours, QT_TRANSLATE_NOOP("LayersPanel", "Show the painted colours")},
-    Row{Layer::Mask, QT_TRANSLATE_NOOP("LayersPanel", "Mask"), &Look::mask, QT_TRANSLATE_NOOP("LayersPanel", "Show what is protected, darker")},
-    Row{Layer::Stiffness, QT_TRANSLATE_NOOP("LayersPanel", "Stiffness"), nullptr, QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
-    Row{Layer::StaticFriction, QT_TRANSLATE_NOOP("LayersPanel", "Static friction"), nullptr, QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
-    Row{Layer::DynamicFriction, QT_TRANSLATE_NOOP("LayersPanel", "Dynamic friction"), nullptr, QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
-    Row{Layer::Strata, QT_TRANSLATE_NOOP("LayersPanel", "Strata"), nullptr, QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
+    Row{Layer::Displacement, QT_TRANSLATE_NOOP("LayersPanel", "Form"), nullptr,
+        QT_TRANSLATE_NOOP("LayersPanel", "The shape itself")},
+    Row{Layer::Colour, QT_TRANSLATE_NOOP("LayersPanel", "Colour"), &Look::colours,
+        QT_TRANSLATE_NOOP("LayersPanel", "Show the painted colours")},
+    Row{Layer::Mask, QT_TRANSLATE_NOOP("LayersPanel", "Mask"), &Look::mask,
+        QT_TRANSLATE_NOOP("LayersPanel", "Show what is protected, darker")},
+    Row{Layer::Stiffness, QT_TRANSLATE_NOOP("LayersPanel", "Stiffness"), nullptr,
+        QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
+    Row{Layer::StaticFriction, QT_TRANSLATE_NOOP("LayersPanel", "Static friction"), nullptr,
+        QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
+    Row{Layer::DynamicFriction, QT_TRANSLATE_NOOP("LayersPanel", "Dynamic friction"), nullptr,
+        QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
+    Row{Layer::Strata, QT_TRANSLATE_NOOP("LayersPanel", "Strata"), nullptr,
+        QT_TRANSLATE_NOOP("LayersPanel", "Felt with a device")},
 };
 
 unsigned bit(Layer layer) { return 1U << static_cast<unsigned>(layer); }

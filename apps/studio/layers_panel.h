@@ -5,7 +5,6 @@
 #include <relief/render/frame.h>
 
 #include <QWidget>
-
 #include <functional>
 
 class QToolButton;

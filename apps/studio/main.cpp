@@ -14,7 +14,6 @@
 #include <QApplication>
 #include <QFileInfo>
 #include <QTimer>
-
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -47,7 +46,10 @@ std::string one_line(std::string words) {
 /// Until the window system answers, Qt has a page of words for a missing screen, and ends the program itself.
 void before_the_window(QtMsgType kind, const QMessageLogContext& /*context*/, const QString& /*words*/) {
   if (kind != QtFatalMsg) return;
-  std::fputs("relief studio: there is no screen to open a window on; start it on a desktop, or draw pictures with relief render\n", stderr);
+  std::fputs(
+      "relief studio: there is no screen to open a window on; start it on a desktop, or draw pictures with relief "
+      "render\n",
+      stderr);
   std::_Exit(1);
 }
 
@@ -59,7 +61,8 @@ std::unique_ptr<QSettings> open_settings(bool fresh) {
   if (settings->status() == QSettings::FormatError) {
     settings.reset();
     QFile::rename(file, file + QStringLiteral(".damaged"));
-    std::fprintf(stderr, "relief studio: the settings could not be read and are now %s.damaged\n", file.toLocal8Bit().constData());
+    std::fprintf(stderr, "relief studio: the settings could not be read and are now %s.damaged\n",
+                 file.toLocal8Bit().constData());
     settings = std::make_unique<QSettings>(file, QSettings::IniFormat);
   }
   return settings;
@@ -77,7 +80,9 @@ int run(int argc, char** argv) {
   app.add_option("--language", o.language, "en, de, or xx: an invented one that shows words that do not fit")
       ->check(CLI::IsMember({"en", "de", "xx"}));
   app.add_flag("--new-settings", o.new_settings, "Begin with the settings of a fresh installation");
-  app.add_option("--device", o.device, "The device to begin with: simulated, mouse, replay:FILE, or one of relief devices")->type_name("NAME");
+  app.add_option("--device", o.device,
+                 "The device to begin with: simulated, mouse, replay:FILE, or one of relief devices")
+      ->type_name("NAME");
   app.add_option("--log-events", o.log, "Write what happens as JSON lines into a file");
   try {
     app.parse(argc, argv);
@@ -104,12 +109,14 @@ int run(int argc, char** argv) {
   if (!o.theme.empty()) settings->setValue("look/theme", text(o.theme));
   if (o.text != 0) settings->setValue("look/text", o.text);
   const DesktopScheme desktop;
-  apply(application, theme_for(chosen(*settings, "look/theme").toString(), desktop.dark()), chosen(*settings, "look/text").toInt() / 100.0);
+  apply(application, theme_for(chosen(*settings, "look/theme").toString(), desktop.dark()),
+        chosen(*settings, "look/text").toInt() / 100.0);
   install_accessibility();
   if (!o.kiosk.empty()) {
     QStringList shown;
     for (const std::string& each : o.kiosk) shown.append(text(each));
-    const QString language = language_for(o.language.empty() ? chosen(*settings, "language").toString() : text(o.language));
+    const QString language =
+        language_for(o.language.empty() ? chosen(*settings, "language").toString() : text(o.language));
     use_language(application, language);
     set_reduced_motion(chosen(*settings, "look/reduced-motion").toBool());
     return run_kiosk(application, shown, *settings, language, text(o.device));

@@ -11,7 +11,6 @@
 #include <QMainWindow>
 #include <QPointer>
 #include <QSettings>
-
 #include <map>
 #include <memory>
 
@@ -71,11 +70,6 @@ class MainWindow : public QMainWindow {
   // main_window.cpp
   void build_bars();
   void build_docks();
-  void connect_document();
-  void connect_files();
-  void connect_view();
-  void show_verdict(const std::optional<Verdict>& verdict, const QString& doubt);
-  void show_failure(const QString& title, const QString& why, const QString& file, bool damaged);
   void refresh();
   void say(const QString& words);
   void say_in_status(const QString& words);
@@ -86,6 +80,13 @@ class MainWindow : public QMainWindow {
   void place_over();
   void choose_colour(const QColor& colour);
   QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
+
+  // window_events.cpp
+  void connect_document();
+  void connect_files();
+  void connect_view();
+  void show_verdict(const std::optional<Verdict>& verdict, const QString& doubt);
+  void show_failure(const QString& title, const QString& why, const QString& file, bool damaged);
 
   // actions.cpp
   void build_actions();

@@ -7,7 +7,6 @@
 #include <relief/mesh/samples.h>
 
 #include <QCoreApplication>
-
 #include <algorithm>
 #include <array>
 
@@ -70,7 +69,8 @@ void OpenJob::report(std::string_view phase, double share) {
   phase_ = band->phase;
   told_ = share_;
   QMetaObject::invokeMethod(
-      this, [this, words = Words::tr(band->words), whole = share_] { emit progress(words, whole); }, Qt::QueuedConnection);
+      this, [this, words = Words::tr(band->words), whole = share_] { emit progress(words, whole); },
+      Qt::QueuedConnection);
 }
 
 void OpenJob::finish(Status status) {
@@ -156,18 +156,29 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
   verdict.title = verdict.certified ? Words::tr("Certified") : Words::tr("Tolerant");
   const double most = std::max(report.to_source.max, report.from_source.max) * diagonal;
   verdict.lines.append(Words::tr("Within %1 of the scan.").arg(length_text(most, unit)));
-  if (!verdict.certified) verdict.lines.append(Words::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
+  if (!verdict.certified)
+    verdict.lines.append(
+        Words::tr("The slabs do not overlap, but some places of the scan are seen from no side or touch each other."));
   if (report.fibres_cast > 0 && report.hits_single < report.fibres_cast) {
     const auto several = static_cast<double>(report.hits_several) / static_cast<double>(report.fibres_cast);
-    if (several > 0) verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.").arg(100 * several, 0, 'g', 2));
+    if (several > 0)
+      verdict.lines.append(Words::tr("%1 % of the surface lies over itself and shows its outer side only.")
+                               .arg(100 * several, 0, 'g', 2));
   }
   QStringList removed;
-  if (report.closed_openings > 0) removed.append(Words::tr("%n opening(s) stay open", nullptr, static_cast<int>(report.closed_openings)));
-  if (report.dropped_parts > 0) removed.append(Words::tr("%n small part(s) were left out", nullptr, static_cast<int>(report.dropped_parts)));
-  if (report.dropped_slabs > 0) removed.append(Words::tr("%n slab(s) had no room and were left out", nullptr, static_cast<int>(report.dropped_slabs)));
-  if (report.specks > 0) removed.append(Words::tr("%n speck(s) were left out", nullptr, static_cast<int>(report.specks)));
-  if (report.replaced_triangles > 0) removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
-  verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.") : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
+  if (report.closed_openings > 0)
+    removed.append(Words::tr("%n opening(s) stay open", nullptr, static_cast<int>(report.closed_openings)));
+  if (report.dropped_parts > 0)
+    removed.append(Words::tr("%n small part(s) were left out", nullptr, static_cast<int>(report.dropped_parts)));
+  if (report.dropped_slabs > 0)
+    removed.append(
+        Words::tr("%n slab(s) had no room and were left out", nullptr, static_cast<int>(report.dropped_slabs)));
+  if (report.specks > 0)
+    removed.append(Words::tr("%n speck(s) were left out", nullptr, static_cast<int>(report.specks)));
+  if (report.replaced_triangles > 0)
+    removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
+  verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.")
+                                         : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
   for (const std::string& note : report.notes) verdict.lines.append(text(note) + QLatin1Char('.'));
   return verdict;
 }

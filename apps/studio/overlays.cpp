@@ -3,7 +3,6 @@
 #include "widgets/theme.h"
 
 #include <QFontMetricsF>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -24,8 +23,8 @@ QPolygonF circle(const OverlayView& view, const RingOverlay::Place& place, doubl
   QPolygonF line;
   for (int k = 0; k <= kCorners; ++k) {
     const double turn = 2 * std::numbers::pi * k / kCorners;
-    const auto seen =
-        seen_at(view.camera, place.at + (a * std::cos(turn) + b * std::sin(turn)) * radius, view.size.width(), view.size.height());
+    const auto seen = seen_at(view.camera, place.at + (a * std::cos(turn) + b * std::sin(turn)) * radius,
+                              view.size.width(), view.size.height());
     if (!seen) return {};
     line.append(*seen);
   }
@@ -47,11 +46,14 @@ void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, do
 
 std::optional<RingOverlay::Lines> RingOverlay::lines(const OverlayView& view) const {
   if (!place) return std::nullopt;
-  Lines lines{.radius = circle(view, *place, radius), .strength = circle(view, *place, radius * std::clamp(strength, 0.05, 1.0)),
-              .normal = {}, .mirrored = {}};
+  Lines lines{.radius = circle(view, *place, radius),
+              .strength = circle(view, *place, radius * std::clamp(strength, 0.05, 1.0)),
+              .normal = {},
+              .mirrored = {}};
   if (lines.radius.isEmpty()) return std::nullopt;
   const auto from = seen_at(view.camera, place->at, view.size.width(), view.size.height());
-  const auto to = seen_at(view.camera, place->at + place->normal * (0.5 * radius), view.size.width(), view.size.height());
+  const auto to =
+      seen_at(view.camera, place->at + place->normal * (0.5 * radius), view.size.width(), view.size.height());
   if (from && to) lines.normal = {*from, *to};
   for (const Place& each : mirrored)
     if (QPolygonF ghost = circle(view, each, radius); !ghost.isEmpty()) lines.mirrored.push_back(std::move(ghost));

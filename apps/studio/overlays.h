@@ -9,7 +9,6 @@
 
 #include <QPainter>
 #include <QRectF>
-
 #include <optional>
 #include <vector>
 
@@ -93,6 +92,7 @@ class AxisOverlay : public Overlay {
 };
 
 /// Paints a line twice, dark and wide beneath, so that it is seen on any clay.
-void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, double width, Qt::PenStyle style = Qt::SolidLine);
+void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, double width,
+              Qt::PenStyle style = Qt::SolidLine);
 
 }  // namespace relief::studio

@@ -68,8 +68,8 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
   if (scene.model)
     drawn = renderer.draw(*scene.model, frame, pixels_, frame.width, &cancel_, everything);
   else if (scene.mesh)
-    drawn = renderer.draw({scene.mesh->positions, scene.mesh->triangles, scene.mesh->colours}, frame, pixels_, frame.width,
-                          &cancel_, everything);
+    drawn = renderer.draw({scene.mesh->positions, scene.mesh->triangles, scene.mesh->colours}, frame, pixels_,
+                          frame.width, &cancel_, everything);
   Piece piece;
   piece.frame = frame;
   piece.stage = request.stage;

@@ -6,7 +6,6 @@
 #include <relief/render/frame.h>
 
 #include <QImage>
-
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -56,7 +55,7 @@ class RenderThread {
  public:
   struct Callbacks {
     std::function<void(Piece)> drawn;               ///< once per request that was begun; empty where nothing differed
-    std::function<void(const Error&)> failed;    ///< to make the renderer, or to draw; the thread goes on
+    std::function<void(const Error&)> failed;       ///< to make the renderer, or to draw; the thread goes on
     std::function<void(const std::string&)> ready;  ///< the driver's name, before the first picture
   };
   explicit RenderThread(Callbacks callbacks);

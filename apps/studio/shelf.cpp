@@ -10,7 +10,6 @@
 #include <QJsonObject>
 #include <QRegularExpression>
 #include <QSaveFile>
-
 #include <algorithm>
 #include <csignal>
 
@@ -22,7 +21,8 @@ constexpr std::size_t kMostRecent = 24;
 
 QString folder(const char* variable, const char* beside_home, const QString& below = {}) {
   const QString given = qEnvironmentVariable(variable);
-  const QString base = QDir::isAbsolutePath(given) ? given : QDir::homePath() + QLatin1Char('/') + QLatin1String(beside_home);
+  const QString base =
+      QDir::isAbsolutePath(given) ? given : QDir::homePath() + QLatin1Char('/') + QLatin1String(beside_home);
   const QString place = base + QStringLiteral("/relief") + below;
   QDir().mkpath(place);
   return place;
@@ -134,19 +134,27 @@ bool Shelf::is_unnamed(const QString& file) {
   return place == preset_unnamed_folder() || (!unnamed_folder().isEmpty() && place == unnamed_folder());
 }
 
-void Shelf::set_unnamed_folder(const QString& folder) { unnamed_folder() = folder.isEmpty() ? QString() : QDir(folder).absolutePath(); }
+void Shelf::set_unnamed_folder(const QString& folder) {
+  unnamed_folder() = folder.isEmpty() ? QString() : QDir(folder).absolutePath();
+}
 
 QString Shelf::preset_unnamed_folder() { return folder("XDG_STATE_HOME", ".local/state", QStringLiteral("/unnamed")); }
 
 QString Shelf::picture_of(const QString& file) {
   const QByteArray hash = QCryptographicHash::hash(file.toUtf8(), QCryptographicHash::Sha1).toHex();
-  return folder("XDG_CACHE_HOME", ".cache", QStringLiteral("/thumbnails")) + QLatin1Char('/') + QString::fromLatin1(hash) + QStringLiteral(".png");
+  return folder("XDG_CACHE_HOME", ".cache", QStringLiteral("/thumbnails")) + QLatin1Char('/') +
+         QString::fromLatin1(hash) + QStringLiteral(".png");
 }
 
 void Shelf::opened(const QString& file, const QString& title, quint64 strokes) {
   std::erase_if(recent_, [&](const ShelfEntry& e) { return e.file == file; });
   std::erase_if(left_open_, [&](const ShelfEntry& e) { return e.file == file; });
-  open_ = {.file = file, .title = title, .used = QDateTime::currentDateTime(), .strokes = strokes, .unnamed = is_unnamed(file), .picture = {}};
+  open_ = {.file = file,
+           .title = title,
+           .used = QDateTime::currentDateTime(),
+           .strokes = strokes,
+           .unnamed = is_unnamed(file),
+           .picture = {}};
   recent_.insert(recent_.begin(), open_);
   if (recent_.size() > kMostRecent) recent_.resize(kMostRecent);
   write();

@@ -4,7 +4,6 @@
 #include <QDateTime>
 #include <QObject>
 #include <QString>
-
 #include <vector>
 
 namespace relief::studio {

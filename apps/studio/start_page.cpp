@@ -94,10 +94,12 @@ class PictureButton : public QToolButton {
       const QSizeF size = picture_.size();
       const double scale = std::max(top.width() / size.width(), top.height() / size.height());
       const QSizeF shown = size * scale;
-      painter.drawPixmap(QRectF(top.center() - QPointF(shown.width() / 2, shown.height() / 2), shown), picture_, QRectF(picture_.rect()));
+      painter.drawPixmap(QRectF(top.center() - QPointF(shown.width() / 2, shown.height() / 2), shown), picture_,
+                         QRectF(picture_.rect()));
     } else {
       const int side = scaled(34);
-      painter.drawPixmap(QPointF(top.center().x() - side / 2.0, top.center().y() - side / 2.0), icon_pixmap(u"picture", side, theme.dim, devicePixelRatioF()));
+      painter.drawPixmap(QPointF(top.center().x() - side / 2.0, top.center().y() - side / 2.0),
+                         icon_pixmap(u"picture", side, theme.dim, devicePixelRatioF()));
     }
     painter.restore();
     painter.setPen(QPen(lit ? theme.accent : theme.line, hasFocus() ? 2 : 1));
@@ -106,12 +108,14 @@ class PictureButton : public QToolButton {
     QRectF line(12, top.bottom() + 6, width() - 24, scaled(20));
     painter.setFont(ui_font(10, QFont::DemiBold));
     painter.setPen(theme.text);
-    painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft, painter.fontMetrics().elidedText(text(), Qt::ElideRight, static_cast<int>(line.width())));
+    painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft,
+                     painter.fontMetrics().elidedText(text(), Qt::ElideRight, static_cast<int>(line.width())));
     painter.setFont(ui_font(9));
     painter.setPen(theme.dim);
     for (const QString& each : lines_) {
       line.translate(0, scaled(17));
-      painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft, painter.fontMetrics().elidedText(each, Qt::ElideRight, static_cast<int>(line.width())));
+      painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft,
+                       painter.fontMetrics().elidedText(each, Qt::ElideRight, static_cast<int>(line.width())));
     }
   }
 
@@ -163,9 +167,10 @@ void StartPage::build() {
 void StartPage::add_recovery(QVBoxLayout& into) {
   for (const ShelfEntry& entry : shelf_.left_open()) {
     if (entry.strokes == 0) continue;
-    const QString words = tr("It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.", nullptr,
-                             static_cast<int>(entry.strokes))
-                              .arg(QLocale().toString(entry.used.time(), QLocale::ShortFormat));
+    const QString words =
+        tr("It was open when the program ended. All %n finished stroke(s) are in it, the last one from %1.", nullptr,
+           static_cast<int>(entry.strokes))
+            .arg(QLocale().toString(entry.used.time(), QLocale::ShortFormat));
     auto* card = new Card(tr("%1 can be opened again").arg(entry.title), {words}, this);
     card->setObjectName(QStringLiteral("recover"));
     card->set_mood(Mood::Warn);
@@ -211,7 +216,8 @@ void StartPage::add_recent(QVBoxLayout& into) {
   for (const ShelfEntry& entry : shelf_.recent()) {
     if (k >= static_cast<int>(kRecent)) break;
     auto* button = new PictureButton(entry.title,
-                                     {ago_text(entry.used.secsTo(QDateTime::currentDateTime())), tr("%n stroke(s)", nullptr, static_cast<int>(entry.strokes))},
+                                     {ago_text(entry.used.secsTo(QDateTime::currentDateTime())),
+                                      tr("%n stroke(s)", nullptr, static_cast<int>(entry.strokes))},
                                      QPixmap(entry.picture), grid);
     button->setToolTip(entry.unnamed ? tr("Without a name yet; kept by the program") : entry.file);
     connect(button, &QToolButton::clicked, this, [this, file = entry.file] { emit fileAsked(file); });
@@ -228,8 +234,10 @@ void StartPage::add_hints(QVBoxLayout& into) {
     QString title, words;
   };
   const std::array hints = {
-      Hint{u"carve", tr("Sculpt"), tr("Drag on the model to carve. Shift smooths, Ctrl builds up. F and a drag set the size.")},
-      Hint{u"camera", tr("Look around"), tr("Drag beside the model to turn it. The wheel zooms, Home shows all of it.")},
+      Hint{u"carve", tr("Sculpt"),
+           tr("Drag on the model to carve. Shift smooths, Ctrl builds up. F and a drag set the size.")},
+      Hint{u"camera", tr("Look around"),
+           tr("Drag beside the model to turn it. The wheel zooms, Home shows all of it.")},
       Hint{u"device", tr("Feel"), tr("With a haptic device, or the mouse as a probe: choose it at the upper right.")}};
   auto* row = new QWidget(this);
   auto* across = new QHBoxLayout(row);

@@ -4,7 +4,6 @@
 #include "shelf.h"
 
 #include <QScrollArea>
-
 #include <functional>
 
 class QVBoxLayout;

@@ -1,7 +1,6 @@
 #include "stroke_input.h"
 
 #include <QCoreApplication>
-
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +25,8 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
   camera_ = camera;
   size_ = size;
   hint_ = {};
-  const Ray3d ray = pixel_ray(camera_, static_cast<int>(size.width()), static_cast<int>(size.height()), sample.at.x(), sample.at.y());
+  const Ray3d ray =
+      pixel_ray(camera_, static_cast<int>(size.width()), static_cast<int>(size.height()), sample.at.x(), sample.at.y());
   if (!raycast(*surface_, ray, hint_)) return false;
   open_ = true;
   events_ = 0;
@@ -44,8 +44,8 @@ void StrokeInput::add(const PointerSample& sample) {
   since_last_.start();
   // Synthetic points of a resting pointer may be ahead of the window system's clock by a little.
   last_seconds_ = std::max(last_seconds_, sample.seconds);
-  const Ray3d ray =
-      pixel_ray(camera_, static_cast<int>(size_.width()), static_cast<int>(size_.height()), sample.at.x(), sample.at.y());
+  const Ray3d ray = pixel_ray(camera_, static_cast<int>(size_.width()), static_cast<int>(size_.height()), sample.at.x(),
+                              sample.at.y());
   const auto hit = raycast(*surface_, ray, hint_);
   last_hit_ = hit ? std::optional(hit->point.position) : std::nullopt;
   if (!hit) return;

@@ -10,7 +10,6 @@
 #include <QElapsedTimer>
 #include <QPointF>
 #include <QSizeF>
-
 #include <optional>
 
 namespace relief::studio {

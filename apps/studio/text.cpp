@@ -2,7 +2,6 @@
 
 #include <QCoreApplication>
 #include <QLocale>
-
 #include <cmath>
 
 namespace relief::studio {
@@ -23,7 +22,9 @@ QString length_text(double length, Unit unit) {
   return QLocale().toString(size == 0 ? 0.0 : length, 'f', std::min(digits, 6)) + QChar(0x00a0) + text(name(unit));
 }
 
-QString percent_text(double share) { return QLocale().toString(std::lround(100 * share)) + QChar(0x00a0) + QLatin1Char('%'); }
+QString percent_text(double share) {
+  return QLocale().toString(std::lround(100 * share)) + QChar(0x00a0) + QLatin1Char('%');
+}
 
 QString sample_title(const QString& name) {
   QString title = QCoreApplication::translate("Samples", name.toUtf8());

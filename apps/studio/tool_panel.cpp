@@ -20,7 +20,9 @@ namespace {
 /// Those in the bar above the picture.
 bool elsewhere(const SettingInfo& setting) { return setting.id == "radius" || setting.id == "strength"; }
 
-QString title_of(const SettingInfo& setting) { return QCoreApplication::translate("Settings", std::string(setting.title).c_str()); }
+QString title_of(const SettingInfo& setting) {
+  return QCoreApplication::translate("Settings", std::string(setting.title).c_str());
+}
 
 }  // namespace
 
@@ -110,7 +112,8 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
         const int planes = static_cast<int>(tools_.value("symmetry"));
         tools_.set_value("symmetry", on ? planes | (1 << axis) : planes & ~(1 << axis));
       });
-      refreshers_.emplace_back([this, box, axis] { box->setChecked((static_cast<int>(tools_.value("symmetry")) >> axis & 1) != 0); });
+      refreshers_.emplace_back(
+          [this, box, axis] { box->setChecked((static_cast<int>(tools_.value("symmetry")) >> axis & 1) != 0); });
       row->addWidget(box);
     }
     row->addStretch(1);
@@ -153,7 +156,8 @@ void ToolPanel::add_pressure(QVBoxLayout& into) {
   pointer_->setObjectName(QStringLiteral("pointer"));
   pointer_->setProperty("role", QStringLiteral("dim"));
   into.addWidget(pointer_);
-  refreshers_.emplace_back([this] { pointer_->setText(pointer_words_.isEmpty() ? tr("Mouse: no pressure") : pointer_words_); });
+  refreshers_.emplace_back(
+      [this] { pointer_->setText(pointer_words_.isEmpty() ? tr("Mouse: no pressure") : pointer_words_); });
 }
 
 void ToolPanel::set_pointer(const QString& words, double pressure) {

@@ -7,7 +7,6 @@
 #include <relief/base/unit.h>
 
 #include <QScrollArea>
-
 #include <functional>
 #include <vector>
 

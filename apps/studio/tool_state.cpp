@@ -3,7 +3,6 @@
 #include "text.h"
 
 #include <QCoreApplication>
-
 #include <algorithm>
 
 namespace relief::studio {

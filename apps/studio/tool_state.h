@@ -5,7 +5,6 @@
 
 #include <QObject>
 #include <QString>
-
 #include <vector>
 
 namespace relief::studio {

@@ -10,7 +10,6 @@
 #include <QLinearGradient>
 #include <QPainter>
 #include <QWindow>
-
 #include <algorithm>
 #include <cmath>
 
@@ -36,11 +35,13 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
       thread_({.drawn =
                    [this](Piece piece) {
                      QMetaObject::invokeMethod(
-                         this, [this, piece = std::move(piece)]() mutable { take(std::move(piece)); }, Qt::QueuedConnection);
+                         this, [this, piece = std::move(piece)]() mutable { take(std::move(piece)); },
+                         Qt::QueuedConnection);
                    },
                .failed =
                    [this](const Error& error) {
-                     QMetaObject::invokeMethod(this, [this, words = text(error.message)] { emit said(words); }, Qt::QueuedConnection);
+                     QMetaObject::invokeMethod(
+                         this, [this, words = text(error.message)] { emit said(words); }, Qt::QueuedConnection);
                    },
                .ready =
                    [this](const std::string& name) {
@@ -123,7 +124,8 @@ void Viewport::frame_all() {
   const double ahead = z_up ? -back.y : back.z, above = std::clamp(z_up ? back.z : back.y, -1.0, 1.0);
   const double azimuth = std::atan2(back.x, ahead) * kDegrees, elevation = std::asin(above) * kDegrees;
   const bool parallel = camera_.parallel;
-  camera = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect, up_) : framing(box_, azimuth, elevation, aspect, up_);
+  camera = scene_.model ? framing(*scene_.model, azimuth, elevation, aspect, up_)
+                        : framing(box_, azimuth, elevation, aspect, up_);
   set_camera(with_lens(camera, parallel));
 }
 
@@ -189,7 +191,8 @@ Frame Viewport::final_frame() const {
 }
 
 void Viewport::ask_now() {
-  const bool shown = isVisible() && !window()->isMinimized() && (windowHandle() == nullptr || windowHandle()->isExposed()) &&
+  const bool shown = isVisible() && !window()->isMinimized() &&
+                     (windowHandle() == nullptr || windowHandle()->isExposed()) &&
                      (window()->windowHandle() == nullptr || window()->windowHandle()->isExposed());
   if (!wanted_ || !has_scene() || !shown || width() < 1 || height() < 1) return;
   if (in_flight_ && !refining_) return;
@@ -318,8 +321,10 @@ void Viewport::paintEvent(QPaintEvent*) {
   } else {
     painter.drawImage(QPointF(0, 0), picture_);
     const QSizeF shown = picture_.deviceIndependentSize();
-    if (shown.width() < width()) painter.fillRect(QRectF(shown.width(), 0, width() - shown.width(), height()), current_theme().window);
-    if (shown.height() < height()) painter.fillRect(QRectF(0, shown.height(), width(), height() - shown.height()), current_theme().window);
+    if (shown.width() < width())
+      painter.fillRect(QRectF(shown.width(), 0, width() - shown.width(), height()), current_theme().window);
+    if (shown.height() < height())
+      painter.fillRect(QRectF(0, shown.height(), width(), height() - shown.height()), current_theme().window);
   }
   painter.setRenderHint(QPainter::Antialiasing);
   const OverlayView view = overlay_view();
@@ -345,7 +350,9 @@ void Viewport::resizeEvent(QResizeEvent*) {
 
 void Viewport::describe(bool drawing) {
   const QString words = !has_scene() ? QStringLiteral("no model")
-                                     : QStringLiteral("%1, frame %2").arg(drawing ? QStringLiteral("drawing") : QStringLiteral("ready")).arg(frames_);
+                                     : QStringLiteral("%1, frame %2")
+                                           .arg(drawing ? QStringLiteral("drawing") : QStringLiteral("ready"))
+                                           .arg(frames_);
   if (accessibleDescription() == words) return;
   setAccessibleDescription(words);
 }
@@ -361,7 +368,8 @@ std::optional<RayHit> Viewport::hit(QPointF at) const {
 
 void Viewport::update_ring() {
   const QPointF at = drag_.isEmpty() ? pointer_ : drag_at_;
-  const bool shown = scene_.model && (over_ || !drag_.isEmpty()) && gesture_ != Gesture::Orbit && gesture_ != Gesture::Pan && gesture_ != Gesture::Zoom;
+  const bool shown = scene_.model && (over_ || !drag_.isEmpty()) && gesture_ != Gesture::Orbit &&
+                     gesture_ != Gesture::Pan && gesture_ != Gesture::Zoom;
   const auto found = shown ? hit(at) : std::nullopt;
   const Brush brush = tools_.brush();
   ring_.place.reset();
@@ -388,10 +396,14 @@ void Viewport::update_ring() {
       ring_.mirrored.push_back(other);
     }
   }
-  info_.text = !scene_.model ? QString()
-                             : QStringLiteral("%1   ·   %2").arg(ToolState::title(tools_.id()), length_text(brush.radius, unit_)) +
-                                   (tools_.tool() ? QStringLiteral("   ·   %1").arg(percent_text(brush.strength)) : QString());
-  drag_value_.text = drag_.isEmpty() ? QString() : drag_ == QLatin1String("radius") ? length_text(brush.radius, unit_) : percent_text(brush.strength);
+  info_.text =
+      !scene_.model
+          ? QString()
+          : QStringLiteral("%1   ·   %2").arg(ToolState::title(tools_.id()), length_text(brush.radius, unit_)) +
+                (tools_.tool() ? QStringLiteral("   ·   %1").arg(percent_text(brush.strength)) : QString());
+  drag_value_.text = drag_.isEmpty()                    ? QString()
+                     : drag_ == QLatin1String("radius") ? length_text(brush.radius, unit_)
+                                                        : percent_text(brush.strength);
   drag_value_.beside = drag_at_;
   update_overlays();
 }

@@ -10,7 +10,6 @@
 #include <QElapsedTimer>
 #include <QTimer>
 #include <QWidget>
-
 #include <optional>
 
 class QNativeGestureEvent;

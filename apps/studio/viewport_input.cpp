@@ -5,7 +5,6 @@
 #include <QApplication>
 #include <QDropEvent>
 #include <QMimeData>
-
 #include <algorithm>
 #include <cmath>
 
@@ -41,7 +40,7 @@ void Viewport::press(Gesture gesture, const PointerSample& sample, Qt::KeyboardM
   gesture_ = gesture;
   if (gesture == Gesture::Stroke) {
     using Kind = StrokeInput::Kind;
-    const Kind kind = (modifiers & Qt::ShiftModifier)                ? Kind::Smoothing
+    const Kind kind = (modifiers & Qt::ShiftModifier)               ? Kind::Smoothing
                       : (modifiers & Qt::ControlModifier) || eraser ? Kind::Inverted
                                                                     : Kind::Own;
     QString why;
@@ -113,7 +112,8 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
   }
   if (gesture_ != Gesture::None) return;
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1};
-  if (const auto axis = has_scene() ? axes_.ball.hit(sample.at) : std::nullopt; axis && event->button() == Qt::LeftButton) {
+  if (const auto axis = has_scene() ? axes_.ball.hit(sample.at) : std::nullopt;
+      axis && event->button() == Qt::LeftButton) {
     look_from(*axis);
     return;
   }
@@ -143,8 +143,10 @@ void Viewport::mouseMoveEvent(QMouseEvent* event) {
 
 void Viewport::look_from(Axis axis) {
   const Vec3d back = direction(axis);
-  for (const AxisView view : {AxisView::Front, AxisView::Back, AxisView::Right, AxisView::Left, AxisView::Top, AxisView::Bottom})
-    if (const Camera seen = look_along(camera_, view, up_); dot(normalized(seen.eye - seen.target), back) > 0.9) set_camera(seen);
+  for (const AxisView view :
+       {AxisView::Front, AxisView::Back, AxisView::Right, AxisView::Left, AxisView::Top, AxisView::Bottom})
+    if (const Camera seen = look_along(camera_, view, up_); dot(normalized(seen.eye - seen.target), back) > 0.9)
+      set_camera(seen);
 }
 
 void Viewport::mouseReleaseEvent(QMouseEvent* event) {
@@ -171,7 +173,8 @@ bool Viewport::tablet(QTabletEvent* event) {
     case QEvent::TabletPress:
       if (gesture_ != Gesture::None) return true;
       pen_down_ = true;
-      press(gesture_for(event->button(), event->modifiers(), hit(sample.at).has_value()), sample, event->modifiers(), eraser);
+      press(gesture_for(event->button(), event->modifiers(), hit(sample.at).has_value()), sample, event->modifiers(),
+            eraser);
       return true;
     case QEvent::TabletMove:
       move(sample, event->modifiers());
@@ -195,7 +198,8 @@ void Viewport::wheelEvent(QWheelEvent* event) {
   }
   const auto under = hit(event->position());
   if (input_ns_ == 0) input_ns_ = clock_.nsecsElapsed();
-  set_camera(zoom(camera_, std::pow(0.88, notches), under ? std::optional(under->point.position) : std::nullopt, diagonal_));
+  set_camera(
+      zoom(camera_, std::pow(0.88, notches), under ? std::optional(under->point.position) : std::nullopt, diagonal_));
 }
 
 void Viewport::begin_drag(const QString& setting) {
@@ -234,7 +238,8 @@ void Viewport::pick_colour() {
 }
 
 void Viewport::keyPressEvent(QKeyEvent* event) {
-  if (gesture_ == Gesture::Drag && (event->key() == Qt::Key_Escape || event->key() == Qt::Key_Return || event->key() == Qt::Key_Enter)) {
+  if (gesture_ == Gesture::Drag &&
+      (event->key() == Qt::Key_Escape || event->key() == Qt::Key_Return || event->key() == Qt::Key_Enter)) {
     end_drag(event->key() != Qt::Key_Escape);
     return;
   }
@@ -264,7 +269,12 @@ void Viewport::move_ring_by_keys(QKeyEvent* event) {
   over_ = true;
   const double step = event->modifiers() & Qt::ShiftModifier ? 1 : 10;
   const int key = event->key();
-  pointer_ += QPointF(key == Qt::Key_Left ? -step : key == Qt::Key_Right ? step : 0, key == Qt::Key_Up ? -step : key == Qt::Key_Down ? step : 0);
+  pointer_ += QPointF(key == Qt::Key_Left    ? -step
+                      : key == Qt::Key_Right ? step
+                                             : 0,
+                      key == Qt::Key_Up     ? -step
+                      : key == Qt::Key_Down ? step
+                                            : 0);
   pointer_.setX(std::clamp(pointer_.x(), 0.0, width() - 1.0));
   pointer_.setY(std::clamp(pointer_.y(), 0.0, height() - 1.0));
   update_ring();
@@ -328,19 +338,28 @@ bool Viewport::event(QEvent* event) {
   switch (event->type()) {
     case QEvent::TabletPress:
     case QEvent::TabletMove:
-    case QEvent::TabletRelease: return tablet(static_cast<QTabletEvent*>(event));
+    case QEvent::TabletRelease:
+      return tablet(static_cast<QTabletEvent*>(event));
     case QEvent::TouchBegin:
     case QEvent::TouchUpdate:
     case QEvent::TouchEnd:
-    case QEvent::TouchCancel: return touch(static_cast<QTouchEvent*>(event));
+    case QEvent::TouchCancel:
+      return touch(static_cast<QTouchEvent*>(event));
     case QEvent::NativeGesture:
       if (trackpad(static_cast<QNativeGestureEvent*>(event))) return true;
       break;
     case QEvent::Show:
-    case QEvent::WindowStateChange: QTimer::singleShot(0, this, [this] { ask(); }); break;
-    case QEvent::PaletteChange: use_theme(); [[fallthrough]];
-    case QEvent::ScreenChangeInternal: changed(0); break;
-    default: break;
+    case QEvent::WindowStateChange:
+      QTimer::singleShot(0, this, [this] { ask(); });
+      break;
+    case QEvent::PaletteChange:
+      use_theme();
+      [[fallthrough]];
+    case QEvent::ScreenChangeInternal:
+      changed(0);
+      break;
+    default:
+      break;
   }
   return QWidget::event(event);
 }

@@ -3,7 +3,6 @@
 
 #include <QNativeGestureEvent>
 #include <QTouchEvent>
-
 #include <cmath>
 
 namespace relief::studio {

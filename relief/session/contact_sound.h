@@ -50,7 +50,7 @@ class ContactSound {
   static constexpr int kPerTick = 48;                        ///< samples
   static constexpr double kAttack = 4e-3, kRelease = 20e-3;  ///< s, to 63 % of a change
   static constexpr int kHold = 20;                           ///< ticks for which the last one lasts where none comes
-  static constexpr int kBacklog = 100;      ///< ticks that may wait; then all but kHold of them are left out
+  static constexpr int kBacklog = 100;     ///< ticks that may wait; then all but kHold of them are left out
   static constexpr float kLoudest = 0.8F;  ///< of full scale; no sample is above it
 
   ContactSound();

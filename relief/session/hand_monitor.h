@@ -18,8 +18,8 @@ struct HandTick {
   Vec3f force;              ///< N, on the hand, along the model's axes
   float depth = 0;          ///< model units
   float period = 0;         ///< s, since the wake-up before; 0 for the first tick
-  float late = 0;  ///< s, wake-up after the due time
-  float compute = 0;  ///< s, thread CPU time of the tick
+  float late = 0;           ///< s, wake-up after the due time
+  float compute = 0;        ///< s, thread CPU time of the tick
   std::uint32_t flags = 0;  ///< ServoFault bits
   bool contact = false;
 };

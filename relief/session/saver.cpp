@@ -13,9 +13,7 @@ Saver::Saver(ModelInfo info, std::filesystem::path place, std::optional<ModelFil
       file_(std::move(file)),
       tell_(std::move(tell)),
       retry_after_(retry_after),
-      thread_([this] {
-        run();
-      }) {}
+      thread_([this] { run(); }) {}
 
 Saver::~Saver() { static_cast<void>(close()); }
 

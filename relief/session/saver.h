@@ -127,7 +127,7 @@ class Saver {
   Read* read_ = nullptr;
   std::chrono::milliseconds retry_after_;
   bool retrying_ = false;  ///< what is written now failed before, and that was told
-  bool stalled_ = false;  ///< the first job failed, and nobody has asked for more since
+  bool stalled_ = false;   ///< the first job failed, and nobody has asked for more since
   bool closing_ = false;
   Status status_;  ///< of the last job
   std::thread thread_;

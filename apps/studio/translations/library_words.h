@@ -1,5 +1,5 @@
-// Words of the library that the studio shows in the user's language. Nothing includes this file: lupdate reads it, since
-// the library itself knows no translations. A test finds tools, settings and lights that are missing here.
+// Words of the library that the studio shows in the user's language. Nothing includes this file: lupdate reads it,
+// since the library itself knows no translations. A test finds tools, settings and lights that are missing here.
 
 // Titles and help of tools (relief/edit/tools.cpp)
 QT_TRANSLATE_NOOP("Tools", "Carve")

@@ -1,9 +1,9 @@
 // How a hand moves the camera: what must stay in its place does.
 #include <gtest/gtest.h>
+#include <studio/camera_control.h>
 
 #include <cmath>
 #include <numbers>
-#include <studio/camera_control.h>
 
 namespace relief::studio {
 namespace {

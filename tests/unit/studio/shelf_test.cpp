@@ -1,14 +1,14 @@
 // Where models lie: lists, damaged lists, and what a crash has left.
+#include <gtest/gtest.h>
+#include <studio/shelf.h>
+#include <studio/text.h>
+
 #include <QDir>
 #include <QFile>
 #include <QFileInfo>
 #include <QJsonDocument>
 #include <QJsonObject>
 #include <QTemporaryDir>
-#include <gtest/gtest.h>
-
-#include <studio/shelf.h>
-#include <studio/text.h>
 
 namespace relief::studio {
 namespace {
@@ -73,7 +73,8 @@ TEST_F(ShelfTest, FindsWhatAProgramThatIsNoMoreHadOpen) {
   // No process has so high a number.
   QFile mark(state_folder() + "/open/99999999.json");
   ASSERT_TRUE(mark.open(QIODevice::WriteOnly));
-  mark.write(QJsonDocument(QJsonObject{{"file", a}, {"title", "A"}, {"used", "2026-01-02T03:04:05"}, {"strokes", 214}}).toJson());
+  mark.write(QJsonDocument(QJsonObject{{"file", a}, {"title", "A"}, {"used", "2026-01-02T03:04:05"}, {"strokes", 214}})
+                 .toJson());
   mark.close();
   const Shelf shelf;
   ASSERT_EQ(shelf.left_open().size(), 1U);

@@ -1,8 +1,8 @@
 // Which tool is in the hand: made from the library's table, whatever is in it.
-#include <QSignalSpy>
 #include <gtest/gtest.h>
-
 #include <studio/tool_state.h>
+
+#include <QSignalSpy>
 
 namespace relief::studio {
 namespace {

@@ -1,13 +1,13 @@
 // The viewport's hand without a screen: pens and fingers, with events as Qt makes them.
 #include <relief/session/stroke_text.h>
 
+#include <gtest/gtest.h>
+#include <studio/viewport.h>
+#include <support/driver.h>
+
 #include <QSignalSpy>
 #include <QTemporaryDir>
 #include <QTest>
-#include <gtest/gtest.h>
-
-#include <studio/viewport.h>
-#include <support/driver.h>
 
 namespace relief::studio {
 namespace {
@@ -74,10 +74,20 @@ class ViewportTest : public ::testing::Test {
   DocumentBridge bridge;
   ToolState tools;
   Viewport view{bridge, tools};
-  QPointingDevice pen_device{"Made-up pen", 7, QInputDevice::DeviceType::Stylus, QPointingDevice::PointerType::Pen,
-                             QInputDevice::Capability::Pressure | QInputDevice::Capability::XTilt, 1, 3};
-  QPointingDevice eraser_device{"Made-up pen", 8, QInputDevice::DeviceType::Stylus, QPointingDevice::PointerType::Eraser,
-                                QInputDevice::Capability::Pressure, 1, 3};
+  QPointingDevice pen_device{"Made-up pen",
+                             7,
+                             QInputDevice::DeviceType::Stylus,
+                             QPointingDevice::PointerType::Pen,
+                             QInputDevice::Capability::Pressure | QInputDevice::Capability::XTilt,
+                             1,
+                             3};
+  QPointingDevice eraser_device{"Made-up pen",
+                                8,
+                                QInputDevice::DeviceType::Stylus,
+                                QPointingDevice::PointerType::Eraser,
+                                QInputDevice::Capability::Pressure,
+                                1,
+                                3};
 
  private:
   QTemporaryDir folder_;
@@ -96,7 +106,8 @@ TEST_F(ViewportTest, APensPressureArrivesWholeAndCutsDeeperAsItGrows) {
   const std::vector<double> sent = draw(pen_device);
   const SnapshotPtr after = bridge.head();
   EXPECT_EQ(view.stroke_events(), 401);
-  const double first = depth_at(330, *before, *after), middle = depth_at(400, *before, *after), last = depth_at(480, *before, *after);
+  const double first = depth_at(330, *before, *after), middle = depth_at(400, *before, *after),
+               last = depth_at(480, *before, *after);
   EXPECT_LT(first, 0.7 * middle);
   EXPECT_LT(middle, 0.9 * last);
   ASSERT_FALSE(told.isEmpty());

@@ -1,0 +1,218 @@
+// What the window does about what happens: in the document, to files, in the picture.
+#include "document_log.h"
+#include "event_log.h"
+#include "failure_dialog.h"
+#include "history_panel.h"
+#include "layers_panel.h"
+#include "main_window.h"
+#include "split_view.h"
+#include "start_page.h"
+#include "text.h"
+#include "tool_panel.h"
+#include "widgets/banner.h"
+#include "widgets/card.h"
+#include "widgets/colour_palette.h"
+#include "widgets/progress_strip.h"
+#include "widgets/theme.h"
+#include "widgets/value_bar.h"
+
+#include <QDockWidget>
+#include <QFile>
+#include <QLabel>
+#include <QPushButton>
+#include <QStackedWidget>
+
+namespace relief::studio {
+
+void MainWindow::connect_document() {
+  log_document(bridge_, *viewport_);
+  connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
+    const SnapshotPtr head = bridge_.head();
+    layers_->set_model(head.get());
+    viewport_->set_model(head);
+  });
+  connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
+    limit_told_ = false;
+    if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
+      colours_->mark_used(colours_->colour());
+      QStringList used;
+      for (const QColor& each : colours_->last_used()) used.append(each.name());
+      settings_.setValue("colours/used", used);
+    }
+  });
+  connect(&bridge_, &DocumentBridge::historyChanged, this, [this] { refresh(); });
+  connect(&bridge_, &DocumentBridge::saved, this, [this] {
+    if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
+    banner_->setObjectName(QString());
+  });
+  connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
+    event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
+    say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
+    refresh();
+  });
+  connect(&bridge_, &DocumentBridge::limitReached, this, [this] {
+    if (std::exchange(limit_told_, true)) return;
+    say(tr("The clay ends here: no further in this direction."));
+  });
+  connect(&bridge_, &DocumentBridge::strokeRefused, this,
+          [this] { say(tr("The other hand is at work; the stroke was not begun.")); });
+  connect(&bridge_, &DocumentBridge::historyDropped, this, [this](quint64 steps) {
+    say(tr("%n old step(s) can no more be undone.", nullptr, static_cast<int>(steps)));
+  });
+  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
+    if (unsaved == 0) {
+      say(message);
+      return;
+    }
+    const QString words =
+        tr("%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.", nullptr,
+           static_cast<int>(unsaved))
+            .arg(message);
+    event_log().write(QStringLiteral("banner"), {{"text", words}});
+    banner_->setObjectName(QStringLiteral("unsaved"));
+    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}});
+  });
+}
+
+void MainWindow::connect_files() {
+  connect(start_, &StartPage::openAsked, this, &MainWindow::ask_open);
+  connect(start_, &StartPage::fileAsked, this, [this](const QString& file) { open(file); });
+  connect(start_, &StartPage::sampleAsked, &desk_, &FileDesk::open_sample);
+  connect(viewport_, &Viewport::dropped, this, [this](const QStringList& files) {
+    if (!files.isEmpty()) open(files.first());
+  });
+  connect(&desk_, &FileDesk::said, this, &MainWindow::say);
+  connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
+  connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
+  connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
+    convert_->start(tr("Opening"));
+    opening_->show();
+    opening_->raise();
+    place_over();
+    if (card_ != nullptr) card_->hide();
+    viewport_->set_scene({}, unit_, false);
+    verdict_.reset();
+    refresh();
+  });
+  connect(&desk_, &FileDesk::meshReady, this, [this](const std::shared_ptr<const TriangleMesh>& mesh) {
+    pages_->setCurrentWidget(views_);
+    viewport_->set_scene({nullptr, mesh}, mesh->unit.value_or(Unit::Millimetre), true);
+    refresh();
+  });
+  connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
+    convert_->finish();
+    opening_->hide();
+    const SnapshotPtr head = bridge_.head();
+    unit_ = bridge_.document()->info().unit;
+    const bool frame_it = viewport_->scene().mesh == nullptr;
+    tools_.set_diagonal(diagonal(surface_bounds(*head)));
+    tools_.set_mirror(surface_bounds(*head).centre());
+    radius_->set_range(tools_.least_radius(), tools_.most_radius(), ValueBar::Scale::Logarithmic);
+    radius_->set_format(length_format(text(name(unit_))));
+    radius_->set_real_value(tools_.value("radius"));
+    tool_panel_->set_unit(unit_);
+    layers_->set_model(head.get());
+    pages_->setCurrentWidget(views_);
+    viewport_->set_scene({head, nullptr}, unit_, frame_it);
+    actions_.at("z-up")->setChecked(settings_.value("models/z-up/" + desk_.title(), false).toBool());
+    if (const auto camera = std::exchange(camera_, std::nullopt)) viewport_->set_camera(*camera);
+    viewport_->setFocus();
+    refresh();
+    show_verdict(verdict, doubt);
+  });
+  connect(&desk_, &FileDesk::cancelled, this, [this] {
+    convert_->finish();
+    opening_->hide();
+    viewport_->set_scene({}, unit_, false);
+    pages_->setCurrentWidget(start_);
+    refresh();
+    say(tr("Cancelled; nothing was kept."));
+  });
+  connect(&desk_, &FileDesk::failed, this,
+          [this](const QString& title, const QString& why, const QString& file, bool damaged) {
+            convert_->finish();
+            opening_->hide();
+            if (bridge_.document() == nullptr) {
+              viewport_->set_scene({}, unit_, false);
+              pages_->setCurrentWidget(start_);
+            }
+            refresh();
+            show_failure(title, why, file, damaged);
+          });
+  connect(&bridge_, &DocumentBridge::closed, this, [this] {
+    viewport_->set_scene({}, unit_, false);
+    layers_->set_model(nullptr);
+    pages_->setCurrentWidget(start_);
+    refresh();
+  });
+}
+
+void MainWindow::connect_view() {
+  connect(viewport_, &Viewport::said, this, &MainWindow::say);
+  connect(viewport_, &Viewport::undoAsked, actions_.at("undo"), &QAction::trigger);
+  connect(viewport_, &Viewport::pointerKnown, this, [this](const QString& name, double pressure, double tilt) {
+    tool_panel_->set_pointer(
+        tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
+  });
+  connect(viewport_, &Viewport::settled, this, &MainWindow::keep_picture);
+  connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
+    drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing")
+                                                                 : name.section(QLatin1Char('/'), 0, 0));
+    drawing_->setToolTip(name);
+  });
+  connect(viewport_, &Viewport::colourPicked, this,
+          [this](Vec3f colour) { choose_colour(QColor::fromRgbF(colour.x, colour.y, colour.z)); });
+  connect(&tools_, &ToolState::toolChanged, this, [this](const QString& id) {
+    event_log().write(QStringLiteral("tool"), {{"id", id}});
+    if (QAction* action = actions_.at("tool-" + id); !action->isChecked()) action->setChecked(true);
+    strength_->set_real_value(tools_.value("strength"));
+    if (auto* bar = qobject_cast<QLabel*>(docks_.front()->titleBarWidget())) bar->setText(ToolState::title(id));
+    refresh();
+  });
+  connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {
+    event_log().write(QStringLiteral("setting"), {{"id", setting}, {"value", tools_.value(setting)}});
+    if (setting == QLatin1String("radius")) radius_->set_real_value(tools_.value(setting));
+    if (setting == QLatin1String("strength")) strength_->set_real_value(tools_.value(setting));
+    if (setting == QLatin1String("symmetry")) actions_.at("symmetry")->setChecked(tools_.brush().symmetry != 0);
+  });
+  strength_->set_real_value(tools_.value("strength"));
+}
+
+void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QString& doubt) {
+  verdict_ = verdict;
+  say_state();
+  if (verdict) {
+    event_log().write(QStringLiteral("verdict"),
+                      {{"title", verdict->title}, {"text", verdict->lines.join(QLatin1Char(' '))}});
+    if (card_ == nullptr) card_ = new Card(verdict->title, verdict->lines, viewport_);
+    card_->setObjectName(QStringLiteral("verdict"));
+    card_->set_title(verdict->title);
+    card_->set_lines(verdict->lines);
+    card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
+    if (card_->findChild<QPushButton*>() == nullptr) {
+      QPushButton* upright = card_->add_button(tr("Stand it up"));
+      upright->setToolTip(tr("For scans whose z axis points up"));
+      connect(upright, &QPushButton::clicked, actions_.at("z-up"), &QAction::toggle);
+      anew_ = card_->add_button(tr("Mend it and try again"));
+      anew_->setToolTip(tr("Makes the scan a solid first; what is thinner than its voxels is lost"));
+      connect(anew_, &QPushButton::clicked, &desk_, &FileDesk::open_anew);
+      connect(card_->add_button(tr("Begin"), true), &QPushButton::clicked, card_, &QWidget::hide);
+    }
+    anew_->setVisible(!verdict->certified);
+    card_->show();
+    place_over();
+  }
+  if (!doubt.isEmpty()) say(doubt);
+}
+
+void MainWindow::show_failure(const QString& title, const QString& why, const QString& file, bool damaged) {
+  event_log().write(QStringLiteral("failed"), {{"title", title}, {"message", why}, {"file", file}});
+  auto* dialog = new FailureDialog(title, why, file, this);
+  if (damaged) dialog->add_remedy(tr("Save what is whole …"), [this, file] { ask_salvage(file); });
+  if (bridge_.document() != nullptr && bridge_.document()->statistics().unsaved > 0)
+    dialog->add_remedy(tr("Save elsewhere …"), [this] { ask_save_as(); });
+  if (bridge_.document() == nullptr) dialog->add_remedy(tr("Open another file …"), [this] { ask_open(); });
+  dialog->open();
+}
+
+}  // namespace relief::studio
