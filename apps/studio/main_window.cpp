@@ -57,8 +57,8 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   column->setSpacing(0);
   banner_ = new Banner(middle);
   banner_->hide();
-  // Over the picture, which therefore keeps its size when it comes and goes. Not a child of the pages: those lay their
-  // pages over it, and hide it from assistive tools.
+  // Over the picture, which therefore keeps its size when it comes and goes.
+  // Beside the pages, not in them: a stack raises its page over all else, and shows assistive tools its pages only.
   opening_ = new QFrame(middle);
   opening_->setProperty("role", QStringLiteral("card"));
   convert_ = new ProgressStrip(opening_);
@@ -458,7 +458,8 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
 /// The verdict's card lies at the lower right of the picture.
 void MainWindow::place_over() {
   const int height = opening_->sizeHint().height();
-  opening_->setGeometry(pages_->x() + 16, pages_->geometry().bottom() - height - 15, pages_->width() - 32, height);
+  const QRect page = pages_->geometry();
+  opening_->setGeometry(page.left() + 16, page.bottom() + 1 - height - 16, page.width() - 32, height);
   if (card_ == nullptr || !card_->isVisible()) return;
   card_->setFixedWidth(std::min(scaled(340), viewport_->width() - 32));
   card_->adjustSize();

@@ -51,6 +51,18 @@ class Page : public QWidget {
   }
 };
 
+/// Words in lines, always as high as all of them: layouts in layouts forget to ask.
+class Paragraph : public QLabel {
+ public:
+  Paragraph(const QString& words, QWidget* parent) : QLabel(words, parent) { setWordWrap(true); }
+
+ protected:
+  void resizeEvent(QResizeEvent* event) override {
+    QLabel::resizeEvent(event);
+    setMinimumHeight(heightForWidth(width()));
+  }
+};
+
 /// A picture over a title and lines of detail; the whole of it is the button.
 class PictureButton : public QToolButton {
  public:
@@ -106,18 +118,6 @@ class PictureButton : public QToolButton {
  private:
   QStringList lines_;
   QPixmap picture_;
-};
-
-/// Words that wrap, as high as they then are: layouts of layouts forget the height that a width needs.
-class WrappedLabel : public QLabel {
- public:
-  WrappedLabel(const QString& words, QWidget* parent) : QLabel(words, parent) { setWordWrap(true); }
-
- protected:
-  void resizeEvent(QResizeEvent* event) override {
-    QLabel::resizeEvent(event);
-    setMinimumHeight(heightForWidth(width()));
-  }
 };
 
 }  // namespace
@@ -243,7 +243,7 @@ void StartPage::add_hints(QVBoxLayout& into) {
     sign->setPixmap(icon_pixmap(hint.picture, scaled(26), current_theme().accent, devicePixelRatioF()));
     auto* title = new QLabel(hint.title, box);
     title->setFont(ui_font(10.5, QFont::DemiBold));
-    auto* words = new WrappedLabel(hint.words, box);
+    auto* words = new Paragraph(hint.words, box);
     column->addWidget(sign);
     column->addWidget(title);
     column->addWidget(words);

@@ -49,6 +49,8 @@ ToolPanel::ToolPanel(ToolState& tools, QWidget* parent) : QScrollArea(parent), t
   connect(&tools_, &ToolState::settingChanged, this, &ToolPanel::refresh);
 }
 
+QSize ToolPanel::sizeHint() const { return {scaled(250), scaled(330)}; }
+
 void ToolPanel::set_unit(Unit unit) {
   unit_ = unit;
   build();

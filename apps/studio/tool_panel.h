@@ -30,6 +30,8 @@ class ToolPanel : public QScrollArea {
   Q_OBJECT
  public:
   explicit ToolPanel(ToolState& tools, QWidget* parent = nullptr);
+  /// The same for all tools, so that the panels below stay where they are when another one is taken.
+  [[nodiscard]] QSize sizeHint() const override;
   void set_unit(Unit unit);
   /// What the pointer says about itself: "Mouse: no pressure", or a pen's name and pressure, 0..1.
   void set_pointer(const QString& words, double pressure);

@@ -110,17 +110,17 @@ class Contract(Case):
     def test_studio_says_in_one_line_why_it_cannot_begin(self):
         alone = self.folder / "alone"
         alone.mkdir()
-        shutil.copy(BIN, alone / "relief")
+        shutil.copy(BIN / "relief", alone / "relief")
         missing = subprocess.run([alone / "relief", "studio"], capture_output=True, text=True, check=False)
         self.assertEqual(missing.returncode, 1)
         self.assertEqual(missing.stderr.count("\n"), 1, missing.stderr)
         self.assertIn("relief-studio", missing.stderr)
-        if not (BIN.parent / "relief-studio").exists():
+        if not (BIN / "relief-studio").exists():
             return
         blind = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")}
         for words, status, said in ((["studio"], 1, "screen"), (["studio", "--theme", "pink"], 2, "pink"),
                                     (["studio", "--nonsense"], 2, "nonsense"), (["studio", "a", "b", "c"], 2, "--help")):
-            run = subprocess.run([BIN, *words], capture_output=True, text=True, check=False, env=blind)
+            run = subprocess.run([BIN / "relief", *words], capture_output=True, text=True, check=False, env=blind)
             self.assertEqual(run.returncode, status, run.stderr)
             self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
             self.assertIn(said, run.stderr)

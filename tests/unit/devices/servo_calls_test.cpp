@@ -5,6 +5,7 @@
 
 #include <relief/base/cpu_time.h>
 #include <relief/core/snapshot_channel.h>
+#include <relief/devices/pointer_device.h>
 #include <relief/devices/simulated_hand.h>
 #include <relief/haptics/servo.h>
 
@@ -15,6 +16,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -193,6 +195,26 @@ TEST(ServoTick, NeitherDoesItWithARigidTool) {
   std::vector<Vec3d> points;
   for (int k = 0; k < 200; ++k) points.push_back(Vec3d{std::cos(2.4 * k), 0.01 * k - 1, std::sin(2.4 * k)} * 0.05);
   EXPECT_GT(ticks_without_calls({.points = points}), 1000);
+}
+
+TEST(PointerTick, NeitherAllocatesNorFreesNorLocks) {
+  PointerPlace place = {
+      .over = true, .surface = {}, .normal = {0, 0, 1}, .towards_eye = {0, 0, 1}, .rise = 0.03, .depth = 1e-3};
+  PointerDevice device(place);
+  int calls = 0;
+  double farthest = 0;
+  for (int k = 0; k < 5000; ++k) {
+    place.surface = {0.03 * std::sin(0.01 * k), 0, k % 1000 < 500 ? 0.0 : -0.05};  // also over silhouettes
+    const WatchedCalls watch;
+    if (k % 8 == 0) device.point(place);
+    DeviceState state;
+    const bool alive = device.read(state) && device.write({});
+    calls += watch.calls().total();
+    ASSERT_TRUE(alive);
+    farthest = std::max(farthest, std::abs(state.position.x));
+  }
+  EXPECT_EQ(calls, 0);
+  EXPECT_GT(farthest, 0.02);
 }
 
 // ---- The loop around it, with a real clock
