@@ -1,7 +1,6 @@
 """Every control: its name, its one showing, and a click on it; the work without a mouse."""
 
 import collections
-import subprocess
 import unittest
 
 import studio
@@ -19,7 +18,6 @@ class Names(Case):
     @classmethod
     def setUpClass(cls):
         cls.studio = Studio(model())
-        cls.main = cls.studio.windows()[0]
 
     @classmethod
     def tearDownClass(cls):
@@ -61,18 +59,8 @@ class Names(Case):
 
     def back_at_the_model(self):
         """Whatever the click opened is closed by Escape, and the viewport is there."""
-        s, main = self.studio, self.main
-
-        def none_open():
-            s.alive()
-            dialogs = [window for window in s.windows() if window != main]
-            if dialogs:  # a click beside it may have taken the keys from it
-                subprocess.run(["xdotool", "windowactivate", dialogs[-1]], capture_output=True, timeout=60)
-            if dialogs or any(True for _ in s.all(lambda o: o.getRoleName() == "popup menu" and studio.shows(o))):
-                s.hand.keys("Escape")
-                return False
-            return True
-        wait("dialogs and menus to close", none_open, rest=0.1)
+        s = self.studio
+        wait("dialogs and menus to close", s.dismissed, rest=0.1)
         s.find("Viewport")
 
 

@@ -158,7 +158,7 @@ class Camera(Case):
         mark = s.log.mark()
         s.hand.keys("Home", "3", "1")  # whatever stood there, something is drawn
         s.hands_off()
-        s.settled(mark=mark)
+        s.settled(mark=mark, samples=4)
         self.start = s.log.last("camera")
 
     def turned(self, act):
@@ -169,7 +169,7 @@ class Camera(Case):
         act()
         s.hands_off()
         s.log.wait("camera", mark)
-        s.settled(mark=mark)
+        s.settled(mark=mark, samples=4)
         return s.log.last("camera")
 
     def silhouette(self):
@@ -256,6 +256,7 @@ class Camera(Case):
     def test_06_a_drag_on_a_panel_turns_nothing(self):
         s = self.studio
         x, y, width, height = studio.rect(s.find("Tool panel"))
+        s.settled()
         mark, before = s.log.mark(), s.picture()
         s.hand.at(x + width // 2, y + height - 12)
         for button in (1, 2):

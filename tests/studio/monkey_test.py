@@ -28,6 +28,7 @@ class Monkey(Case):
         self.s = s = Studio(model(), "--device", "simulated")
         first = s.log.last("opened")["hash"]
         self.done = []
+        self.check()
         end, checked = time.monotonic() + seconds, time.monotonic()
         acts = (self.carve, self.carve, self.carve, self.turn, self.wheel, self.key, self.key, self.widget, self.widget, self.undo, self.resize)
         while time.monotonic() < end:
@@ -59,28 +60,25 @@ class Monkey(Case):
         s = self.s
         if s.log.last("history") is None or s.log.last("history")["undo"] == 0:
             return
-        while s.log.last("history")["undo"] > 0:
-            mark, left = s.log.mark(), s.log.last("history")["undo"]
-            s.find("Undo").queryAction().doAction(0)
-            s.log.wait("history", mark, lambda e: e["undo"] < left)
+        undo = s.find("Undo").queryAction()
+        for _ in range(s.log.last("history")["undo"]):
+            undo.doAction(0)
+        wait("the bottom of the history", lambda: s.log.last("history")["undo"] == 0)
         self.assertEqual(s.log.last("history")["hash"], first, self.told("undo to the bottom"))
 
     def check(self):
         """No dialog stays; the window answers."""
         s = self.s
         s.hand.let_go()
+        try:
+            wait("every dialog to close by Escape", s.dismissed, rest=0.2)
+        except AssertionError as e:
+            self.fail(self.told(e))
         s.to_front()
-        for _ in range(4):
-            if not self.dialogs():
-                break
-            s.hand.keys("Escape")
-            time.sleep(0.2)  # a dialog needs a moment to go; whether it went is asked below
-        self.assertEqual([d.name for d in self.dialogs()], [], self.told("a dialog that Escape does not close"))
         s.hand.keys("Escape")
         s.find("Viewport")
-
-    def dialogs(self):
-        return list(self.s.all(lambda o: o.getRoleName() in ("dialog", "file chooser", "color chooser") and studio.shows(o)))
+        self.widgets = [o for o in s.all(lambda o: o.getRoleName() in ROLES and studio.shows(o) and o.name and
+                                         not any(word in o.name.lower() for word in NEVER))]
 
     def place(self):
         return self.s.pixel(self.chance.uniform(0.2, 0.8), self.chance.uniform(0.2, 0.8))
@@ -124,12 +122,7 @@ class Monkey(Case):
         self.done.append("undo")
 
     def widget(self):
-        s = self.s
-        found = list(s.all(lambda o: o.getRoleName() in ROLES and studio.shows(o) and o.name and
-                           not any(word in o.name.lower() for word in NEVER)))
-        if not found:
-            return
-        o = self.chance.choice(found)
+        o, s = self.chance.choice(self.widgets), self.s
         try:
             self.done.append(f"{o.getRoleName()} {o.name}")
             if o.getRoleName() in ("slider", "spin button"):

@@ -238,10 +238,11 @@ class Studio:
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
-        self.app = None
+        self.app = self.main = None
         _running.append(self)
         self.pid = self.log.wait("start")["pid"]
         self.app = wait("the studio in the accessibility tree", self._find_app)
+        self.main = wait("a window", self.windows)[0]
         if ready:
             self.log.wait("opened")
             self.settled()
@@ -407,23 +408,35 @@ class Studio:
 
     # ---- its window
 
-    def windows(self, hidden=False):
-        """The numbers of the studio's visible windows, or of all."""
-        words = ["xdotool", "search", *([] if hidden else ["--onlyvisible"]), "--pid", str(self.pid)]
-        return subprocess.run(words, capture_output=True, text=True, timeout=60).stdout.split()
+    def windows(self):
+        """The numbers of the studio's visible windows."""
+        return subprocess.run(["xdotool", "search", "--onlyvisible", "--pid", str(self.pid)], capture_output=True, text=True,
+                              timeout=60).stdout.split()
+
+    def dialogs(self):
+        """Visible windows beside the main one: dialogs, menus."""
+        return [window for window in self.windows() if window != self.main]
 
     def window(self, verb, *words):
-        """xdotool's verb for the studio's first window, hidden or not: windowminimize, windowsize W H."""
-        windows = self.windows(hidden=True)
-        if windows:
-            subprocess.run(["xdotool", verb, *([words[0]] if words[:1] == ("--sync",) else []), windows[0],
-                            *[str(word) for word in words if word != "--sync"]], capture_output=True, timeout=60)
+        """xdotool's verb for the main window: windowminimize, windowsize W H."""
+        options = [word for word in words if word == "--sync"]
+        subprocess.run(["xdotool", verb, *options, self.main, *(str(word) for word in words if word != "--sync")],
+                       capture_output=True, timeout=60)
 
     def to_front(self):
         """Also where it was minimised."""
         if self.process.poll() is None:
             self.window("windowmap")
             self.window("windowactivate", "--sync")
+
+    def dismissed(self):
+        """One Escape for the newest dialog or menu; True once there is none."""
+        self.alive()
+        dialogs = self.dialogs()
+        if dialogs:  # a click beside it may have taken the keys from it
+            subprocess.run(["xdotool", "windowactivate", dialogs[-1]], capture_output=True, timeout=60)
+            self.hand.keys("Escape")
+        return not dialogs
 
     @contextlib.contextmanager
     def stopped(self):
