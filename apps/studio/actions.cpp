@@ -86,10 +86,12 @@ void MainWindow::build_actions() {
     int key;
     AxisView view, opposite;
   };
-  const std::array axes = {AxisKey{"front", QT_TR_NOOP("Front"), Qt::Key_1, AxisView::Front, AxisView::Back},
-                           AxisKey{"right", QT_TR_NOOP("Right"), Qt::Key_3, AxisView::Right, AxisView::Left},
-                           AxisKey{"top", QT_TR_NOOP("Top"), Qt::Key_7, AxisView::Top, AxisView::Bottom}};
-  const std::array opposites = {QT_TR_NOOP("Back"), QT_TR_NOOP("Left"), QT_TR_NOOP("Bottom")};
+  const std::array axes = {
+      AxisKey{"front", QT_TR_NOOP("View from the front"), Qt::Key_1, AxisView::Front, AxisView::Back},
+      AxisKey{"right", QT_TR_NOOP("View from the right"), Qt::Key_3, AxisView::Right, AxisView::Left},
+      AxisKey{"top", QT_TR_NOOP("View from above"), Qt::Key_7, AxisView::Top, AxisView::Bottom}};
+  const std::array opposites = {QT_TR_NOOP("View from behind"), QT_TR_NOOP("View from the left"),
+                                QT_TR_NOOP("View from below")};
   for (std::size_t k = 0; k < axes.size(); ++k) {
     const AxisKey& axis = axes[k];
     const auto keys = [&](Qt::KeyboardModifiers m) {

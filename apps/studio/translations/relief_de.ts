@@ -1356,28 +1356,28 @@ berühren, um weiterzumachen</translation>
         <translation>Alles zeigen</translation>
     </message>
     <message>
-        <source>Front</source>
-        <translation>Vorn</translation>
+        <source>View from the front</source>
+        <translation>Ansicht von vorn</translation>
     </message>
     <message>
-        <source>Right</source>
-        <translation>Rechts</translation>
+        <source>View from the right</source>
+        <translation>Ansicht von rechts</translation>
     </message>
     <message>
-        <source>Top</source>
-        <translation>Oben</translation>
+        <source>View from above</source>
+        <translation>Ansicht von oben</translation>
     </message>
     <message>
-        <source>Back</source>
-        <translation>Hinten</translation>
+        <source>View from behind</source>
+        <translation>Ansicht von hinten</translation>
     </message>
     <message>
-        <source>Left</source>
-        <translation>Links</translation>
+        <source>View from the left</source>
+        <translation>Ansicht von links</translation>
     </message>
     <message>
-        <source>Bottom</source>
-        <translation>Unten</translation>
+        <source>View from below</source>
+        <translation>Ansicht von unten</translation>
     </message>
     <message>
         <source>Turn left</source>
