@@ -543,7 +543,8 @@ class _Result(unittest.TextTestResult):
         super().addSubTest(test, subtest, err)
 
     def stopTest(self, test):
-        self.stream.write(f"[{time.monotonic() - test.started_at:.1f} s] ")
+        if hasattr(test, "started_at"):  # not where its class was skipped
+            self.stream.write(f"[{time.monotonic() - test.started_at:.1f} s] ")
         super().stopTest(test)
 
 
