@@ -84,7 +84,6 @@ void DocumentBridge::deliver() {
     if (const auto* e = std::get_if<LimitReached>(&event)) emit limitReached(e->so_far);
     if (std::holds_alternative<PointMissed>(event)) emit pointMissed();
     if (const auto* e = std::get_if<Failed>(&event)) emit failed(text(e->error.message), e->unsaved);
-    if (const auto* e = std::get_if<Progressed>(&event)) emit progress(text(e->phase), e->share);
   }
 }
 

@@ -45,7 +45,6 @@ class DocumentBridge : public QObject {
   void limitReached(const relief::StrokeResult& so_far);
   void pointMissed();
   void failed(const QString& message, quint64 unsaved);
-  void progress(const QString& phase, double share);
 
  private:
   void take(const Event& event);

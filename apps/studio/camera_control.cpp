@@ -30,9 +30,12 @@ PictureAxes picture_axes(const Camera& camera) {
   return {right, cross(back, right), back};
 }
 
-double height_at_target(const Camera& camera) {
-  return camera.parallel ? camera.view_height : 2 * tan_half(camera) * length(camera.eye - camera.target);
+double height_at(const Camera& camera, Vec3d point) {
+  if (camera.parallel) return camera.view_height;
+  return 2 * tan_half(camera) * std::max(1e-9, dot(point - camera.eye, normalized(camera.target - camera.eye)));
 }
+
+double height_at_target(const Camera& camera) { return height_at(camera, camera.target); }
 
 Camera orbit(Camera camera, double right, double down, bool turntable) {
   Vec3d arm = camera.eye - camera.target;

@@ -26,7 +26,9 @@ enum class AxisView : std::uint8_t { Front, Back, Right, Left, Top, Bottom };
 [[nodiscard]] Camera with_lens(Camera camera, bool parallel);
 /// Moves the target, so that the camera turns around it, and looks at it.
 [[nodiscard]] Camera centred(Camera camera, Vec3d target);
-/// What the picture's height is at the target, model units.
+/// What the picture's height is where a point is, model units.
+[[nodiscard]] double height_at(const Camera& camera, Vec3d point);
+/// The same at the target.
 [[nodiscard]] double height_at_target(const Camera& camera);
 /// Unit axes of the picture: right, up, and towards the eye.
 struct PictureAxes {

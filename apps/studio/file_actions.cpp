@@ -21,12 +21,13 @@ namespace relief::studio {
 
 namespace {
 
-/// The folder of the last dialog, else the one for documents.
-QString folder_of(const QSettings& settings, const QString& key) {
+/// The folder of the last dialog, else the given one.
+QString folder_of(const QSettings& settings, const QString& key, const QString& otherwise) {
   const QString kept = settings.value(QStringLiteral("folders/") + key).toString();
-  return !kept.isEmpty() && QDir(kept).exists() ? kept
-                                                : QStandardPaths::writableLocation(QStandardPaths::DocumentsLocation);
+  return !kept.isEmpty() && QDir(kept).exists() ? kept : otherwise;
 }
+
+QString documents() { return QStandardPaths::writableLocation(QStandardPaths::DocumentsLocation); }
 
 QString with_extension(QString file, const QString& extension) {
   return QFileInfo(file).suffix().isEmpty() ? file + extension : file;
@@ -35,35 +36,37 @@ QString with_extension(QString file, const QString& extension) {
 }  // namespace
 
 void MainWindow::ask_open() {
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"), folder_of(settings_, "open"),
-                                                    FileDesk::filters());
+  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"),
+                                                    folder_of(settings_, "open", documents()), FileDesk::filters());
   if (file.isEmpty()) return;
   settings_.setValue("folders/open", QFileInfo(file).absolutePath());
   open(file);
 }
 
+/// Where to, as "title.extension" in the folder of the last time; empty where nobody says.
+QString MainWindow::ask_where(const QString& title, const QString& key, const QString& otherwise,
+                              const QString& extension, const QString& filter) {
+  const QString suggested = folder_of(settings_, key, otherwise) + QLatin1Char('/') + desk_.title() + extension;
+  const QString file = QFileDialog::getSaveFileName(this, title, suggested, filter);
+  if (file.isEmpty()) return {};
+  settings_.setValue(QStringLiteral("folders/") + key, QFileInfo(file).absolutePath());
+  return with_extension(file, extension);
+}
+
 void MainWindow::ask_save_as() {
   if (bridge_.document() == nullptr) return;
-  QString file = QFileDialog::getSaveFileName(
-      this, tr("Name the model"),
-      folder_of(settings_, "save") + QLatin1Char('/') + desk_.title() + QStringLiteral(".relief"),
-      tr("Relief models (*.relief)"));
-  if (file.isEmpty()) return;
-  file = with_extension(file, QStringLiteral(".relief"));
-  settings_.setValue("folders/save", QFileInfo(file).absolutePath());
-  desk_.save_as(file);
+  const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
+                                 tr("Relief models (*.relief)"));
+  if (!file.isEmpty()) desk_.save_as(file);
 }
 
 void MainWindow::ask_export() {
   const SnapshotPtr head = bridge_.head();
   if (!head) return;
-  QString file = QFileDialog::getSaveFileName(
-      this, tr("Export the surface as a mesh"),
-      folder_of(settings_, "export") + QLatin1Char('/') + desk_.title() + QStringLiteral(".ply"),
-      tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
+  const QString file =
+      ask_where(tr("Export the surface as a mesh"), QStringLiteral("export"), documents(), QStringLiteral(".ply"),
+                tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
   if (file.isEmpty()) return;
-  file = with_extension(file, QStringLiteral(".ply"));
-  settings_.setValue("folders/export", QFileInfo(file).absolutePath());
   say(tr("Exporting …"));
   in_background(
       this, [head, file, unit = unit_] { return export_mesh(to_mesh(*head, 0), path(file), {.unit = unit}); },

@@ -81,7 +81,6 @@ void FileDesk::open_sample(const QString& name) {
 
 void FileDesk::finish(const std::shared_ptr<Opened>& what) {
   const QString file = text(what->file);
-  diagonal_ = what->diagonal;
   const Status open = bridge_.open(what->file, std::move(*what->model));
   if (!open) {
     emit failed(tr("%1 could not be opened").arg(title_), text(open.error().message), file, false);

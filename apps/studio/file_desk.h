@@ -29,7 +29,6 @@ class FileDesk : public QObject {
 
   [[nodiscard]] Shelf& shelf() { return shelf_; }
   [[nodiscard]] const QString& title() const { return title_; }
-  [[nodiscard]] double diagonal() const { return diagonal_; }
   [[nodiscard]] static QString filters();
   [[nodiscard]] static bool is_model(const QString& file);
 
@@ -56,7 +55,6 @@ class FileDesk : public QObject {
   QString scan_;                  ///< the one that the open model was made of just now; else empty
   QString asked_, title_, made_;  ///< made_: the file that a conversion writes
   QString given_up_;              ///< an unnamed file that save_as() leaves
-  double diagonal_ = 1;
 };
 
 }  // namespace relief::studio

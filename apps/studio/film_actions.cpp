@@ -74,16 +74,11 @@ void MainWindow::ask_turntable() {
 }
 
 void MainWindow::ask_report() {
-  const SnapshotPtr head = bridge_.head();
-  if (!head) return;
-  const QString folder = settings_.value("folders/report", chosen(settings_, "folders/pictures")).toString();
-  QString file = QFileDialog::getSaveFileName(this, tr("Save a report of the session"),
-                                              folder + QLatin1Char('/') + desk_.title() + QStringLiteral(".html"),
-                                              tr("Web pages (*.html)"));
-  if (file.isEmpty()) return;
-  if (QFileInfo(file).suffix().isEmpty()) file += QStringLiteral(".html");
-  settings_.setValue("folders/report", QFileInfo(file).absolutePath());
-  save_report(file);
+  if (!bridge_.head()) return;
+  const QString file =
+      ask_where(tr("Save a report of the session"), QStringLiteral("report"),
+                chosen(settings_, "folders/pictures").toString(), QStringLiteral(".html"), tr("Web pages (*.html)"));
+  if (!file.isEmpty()) save_report(file);
 }
 
 void MainWindow::save_report(const QString& file) {

@@ -187,7 +187,7 @@ void MainWindow::show_hand() {
   meter_->set_forces_on(hand_->forces());
   if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());
   // A servo beside a picture that the CPU draws needs the core more.
-  viewport_->set_most_frames(on && drawing_->text() == tr("Software drawing") ? 30 : 125);
+  viewport_->set_beside_servo(on);
   show_forces_off();
   show_hand_state();
 }

@@ -17,14 +17,6 @@ constexpr double kThick = 9, kThin = 4;  // pixels of the stylus at its end and 
 constexpr double kHead = 11;             // pixels of the arrow's head
 constexpr double kTip = 5;               // pixels, radius of the tip's dot
 constexpr double kMargin = 8;            // pixels around all of it: outlines, the head, the dot
-constexpr int kCorners = 40;
-
-/// Model units from the lower to the upper edge of the picture, where the point is.
-double height_at(const Camera& camera, Vec3d point) {
-  if (camera.parallel) return camera.view_height;
-  const double far = std::max(1e-9, dot(point - camera.eye, normalized(camera.target - camera.eye)));
-  return 2 * far * std::tan(camera.field_of_view * std::numbers::pi / 360);
-}
 
 }  // namespace
 
@@ -44,13 +36,7 @@ std::optional<HandOverlay::Lines> HandOverlay::lines(const OverlayView& view) co
   lines.end = *end;
   lines.thick = kThick;
   if (!sample.contact) return lines;
-  const Vec3d n = sample.normal;
-  const Vec3d a = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), b = cross(n, a);
-  for (int k = 0; k <= kCorners; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kCorners;
-    if (const auto p = seen(sample.contact_point + (a * std::cos(turn) + b * std::sin(turn)) * (kRing * height)))
-      lines.ring.append(*p);
-  }
+  lines.ring = circle(view, {sample.contact_point, sample.normal}, kRing * height);
   const auto contact = seen(sample.contact_point);
   if (contact) lines.spring = {*tip, *contact};
   const double force = length(sample.force);

@@ -265,8 +265,6 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   event->accept();
 }
 
-void MainWindow::changeEvent(QEvent* event) { QMainWindow::changeEvent(event); }
-
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
   if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) place_over();
   // The first stroke says that the verdict was read.

@@ -63,7 +63,6 @@ class MainWindow : public QMainWindow {
 
  protected:
   void closeEvent(QCloseEvent* event) override;
-  void changeEvent(QEvent* event) override;
   bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
@@ -121,6 +120,8 @@ class MainWindow : public QMainWindow {
 
   // file_actions.cpp
   void ask_open();
+  [[nodiscard]] QString ask_where(const QString& title, const QString& key, const QString& otherwise,
+                                  const QString& extension, const QString& filter);
   void ask_save_as();
   void ask_export();
   void ask_picture();

@@ -108,12 +108,12 @@ void OpenJob::open_model(const QString& file) {
 
 Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit, bool anew) {
   const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
-  const auto shown = std::make_shared<const TriangleMesh>(mesh);
+  const auto shown = std::make_shared<const TriangleMesh>(std::move(mesh));
   QMetaObject::invokeMethod(this, [this, shown] { emit meshReady(shown); }, Qt::QueuedConnection);
   ConvertSettings settings;
-  settings.unit = mesh.unit.value_or(unit);
+  settings.unit = shown->unit.value_or(unit);
   if (anew) settings.remesh = 0.0;
-  RELIEF_TRY(Conversion conversion, convert(mesh, settings, progress));
+  RELIEF_TRY(Conversion conversion, convert(*shown, settings, progress));
   report("save", 0);
   auto made = std::make_shared<Opened>();
   made->file = path(to);

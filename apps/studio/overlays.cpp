@@ -16,8 +16,9 @@ constexpr int kCorners = 64;
 /// Pixels around a line that its outline takes.
 constexpr double kOutline = 3;
 
-/// A circle around a place of the surface; fewer than three points where it is behind the eye.
-QPolygonF circle(const OverlayView& view, const RingOverlay::Place& place, double radius) {
+}  // namespace
+
+QPolygonF circle(const OverlayView& view, const SurfacePlace& place, double radius) {
   const Vec3d n = place.normal;
   const Vec3d a = normalized(cross(n, std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})), b = cross(n, a);
   QPolygonF line;
@@ -30,8 +31,6 @@ QPolygonF circle(const OverlayView& view, const RingOverlay::Place& place, doubl
   }
   return line;
 }
-
-}  // namespace
 
 void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, double width, Qt::PenStyle style) {
   painter.setBrush(Qt::NoBrush);
@@ -55,7 +54,7 @@ std::optional<RingOverlay::Lines> RingOverlay::lines(const OverlayView& view) co
   const auto to =
       seen_at(view.camera, place->at + place->normal * (0.5 * radius), view.size.width(), view.size.height());
   if (from && to) lines.normal = {*from, *to};
-  for (const Place& each : mirrored)
+  for (const SurfacePlace& each : mirrored)
     if (QPolygonF ghost = circle(view, each, radius); !ghost.isEmpty()) lines.mirrored.push_back(std::move(ghost));
   return lines;
 }

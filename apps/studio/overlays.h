@@ -21,6 +21,13 @@ struct OverlayView {
   Unit unit = Unit::Millimetre;
 };
 
+/// A place of the surface; the normal is unit.
+struct SurfacePlace {
+  Vec3d at, normal;
+};
+/// A circle that lies on the surface there, as seen; empty where a part of it is behind the eye.
+[[nodiscard]] QPolygonF circle(const OverlayView& view, const SurfacePlace& place, double radius);
+
 /// bounds() and paint() take the same way through the same figures, so that nothing is ever left standing.
 class Overlay {
  public:
@@ -37,11 +44,8 @@ class Overlay {
 /// circle at each mirrored place.
 class RingOverlay : public Overlay {
  public:
-  struct Place {
-    Vec3d at, normal;
-  };
-  std::optional<Place> place;
-  std::vector<Place> mirrored;
+  std::optional<SurfacePlace> place;
+  std::vector<SurfacePlace> mirrored;
   double radius = 1, strength = 1;
   bool pressed = false;
 

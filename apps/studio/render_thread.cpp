@@ -36,7 +36,7 @@ void RenderThread::run() {
     callbacks_.failed(renderer.error());
     return;
   }
-  callbacks_.ready(renderer->device());
+  callbacks_.ready(renderer->device(), renderer->software());
   while (true) {
     DrawRequest request;
     {

@@ -54,9 +54,9 @@ struct Piece {
 class RenderThread {
  public:
   struct Callbacks {
-    std::function<void(Piece)> drawn;               ///< once per request that was begun; empty where nothing differed
-    std::function<void(const Error&)> failed;       ///< to make the renderer, or to draw; the thread goes on
-    std::function<void(const std::string&)> ready;  ///< the driver's name, before the first picture
+    std::function<void(Piece)> drawn;          ///< once per request that was begun; empty where nothing differed
+    std::function<void(const Error&)> failed;  ///< to make the renderer, or to draw; the thread goes on
+    std::function<void(const std::string&, bool software)> ready;  ///< the driver's name, before the first picture
   };
   explicit RenderThread(Callbacks callbacks);
   RenderThread(const RenderThread&) = delete;

@@ -1,5 +1,7 @@
 #include "shelf.h"
 
+#include "text.h"
+
 #include <QCoreApplication>
 #include <QCryptographicHash>
 #include <QDir>
@@ -12,6 +14,7 @@
 #include <QSaveFile>
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
 
 namespace relief::studio {
 
@@ -71,8 +74,6 @@ Shelf::Shelf(QObject* parent) : QObject(parent) {
   read();
   find_left_open();
 }
-
-Shelf::~Shelf() = default;
 
 void Shelf::read() {
   QFile in(list_file());
@@ -189,6 +190,15 @@ void Shelf::forget(const QString& file) {
   emit changed();
 }
 
-void Shelf::mark() { write_json(mark_file(QCoreApplication::applicationPid()), QJsonDocument(to_json(open_))); }
+/// With each stroke, so it waits for no disk: it need only outlive the program, not the machine.
+void Shelf::mark() {
+  const QString file = mark_file(QCoreApplication::applicationPid()), beside = file + QStringLiteral(".new");
+  QFile out(beside);
+  if (!out.open(QIODevice::WriteOnly)) return;
+  out.write(QJsonDocument(to_json(open_)).toJson());
+  out.close();
+  std::error_code ignored;
+  std::filesystem::rename(path(beside), path(file), ignored);
+}
 
 }  // namespace relief::studio

@@ -22,7 +22,6 @@ class Shelf : public QObject {
   Q_OBJECT
  public:
   explicit Shelf(QObject* parent = nullptr);
-  ~Shelf() override;
 
   [[nodiscard]] const std::vector<ShelfEntry>& recent() const { return recent_; }
   /// Files that a program which is no more had open: newest first.

@@ -25,9 +25,7 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
   camera_ = camera;
   size_ = size;
   hint_ = {};
-  const Ray3d ray =
-      pixel_ray(camera_, static_cast<int>(size.width()), static_cast<int>(size.height()), sample.at.x(), sample.at.y());
-  if (!raycast(*surface_, ray, hint_)) return false;
+  if (!hit(sample)) return false;
   open_ = true;
   events_ = 0;
   first_seconds_ = last_seconds_ = sample.seconds;
@@ -38,17 +36,20 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
   return true;
 }
 
+std::optional<RayHit> StrokeInput::hit(const PointerSample& sample) {
+  const int width = static_cast<int>(size_.width()), height = static_cast<int>(size_.height());
+  return raycast(*surface_, pixel_ray(camera_, width, height, sample.at.x(), sample.at.y()), hint_);
+}
+
 void StrokeInput::add(const PointerSample& sample) {
   ++events_;
   last_ = sample;
   since_last_.start();
   // Synthetic points of a resting pointer may be ahead of the window system's clock by a little.
   last_seconds_ = std::max(last_seconds_, sample.seconds);
-  const Ray3d ray = pixel_ray(camera_, static_cast<int>(size_.width()), static_cast<int>(size_.height()), sample.at.x(),
-                              sample.at.y());
-  const auto hit = raycast(*surface_, ray, hint_);
-  last_hit_ = hit ? std::optional(hit->point.position) : std::nullopt;
-  if (!hit) return;
+  const auto found = hit(sample);
+  last_hit_ = found ? std::optional(found->point.position) : std::nullopt;
+  if (!found) return;
   const double pressure = tools_.use_pressure() ? sample.pressure : 1.0;
   bridge_.post(MoveStroke{.points = {{last_seconds_ - first_seconds_, *last_hit_, pressure}}});
 }

@@ -40,6 +40,7 @@ class StrokeInput {
   [[nodiscard]] int events() const { return events_; }
 
  private:
+  [[nodiscard]] std::optional<RayHit> hit(const PointerSample& sample);
   void add(const PointerSample& sample);
 
   DocumentBridge& bridge_;

@@ -32,14 +32,6 @@ ValueFormat format_of(const SettingInfo& setting, Unit unit) {
   return plain_format(2);
 }
 
-std::pair<double, double> range_of(const SettingInfo& setting, const ToolState& tools) {
-  if (setting.unit != SettingInfo::Unit::Length) return {setting.min, setting.max};
-  if (setting.id == "radius") return {tools.least_radius(), tools.most_radius()};
-  if (setting.id == "height") return {-0.05 * tools.diagonal(), 0.05 * tools.diagonal()};
-  if (setting.id == "resilience") return {0, 0.02 * tools.diagonal()};
-  return {0, tools.most_radius()};
-}
-
 ToolPanel::ToolPanel(ToolState& tools, QWidget* parent) : QScrollArea(parent), tools_(tools) {
   setObjectName(QStringLiteral("tool-settings"));
   setAccessibleName(tr("Tool settings"));
@@ -86,7 +78,7 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
   using Kind = SettingInfo::Kind;
   if (setting.kind == Kind::Value) {
     auto* bar = new ValueBar(title, this);
-    const auto [low, high] = range_of(setting, tools_);
+    const auto [low, high] = tools_.range(setting);
     bar->setObjectName(QStringLiteral("setting-") + id);
     bar->set_range(low, high, ValueBar::Scale::Linear, setting.unit == SettingInfo::Unit::Length ? 0 : setting.step);
     bar->set_format(format_of(setting, unit_));

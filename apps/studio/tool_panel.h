@@ -21,8 +21,6 @@ class ColourPanel;
 
 /// How a setting's value is shown and typed.
 [[nodiscard]] ValueFormat format_of(const SettingInfo& setting, Unit unit);
-/// The range of a setting on a model: lengths follow the model.
-[[nodiscard]] std::pair<double, double> range_of(const SettingInfo& setting, const ToolState& tools);
 
 /// Radius and strength are in the bar above the picture and not here. Tools that come later need no line of this.
 class ToolPanel : public QScrollArea {

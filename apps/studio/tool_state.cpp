@@ -12,12 +12,17 @@ namespace {
 const QString kTouch = QStringLiteral("touch");
 /// Shares of the diagonal.
 constexpr double kFirstRadius = 0.04, kMostHeight = 0.05, kMostResilience = 0.02;
-/// The stabiliser's length at most, in radii.
-constexpr double kMostStabiliser = 4;
 
 bool belongs_to_hand(const QString& setting) {
   return setting == QLatin1String("radius") || setting == QLatin1String("symmetry") ||
          setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve");
+}
+
+/// Of any tool: settings of one id are the same for all.
+const SettingInfo* find(std::string_view id) {
+  for (const ToolInfo& tool : tools())
+    if (const auto at = std::ranges::find(tool.settings, id, &SettingInfo::id); at != tool.settings.end()) return &*at;
+  return nullptr;
 }
 
 }  // namespace
@@ -97,13 +102,20 @@ double ToolState::value(const QString& setting_id) const {
   return setting(brush(), setting_id.toStdString()).value_or(0);
 }
 
+std::pair<double, double> ToolState::range(const SettingInfo& setting) const {
+  if (setting.unit != SettingInfo::Unit::Length) return {setting.min, setting.max};
+  if (setting.id == "radius") return {least_radius(), most_radius()};
+  if (setting.id == "height") return {-kMostHeight * diagonal_, kMostHeight * diagonal_};
+  if (setting.id == "resilience") return {0, kMostResilience * diagonal_};
+  return {0, most_radius()};
+}
+
 void ToolState::set_value(const QString& setting_id, double value) {
   const std::string id = setting_id.toStdString();
-  if (id == "radius") value = std::clamp(value, least_radius(), most_radius());
-  if (id == "strength") value = std::clamp(value, 0.0, 1.0);
-  if (id == "resilience") value = std::clamp(value, 0.0, kMostResilience * diagonal_);
-  if (id == "height") value = std::clamp(value, -kMostHeight * diagonal_, kMostHeight * diagonal_);
-  if (id == "stabiliser") value = std::clamp(value, 0.0, kMostStabiliser * most_radius());
+  if (const SettingInfo* known = find(id); known != nullptr && known->kind == SettingInfo::Kind::Value) {
+    const auto [low, high] = range(*known);
+    value = std::clamp(value, low, high);
+  }
   const auto mine = tool();
   Brush* brush = belongs_to_hand(setting_id) ? &hand_ : mine ? &brushes_[static_cast<std::size_t>(*mine)] : nullptr;
   if (brush == nullptr || setting(*brush, id) == value || !set(*brush, id, value)) return;

@@ -46,7 +46,8 @@ class ToolState : public QObject {
 
   /// Lengths are shares of it until somebody sets them: the radius begins at 4 %.
   void set_diagonal(double diagonal);
-  [[nodiscard]] double diagonal() const { return diagonal_; }
+  /// What a setting of kind Value may be; lengths follow the model.
+  [[nodiscard]] std::pair<double, double> range(const SettingInfo& setting) const;
   [[nodiscard]] double least_radius() const { return 0.001 * diagonal_; }
   [[nodiscard]] double most_radius() const { return 0.25 * diagonal_; }
 

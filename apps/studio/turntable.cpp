@@ -44,13 +44,12 @@ Status draw_frames(const Snapshot& model, const Frame& first, const Turntable& f
   Frame frame = first;
   frame.width = film.width;
   frame.height = film.height;
-  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(film.width) * static_cast<std::size_t>(film.height));
   for (int k = 0; k < film.frames; ++k) {
     // To the bit: the first picture is the view itself.
     frame.camera =
         k == 0 ? first.camera : orbit(first.camera, film.degrees * k / film.frames * std::numbers::pi / 180, 0, true);
-    RELIEF_TRY([[maybe_unused]] const PixelRect drawn, renderer.draw(model, frame, pixels, frame.width, &cancel));
-    RELIEF_CHECK(save_png(to_picture(pixels, frame.width, frame.height), path(frame_file(film, k))));
+    RELIEF_TRY(const Picture picture, renderer.picture(model, frame, &cancel));
+    RELIEF_CHECK(save_png(picture, path(frame_file(film, k))));
     told(k + 1);
   }
   return write_list(film);

@@ -44,12 +44,13 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
                          this, [this, words = text(error.message)] { emit said(words); }, Qt::QueuedConnection);
                    },
                .ready =
-                   [this](const std::string& name) {
+                   [this](const std::string& name, bool software) {
                      QMetaObject::invokeMethod(
                          this,
-                         [this, words = text(name)] {
+                         [this, words = text(name), software] {
                            device_ = words;
-                           emit deviceKnown(words);
+                           software_ = software;
+                           emit deviceKnown(words, software);
                          },
                          Qt::QueuedConnection);
                    }}) {
@@ -173,8 +174,8 @@ void Viewport::changed(qint64 input_ns) {
 
 void Viewport::ask() {
   if (!wanted_ || ask_timer_.isActive() || (in_flight_ && !refining_)) return;
-  const qint64 since = since_asked_.isValid() ? since_asked_.elapsed() : interval_ms_;
-  ask_timer_.start(static_cast<int>(std::max<qint64>(0, interval_ms_ - since)));
+  const qint64 since = since_asked_.isValid() ? since_asked_.elapsed() : interval_ms();
+  ask_timer_.start(static_cast<int>(std::max<qint64>(0, interval_ms() - since)));
 }
 
 Frame Viewport::final_frame() const {
@@ -381,10 +382,10 @@ void Viewport::update_ring() {
   planes_.through = brush.mirror;
   planes_.axes = scene_.model && tools_.tool() ? brush.symmetry : 0;
   if (found) {
-    ring_.place = RingOverlay::Place{found->point.position, found->point.normal};
+    ring_.place = SurfacePlace{found->point.position, found->point.normal};
     for (unsigned mirror = 1; mirror < 8; ++mirror) {
       if ((mirror & ~static_cast<unsigned>(brush.symmetry)) != 0) continue;
-      RingOverlay::Place other = *ring_.place;
+      SurfacePlace other = *ring_.place;
       const auto flip = [&](unsigned axis, double& p, double& n, double plane) {
         if ((mirror & (1U << axis)) == 0) return;
         p = 2 * plane - p;

@@ -51,7 +51,7 @@ class Viewport : public QWidget {
   void set_touch_sculpts(bool sculpts) { touch_sculpts_ = sculpts; }
   void set_turntable(bool turntable) { turntable_ = turntable; }
   /// Frames per second at most; 30 leaves a core to a servo where the driver draws with the CPU.
-  void set_most_frames(int per_second) { interval_ms_ = 1000 / per_second; }
+  void set_beside_servo(bool beside) { beside_servo_ = beside; }
   /// The samples of a pixel when the picture has been still for long; 16 unless somebody set less.
   void set_final_samples(int samples) { final_samples_ = samples; }
   /// Motion events that the last stroke took.
@@ -68,7 +68,6 @@ class Viewport : public QWidget {
   void begin_drag(const QString& setting);
 
   [[nodiscard]] const QString& device() const { return device_; }
-  [[nodiscard]] std::uint64_t frames() const { return frames_; }
   [[nodiscard]] OverlayView overlay_view() const;
   /// Where the ring is in the window's pixels; empty where it is not.
   [[nodiscard]] QRect ring_in_window() const;
@@ -93,7 +92,8 @@ class Viewport : public QWidget {
   void frameDrawn(quint64 number);
   /// The picture is the final one.
   void settled();
-  void deviceKnown(const QString& name);
+  /// The driver's name, and whether it draws with the CPU.
+  void deviceKnown(const QString& name, bool software);
   /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
   void left();
@@ -125,12 +125,12 @@ class Viewport : public QWidget {
   enum class Gesture : std::uint8_t { None, Stroke, Orbit, Pan, Zoom, Drag, Touch };
   [[nodiscard]] Gesture gesture_for(Qt::MouseButton button, Qt::KeyboardModifiers modifiers, bool on_model) const;
   void press(Gesture gesture, const PointerSample& sample, Qt::KeyboardModifiers modifiers, bool eraser);
-  void move(const PointerSample& sample, Qt::KeyboardModifiers modifiers);
+  void move(const PointerSample& sample);
   void release();
   bool tablet(QTabletEvent* event);
   bool touch(QTouchEvent* event);
   bool trackpad(QNativeGestureEvent* event);
-  void navigate(QPointF by, QPointF at);
+  void navigate(QPointF by);
   void drag_setting(QPointF at);
   void end_drag(bool keep);
   void look_from(Axis axis);
@@ -146,6 +146,8 @@ class Viewport : public QWidget {
   void use_theme();
   void pace(const Piece& piece);
   void log_camera(const Camera& camera);
+  /// ms between two pictures at least: 125 in a second, 30 where servo and driver share the CPU.
+  [[nodiscard]] qint64 interval_ms() const { return software_ && beside_servo_ ? 33 : 8; }
   [[nodiscard]] double pixel_ratio() const { return devicePixelRatioF(); }
   [[nodiscard]] bool has_scene() const { return scene_.model || scene_.mesh; }
 
@@ -164,7 +166,9 @@ class Viewport : public QWidget {
   bool touch_sculpts_ = false, touch_moved_ = false;
   qsizetype most_fingers_ = 0;
   QElapsedTimer touch_clock_;
-  int interval_ms_ = 8, final_samples_ = 16;
+  QString device_;
+  bool software_ = false, beside_servo_ = false;
+  int final_samples_ = 16;
 
   Gesture gesture_ = Gesture::None;
   Qt::MouseButton button_ = Qt::NoButton;
@@ -184,7 +188,6 @@ class Viewport : public QWidget {
   QElapsedTimer clock_, since_asked_;
   QTimer ask_timer_, rest_timer_, ring_timer_;
   QBasicTimer hold_timer_;
-  QString device_;
 
   RingOverlay ring_;
   PillOverlay info_, drag_value_;

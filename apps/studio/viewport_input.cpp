@@ -56,7 +56,7 @@ void Viewport::press(Gesture gesture, const PointerSample& sample, Qt::KeyboardM
   update_ring();
 }
 
-void Viewport::move(const PointerSample& sample, Qt::KeyboardModifiers) {
+void Viewport::move(const PointerSample& sample) {
   pointer_ = sample.at;
   over_ = true;
   switch (gesture_) {
@@ -68,7 +68,7 @@ void Viewport::move(const PointerSample& sample, Qt::KeyboardModifiers) {
     case Gesture::Orbit:
     case Gesture::Pan:
     case Gesture::Zoom:
-      navigate(sample.at - last_, sample.at);
+      navigate(sample.at - last_);
       last_ = sample.at;
       return;
     case Gesture::Drag:
@@ -91,7 +91,7 @@ void Viewport::release() {
   update_ring();
 }
 
-void Viewport::navigate(QPointF by, QPointF) {
+void Viewport::navigate(QPointF by) {
   if (!has_scene() || by.isNull()) return;
   const double scale = std::max(1, height());
   Camera camera = camera_;
@@ -138,7 +138,7 @@ void Viewport::mouseMoveEvent(QMouseEvent* event) {
     axes_.ball.set_hovered(axis);
     update_overlays();
   }
-  move({event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1}, event->modifiers());
+  move({event->position(), 1e-3 * static_cast<double>(event->timestamp()), 1});
 }
 
 void Viewport::look_from(Axis axis) {
@@ -177,7 +177,7 @@ bool Viewport::tablet(QTabletEvent* event) {
             eraser);
       return true;
     case QEvent::TabletMove:
-      move(sample, event->modifiers());
+      move(sample);
       return true;
     default:
       pen_down_ = false;

@@ -61,7 +61,7 @@ bool Viewport::touch(QTouchEvent* event) {
     if (touch_sculpts_ && finger.state() == QEventPoint::Pressed && hit(sample.at)) {
       press(Gesture::Stroke, sample, {}, false);
     } else if (gesture_ == Gesture::Stroke) {
-      move(sample, {});
+      move(sample);
     } else {
       const QPointF by = finger.position() - finger.lastPosition();
       set_camera(orbit(camera_, 4.5 * by.x() / scale, 4.5 * by.y() / scale, turntable_));

@@ -105,8 +105,9 @@ void MainWindow::connect_files() {
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
     const bool frame_it = viewport_->scene().mesh == nullptr;
-    tools_.set_diagonal(diagonal(surface_bounds(*head)));
-    tools_.set_mirror(surface_bounds(*head).centre());
+    const Box3d surface = surface_bounds(*head);
+    tools_.set_diagonal(diagonal(surface));
+    tools_.set_mirror(surface.centre());
     radius_->set_range(tools_.least_radius(), tools_.most_radius(), ValueBar::Scale::Logarithmic);
     radius_->set_format(length_format(text(name(unit_))));
     radius_->set_real_value(tools_.value("radius"));
@@ -154,10 +155,12 @@ void MainWindow::connect_view() {
     tool_panel_->set_pointer(
         tr("Pen: %1, pressure %2, tilt %3°").arg(name).arg(pressure, 0, 'f', 2).arg(tilt, 0, 'f', 0), pressure);
   });
-  connect(viewport_, &Viewport::settled, this, &MainWindow::keep_picture);
-  connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name) {
-    drawing_->setText(name.startsWith(QLatin1String("llvmpipe")) ? tr("Software drawing")
-                                                                 : name.section(QLatin1Char('/'), 0, 0));
+  // For the start page, should the program end without closing; the one that shows the work is made at the end.
+  connect(viewport_, &Viewport::settled, this, [this] {
+    if (!QFile::exists(Shelf::picture_of(text(bridge_.file())))) keep_picture();
+  });
+  connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name, bool software) {
+    drawing_->setText(software ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
   });
   connect(viewport_, &Viewport::colourPicked, this,

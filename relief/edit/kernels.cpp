@@ -1,3 +1,4 @@
+#include <relief/base/lanes.h>
 #include <relief/edit/kernels.h>
 
 #include <algorithm>
@@ -70,13 +71,6 @@ SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, co
 }
 
 namespace {
-
-// No two arrays of a kernel overlap: the compiler need not ask.
-#if defined(__clang__)
-#define RELIEF_VECTORS _Pragma("clang loop vectorize(assume_safety)")
-#else
-#define RELIEF_VECTORS _Pragma("GCC ivdep")
-#endif
 
 /// Three weighted corners, in a fixed order.
 [[gnu::always_inline]] inline Vec3f mix3(const std::array<Vec3f, 3>& ends, float a, float b, float c) noexcept {

@@ -142,6 +142,7 @@ struct FrameRenderer::State {
   [[nodiscard]] int widest_step(SlabId s) const;
   Status draw_pass(const Frame& frame, GLuint program, const PixelRect& rect, int sample, bool slabs,
                    const std::function<bool()>& go_on);
+  void stands(const Frame& frame, bool of_mesh, const PixelRect& drawn, const Stopwatch& watch);
   Status draw_rect(const Frame& frame, const Pixels& pixels, bool slabs, const std::atomic<bool>* cancel);
   Status draw_studio(const Frame& frame, const Pixels& pixels, const std::atomic<bool>* cancel);
 };
@@ -491,6 +492,15 @@ Result<FrameRenderer> FrameRenderer::adopt() {
   return made;
 }
 
+/// The picture is this one now.
+void FrameRenderer::State::stands(const Frame& frame, bool of_mesh, const PixelRect& drawn, const Stopwatch& watch) {
+  last = frame;
+  last_mesh = of_mesh;
+  stats.drawn = drawn;
+  stats.cpu_seconds = watch.cpu();
+  stats.wall_seconds = watch.wall();
+}
+
 Result<PixelRect> FrameRenderer::draw(const Snapshot& model, const Frame& frame, std::span<std::uint32_t> pixels,
                                       int stride, const std::atomic<bool>* cancel, bool everything) {
   RELIEF_CHECK(check(frame, pixels.size(), stride));
@@ -517,11 +527,7 @@ Result<PixelRect> FrameRenderer::draw(const Snapshot& model, const Frame& frame,
     RELIEF_CHECK(s.draw_rect(frame, {pixels.data(), stride, rect}, true, cancel));
   }
   s.stats.gpu_bytes = s.cache.gpu_bytes();
-  s.stats.drawn = rect;
-  s.last = frame;
-  s.last_mesh = false;
-  s.stats.cpu_seconds = watch.cpu();
-  s.stats.wall_seconds = watch.wall();
+  s.stands(frame, false, rect, watch);
   return rect;
 }
 
@@ -545,11 +551,7 @@ Result<PixelRect> FrameRenderer::draw(const MeshView& mesh, const Frame& frame, 
     s.stats.everything = true;
   }
   s.stats.gpu_bytes = s.mesh.bytes;
-  s.stats.drawn = rect;
-  s.last = frame;
-  s.last_mesh = true;
-  s.stats.cpu_seconds = watch.cpu();
-  s.stats.wall_seconds = watch.wall();
+  s.stands(frame, true, rect, watch);
   return rect;
 }
 

@@ -8,13 +8,6 @@ namespace relief::detail {
 
 namespace {
 
-// No two arrays of a loop overlap: the compiler need not ask.
-#if defined(__clang__)
-#define RELIEF_VECTORS _Pragma("clang loop vectorize(assume_safety)")
-#else
-#define RELIEF_VECTORS _Pragma("GCC ivdep")
-#endif
-
 /// The first sample of row j.
 constexpr int row_of(int n, int j) { return j * (n + 1) - j * (j - 1) / 2; }
 

@@ -4,7 +4,7 @@ import collections
 import unittest
 
 import studio
-from studio import Case, Studio, model, wait
+from studio import Case, OneStudio, Studio, wait
 
 CONTRACT = ("Viewport", "Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer", "Mask", "Unmask", "Touch", "Radius",
             "Strength", "Undo", "Redo", "Symmetry", "Device", "Status", "Tool panel", "Layers panel", "History panel", "Device panel")
@@ -14,15 +14,7 @@ NAMED = PRESSED + ("slider", "menu", "menu item", "check menu item", "combo box"
 ENDS = ("Quit", "Close")
 
 
-class Names(Case):
-    @classmethod
-    def setUpClass(cls):
-        cls.studio = Studio(model())
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
-
+class Names(OneStudio):
     def test_01_each_name_of_the_contract_shows_once(self):
         for name in CONTRACT:
             with self.subTest(name):

@@ -7,7 +7,7 @@ import unittest
 
 import studio
 from picture import channels
-from studio import Case, Studio, journal, measured, model, wait
+from studio import Case, OneStudio, Studio, journal, measured, model, wait
 
 
 def zigzag(left, right, top, count):
@@ -140,16 +140,8 @@ class Latency(Case):
         self.assertGreater(time_seen, 50)
 
 
-class Camera(Case):
+class Camera(OneStudio):
     """Orbit, pan, zoom, views: the numbers of the camera and where the model is on the screen."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.studio = Studio(model())
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def setUp(self):
         super().setUp()

@@ -7,7 +7,7 @@ import time
 import unittest
 
 import studio
-from studio import Case, SOAK, Studio, journal, measured, model, relief, steady, wait
+from studio import SOAK, Case, OneStudio, Studio, journal, measured, model, relief, steady, wait
 
 
 def forget():
@@ -113,16 +113,8 @@ def switches(pid):
     return total
 
 
-class Idle(Case):
+class Idle(OneStudio):
     """A studio in which nothing happens does nothing."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.studio = Studio(model())
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def test_01_ten_seconds_of_nothing(self):
         s = self.studio

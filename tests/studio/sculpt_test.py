@@ -9,7 +9,7 @@ import unittest
 
 import studio
 from picture import channels
-from studio import Case, Studio, checked, journal, model, relief, steady, wait
+from studio import OneStudio, checked, journal, model, relief, steady, wait
 
 ACROSS = ((0.42, 0.45), (0.58, 0.52))  # a stroke over the middle of the model
 
@@ -25,17 +25,8 @@ def number(text):
     return float(found.group().replace(",", "."))
 
 
-class Carve(Case):
+class Carve(OneStudio):
     """One stroke, seen on the screen, in the log and in the file."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.file = model()
-        cls.studio = Studio(cls.file)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def test_01_a_way_without_a_press_changes_nothing(self):
         s = self.studio
@@ -79,20 +70,11 @@ class Carve(Case):
         self.assertEqual(hash_of(self.file), hash_before)
 
 
-class Tools(Case):
+class Tools(OneStudio):
     """Every tool by name and by key; radius and strength in all their ways."""
 
     TITLES = ("Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer")
     KEYS = {"carve": "c", "deposit": "d", "paint": "b", "smooth": "s", "inflate": "i", "mask": "m"}
-
-    @classmethod
-    def setUpClass(cls):
-        cls.file = model()
-        cls.studio = Studio(cls.file)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def setUp(self):
         super().setUp()
@@ -301,20 +283,16 @@ class Tools(Case):
         self.setting(mark, "strength", ok=lambda value: value > 0.6)
 
 
-class History(Case):
+class History(OneStudio):
     """Undo and redo, twenty deep; what was done can be replayed."""
 
     STROKES = 20
 
     @classmethod
     def setUpClass(cls):
-        cls.file, cls.original = model(), model()
-        cls.studio = Studio(cls.file)
+        super().setUpClass()
+        cls.original = model()
         cls.studio.press("Carve")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def step(self, act, hash_wanted):
         mark = self.studio.log.mark()
@@ -399,16 +377,8 @@ class History(Case):
         return hash_of(out)
 
 
-class Symmetry(Case):
+class Symmetry(OneStudio):
     """A stroke on one side, and the same on the other."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.studio = Studio(model())
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def sides(self, before, after):
         """Pixels that differ left and right of the middle."""
@@ -443,17 +413,8 @@ class Symmetry(Case):
         self.assertLess(two["samples"], 2.7 * one["samples"])  # the slabs of the other side are not the mirrored ones
 
 
-class Colour(Case):
+class Colour(OneStudio):
     """Swatches, paint, and the picker that reads it back."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.file = model()
-        cls.studio = Studio(cls.file)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.studio.close()
 
     def pages(self, layer):
         """What the file holds of a layer, by stroke."""

@@ -511,6 +511,19 @@ class Case(unittest.TestCase):
         hand().let_go()
 
 
+class OneStudio(Case):
+    """Tests that share a studio with a model of their own."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file = model()
+        cls.studio = Studio(cls.file)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.studio.close()
+
+
 def keep(name):
     """Picture of the screen, event log, accessibility tree and standard error of the newest studio, for people."""
     place = KEPT / name

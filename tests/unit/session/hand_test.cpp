@@ -1,4 +1,5 @@
 #include "document_support.h"
+#include "session_support.h"
 
 #include <relief/devices/simulated_hand.h>
 #include <relief/session/hand_control.h>
@@ -19,14 +20,8 @@ namespace relief {
 namespace {
 
 using testing::ball;
-constexpr double kMetres = 0.05;
-
-Session::Settings settings() {
-  Session::Settings s;
-  s.servo.workspace.metres_per_unit = kMetres;
-  s.sculpt.full_depth = 0.02;
-  return s;
-}
+using testing::kMetres;
+using testing::settings;
 
 /// A tool that follows `way` (model units) at each reading, without a body, and keeps what it was commanded.
 class ScriptedDevice final : public HapticDevice {

@@ -1,4 +1,5 @@
 #include "document_support.h"
+#include "session_support.h"
 
 #include <relief/devices/open_device.h>
 #include <relief/session/session.h>
@@ -19,14 +20,8 @@ namespace {
 
 /// A sphere of radius about 1 in model units, 0.05 m in the hand.
 Model ball() { return {.info = {}, .head = Snapshot::make(testing::sphere_shell(3, 16))}; }
-constexpr double kMetres = 0.05;
-
-Session::Settings settings() {
-  Session::Settings s;
-  s.servo.workspace.metres_per_unit = kMetres;
-  s.sculpt.full_depth = 0.02;
-  return s;
-}
+using testing::kMetres;
+using testing::settings;
 
 /// Comes from +z, presses into the ball with the button held, slides, lifts off; `presses` times, a new brush each.
 HandScript pressing(int presses, const std::shared_ptr<std::atomic<bool>>& done) {
