@@ -1,8 +1,8 @@
 #include <relief/base/assert.h>
 #include <relief/base/try.h>
-#include <relief/mesh/colour_space.h>
 #include <relief/mesh/export.h>
 #include <relief/mesh/out_file.h>
+#include <relief/mesh/read/colour_space.h>
 
 #include <zlib.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 using detail::OutFile;
 
-/// Whether every coordinate is the same number in single precision.
+/// Returns whether every coordinate is the same number in single precision.
 bool fits_float(const TriangleMesh& mesh) noexcept {
   return std::ranges::all_of(mesh.positions, [](const Vec3d& p) { return to_double(to_float(p)) == p; });
 }
@@ -342,7 +342,10 @@ Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   zip.begin("3D/3dmodel.model");
   zip.write(kXml);
   zip.write("<model unit=\"");
-  zip.write(unit == Unit::Millimetre ? "millimeter" : unit == Unit::Centimetre ? "centimeter" : "meter");
+  zip.write(unit == Unit::Millimetre   ? "millimeter"
+            : unit == Unit::Centimetre ? "centimeter"
+            : unit == Unit::Inch       ? "inch"
+                                       : "meter");
   zip.write(
       "\" xml:lang=\"en-US\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
       "xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\">\n<resources>\n");

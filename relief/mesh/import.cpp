@@ -1,6 +1,7 @@
 #include <relief/base/try.h>
 #include <relief/mesh/import.h>
-#include <relief/mesh/readers.h>
+#include <relief/mesh/read/inflate.h>
+#include <relief/mesh/read/readers.h>
 
 #include <algorithm>
 #include <cctype>
@@ -12,10 +13,11 @@ namespace {
 
 using detail::Source;
 
+/// Returns the one that tells the format: that before .gz, where there is one.
 std::string lower_extension(const std::filesystem::path& file) {
   std::string text = file.extension().string();
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
+  return text == ".gz" ? lower_extension(file.stem()) : text;
 }
 
 /// UTF-16 text with a byte order mark, cut down to ASCII: what lies above carries no geometry.
@@ -42,16 +44,17 @@ bool is_binary_stl(std::string_view bytes) noexcept {
   return count > 0 && bytes.size() == 84 + 50 * count;
 }
 
-/// Starts with "solid" (blanks before it allowed) and speaks of facets or ends at once, as text does.
+/// Starts with "solid" or a facet (blanks before it allowed), speaks of facets or ends at once, and has no zeros, as
+/// text does.
 bool is_text_stl(std::string_view bytes) {
   const std::string_view text = without_leading_blanks(bytes);
   std::string head(text.substr(0, 4096));
   for (char& c : head) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return head.starts_with("solid") &&
-         (head.find("facet") != std::string::npos || head.find("endsolid") != std::string::npos);
+  return (head.starts_with("solid") || head.starts_with("facet")) && !head.contains('\0') &&
+         (head.contains("facet") || head.contains("endsolid") || head.contains("end solid"));
 }
 
-/// The OFF keyword with its optional prefixes, after comments.
+/// Returns the OFF keyword with its optional prefixes, after comments.
 bool is_off(std::string_view text) noexcept {
   text = without_leading_blanks(text);
   while (text.starts_with('#')) {
@@ -59,12 +62,11 @@ bool is_off(std::string_view text) noexcept {
     if (end == std::string_view::npos) return false;
     text = without_leading_blanks(text.substr(end));
   }
-  for (const std::string_view prefix : {"ST", "C", "N", "4", "n"})
-    if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
-  return text.starts_with("OFF");
+  // ST, C, N, 4 and n in whatever order.
+  return text.substr(std::min(text.find_first_not_of("STCN4n"), text.size())).starts_with("OFF");
 }
 
-/// Whether one of the first lines is a vertex or a face as OBJ writes them.
+/// Returns whether one of the first lines is a vertex or a face as OBJ writes them.
 bool looks_like_obj(std::string_view text) noexcept {
   text = text.substr(0, 65536);
   while (!text.empty()) {
@@ -79,8 +81,25 @@ bool looks_like_obj(std::string_view text) noexcept {
   return false;
 }
 
+constexpr std::string_view kGzip = "\x1f\x8b";
+
+/// Puts what a gzip file holds in its place.
+Status unpack_gzip(const std::string& name, detail::FileBytes& bytes, std::string& unpacked) {
+  const auto refused = [&](Errc code, std::string_view what) { return fail(code, name + ": " + std::string(what)); };
+  switch (detail::inflate_all(bytes.view(), detail::Wrapper::Gzip, detail::most_unpacked(bytes.size), unpacked)) {
+    case detail::Inflated::TooLarge:
+      return refused(Errc::UnsupportedFormat, "unpacks to more than a hundred times its size; unpack it with gzip");
+    case detail::Inflated::Damaged:
+      return refused(Errc::Corrupt, "its gzip data are damaged or cut off");
+    case detail::Inflated::Whole:
+      break;
+  }
+  bytes = {};
+  return {};
+}
+
 Result<TriangleMesh> read_any(Source source) {
-  constexpr std::string_view kKnown = "PLY, OBJ, STL, OFF, glTF, GLB and 3MF can be read";
+  constexpr std::string_view kKnown = "PLY, OBJ, STL, OFF, glTF, GLB, 3MF and DRC can be read";
   if (source.bytes.empty()) return source.corrupt("is empty");
   std::string decoded;
   if (source.bytes.starts_with("\xfe\xff") || source.bytes.starts_with("\xff\xfe")) {
@@ -95,7 +114,7 @@ Result<TriangleMesh> read_any(Source source) {
   const auto packed = [&](std::string_view with) {
     return source.error(Errc::UnsupportedFormat, "is compressed with " + std::string(with) + "; unpack it first");
   };
-  if (bytes.starts_with("\x1f\x8b")) return packed("gzip");
+  if (bytes.starts_with(kGzip)) return packed("gzip, twice");
   if (bytes.starts_with("BZh")) return packed("bzip2");
   if (bytes.starts_with(std::string_view("\xfd"
                                          "7zXZ",
@@ -110,6 +129,7 @@ Result<TriangleMesh> read_any(Source source) {
     return detail::read_3mf(source);
   }
   if (bytes.starts_with("glTF")) return detail::read_gltf(source);
+  if (bytes.starts_with("DRACO")) return detail::read_draco(source);
   if (bytes.size() > 3 && bytes.starts_with("ply") && (bytes[3] == '\n' || bytes[3] == '\r' || bytes[3] == ' ')) {
     return detail::read_ply(source);
   }
@@ -123,7 +143,7 @@ Result<TriangleMesh> read_any(Source source) {
   if (extension == ".obj") return detail::read_obj(source);
   if (extension == ".stl") return detail::read_stl_binary(source);
   if (extension == ".off") return detail::read_off(source);
-  for (const std::string_view other : {".ply", ".glb", ".3mf"}) {
+  for (const std::string_view other : {".ply", ".glb", ".3mf", ".drc"}) {
     if (extension == other) return source.corrupt("does not start as a " + std::string(other.substr(1)) + " file does");
   }
   if (looks_like_obj(bytes)) return detail::read_obj(source);
@@ -136,8 +156,11 @@ Result<TriangleMesh> import_mesh(const std::filesystem::path& file) {
   std::string name = "the mesh file";
   try {
     name = printable(file.string());
-    RELIEF_TRY(const detail::FileBytes bytes, detail::read_file(file));
-    return read_any({.path = file, .name = name, .bytes = bytes.view()});
+    RELIEF_TRY(detail::FileBytes bytes, detail::read_file(file));
+    std::string unpacked;
+    if (!bytes.view().starts_with(kGzip)) return read_any({.path = file, .name = name, .bytes = bytes.view()});
+    RELIEF_CHECK(unpack_gzip(name, bytes, unpacked));
+    return read_any({.path = file, .name = name, .bytes = unpacked});
   } catch (const std::bad_alloc&) {
     return fail(Errc::Io, name + ": needs more memory than there is");
   } catch (const std::exception& problem) {

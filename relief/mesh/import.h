@@ -8,13 +8,14 @@
 
 namespace relief {
 
-/// Reads PLY (ascii, both byte orders), OBJ, STL (ascii, binary), OFF, glTF, GLB or 3MF, chosen by content first and
-/// extension second. Polygons are cut into triangles, scene transforms are applied, positions keep the precision of the
-/// file. Vertex colours are kept; OBJ, glTF and GLB bring materials with PNG and JPEG images, inside them or beside
-/// them, and what of these cannot be had is a note and no error. glTF and 3MF give the unit; a 3MF in microns, inches
-/// or feet is scaled to millimetres. Nothing is welded, turned or dropped here except points and lines; see repair().
-/// Errors: NotFound, Io, Corrupt (damaged, or counts that the file cannot hold), UnsupportedFormat; each message names
-/// the file and the place. Memory stays within a small multiple of the file's size.
+/// Reads PLY (ascii, both byte orders), OBJ, STL (ascii, binary), OFF, glTF, GLB, 3MF or Draco, inside gzip or not,
+/// chosen by content first and extension second. Polygons are cut into triangles, transforms, skins and morph targets
+/// of scenes are applied, positions keep the precision of the file. Colours of vertices and faces are kept, and PNG and
+/// JPEG images inside the file or beside it; what a user would miss of the file is a note and no error. glTF and 3MF
+/// give the unit; a 3MF in microns, inches or feet is scaled to millimetres. Nothing is welded, turned or dropped here
+/// except points and lines; see repair(). Errors: NotFound, Io, Corrupt (damaged, or counts that the file cannot hold),
+/// UnsupportedFormat; each message names the file and the place. Memory stays within a small multiple of the file's
+/// size.
 [[nodiscard]] Result<TriangleMesh> import_mesh(const std::filesystem::path& file);
 
 }  // namespace relief

@@ -31,7 +31,7 @@ class OutFile {
       bytes.remove_prefix(step);
     }
   }
-  /// A number, little-endian.
+  /// Returns a number, little-endian.
   template <typename T>
     requires std::integral<T> || std::floating_point<T>
   void value(T number) {

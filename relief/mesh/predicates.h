@@ -50,7 +50,7 @@ struct Point2 {
   return top > 0.0 ? 1 : top < 0.0 ? -1 : 0;
 }
 
-/// The same sign from plain arithmetic, or 2 where rounding leaves it open.
+/// Returns the same sign from plain arithmetic, or 2 where rounding leaves it open.
 [[nodiscard]] inline int quick_orientation(Point2 a, Point2 b, Point2 c) noexcept {
   const double left = (a.x - c.x) * (b.y - c.y);
   const double right = (a.y - c.y) * (b.x - c.x);
@@ -64,7 +64,7 @@ struct Point2 {
   return quick != 2 ? quick : exact_orientation(a, b, c);
 }
 
-/// Whether three finite points span an area, exactly.
+/// Returns whether three finite points span an area, exactly.
 [[nodiscard]] inline bool has_area(Vec3d a, Vec3d b, Vec3d c) noexcept {
   const auto drop = [](Vec3d p, int axis) -> Point2 {
     return axis == 0 ? Point2{p.y, p.z} : axis == 1 ? Point2{p.z, p.x} : Point2{p.x, p.y};

@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/compact.h>
 #include <relief/base/disjoint_sets.h>
 #include <relief/base/free_memory.h>
 #include <relief/base/try.h>
@@ -87,7 +88,7 @@ EdgeTable make_edges(const std::vector<Triangle>& triangles, std::size_t vertex_
 /// 1e-7 of it within some lengths of the origin; features of shapes start far above.
 constexpr double kSeam = 1e-6;
 
-/// The hashed number of the cell of size `cell` at whole coordinates x, y, z.
+/// Returns the hashed number of the cell of size `cell` at whole coordinates x, y, z.
 std::uint64_t cell_number(double cell, double x, double y, double z) noexcept {
   std::uint64_t hash = std::bit_cast<std::uint64_t>(cell);
   for (const double v : {x, y, z}) {
@@ -115,8 +116,8 @@ struct InCell {
   auto operator<=>(const InCell&) const = default;
 };
 
-/// Which closed parts lie inside which: parity of the crossings of a ray along +x. Triangles are found by a grid over
-/// (y, z); whether the ray passes through one is decided exactly, so that it meets neighbours' common edges once.
+/// Says which closed parts lie inside which: parity of the crossings of a ray along +x. Triangles are found by a grid
+/// over (y, z); whether the ray passes through one is decided exactly, so that it meets neighbours' common edges once.
 class Nesting {
  public:
   Nesting(const std::vector<Vec3d>& positions, const std::vector<Triangle>& triangles,
@@ -140,7 +141,8 @@ class Nesting {
     budget_ = 64 * triangles.size() + 400'000'000;
   }
 
-  /// The closed parts around a point, sorted. Beyond a bound on the whole work (absurd nestings) it answers "none".
+  /// Returns the closed parts around a point, sorted. Beyond a bound on the whole work (absurd nestings) it answers
+  /// "none".
   std::vector<Index> around(Vec3d p) {
     std::vector<Index> inside;
     touched_.clear();
@@ -193,7 +195,7 @@ class Nesting {
         for (std::size_t z = s.z0; z <= s.z1; ++z) visit(y * static_cast<std::size_t>(cells_) + z, t);
     }
   }
-  /// Whether the ray from p along +x passes through triangle t.
+  /// Returns whether the ray from p along +x passes through triangle t.
   [[nodiscard]] bool passes(Vec3d p, Index t) const noexcept {
     const Triangle& corners = triangles_[t];
     bool within = false;
@@ -536,7 +538,7 @@ class Repairer {
     return open;
   }
 
-  /// How far the vertices of open edges may go: `most`, and a tenth of the shortest edge of the triangles around.
+  /// Returns how far the vertices of open edges may go: `most`, and 10 % of the shortest edge of the triangles around.
   [[nodiscard]] std::vector<double> seam_reach(const std::vector<Index>& open, double most) const {
     constexpr double kShare = 0.1;
     std::vector<double> reach(mesh_.positions.size(), 0.0);
@@ -620,8 +622,8 @@ class Repairer {
     return root;
   }
 
-  /// The vertices at which joining goes too far: one would leave its place by more than its reach, or an edge would get
-  /// a third triangle, or a second that runs the same way. Empty: none.
+  /// Returns the vertices at which joining goes too far: one would leave its place by more than its reach, or an edge
+  /// would get a third triangle, or a second that runs the same way. Empty: none.
   [[nodiscard]] std::vector<bool> bad_joins(const std::vector<Index>& root, const std::vector<double>& reach) const {
     std::vector<bool> bad;
     const auto mark = [&](Index v) {
@@ -1115,23 +1117,9 @@ class Repairer {
   }
 
   void drop_unused() {
-    std::vector<bool> used(mesh_.positions.size(), false);
-    for (const Triangle& t : mesh_.triangles)
-      for (const Index corner : t) used[corner] = true;
-    std::vector<Index> target(mesh_.positions.size(), kNone);
-    std::size_t kept = 0;
-    for (std::size_t v = 0; v < mesh_.positions.size(); ++v) {
-      if (!used[v]) continue;
-      target[v] = static_cast<Index>(kept);
-      mesh_.positions[kept] = mesh_.positions[v];
-      if (coloured_) mesh_.colours[kept] = mesh_.colours[v];
-      ++kept;
-    }
-    report_.unused_vertices += mesh_.positions.size() - kept - report_.sewn_vertices;
-    mesh_.positions.resize(kept);
-    if (coloured_) mesh_.colours.resize(kept);
-    for (Triangle& t : mesh_.triangles)
-      for (Index& corner : t) corner = target[corner];
+    const std::size_t dropped = coloured_ ? drop_unused_points(mesh_.triangles, mesh_.positions, mesh_.colours)
+                                          : drop_unused_points(mesh_.triangles, mesh_.positions);
+    report_.unused_vertices += dropped - report_.sewn_vertices;
   }
 
   const TriangleMesh& soup_;

@@ -10,7 +10,7 @@
 
 namespace relief {
 
-/// What repair() found and did, in counts.
+/// Holds what repair() found and did, in counts.
 struct RepairReport {
   std::size_t welded_vertices = 0;  ///< vertices merged with one at the same position
   std::size_t sewn_vertices = 0;    ///< of open edges, merged with such of edges that lie along them all but exactly
@@ -32,13 +32,14 @@ struct RepairReport {
                                      ///< sheets lie along each other without common corners
 };
 
+/// A mesh after its repair.
 struct Repaired {
   TriangleMesh
       mesh;  ///< every edge in one or two triangles that run through it in opposite directions; one fan per vertex
-  RepairReport report;
+  RepairReport report;  ///< what was done
 };
 
-/// Welds equal positions, and open edges to those that lie along them within 1e-6 of the diagonal and a tenth of the
+/// Welds equal positions, and open edges to those that lie along them within 1e-6 of the diagonal and 10 % of the
 /// shortest edge around, one to one, drops what has no area, makes the mesh manifold by splitting, orients every part
 /// (closed ones outwards, nested shells of a solid keep the cavity sense), keeps colours of vertices and the unit, not
 /// materials. Deterministic. O(n log n). Closed parts inside others keep their sense: one that looks into the solid
@@ -46,7 +47,7 @@ struct Repaired {
 /// Coinciding vertices take the colour of the first. Errors: Corrupt when no triangle with area is left; Cancelled.
 [[nodiscard]] Result<Repaired> repair(const TriangleMesh& soup, const Progress& progress = {});
 
-/// One line per kind of repair that was made; empty for a clean mesh.
+/// Returns one line per kind of repair that was made; empty for a clean mesh.
 [[nodiscard]] std::string to_string(const RepairReport& report);
 
 }  // namespace relief

@@ -1,8 +1,8 @@
-#include "samples_bowl.h"
-#include "samples_head.h"
-#include "samples_pumpkin.h"
-#include "samples_rings.h"
-#include "samples_torus.h"
+#include "samples/bowl.h"
+#include "samples/head.h"
+#include "samples/pumpkin.h"
+#include "samples/rings.h"
+#include "samples/torus.h"
 
 #include <relief/base/try.h>
 #include <relief/mesh/samples.h>

@@ -1,4 +1,4 @@
-#include <relief/mesh/colour_space.h>
+#include <relief/mesh/read/colour_space.h>
 #include <relief/mesh/triangle_mesh.h>
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace relief {
 namespace {
 
-/// The pixel that stands for place `at` along a side of `size` pixels.
+/// Returns the pixel that stands for place `at` along a side of `size` pixels.
 std::size_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) noexcept {
   const std::int64_t n = size;
   if (wrap == Wrap::Clamp) return static_cast<std::size_t>(std::clamp<std::int64_t>(at, 0, n - 1));
@@ -16,7 +16,7 @@ std::size_t wrapped(std::int64_t at, std::uint32_t size, Wrap wrap) noexcept {
   return static_cast<std::size_t>(k < n ? k : period - 1 - k);
 }
 
-/// The image at (u, v), 0..255.
+/// Returns the image at (u, v), 0..255.
 Vec3d look_up(const Material& material, double u, double v) noexcept {
   const Image& image = *material.image;
   // Beyond 2^20 repetitions a float has no places within the image.
@@ -38,7 +38,7 @@ Vec3d look_up(const Material& material, double u, double v) noexcept {
 
 constexpr Vec3d kWhite = {1, 1, 1};
 
-/// The product of two colours, in linear light.
+/// Returns the product of two colours, in linear light.
 Vec3d product(Vec3d a, Vec3d b) noexcept {
   if (a == kWhite) return b;
   if (b == kWhite) return a;
@@ -80,6 +80,15 @@ Box3d bounds(const TriangleMesh& mesh) noexcept {
   Box3d box;
   for (const Vec3d& p : mesh.positions) box.add(p);
   return box;
+}
+
+double surface_area(const TriangleMesh& mesh) noexcept {
+  double area = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a = mesh.positions[t[0]];
+    area += 0.5 * length(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+  }
+  return area;
 }
 
 double signed_volume(const TriangleMesh& mesh) noexcept {

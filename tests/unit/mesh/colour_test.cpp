@@ -1,9 +1,8 @@
 // Colours of materials and images: what a reader makes of them, and what colour_at() answers.
-#include "mesh_checks.h"
-#include "support/images.h"
+#include "colour_checks.h"
 
-#include <relief/mesh/images.h>
 #include <relief/mesh/import.h>
+#include <relief/mesh/read/images.h>
 
 #include <gtest/gtest.h>
 
@@ -20,53 +19,20 @@ using testing::jpeg_bytes;
 using testing::png_bytes;
 using testing::TempFolder;
 
-constexpr Rgba8 kRed = {200, 10, 20}, kGreen = {30, 220, 40}, kBlue = {50, 60, 240}, kYellow = {250, 240, 70};
-
-/// Red and green above, blue and yellow below, each a quarter.
-Image quarters(std::uint32_t size = 64) {
-  return image_of(size, size, [&](std::uint32_t x, std::uint32_t y) {
-    return y < size / 2 ? (x < size / 2 ? kRed : kGreen) : (x < size / 2 ? kBlue : kYellow);
-  });
-}
-
-void expect_colour(Vec3f colour, Rgba8 wanted, double tolerance = 0.5) {
-  EXPECT_NEAR(double(colour.x) * 255, wanted.r, tolerance);
-  EXPECT_NEAR(double(colour.y) * 255, wanted.g, tolerance);
-  EXPECT_NEAR(double(colour.z) * 255, wanted.b, tolerance);
-}
-
-/// The colour of a flat mesh in the plane z = 0 at (x, y).
-Vec3f colour_of(const TriangleMesh& mesh, double x, double y) {
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3d a = mesh.positions[mesh.triangles[t][0]], b = mesh.positions[mesh.triangles[t][1]],
-                c = mesh.positions[mesh.triangles[t][2]], p = {x, y, 0};
-    const double all = cross(b - a, c - a).z;
-    const std::array<double, 3> w = {cross(b - p, c - p).z / all, cross(c - p, a - p).z / all,
-                                     cross(a - p, b - p).z / all};
-    if (w[0] >= 0 && w[1] >= 0 && w[2] >= 0) return colour_at(mesh, t, w);
-  }
-  ADD_FAILURE() << "no triangle at " << x << ", " << y;
-  return {};
-}
-
-TriangleMesh import_of(const TempFolder& folder, std::string_view name, std::string_view bytes) {
-  auto mesh = import_mesh(folder.put(name, bytes));
-  EXPECT_TRUE(mesh.has_value()) << mesh.error().message;
-  return mesh ? *std::move(mesh) : TriangleMesh{};
-}
+using testing::colour_of;
+using testing::expect_colour;
+using testing::expect_quarters;
+using testing::import_of;
+using testing::kBlue;
+using testing::kGreen;
+using testing::kRed;
+using testing::kYellow;
+using testing::quarters;
 
 /// The unit square as one quadrangle, its lower left corner at the image's lower left.
 std::string square_obj(std::string_view head) {
   return std::string(head) + "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n" +
          "usemtl skin\nf 1/1 2/2 3/3 4/4\n";
-}
-
-void expect_quarters(const TriangleMesh& mesh, double tolerance = 0.5) {
-  EXPECT_TRUE(mesh.has_colour());
-  expect_colour(colour_of(mesh, 0.2, 0.8), kRed, tolerance);
-  expect_colour(colour_of(mesh, 0.8, 0.8), kGreen, tolerance);
-  expect_colour(colour_of(mesh, 0.2, 0.2), kBlue, tolerance);
-  expect_colour(colour_of(mesh, 0.8, 0.3), kYellow, tolerance);
 }
 
 TEST(ColourObj, AnImageLiesOnItsFaces) {

@@ -1,3 +1,4 @@
+#include "bytes.h"
 #include "mesh_checks.h"
 
 #include <relief/mesh/import.h>
@@ -14,9 +15,7 @@ using testing::TempFolder;
 
 template <typename T>
 void put_value(std::string& bytes, T value, bool big_endian = false) {
-  auto raw = std::bit_cast<std::array<char, sizeof(T)>>(value);
-  if (big_endian != (std::endian::native == std::endian::big)) std::reverse(raw.begin(), raw.end());
-  bytes.append(raw.data(), raw.size());
+  bytes += big_endian ? testing::be(value) : testing::le(value);
 }
 
 TriangleMesh import_bytes(std::string_view name, std::string_view bytes) {
@@ -245,7 +244,7 @@ TEST(ImportStl, RefusesDamage) {
             std::string::npos);
   std::string binary(80, 'x');
   put_value(binary, std::uint32_t{1000});
-  binary.append(50, '\0');
+  binary.append(60, '\0');
   EXPECT_EQ(refuse_bytes("short.stl", binary).code, Errc::Corrupt);
 }
 
@@ -333,7 +332,7 @@ TEST(ImportGltf, MakesTheCopiesOfInstancing) {
   EXPECT_EQ(refuse_bytes("missing.glb", instanced("", R"("SCALE":9)")).code, Errc::Corrupt);
 }
 
-TEST(ImportGltf, RefusesCyclesOutsideFilesAndCompression) {
+TEST(ImportGltf, RefusesCyclesOutsideFilesAndUnknownExtensions) {
   const auto with = [](const std::string& rest) {
     return std::string(R"({"asset":{"version":"2.0"},)").append(rest).append("}");
   };
@@ -342,56 +341,23 @@ TEST(ImportGltf, RefusesCyclesOutsideFilesAndCompression) {
       Errc::Corrupt);
   EXPECT_EQ(refuse_bytes("out.gltf", with(R"("buffers":[{"byteLength":4,"uri":"../../etc/passwd"}])")).code,
             Errc::UnsupportedFormat);
-  EXPECT_NE(refuse_bytes("draco.gltf", with(R"("extensionsRequired":["KHR_draco_mesh_compression"])"))
-                .message.find("KHR_draco_mesh_compression; export it without compression"),
-            std::string::npos);
   EXPECT_NE(refuse_bytes("lod.gltf", with(R"("extensionsRequired":["VENDOR_levels"])"))
                 .message.find("VENDOR_levels; export it without that extension"),
             std::string::npos);
-}
-
-/// A zip archive with one member, stored as it is.
-std::string stored_zip(const std::string& name, const std::string& content) {
-  std::uint32_t crc = ~0U;
-  for (const char c : content) {
-    crc ^= static_cast<unsigned char>(c);
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);
-  }
-  const auto put_entry = [&](std::string& bytes) {
-    for (const unsigned v : {20U, 0U, 0U, 0U, 0x21U})
-      put_value(bytes, static_cast<std::uint16_t>(v));  // version, flags, method, time, date
-    put_value(bytes, ~crc);
-    put_value(bytes, static_cast<std::uint32_t>(content.size()));
-    put_value(bytes, static_cast<std::uint32_t>(content.size()));
-    put_value(bytes, static_cast<std::uint16_t>(name.size()));
-    put_value(bytes, std::uint16_t{0});
-  };
-  std::string zip = "PK\3\4";
-  put_entry(zip);
-  zip.append(name).append(content);
-  std::string list = "PK\1\2";
-  put_value(list, std::uint16_t{20});
-  put_entry(list);
-  list.append(14, '\0').append(name);  // no comment, the first disk, attributes, the header's place
-  const auto start = static_cast<std::uint32_t>(zip.size());
-  zip.append(list).append("PK\5\6").append(4, '\0');
-  for (int k = 0; k < 2; ++k) put_value(zip, std::uint16_t{1});
-  put_value(zip, static_cast<std::uint32_t>(list.size()));
-  put_value(zip, start);
-  return zip.append(2, '\0');
 }
 
 TEST(Import3mf, EveryUnitComesInAtItsSize) {
   const auto read = [](const std::string& attribute) {
     return import_bytes(
         "unit.3mf",
-        stored_zip("3D/3dmodel.model",
-                   "<?xml version=\"1.0\"?><model" + attribute +
-                       " xml:lang=\"en\"><resources><object id=\"1\"><mesh><vertices>"
-                       "<vertex x=\"3\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"7\" z=\"0\"/>"
-                       "<vertex x=\"0\" y=\"0\" z=\"-1\"/></vertices><triangles>"
-                       "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/></triangles></mesh></object></resources>"
-                       "<build><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 10 0 0\"/></build></model>"));
+        testing::stored_zip(
+            {{"3D/3dmodel.model",
+              "<?xml version=\"1.0\"?><model" + attribute +
+                  " xml:lang=\"en\"><resources><object id=\"1\"><mesh><vertices>"
+                  "<vertex x=\"3\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"7\" z=\"0\"/>"
+                  "<vertex x=\"0\" y=\"0\" z=\"-1\"/></vertices><triangles>"
+                  "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/></triangles></mesh></object></resources>"
+                  "<build><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 10 0 0\"/></build></model>"}}));
   };
   const auto expect = [&](const std::string& attribute, std::optional<Unit> unit, Vec3d high, double low_z) {
     const TriangleMesh mesh = read(attribute);
@@ -405,7 +371,7 @@ TEST(Import3mf, EveryUnitComesInAtItsSize) {
   expect(" unit=\"meter\"", Unit::Metre, {13, 7, 0}, -1);
   // Not Relief's: to the nearest double in millimetres, the build item's offset too.
   expect(" unit=\"micron\"", Unit::Millimetre, {0.013, 0.007, 0}, -0.001);
-  expect(" unit=\"inch\"", Unit::Millimetre, {13 * 25.4, 7 * 25.4, 0}, -25.4);
+  expect(" unit=\"inch\"", Unit::Inch, {13, 7, 0}, -1);
   expect(" unit=\"foot\"", Unit::Millimetre, {13 * 304.8, 7 * 304.8, 0}, -304.8);
   expect(" unit=\"furlong\"", std::nullopt, {13, 7, 0}, -1);
 }
@@ -414,7 +380,7 @@ TEST(Import, NamesWhatIsNoMesh) {
   const TempFolder folder;
   EXPECT_EQ(import_mesh(folder / "missing.ply").error().code, Errc::NotFound);
   EXPECT_EQ(import_mesh(folder / "").error().code, Errc::Io);
-  EXPECT_NE(refuse_bytes("a.ply", "\x1f\x8b\x08 packed").message.find("gzip"), std::string::npos);
+  EXPECT_NE(refuse_bytes("a.ply", "BZh91AY packed").message.find("bzip2"), std::string::npos);
   EXPECT_NE(refuse_bytes("a.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:1\n").message.find("LFS"),
             std::string::npos);
   EXPECT_EQ(refuse_bytes("a.xyz", "hello").code, Errc::UnsupportedFormat);
