@@ -115,10 +115,44 @@ inline TriangleMesh moebius(int cells) {
   return mesh;
 }
 
+/// Without the faces that have a corner for which `hole` holds.
+inline TriangleMesh pierced(TriangleMesh mesh, const std::function<bool(Vec3d)>& hole) {
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    return hole(mesh.positions[t[0]]) || hole(mesh.positions[t[1]]) || hole(mesh.positions[t[2]]);
+  });
+  return mesh;
+}
+
+/// A disc of n triangles, or where it is high a cone, on another one or on a flat disc.
+inline TriangleMesh fans(std::uint32_t n, double top, double bottom,
+                         const std::function<double(std::uint32_t)>& width) {
+  TriangleMesh mesh;
+  mesh.positions = {{0, 0, top}, {0, 0, bottom}};
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const double a = 2 * std::numbers::pi * k / n, r = width(k);
+    mesh.positions.push_back({r * std::cos(a), r * std::sin(a), 0});
+  }
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t a = 2 + k, b = 2 + (k + 1) % n;
+    mesh.triangles.push_back({0, a, b});
+    mesh.triangles.push_back({1, b, a});
+  }
+  return mesh;
+}
+
 /// What the verifier proves of a cage alone.
 inline verify::Certificate certificate(const SlabMesh& mesh) {
   const PlainCage cage(mesh);
   return verify::check({cage.inner, cage.outer, cage.triangles});
+}
+
+/// A torus with grooves whose rims overhang, so that few slabs cannot follow them.
+inline TriangleMesh grooved_torus(int around = 150, int across = 128) {
+  return bent_grid(around, across, true, true, [](double u, double v) {
+    const double a = 2 * std::numbers::pi * u, t = 2 * std::numbers::pi * v;
+    const double b = t + 0.3 * std::sin(4 * t), r = 0.7 * (1 + 0.15 * std::sin(4 * t));
+    return Vec3d{(2 + r * std::cos(b)) * std::cos(a), (2 + r * std::cos(b)) * std::sin(a), r * std::sin(b)};
+  });
 }
 
 }  // namespace relief::testing

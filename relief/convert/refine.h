@@ -1,0 +1,44 @@
+// Finer grids and new slabs for a model that was sculpted.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/core/model.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace relief {
+
+/// Where a model gets them.
+enum class RefineWhere : std::uint8_t {
+  Saturated,  ///< where the surface stands at the end of its fibres: these are lengthened, and turned where that fails
+  All,        ///< twice as many samples along every edge; the surface stays
+  Model,      ///< new slabs for everything, converted from the surface as it is
+};
+[[nodiscard]] std::string_view name(RefineWhere where) noexcept;
+[[nodiscard]] std::optional<RefineWhere> refine_where_from_name(std::string_view text) noexcept;
+
+/// Holds what refine() did.
+struct Refined {
+  Model model;  ///< its head is null where there was nothing to do
+  /// samples at an end of their fibre, copies counted each
+  std::size_t saturated_before = 0, saturated_after = 0;
+  /// Saturated
+  std::size_t fibres_moved = 0, fibres_lacking = 0;
+  std::size_t slabs_left = 0;  ///< All: slabs that keep their grid, for an odd number of intervals cannot be halved
+  /// of the surface, over the new samples; model units
+  double moved_rms = 0, moved_max = 0;
+};
+
+/// Returns the diagonal is that of the source (ModelInfo::source_diagonal), or of the cage where that is not known.
+/// Layers come along: on Model those beside the colour from the nearest place of the old surface. Slabs that were not
+/// touched keep their samples bit for bit, but on Model. Errors: Cancelled; on Model those of convert() in the model's
+/// mode.
+[[nodiscard]] Result<Refined> refine(const Model& model, RefineWhere where, const Progress& progress = {});
+
+}  // namespace relief

@@ -1,0 +1,232 @@
+#include <relief/convert/geometry/components.h>
+#include <relief/convert/geometry/half_edges.h>
+#include <relief/convert/remesh/contour_fit.h>
+#include <relief/convert/remesh/crease_insertion.h>
+#include <relief/convert/remesh/dual_contouring.h>
+#include <relief/convert/remesh/fold_mending.h>
+#include <relief/convert/remesh/hermite_grid.h>
+#include <relief/convert/remesh/remesh.h>
+#include <relief/convert/remesh/sheets.h>
+#include <relief/convert/remesh/source_skin.h>
+#include <relief/convert/support/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace relief::detail {
+namespace {
+
+/// Voxels on the surface: the default goes no further than the first, for thin walls than the second, and a given size
+/// no further than the third (about a gigabyte while it is made).
+constexpr double kManyVoxels = 150'000;
+constexpr double kManyForWalls = 300'000;
+constexpr double kMostVoxels = 2'000'000;
+constexpr double kCoarsest = 1.0 / 150;  ///< default voxel, share of the diagonal
+constexpr double kPerWall = 1.5;     ///< voxels in a thin wall: from one on, no corner of the grid can fail to see it
+constexpr double kThinWalls = 0.02;  ///< share of the area that may be thinner
+constexpr std::size_t kCrumb = 60;   ///< triangles of a part that is left out; a ball of two voxels has about as many
+/// Voxels from the corner of the grid to the source's box: room for thick sheets, and a fraction that puts faces along
+/// the axes off the grid.
+constexpr Vec3d kMargin = {8.381966011, 8.276393202, 8.447213595};
+
+double area_of(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles)
+    area += length(cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a])) / 2;
+  return area;
+}
+
+double median_edge(const TriangleMesh& mesh) {
+  std::vector<double> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) edges.push_back(length(mesh.positions[t[(k + 1) % 3]] - mesh.positions[t[k]]));
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return *middle;
+}
+
+/// Places spread evenly over the skin by area, of which those count that part inside from outside.
+struct SkinSample {
+  Vec3d at;
+  Vec3d normal;
+  bool outer = false;
+};
+std::vector<SkinSample> spread_over(const Skin& skin, std::size_t count) {
+  std::vector<double> area = {0};
+  const auto corners = [&](std::size_t t) {
+    const auto& [a, b, c] = skin.triangles()[t];
+    return std::array{skin.points()[a], skin.points()[b], skin.points()[c]};
+  };
+  for (std::size_t t = 0; t < skin.triangles().size(); ++t) {
+    const auto [a, b, c] = corners(t);
+    area.push_back(area.back() + length(cross(b - a, c - a)) / 2);
+  }
+  std::vector<SkinSample> samples(count);
+  for_all(count, 64, {}, [&](std::size_t k) {
+    const double at = area.back() * (double(k) + 0.5) / double(count);
+    const auto t = static_cast<std::size_t>(std::upper_bound(area.begin(), area.end() - 1, at) - area.begin() - 1);
+    // The R2 sequence (Roberts 2018), folded into the triangle.
+    double u = std::fmod(double(k) * 0.7548776662466927, 1), v = std::fmod(double(k) * 0.5698402909980532, 1);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const auto [a, b, c] = corners(t);
+    samples[k].at = a + (b - a) * u + (c - a) * v;
+    samples[k].normal = skin.normal(static_cast<std::uint32_t>(t));
+    samples[k].outer = skin.is_outer(samples[k].at, samples[k].normal);
+  });
+  std::erase_if(samples, [](const SkinSample& s) { return !s.outer; });
+  return samples;
+}
+
+/// Returns the thickness in voxels of the walls, all but the thinnest; `most` where they are thicker.
+double thin_wall(const Skin& skin, double most) {
+  constexpr std::size_t kSamples = 4000;
+  constexpr double kBelow = 1e-3;  // voxels
+  const std::vector<SkinSample> samples = spread_over(skin, kSamples);
+  if (samples.empty()) return most;
+  std::vector<double> thickness(samples.size());
+  for_all(samples.size(), 64, {}, [&](std::size_t k) {
+    thickness[k] = skin.way_out(samples[k].at - samples[k].normal * kBelow, -samples[k].normal, most);
+  });
+  const auto thin = thickness.begin() + static_cast<std::ptrdiff_t>(kThinWalls * double(thickness.size()));
+  std::nth_element(thickness.begin(), thin, thickness.end());
+  return *thin;
+}
+
+/// Holds the source in voxels, its sheets made thick.
+struct Grown {
+  std::unique_ptr<Skin> skin;
+  std::size_t sheets = 0;
+};
+Grown grow(const TriangleMesh& source, Vec3d origin, double voxel) {
+  std::vector<Vec3d> points;
+  points.reserve(source.positions.size());
+  for (const Vec3d p : source.positions) points.push_back((p - origin) / voxel);
+  Grown grown = {std::make_unique<Skin>(std::move(points), source.triangles)};
+  const Components parts = find_components(source.positions.size(), source.triangles);
+  const std::vector<std::uint8_t> is_sheet = find_sheets(*grown.skin, parts);
+  grown.sheets = static_cast<std::size_t>(std::ranges::count(is_sheet, std::uint8_t{1}));
+  if (grown.sheets == 0) return grown;
+  points = grown.skin->points();
+  std::vector<Triangle> triangles = source.triangles;
+  thicken_sheets(points, triangles, parts, is_sheet);
+  grown.skin = std::make_unique<Skin>(std::move(points), std::move(triangles));
+  return grown;
+}
+
+/// Leaves out parts of so few triangles that they are an accident of the voxels, unless there is nothing else.
+std::size_t drop_crumbs(std::vector<Triangle>& triangles, const Components& parts) {
+  std::vector<std::size_t> size(parts.count, 0);
+  for (const std::uint32_t part : parts.of_face) ++size[part];
+  const auto crumbs = static_cast<std::size_t>(std::ranges::count_if(size, [](std::size_t s) { return s < kCrumb; }));
+  if (crumbs == size.size()) return 0;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    if (size[parts.of_face[t]] >= kCrumb) triangles[kept++] = triangles[t];
+  triangles.resize(kept);
+  return crumbs;
+}
+
+/// What is known of the vertices that are still named, and the share of them on the skin.
+void measure(const FittedMesh& mesh, const Skin& skin, double voxel, Remeshed& result) {
+  constexpr std::size_t kSamples = 20'000;
+  std::vector<std::uint8_t> named(mesh.positions.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::uint32_t v : t) named[v] = 1;
+  std::size_t all = 0, on_skin = 0;
+  double farthest = 0;
+  for (std::size_t v = 0; v < named.size(); ++v) {
+    if (named[v] == 0) continue;
+    ++all;
+    on_skin += mesh.fits[v] >= FittedMesh::Fit::OnFace ? 1 : 0;
+    if (mesh.fits[v] == FittedMesh::Fit::Moved) farthest = std::max(farthest, skin.nearest(mesh.positions[v]).distance);
+  }
+  result.on_skin = double(on_skin) / double(std::max<std::size_t>(all, 1));
+  result.to_skin = farthest * voxel;
+  const std::vector<SkinSample> samples = spread_over(skin, kSamples);
+  std::vector<double> distance(samples.size());
+  const Skin made(mesh.positions, mesh.triangles);
+  for_all(samples.size(), 64, {}, [&](std::size_t k) { distance[k] = made.nearest(samples[k].at).distance; });
+  if (samples.empty()) return;
+  result.from_skin = *std::ranges::max_element(distance) * voxel;
+  result.lost = double(std::ranges::count_if(distance, [](double d) { return d >= 1; })) / double(distance.size());
+}
+
+TriangleMesh to_model(const FittedMesh& mesh, Vec3d origin, double voxel) {
+  TriangleMesh made;
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
+  made.triangles = mesh.triangles;
+  for (Triangle& t : made.triangles)
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(made.positions.size());
+        made.positions.push_back(origin + mesh.positions[v] * voxel);
+      }
+      v = number[v];
+    }
+  return made;
+}
+
+}  // namespace
+
+Result<Remeshed> remesh(const TriangleMesh& source, double voxel, Follow follow, const Progress& progress) {
+  const auto cancelled = [] { return fail(Errc::Cancelled, "remeshing was cancelled."); };
+  const Box3d box = bounds(source);
+  const double across = diagonal(box), area = area_of(source);
+  const double finest = std::max(across / 4096, std::sqrt(area / kMostVoxels));
+  const bool is_free = voxel == 0;
+  if (is_free) {
+    voxel =
+        std::max(std::min(median_edge(source), std::max(across * kCoarsest, finest)), std::sqrt(area / kManyVoxels));
+  } else if (voxel < finest) {
+    return fail(Errc::InvalidArgument, "the voxels to remesh with are too small; this source can take " +
+                                           std::to_string(std::ceil(finest / across * 1e6) / 1e6) +
+                                           " of its diagonal or more.");
+  }
+  progress("remesh", 0);
+  Remeshed result;
+  const auto origin = [&] { return box.low - kMargin * voxel; };
+  Grown grown = grow(source, origin(), voxel);
+  if (is_free) {
+    const double finer =
+        std::max({voxel * thin_wall(*grown.skin, kPerWall) / kPerWall, finest, std::sqrt(area / kManyForWalls)});
+    if (finer < voxel) {
+      voxel = finer;
+      grown = grow(source, origin(), voxel);
+    }
+  }
+  const Skin& skin = *grown.skin;
+  result.voxel = voxel;
+  result.sheets = grown.sheets;
+  if (progress.cancelled()) return cancelled();
+
+  progress("remesh", 0.2);
+  const auto grid = HermiteGrid::around(skin, progress);
+  if (!grid) return cancelled();
+  progress("remesh", 0.5);
+  FittedMesh mesh = fit(contour(*grid, skin, progress), *grid, skin, follow, progress);
+  if (progress.cancelled()) return cancelled();
+  progress("remesh", 0.7);
+  constexpr int kRounds = 4;  // without a fold a crease may be seen that was hidden by it
+  for (int round = 0; round < kRounds && follow == Follow::Skin; ++round) {
+    if (!insert_creases(mesh, *grid, skin, progress)) return cancelled();
+    if (!mend_folds(mesh, skin, progress)) break;
+  }
+  if (progress.cancelled()) return cancelled();
+  const Components parts = find_components(mesh.positions.size(), mesh.triangles);
+  result.crumbs = drop_crumbs(mesh.triangles, parts);
+  if (mesh.triangles.empty())
+    return fail(Errc::Corrupt, "nothing of the source is as large as the voxels that it is remeshed with.");
+  progress("remesh", 0.9);
+  measure(mesh, skin, voxel, result);
+  if (progress.cancelled()) return cancelled();
+  result.mesh = to_model(mesh, origin(), voxel);
+  result.mesh.unit = source.unit;
+  result.parts = parts.count - result.crumbs;
+  const std::vector<std::uint32_t> twins = find_twins(result.mesh.triangles, result.mesh.positions.size());
+  result.rims = static_cast<std::size_t>(std::ranges::count(twins, kNone));
+  return result;
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,277 @@
+// What a conversion says to a person.
+#include <relief/convert/convert.h>
+#include <relief/convert/report.h>
+#include <relief/convert/support/words.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace relief {
+
+using namespace detail;
+
+namespace {
+
+/// "0.09 mm", from a share of the diagonal.
+std::string distance(double share, const ModelInfo& info) {
+  return rounded(share * info.source_diagonal) + " " + std::string(name(info.unit));
+}
+
+std::string percent(double share) {
+  const double value = 100 * share;
+  return (value > 99 ? number(std::floor(100 * value) / 100) : rounded(value)) + " %";
+}
+
+/// Share of the diagonal: a cut half as deep as this is a scratch, and where a fibre has less below the surface it is
+/// told.
+constexpr double kShortOfClay = 0.01;
+
+/// Adds a clause to a list that "; " parts.
+void add(std::string& list, const std::string& clause) { list += (list.empty() ? "" : "; ") + clause; }
+
+std::string removed(const ConvertReport& report) {
+  std::string text;
+  if (report.strays.components > 0)
+    add(text, counted(report.strays.triangles, "triangle") + " far off, near " + place(report.strays.near));
+  if (report.specks > 0)
+    add(text, counted(report.specks, "tiny component") +
+                  (report.left_out.empty() ? "" : ", first near " + place(report.left_out.front().near)));
+  if (report.dropped_parts > 0) add(text, "the smallest " + counted(report.dropped_parts, "part"));
+  if (report.skin && report.skin->dropped > 0)
+    add(text, counted(report.skin->dropped, "triangle") + " inside of other parts");
+  if (report.skin && report.skin->specks > 0) add(text, counted(report.skin->specks, "sliver") + " that cuts left");
+  if (report.vanished_parts > 0) add(text, counted(report.vanished_parts, "part") + " with what was cut out");
+  if (report.remesh && report.remesh->crumbs > 0)
+    add(text, counted(report.remesh->crumbs, "part") + " of a few voxels");
+  return text.empty() ? "nothing was removed" : "removed: " + text;
+}
+
+/// Why it is not the source that the slabs stand on, or not all of them meet it once.
+std::string given_up(const ConvertReport& report, const ModelInfo& info) {
+  std::string text;
+  if (report.remesh)
+    add(text, "it stands on a solid rebuilt with voxels of " + distance(report.remesh->voxel, info) +
+                  (report.remesh->is_smooth ? ", without sharp edges" : ""));
+  const std::size_t missing = report.fibres_cast - report.hits_single - report.hits_several;
+  if (info.mode == Mode::Tolerant && report.hits_several > 0)
+    add(text, percent(double(report.hits_several) / double(report.fibres_cast)) +
+                  " of the fibres meet the surface several times");
+  if (info.mode == Mode::Tolerant && missing > 0 && report.coverage.share == 1)
+    add(text, percent(double(missing) / double(report.fibres_cast)) + " of the fibres meet nothing");
+  return text;
+}
+
+}  // namespace
+
+bool is_of_the_source(const ConvertReport& report) noexcept {
+  return report.coverage.share >= ConvertReport::Coverage::kWhole &&
+         report.coverage.beyond <= ConvertReport::Coverage::kNear;
+}
+
+std::string verdict(const ConvertReport& report, const ModelInfo& info) {
+  const ConvertReport::Coverage& coverage = report.coverage;
+  std::string text(1, static_cast<char>(std::toupper(name(info.mode).front())));
+  text += name(info.mode).substr(1);
+  text += "; within " + distance(std::max(report.to_source.max, coverage.farthest), info) + " of the scan";
+  if (coverage.share < 1)
+    text += ", but " + percent(1 - coverage.share) + " of what can be seen of it is missing, as near " +
+            place(coverage.missing_near);
+  text += "; " + removed(report);
+  if (report.replaced_triangles > 0)
+    text += "; patched: " + counted(report.replaced_triangles, "triangle") + ", at most " +
+            distance(report.replaced_widest, info) + " across, near " + place(report.replaced_near);
+  if (report.skin && report.skin->cut > 0)
+    text += "; " + counted(report.skin->cut, "triangle") + " cut where parts overlap";
+  if (report.closed_openings > 0) text += "; " + counted(report.closed_openings, "opening") + " left open";
+  if (report.moved_vertices > 0)
+    text += "; " + std::to_string(report.moved_vertices) + (report.moved_vertices == 1 ? " vertex" : " vertices") +
+            " moved by at most " + distance(report.moved_most, info);
+  if (const std::string lost = given_up(report, info); !lost.empty()) text += "; " + lost;
+  return text;
+}
+
+std::string remedy(Mode mode, bool is_remeshed) {
+  if (mode == Mode::Tolerant) return "try more --slabs or a smaller --thickness";
+  const std::string otherwise = "convert with --mode tolerant";
+  return is_remeshed ? otherwise : "remesh the source as a solid (--remesh), or " + otherwise;
+}
+
+std::string to_string(const ConvertReport& report) {
+  std::array<char, 600> line{};
+  std::string text = to_string(report.repair);
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  if (report.remesh) {
+    const ConvertReport::Remesh& r = *report.remesh;
+    std::snprintf(line.data(), line.size(), "remeshed with voxels of %.2e of the diagonal\n", r.voxel);
+    text += line.data();
+    if (r.sheets > 0) text += std::to_string(r.sheets) + " parts that close nothing off became sheets of two voxels\n";
+    if (r.crumbs > 0) text += std::to_string(r.crumbs) + " parts of a few voxels were left out\n";
+  }
+  std::snprintf(line.data(), line.size(),
+                "%zu triangles became %zu slabs\n"
+                "%zu fibres: %zu meet the source once, %zu never, %zu several times\n"
+                "distance, of the diagonal (rms, greatest): to the mended source %.2e, %.2e; back %.2e, %.2e\n"
+                "  to the source as read %.2e, %.2e; back %.2e, %.2e\n"
+                "thickness, of the diagonal: least %.2e, median %.2e\n",
+                report.source_triangles, report.slabs, report.fibres_cast, report.hits_single, report.hits_none,
+                report.hits_several, report.to_mended.rms, report.to_mended.max, report.from_mended.rms,
+                report.from_mended.max, report.to_source.rms, report.to_source.max, report.from_source.rms,
+                report.from_source.max, report.thickness_min, report.thickness_median);
+  text += line.data();
+  if (report.error_asked && report.slabs_too_coarse > 0) {
+    std::snprintf(
+        line.data(), line.size(),
+        "%zu of %zu slabs miss the target of %.2g of the diagonal, by at most %.2g; more --slabs or --samples "
+        "128 help\n",
+        report.slabs_too_coarse, report.slabs, report.error, report.too_coarse_most - report.error);
+    text += line.data();
+  }
+  if (report.slabs > report.slabs_asked)
+    text += std::to_string(report.slabs_asked) +
+            " slabs were the target: no way was found to keep the mode with fewer than " +
+            std::to_string(report.slabs) + "\n";
+  for (const std::string& note : report.notes) text += note + "\n";
+  if (!report.not_certified.empty() && !report.remesh) text += "not certified: " + report.not_certified + "\n";
+  if (report.parts.count > 1)
+    for (const ConvertReport::Parts::Obstacle& part : report.parts.obstacles)
+      text += "  part " + std::to_string(part.part) + " of " + std::to_string(report.parts.count) + ", " +
+              std::to_string(part.triangles) + " triangles: " + part.reason + ", first near " + place(part.near) + "\n";
+  if (report.moved_vertices > 0) {
+    std::snprintf(line.data(), line.size(), "%zu source vertices moved by at most %.2e of the diagonal\n",
+                  report.moved_vertices, report.moved_most);
+    text += line.data();
+  }
+  if (report.closed_openings > 0)
+    text += counted(report.closed_openings, "opening") + " closed with fill triangles; samples on them are void\n";
+  if (report.skin && report.skin->repaired > 0) {
+    std::snprintf(line.data(), line.size(),
+                  "%zu points of the cuts moved by at most %.2e of the diagonal, where these left slivers\n",
+                  report.skin->repaired, report.skin->moved_most);
+    text += line.data();
+  }
+  if (report.parted_vertices > 0)
+    text += std::to_string(report.parted_vertices) + (report.parted_vertices == 1 ? " vertex was" : " vertices were") +
+            " moved off others that lay there, or nearer than the lattice can tell apart\n";
+  if (report.replaced_triangles > 0) {
+    std::snprintf(line.data(), line.size(),
+                  "%zu triangles cut out and closed with patches, where the source met itself, folded or was seen from "
+                  "no side, and around there; the widest hole was %.2e of the diagonal wide, near %s\n",
+                  report.replaced_triangles, report.replaced_widest, place(report.replaced_near).c_str());
+    text += line.data();
+  }
+  if (report.vanished_parts > 0) text += counted(report.vanished_parts, "part") + " went with what was cut out\n";
+  if (report.dropped_parts > 0)
+    text += "without " + counted(report.dropped_parts, "part") + ", the smallest: more slabs would hold them\n";
+  double seconds = 0;
+  for (const ConvertReport::Phase& phase : report.phases) seconds += phase.seconds;
+  std::snprintf(line.data(), line.size(), "%.2f s of CPU:", seconds);
+  text += line.data();
+  for (const ConvertReport::Phase& phase : report.phases) {
+    std::snprintf(line.data(), line.size(), " %s %.2f", phase.name.c_str(), phase.seconds);
+    text += line.data();
+  }
+  return text + "\n";
+}
+
+namespace detail {
+namespace {
+
+/// Returns where coordinates are coarser than the shape they describe, triangles collapse, and some of the others
+/// coincide. Where triangles coincide and few have collapsed, the file has the surface twice.
+std::string collapsed(const ConvertReport& report) {
+  constexpr double kMany = 0.2;  // of the triangles
+  const std::size_t triangles = report.given_triangles;
+  const std::size_t flat = report.repair.degenerate_triangles, twice = report.repair.duplicate_triangles;
+  if (double(flat + twice) <= kMany * double(triangles)) return {};
+  const std::string of_all = " of " + std::to_string(triangles) + " triangles ";
+  if (twice > flat)
+    return std::to_string(twice) + of_all +
+           "have the same corners as another and were left out: the file has these faces more than "
+           "once";
+  return std::to_string(flat + twice) + of_all +
+         "have no area or coincide: the file's coordinates may be too coarse for the shape, as far "
+         "from the origin";
+}
+
+std::string left_out(const ConvertReport::LeftOut& speck, double step) {
+  return "a part of " + std::to_string(speck.triangles) + " triangles at " + place(speck.near) + ", only " +
+         number(speck.across) + " of the diagonal across, was left out: on the lattice, whose step is " + number(step) +
+         " of it, " + speck.reason;
+}
+
+}  // namespace
+
+std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSettings& settings,
+                                  std::size_t mended_triangles) {
+  std::vector<std::string> notes;
+  const auto note = [&](std::string sentence) {
+    if (!sentence.empty()) notes.push_back(std::move(sentence));
+  };
+  const std::string asked = std::to_string(report.slabs_asked), slabs = std::to_string(report.slabs);
+  note(collapsed(report));
+  if (report.strays.components > 0)
+    note(counted(report.strays.triangles, "triangle") + " in " + counted(report.strays.components, "part") +
+         " that lie farther off than ten times the rest is across, the farthest " + rounded(report.strays.away) +
+         " times, near " + place(report.strays.near) + ", were left out");
+  if (report.split_high_valence > 0)
+    note(std::to_string(report.split_high_valence) +
+         " vertices had very many triangles around them, which rings divide now; the surface stays within the rounding "
+         "of the "
+         "lattice");
+  if (report.truncated_spikes > 0)
+    note(std::to_string(report.truncated_spikes) + (report.truncated_spikes == 1 ? " vertex" : " vertices") +
+         " had faces without a common front-facing direction and long edges: the tips, at most 0.002 of the diagonal "
+         "long, were cut off "
+         "and closed with patches");
+  for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step));
+  if (report.specks > report.left_out.size())
+    note(std::to_string(report.specks - report.left_out.size()) + " more such parts were left out");
+  if (report.slabs < report.slabs_asked && mended_triangles < report.slabs_asked)
+    note("--slabs " + asked + " is more than the " + std::to_string(mended_triangles) +
+         " triangles of the mended source, and slabs are no smaller than these: there are " + slabs);
+  if (report.fewest.slabs > report.slabs_asked)
+    note("--slabs " + asked + " cannot be reached: the mended source has " + counted(report.fewest.components, "part") +
+         " and " + counted(report.fewest.handles, "handle") +
+         ", and a part takes 4 slabs, or 14 and more with handles: " + std::to_string(report.fewest.slabs) +
+         " at least");
+  if (report.clay.below.least < kShortOfClay)
+    note("tools find little clay: " + percent(report.clay.below.thin_fibres) + " of the fibres have less than " +
+         number(ClaySide::kThin) + " of the diagonal below the surface, the least " + number(report.clay.below.least) +
+         " near " + place(report.clay.below.least_at));
+  if (report.remesh && !settings.remesh)
+    note("the source was rebuilt as a solid with voxels of " + number(report.remesh->voxel) + " of the diagonal, for " +
+         (report.slabs_that_hold > 0
+              ? "no fewer than " + std::to_string(report.slabs_that_hold) + " slabs were found that hold it"
+              : report.not_certified));
+  if (report.is_fewest && report.fewest.slabs <= report.slabs_asked)
+    note("no fewer than " + slabs + " slabs were found with fibres of at most " + number(settings.thickness) +
+         " of the diagonal: a greater --thickness may allow fewer");
+  if (report.error_asked && report.slabs_too_coarse > 0)
+    note("--error " + number(report.error) + " is not kept in " + counted(report.slabs_too_coarse, "slab") +
+         ", which n up to " + std::to_string(kMaxIntervals) + " brings no nearer than " +
+         number(report.too_coarse_most) + "; more --slabs may");
+  return notes;
+}
+
+std::string not_of_the_source(const ConvertReport& report) {
+  const ConvertReport::Coverage& coverage = report.coverage;
+  if (coverage.share < ConvertReport::Coverage::kWhole)
+    return "a shell can be certified, but not of all of this source: " + percent(1 - coverage.share) +
+           " of what can be seen of it would be missing, as near " + place(coverage.missing_near);
+  return "a shell can be certified, but not of this source: its surface would lie as far as " +
+         number(coverage.beyond) + " of the diagonal from it";
+}
+
+std::unexpected<Error> no_shell(const ConvertReport& report, const ConvertSettings& settings) {
+  const Mode mode = settings.mode.value_or(Mode::Tolerant);
+  return fail(Errc::Unfoldable, "no " + (settings.mode ? std::string(name(mode)) + " shell" : "shell can be proved") +
+                                    ": " + report.not_certified + "; " + remedy(mode, settings.remesh.has_value()) +
+                                    ".");
+}
+
+}  // namespace detail
+}  // namespace relief

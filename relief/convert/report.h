@@ -1,0 +1,23 @@
+// The sentences of a conversion.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/convert/convert.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace relief::detail {
+
+/// Returns what is odd about the source and what was made of it; sentences without a full stop.
+[[nodiscard]] std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSettings& settings,
+                                                std::size_t mended_triangles);
+
+/// Why a shell with a certificate is none of the source; a sentence without its full stop.
+[[nodiscard]] std::string not_of_the_source(const ConvertReport& report);
+
+/// That there is no shell in the mode that was requested, why, and what to do.
+[[nodiscard]] std::unexpected<Error> no_shell(const ConvertReport& report, const ConvertSettings& settings);
+
+}  // namespace relief::detail

@@ -1,0 +1,155 @@
+#include <relief/base/assert.h>
+#include <relief/base/try.h>
+#include <relief/convert/room.h>
+#include <relief/convert/room/fibre_lengthening.h>
+#include <relief/convert/room/old_surface.h>
+#include <relief/convert/room/solids.h>
+#include <relief/convert/room/surface_resampling.h>
+#include <relief/convert/support/sort_unique.h>
+#include <relief/convert/support/words.h>
+#include <relief/core/query.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+namespace relief {
+namespace {
+
+using namespace detail;
+
+bool is_usable(const RoomWanted& wanted, const RoomGoals& goals) noexcept {
+  const auto sound = [](std::span<const Capsule> capsules) {
+    return std::ranges::all_of(capsules, [](const Capsule& c) {
+      return is_finite(c.a) && is_finite(c.b) && is_finite(c.axis) && std::isfinite(c.radius) && c.radius > 0;
+    });
+  };
+  return sound(wanted.cut) && sound(wanted.fill) && std::isfinite(goals.diagonal) && goals.diagonal > 0 &&
+         std::isfinite(goals.margin) && std::isfinite(goals.longest) && goals.fade_share >= 0 && goals.fade_share < 1 &&
+         std::isfinite(goals.fade_spacings);
+}
+
+/// Returns the slabs whose roots have a moved fibre.
+std::vector<SlabId> slabs_around(const SlabMesh& mesh, std::span<const MovedFibre> moved) {
+  std::vector<std::uint8_t> has_moved(mesh.root_fibres().size());
+  for (const MovedFibre& m : moved) has_moved[m.fibre] = 1;
+  std::vector<SlabId> slabs;
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    if (std::ranges::any_of(mesh.roots()[mesh.root_place(s).root].fibres, [&](FibreId f) { return has_moved[f] != 0; }))
+      slabs.push_back(s);
+  return slabs;
+}
+
+Result<SlabMesh> with_fibres(const SlabMesh& mesh, std::span<const MovedFibre> moved) {
+  std::vector<Fibre> fibres(mesh.root_fibres().begin(), mesh.root_fibres().end());
+  for (const MovedFibre& m : moved) {
+    if (m.fibre >= fibres.size()) return fail(Errc::Corrupt, "the room was made for another cage.");
+    fibres[m.fibre] = m.now;
+  }
+  return mesh.with_root_fibres(std::move(fibres));
+}
+
+/// Returns the surface at the samples of the roots' own grids: enough to see what lacks where.
+SnapshotPtr root_view(const Snapshot& surface) {
+  const SlabMesh& mesh = surface.slab_mesh();
+  std::vector<SlabMesh::Face> faces;
+  for (const Slab& root : mesh.roots()) faces.push_back({root.fibres, root.intervals});
+  const auto fibres = mesh.root_fibres();
+  auto roots = SlabMesh::make({fibres.begin(), fibres.end()}, faces);
+  RELIEF_ASSERT(roots.has_value());  // it was one before it was cut
+  return Snapshot::make(std::make_shared<const SlabMesh>(*std::move(roots)), [&](SlabId root) {
+    const int n = mesh.roots()[root].intervals;
+    auto tile = std::make_shared<Tile>(Layer::Displacement, n, 0.0F);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        std::array<double, 3> w = {double(n - i - j) / n, double(i) / n, double(j) / n};
+        const SlabId s = mesh.descend(root, w);
+        tile->set(0, sample_index(n, {i, j}), static_cast<float>(displacement_at(surface, s, w[1], w[2])));
+      }
+    return tile;
+  });
+}
+
+}  // namespace
+
+Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+                           const Progress& progress) {
+  if (!is_usable(wanted, goals))
+    return fail(Errc::InvalidArgument,
+                "the solids that want room, or the goals for it, are not numbers that make sense.");
+  // All begins again with less freedom for fibres along which the surface cannot be sampled.
+  constexpr int kTries = 4;
+  // Without detail the surface shows it as it is.
+  const SnapshotPtr view = surface.slab_mesh().has_detail() ? root_view(surface) : nullptr;
+  const Snapshot& roots = view ? *view : surface;
+  Restrained restrained;
+  for (int tries = 1;; ++tries) {
+    RoomMade made;
+    Lengthened longer = lengthen_for(roots, wanted, goals, restrained, progress);
+    if (progress.cancelled()) return cancelled();
+    made.before = std::move(longer.before);
+    made.after = std::move(longer.after);
+    made.on_lattice = longer.on_lattice;
+    made.overhang_before = longer.overhang_before;
+    made.overhang_after = longer.moved.empty() ? longer.overhang_before : longer.overhang_after;
+    made.given_up = restrained.staying.size();
+    if (longer.moved.empty()) return made;
+    RELIEF_TRY(const SlabMesh mesh, with_fibres(surface.slab_mesh(), longer.moved));
+    const std::vector<SlabId> slabs = slabs_around(mesh, longer.moved);
+    Resampled anew = resample(surface, mesh, longer, slabs, wanted, goals.most_moved * goals.diagonal, progress);
+    if (progress.cancelled()) return cancelled();
+    if (!anew.unmet.empty() && tries < kTries) {
+      restrained.add(anew.unmet);
+      continue;
+    }
+    if (!anew.unmet.empty()) {
+      made.after = made.before;
+      made.overhang_after = made.overhang_before;
+      made.given_up += longer.moved.size();
+      return made;
+    }
+    made.moved = std::move(longer.moved);
+    made.tiles = std::move(anew.tiles);
+    made.lengthened = longer.lengthened;
+    made.turned = longer.turned;
+    made.folded = anew.folded;
+    made.surface_moved = anew.moved_most;
+    return made;
+  }
+}
+
+Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) {
+  if (made.moved.empty()) return surface;
+  RELIEF_TRY(SlabMesh mesh, with_fibres(surface->slab_mesh(), made.moved));
+  const auto shared = std::make_shared<const SlabMesh>(std::move(mesh));
+  std::array<std::unordered_map<SlabId, TilePtr>, kLayerCount> fresh;
+  for (const MovedTile& t : made.tiles) {
+    if (t.slab >= shared->slab_count() || !surface->has(t.layer) || !t.tile->same_shape(surface->tile(t.layer, t.slab)))
+      return fail(Errc::Corrupt, "the room was made for another model.");
+    fresh[static_cast<std::size_t>(t.layer)][t.slab] = t.tile;
+  }
+  return Snapshot::with_cage(*surface, shared, [&](Layer layer) {
+    std::vector<TilePtr> tiles;
+    for (SlabId s = 0; s < shared->slab_count(); ++s) tiles.push_back(surface->shared_tile(layer, s));
+    for (const auto& [s, tile] : fresh[static_cast<std::size_t>(layer)]) tiles[s] = tile;
+    return tiles;
+  });
+}
+
+RoomMaker room_maker(double diagonal) {
+  return [diagonal](const SnapshotPtr& surface, const RoomWanted& wanted, const Progress& progress) -> Result<Room> {
+    RELIEF_TRY(const RoomMade made, make_room(*surface, wanted, {.diagonal = diagonal}, progress));
+    Room room;
+    room.fibres = made.moved.size();
+    room.lacking = made.after.size();
+    room.surface_moved = made.surface_moved;
+    if (!made.moved.empty()) {
+      RELIEF_TRY(room.model, with_room(surface, made));
+    }
+    return room;
+  };
+}
+
+}  // namespace relief

@@ -1,0 +1,82 @@
+// More clay under the surface, and more air above it, where a tool wants them: fibres of the cage are made longer and
+// turned, and the surface as it stands is sampled again on them.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/core/room.h>
+#include <relief/core/snapshot.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace relief {
+
+/// Says how much clay there shall be below and above the surface after a change of fibres.
+struct RoomGoals {
+  double diagonal = 0;    ///< of the source, model units; what follows are shares of it
+  double margin = 0.015;  ///< clay below what is cut, and air above what is filled
+  double longest = 0.4;   ///< of a fibre; none that is longer is made longer still
+  double most_moved =
+      2e-3;  ///< of the surface outside the solids, by sampling it again; fibres that would do more stay
+  /// Tools fade out in the last of the clay. So a cut wants this share of what lies below the surface, and at least so
+  /// many sample spacings, where that exceeds the margin.
+  double fade_share = 0.1, fade_spacings = 2;
+};
+
+/// A fibre of the cage with its new ends.
+struct MovedFibre {
+  FibreId fibre = 0;  ///< which one
+  Fibre now;          ///< where it lies now
+};
+
+/// The new samples of a slab in a layer.
+struct MovedTile {
+  Layer layer = Layer::Displacement;  ///< which field
+  SlabId slab = kNoSlab;              ///< which slab
+  TilePtr tile;                       ///< its new samples
+};
+
+/// Says where a slab still ends before what was wanted of it.
+struct RoomLack {
+  SlabId slab = kNoSlab;  ///< which slab
+  Vec3d near;             ///< where the surface lies there
+  double lack = 0;        ///< how much longer the fibre there would have to be, model units
+};
+
+/// Holds what was made for a wish. Nothing has moved where there was room before, or nothing could be made that passes
+/// all tests.
+struct RoomMade {
+  std::vector<MovedFibre> moved;  ///< by ascending number
+  std::vector<MovedTile> tiles;   ///< of every layer, for all slabs around a moved fibre; ascending within a layer
+  std::vector<RoomLack> before;   ///< slabs that lacked room, with the worst place of each
+  std::vector<RoomLack> after;    ///< and those that still do
+  std::size_t lengthened = 0;     ///< fibres that reach further
+  std::size_t turned = 0;         ///< fibres that point elsewhere
+  std::size_t given_up = 0;       ///< fibres that had to stay because the surface could not be sampled along them
+  std::size_t folded = 0;         ///< new samples whose fibre meets the surface several times, or just beyond an end
+  double surface_moved = 0;  ///< how far the surface lies from the old one at most, outside the solids; model units
+  /// Fibres that lean may reach a solid that lies beside the surface above them, and tools then cut all that is
+  /// between: the widest such distance, model units. Longer fibres reach further.
+  double overhang_before = 0, overhang_after = 0;
+  bool on_lattice = true;  ///< false: the cage has no lattice that is coarse enough to test it exactly
+};
+
+/// Makes room for solids: inner triangles come to lie a margin below cuts, outer ones above fills. Fibres are
+/// lengthened, then turned; each step keeps C1 to C4 of the whole cage, tested exactly
+/// (docs/explanation/conversion.md). All layers around are sampled again. Deterministic. Errors: Cancelled,
+/// InvalidArgument (a solid, goal or diagonal that is not finite).
+[[nodiscard]] Result<RoomMade> make_room(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+                                         const Progress& progress = {});
+
+/// Returns the snapshot with the fibres and tiles that make_room() made from it; it shares all other tiles. O(slabs).
+/// The same snapshot where nothing has moved. Errors: Corrupt (not made from this snapshot).
+[[nodiscard]] Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made);
+
+/// Both together, for a document (see DocumentSettings::make_room).
+[[nodiscard]] RoomMaker room_maker(double diagonal);
+
+}  // namespace relief

@@ -1,0 +1,40 @@
+// Fibres that reach further where solids want it, under the local checks of the shell.
+#pragma once
+
+#include <relief/base/progress.h>
+#include <relief/convert/geometry/lattice.h>
+#include <relief/convert/room.h>
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace relief::detail {
+
+/// Holds what was made of the fibres, and the lattice on which it was tested.
+struct Lengthened {
+  Lattice lattice;
+  std::vector<MovedFibre> moved;  ///< ascending
+  std::vector<RoomLack> before, after;
+  std::size_t lengthened = 0, turned = 0;
+  double overhang_before = 0, overhang_after = 0;  ///< as in RoomMade
+  bool on_lattice = true;
+};
+/// Fibres that may not do all, ascending.
+struct Restrained {
+  std::vector<FibreId> straight;  ///< may be made longer, but not turned
+  std::vector<FibreId> staying;   ///< must stay as they are
+
+  /// What has failed must not turn, and must stay when it fails once more.
+  void add(std::span<const FibreId> failed);
+};
+/// Cancelled: of no use.
+[[nodiscard]] Lengthened lengthen_for(const Snapshot& surface, const RoomWanted& wanted, const RoomGoals& goals,
+                                      const Restrained& restrained, const Progress& progress);
+
+/// Returns a lattice on which all ends of the cage's fibres lie, around a box and `room` more on all sides. Empty where
+/// the box would have over 2^25 steps, or the cage 2^30.
+[[nodiscard]] std::optional<Lattice> lattice_of(const SlabMesh& mesh, const Box3d& box, double room);
+
+}  // namespace relief::detail

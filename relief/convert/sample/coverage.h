@@ -1,0 +1,36 @@
+// How much of what can be seen of a source a surface has.
+#pragma once
+
+#include <relief/base/progress.h>
+#include <relief/convert/convert.h>
+#include <relief/convert/geometry/lattice.h>
+#include <relief/convert/sample/source_rays.h>
+#include <relief/mesh/triangle_mesh.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace relief::detail {
+
+/// A piece of a source's surface.
+struct SourcePlace {
+  Vec3d at, normal;  ///< model units; unit length, zero where its triangle has no area
+};
+
+inline constexpr std::size_t kPlaces = 12'000;  ///< tells shares of 1e-3 to a third of that
+
+/// kPlaces places, spread evenly over the area.
+[[nodiscard]] std::vector<SourcePlace> places_of(const TriangleMesh& source);
+
+/// Returns the corners of its triangles, each a little inside of one of them: there it has a side.
+[[nodiscard]] std::vector<SourcePlace> corners_of(const TriangleMesh& source);
+
+/// Holds the places against the closed surface that slabs stand on, `solid`, and its rays. A place that lies off
+/// it and inside of it is not asked for: nobody sees it there. It is inside where the
+/// generalised winding number is above one half on both sides. `farthest` is from that surface. Runs on all threads.
+[[nodiscard]] ConvertReport::Coverage measure_coverage(const std::vector<SourcePlace>& places,
+                                                       const TriangleMesh& solid, const SourceRays& rays,
+                                                       const Lattice& lattice, double diagonal,
+                                                       const Progress& progress);
+
+}  // namespace relief::detail

@@ -1,0 +1,48 @@
+// Fibres that turn, slide, shrink and grow while their slabs stay valid.
+#pragma once
+
+#include <relief/convert/shell/slab_checks.h>
+
+#include <cstdint>
+
+namespace relief::detail {
+
+/// Moves of single free fibres of a draft. Each is made only where all local checks pass, and tried in smaller steps
+/// where they do not; nothing else changes. What it is given must outlive it.
+class FibreMoves {
+ public:
+  /// `longest`: of a fibre, lattice steps.
+  FibreMoves(const SourceIndex& source, LinkedDraft& draft, SlabChecks& checks, double longest) noexcept
+      : source_(source), draft_(draft), checks_(checks), longest_(longest) {}
+
+  /// Turns a fibre towards the direction that best sees the source in its star. True where it was turned.
+  bool re_aim(std::uint32_t v);
+  /// Turns a fibre about its place towards a unit vector, whatever the source is like. True where it was turned.
+  bool turn(std::uint32_t v, Vec3d to);
+  /// Turns, slides and shortens a fibre where that makes further collapses likelier.
+  void improve(std::uint32_t v);
+  /// Moves and turns a fibre so that the triangles of both sides around it are seen better: that leaves more room for
+  /// others.
+  void settle(std::uint32_t v);
+  /// Moves a fibre's ends to the middle of those around it, as far as that goes: ends on even surfaces merge best.
+  void even_out(std::uint32_t v);
+  /// Lengthens a fibre by a share of its length at both ends, or else at one.
+  void lengthen(std::uint32_t v, double share);
+  /// Moves one end outwards along the fibre by so many lattice steps, not beyond the lattice. True where it was moved.
+  bool extend(std::uint32_t v, Side side, double steps);
+
+ private:
+  void begin(std::uint32_t v);
+  bool try_ends(Vec3d at, const Ends& ends);
+  bool turn_to_source();
+  bool turn_towards(Vec3d to);
+  void slide_to_middle();
+  void trim();
+
+  const SourceIndex& source_;
+  LinkedDraft& draft_;
+  SlabChecks& checks_;
+  double longest_;
+};
+
+}  // namespace relief::detail

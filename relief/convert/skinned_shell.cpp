@@ -1,0 +1,73 @@
+#include <relief/base/compact.h>
+#include <relief/convert/geometry/components.h>
+#include <relief/convert/skin/outer_skin.h>
+#include <relief/convert/skinned_shell.h>
+#include <relief/convert/stage_meshes.h>
+
+#include <cstddef>
+#include <utility>
+
+namespace relief::detail {
+namespace {
+
+/// Leaves out the parts that are mere tiny components.
+void drop_specks(Skinned& skinned, const std::vector<Obstacle>& specks) {
+  const Components parts = find_components(skinned.source.points.size(), skinned.source.faces);
+  std::vector<std::uint8_t> stays(parts.count, 1);
+  for (const Obstacle& speck : specks) stays[speck.component] = 0;
+  keep_entries([&](std::size_t part) { return stays[part] != 0; }, skinned.part_of);
+  ClosedSource& s = skinned.source;
+  keep_entries([&](std::size_t f) { return stays[parts.of_face[f]] != 0; }, s.faces, s.patch, s.phantom,
+               skinned.face_of);
+  skinned.report->specks += specks.size();
+}
+
+}  // namespace
+
+bool asks_for_skin(const ClosedSource& source, bool is_last, const Progress& progress) {
+  const std::size_t few = 200 + source.faces.size() / 200;  // pairs of faces
+  const auto overlaps = find_overlaps(source, progress);
+  if (!overlaps) return false;
+  const bool any = overlaps->between + overlaps->within + overlaps->patched > 0;
+  return overlaps->between > 0 || overlaps->nested > 0 || overlaps->within > few || (is_last && any);
+}
+
+Skinned take_skin(ClosedSource&& given, const Lattice& lattice, double of_diagonal, const StageSink& show,
+                  const Progress& progress) {
+  auto skin = outer_skin(given, progress);
+  if (!skin || skin->fault != OuterSkin::Fault::None) return {std::move(given), {}, {}};
+  const Components parts = find_components(given.points.size(), given.faces);
+  if (show) {
+    std::vector<std::uint32_t> part;
+    for (const std::uint32_t f : skin->from) part.push_back(parts.of_face[f]);
+    show_skin(show, skin->source, part, lattice);
+  }
+  const Components of_skin = find_components(skin->source.points.size(), skin->source.faces);
+  Skinned skinned{std::move(skin->source), std::move(skin->from), std::vector<std::uint32_t>(of_skin.count, 0)};
+  for (std::size_t f = skinned.face_of.size(); f-- > 0;)
+    skinned.part_of[of_skin.of_face[f]] = parts.of_face[skinned.face_of[f]];
+  skinned.report = {.cut = skin->cut,
+                    .dropped = skin->dropped,
+                    .coincident = skin->coincident,
+                    .repaired = skin->repaired,
+                    .moved_most = skin->moved_most * of_diagonal,
+                    .crossing = skin->crossing,
+                    .specks = skin->slivers};
+  return skinned;
+}
+
+CertifiedShell certify_skin(Skinned& skinned, CertifiedSettings settings, const Progress& progress) {
+  if (!skinned.report) return build_certified(std::move(skinned.source), settings, progress);
+  settings.limits.creased = true;
+  CertifiedShell made = build_certified(skinned.source, settings, progress);
+  while (!made.prepared.specks.empty() && made.prepared.specks.size() < skinned.part_of.size()) {
+    drop_specks(skinned, made.prepared.specks);
+    made = build_certified(skinned.source, settings, progress);
+  }
+  for (std::uint32_t& f : made.prepared.bad_faces) f = skinned.face_of[f];
+  for (Obstacle& bad : made.prepared.bad_components) bad.component = skinned.part_of[bad.component];
+  made.prepared.specks.clear();
+  return made;
+}
+
+}  // namespace relief::detail

@@ -1,0 +1,468 @@
+#include <relief/convert/convert.h>
+#include <relief/convert/room.h>
+#include <relief/convert/room/fibre_lengthening.h>
+#include <relief/convert/room/solids.h>
+#include <relief/core/plain_cage.h>
+#include <relief/core/query.h>
+#include <relief/edit/editor.h>
+#include <relief/mesh/samples.h>
+#include <relief/verify/verify.h>
+
+#include <gtest/gtest.h>
+#include <support/shells.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace relief {
+namespace {
+
+constexpr double kDiagonal = 3.4;  // of the ball's bounding box
+
+/// A ball of slabs whose corners lie on a lattice, with its surface at radius 1.
+std::shared_ptr<const SlabMesh> lattice_ball(int levels, int n) {
+  return testing::mapped_shell(*testing::sphere_shell(levels, n, 0.9, 1.1), [](Vec3d p) {
+    constexpr double kStep = 1.0 / (1 << 20);
+    for (std::size_t k = 0; k < 3; ++k) p[k] = std::round(p[k] / kStep) * kStep;
+    return p;
+  });
+}
+SnapshotPtr bumpy_ball(int levels = 2, int n = 16) {
+  return testing::displaced(lattice_ball(levels, n),
+                            [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.y + p.z); });
+}
+
+RoomGoals goals() {
+  RoomGoals goals;
+  goals.diagonal = kDiagonal;
+  return goals;
+}
+
+struct Place {
+  SurfacePoint on;
+  double radius, depth;
+  [[nodiscard]] Vec3d centre() const { return on.position - on.normal * (depth - radius); }
+  [[nodiscard]] RoomWanted cut() const { return {.cut = {{centre(), centre(), radius, on.normal}}, .fill = {}}; }
+};
+Place place_at(const Snapshot& model, SlabId slab, double radius, double depth) {
+  return {surface_point(model, slab, 0.3, 0.3), radius, depth};
+}
+
+/// What carving a ball leaves: how many samples ended before it, and how far those that lay in it are from it now.
+struct Carved {
+  std::size_t limited = 0;
+  double most_off = 0;
+};
+Carved carve(const SnapshotPtr& model, const Place& place) {
+  Editor editor(model);
+  Brush brush;
+  brush.detail = 0;  // samples are compared with those before
+  brush.radius = place.radius;
+  brush.exact = true;
+  editor.begin_stroke(brush);
+  Dab dab;
+  dab.slab = place.on.slab;
+  dab.contact = place.on.position;
+  dab.cursor = place.on.position - place.on.normal * place.depth;
+  dab.normal = place.on.normal;
+  Carved carved = {editor.dab(dab).limited, 0};
+  editor.end_stroke();
+  const SnapshotPtr after = editor.head();
+  const SlabMesh& mesh = model->slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = mesh.intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const Vec3d was = sample_position(*model, s, {i, j});
+        if (length(was - place.centre()) >= place.radius) continue;
+        const double away = length(sample_position(*after, s, {i, j}) - place.centre());
+        carved.most_off = std::max(carved.most_off, std::abs(away - place.radius));
+      }
+  }
+  return carved;
+}
+
+void expect_sound(const Snapshot& model) {
+  const Status status = validate(model);
+  EXPECT_TRUE(status) << status.error().message;
+  const PlainCage cage(model.slab_mesh());
+  const verify::Certificate c = verify::check({cage.inner, cage.outer, cage.triangles});
+  EXPECT_TRUE(c.all()) << (c.failures.empty() ? "" : c.failures.front().what);
+}
+
+/// The room and the snapshot with it, both tested.
+std::pair<RoomMade, SnapshotPtr> make(const SnapshotPtr& model, const RoomWanted& wanted,
+                                      const RoomGoals& with = goals()) {
+  Result<RoomMade> made = make_room(*model, wanted, with);
+  EXPECT_TRUE(made) << made.error().message;
+  Result<SnapshotPtr> next = with_room(model, *made);
+  EXPECT_TRUE(next) << next.error().message;
+  expect_sound(**next);
+  return {*std::move(made), *std::move(next)};
+}
+
+std::set<SlabId> slabs_around(const SlabMesh& mesh, const RoomMade& made) {
+  std::set<SlabId> slabs;
+  for (const MovedFibre& m : made.moved)
+    for (const SlabCorner c : mesh.fan(m.fibre)) slabs.insert(c.slab);
+  return slabs;
+}
+
+TEST(Room, GivesTheToolItsBall) {
+  const SnapshotPtr model = bumpy_ball();
+  for (const SlabId slab : {0U, 17U, 50U, 93U, 120U}) {
+    SCOPED_TRACE(slab);
+    const Place place = place_at(*model, slab, 0.3, 0.25);
+    EXPECT_GT(carve(model, place).limited, 0U);
+    const auto [made, next] = make(model, place.cut());
+    EXPECT_FALSE(made.before.empty());
+    EXPECT_TRUE(made.after.empty());
+    EXPECT_GT(made.lengthened, 0U);
+    const Carved carved = carve(next, place);
+    EXPECT_EQ(carved.limited, 0U);
+    EXPECT_LT(carved.most_off, 1e-4 * kDiagonal);
+  }
+}
+
+TEST(Room, LeavesAllElseAsItIs) {
+  const SnapshotPtr model = bumpy_ball();
+  const Place place = place_at(*model, 17, 0.3, 0.25);
+  const auto [made, next] = make(model, place.cut());
+  const SlabMesh &was = model->slab_mesh(), &is = next->slab_mesh();
+  const std::set<SlabId> touched = slabs_around(was, made);
+  std::size_t shared = 0, kept = 0, changed = 0;
+  const auto has_moved = [&](FibreId f) { return std::ranges::count(made.moved, f, &MovedFibre::fibre) > 0; };
+  for (FibreId f = 0; f < was.fibres().size(); ++f)
+    EXPECT_EQ(has_moved(f),
+              was.fibres()[f].inner != is.fibres()[f].inner || was.fibres()[f].outer != is.fibres()[f].outer);
+  for (SlabId s = 0; s < was.slab_count(); ++s) {
+    if (!touched.contains(s)) {
+      EXPECT_EQ(model->shared_tile(Layer::Displacement, s), next->shared_tile(Layer::Displacement, s));
+      ++shared;
+      continue;
+    }
+    const int n = was.intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const std::array<int, 3> w = weights(n, {i, j});
+        bool stays = true;
+        for (std::size_t k = 0; k < 3; ++k) stays = stays && (w[k] == 0 || !has_moved(was.slabs()[s].fibres[k]));
+        const std::size_t index = sample_index(n, {i, j});
+        if (stays) {
+          EXPECT_EQ(model->displacement(s)[index], next->displacement(s)[index]);
+          ++kept;
+        } else {
+          changed += model->displacement(s)[index] != next->displacement(s)[index];
+        }
+      }
+  }
+  EXPECT_GT(shared, 60U);
+  EXPECT_GT(kept, 100U);
+  EXPECT_GT(changed, 1000U);
+  EXPECT_LT(made.surface_moved, 1e-3 * kDiagonal);
+}
+
+// Every new sample lies on the triangles of the old surface.
+TEST(Room, SamplesTheOldSurface) {
+  const SnapshotPtr model = bumpy_ball();
+  const Place place = place_at(*model, 50, 0.3, 0.25);
+  const auto [made, next] = make(model, place.cut());
+  for (const SlabId s : slabs_around(model->slab_mesh(), made)) {
+    const int n = next->slab_mesh().intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const Vec3d p = sample_position(*next, s, {i, j});
+        EXPECT_LT(length(closest_point(*model, p).position - p), 1e-6);
+      }
+  }
+  EXPECT_EQ(made.folded, 0U);
+}
+
+TEST(Room, MovesNothingWhereThereIsEnough) {
+  const SnapshotPtr model = bumpy_ball();
+  const auto [made, next] = make(model, place_at(*model, 17, 0.3, 0.01).cut());
+  EXPECT_TRUE(made.moved.empty());
+  EXPECT_TRUE(made.tiles.empty());
+  EXPECT_TRUE(made.before.empty());
+  EXPECT_EQ(next, model);
+  const auto [none, same] = make(model, {});
+  EXPECT_EQ(same, model);
+}
+
+TEST(Room, GivesAirToWhatIsFilled) {
+  const SnapshotPtr model = bumpy_ball();
+  const SurfacePoint on = surface_point(*model, 17, 0.3, 0.3);
+  const Vec3d tip = on.position + on.normal * 0.2;
+  const auto [made, next] = make(model, {.cut = {}, .fill = {{on.position, tip, 0.15, on.normal}}});
+  EXPECT_FALSE(made.before.empty());
+  EXPECT_TRUE(made.after.empty());
+  for (const MovedFibre& m : made.moved) {
+    const Fibre& was = model->slab_mesh().fibres()[m.fibre];
+    EXPECT_GT(length(m.now.outer), length(was.outer));
+  }
+  // The highest place of the solid is in a slab now.
+  LocateHint hint;
+  EXPECT_FALSE(locate(model->slab_mesh(), tip + on.normal * 0.14, hint));
+  LocateHint other;
+  EXPECT_TRUE(locate(next->slab_mesh(), tip + on.normal * 0.14, other));
+}
+
+// The first stroke has come to the end of the clay: samples lie on the inner triangles themselves.
+TEST(Room, FollowsAStrokeDown) {
+  const SnapshotPtr model = bumpy_ball();
+  const SurfacePoint on = surface_point(*model, 50, 0.3, 0.3);
+  RoomWanted wanted;
+  // Told from below: each lies in the one before it, and only the last is at the surface.
+  for (int k = 5; k >= 0; --k) {
+    const Vec3d centre = on.position - on.normal * (0.05 * k);
+    wanted.cut.push_back({centre, centre, 0.06, {}});
+  }
+  const auto [made, next] = make(model, wanted);
+  EXPECT_FALSE(made.before.empty());
+  EXPECT_TRUE(made.after.empty());
+  LocateHint hint;
+  EXPECT_TRUE(locate(next->slab_mesh(), on.position - on.normal * 0.3, hint));
+  // Balls that lie in the body and hang together with nothing at the surface are nobody's stroke.
+  wanted.cut.resize(3);
+  EXPECT_TRUE(make(model, wanted).first.before.empty());
+}
+
+TEST(Room, SaysHowFarFibresHangOver) {
+  // Fibres near the equator lean by 45 degrees.
+  const SnapshotPtr model = testing::displaced(
+      testing::mapped_shell(*lattice_ball(2, 16),
+                            [](Vec3d p) {
+                              constexpr double kStep = 1.0 / (1 << 20);
+                              const double turn = 1.0 * (length(p) - 1);
+                              const Vec3d q = {p.x * std::cos(turn) - p.y * std::sin(turn),
+                                               p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+                              return Vec3d{std::round(q.x / kStep) * kStep, std::round(q.y / kStep) * kStep,
+                                           std::round(q.z / kStep) * kStep};
+                            }),
+      [](Vec3d) { return 0.5; });
+  const Place place = {closest_point(*model, {1, 0.2, 0.1}), 0.2, 0.19};
+  const auto [made, next] = make(model, place.cut());
+  EXPECT_GT(made.overhang_after, 0);
+  EXPECT_GE(made.overhang_after, made.overhang_before);
+}
+
+TEST(Room, IsMadeBelowASurfaceThatHasRunOut) {
+  SnapshotDraft draft(bumpy_ball());
+  const Vec3d towards = normalized(Vec3d{0.3, 0.5, 0.8});
+  const SlabMesh& mesh = draft.base().slab_mesh();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const int n = mesh.intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i)
+        if (length(sample_position(draft.base(), s, {i, j}) - towards) < 0.25)
+          draft.edit(Layer::Displacement, s).plane()[sample_index(n, {i, j})] = 0;
+  }
+  const SnapshotPtr model = draft.finish();
+  ASSERT_TRUE(validate(*model));
+  const SurfacePoint on = closest_point(*model, towards);
+  ASSERT_EQ(on.alpha, 0);
+  const Place place = {on, 0.3, 0.15};
+  EXPECT_GT(carve(model, place).limited, 0U);
+  const auto [made, next] = make(model, place.cut());
+  EXPECT_TRUE(made.after.empty());
+  EXPECT_EQ(carve(next, place).limited, 0U);
+}
+
+TEST(Room, SaysWhatItCouldNotReach) {
+  const SnapshotPtr model = bumpy_ball();
+  // Through the whole body and out at the other side.
+  const SurfacePoint on = surface_point(*model, 17, 0.3, 0.3);
+  const auto [made, next] = make(model, {.cut = {{on.position, -on.position, 0.4, on.normal}}, .fill = {}});
+  EXPECT_FALSE(made.after.empty());
+  for (const RoomLack& l : made.after) {
+    EXPECT_GT(l.lack, 0);
+    EXPECT_LT(std::abs(length(l.near) - 1), 0.05) << "a place on the surface";
+  }
+}
+
+TEST(Room, KeepsFibresAsShortAsAsked) {
+  const SnapshotPtr model = bumpy_ball();
+  RoomGoals with = goals();
+  with.longest = 0.075;
+  const auto [made, next] = make(model, place_at(*model, 17, 0.3, 0.25).cut(), with);
+  EXPECT_FALSE(made.after.empty());
+  for (const Fibre& f : next->slab_mesh().fibres()) EXPECT_LE(length(f.direction()), 0.075 * kDiagonal + 1e-6);
+}
+
+TEST(Room, HasNoFibresThatTheLatticeDoesNotHold) {
+  const SnapshotPtr model = testing::displaced(testing::sphere_shell(2, 8, 0.9, 1.1), [](Vec3d) { return 0.5; });
+  const Result<RoomMade> made = make_room(*model, place_at(*model, 17, 0.3, 0.25).cut(), goals());
+  ASSERT_TRUE(made);
+  EXPECT_FALSE(made->on_lattice);
+  EXPECT_TRUE(made->moved.empty());
+}
+
+// Where n differs across an edge, constrained samples follow.
+TEST(Room, HoldsWhereIntervalsDiffer) {
+  const SnapshotPtr model = testing::displaced(testing::mixed_shell(*lattice_ball(2, 8), 4, 2),
+                                               [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x); });
+  for (const SlabId slab : {3U, 40U, 77U}) {
+    const Place place = place_at(*model, slab, 0.3, 0.2);
+    const auto [made, next] = make(model, place.cut());
+    EXPECT_TRUE(made.after.empty());
+    EXPECT_EQ(carve(next, place).limited, 0U);
+  }
+}
+
+TEST(Room, CarriesLayersToWhereTheyWere) {
+  const auto field = [](Vec3d p) { return 0.5 + 0.4 * std::sin(3 * p.x) * std::sin(2 * p.y); };
+  SnapshotDraft draft(testing::with_hole(bumpy_ball(), [](Vec3d p) { return length(p - Vec3d{0, 0, 1}) < 0.2; }));
+  draft.add_layer(Layer::Mask, 32, 0);
+  draft.add_layer(Layer::Colour, 16, 0);
+  draft.add_layer(Layer::Strata, 16, 0);
+  const SlabMesh& mesh = draft.base().slab_mesh();
+  constexpr double kBuried = 0.04;  // below the surface
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for (const Layer layer : {Layer::Mask, Layer::Colour, Layer::Strata}) {
+      Tile& tile = draft.edit(layer, s);
+      const int m = tile.intervals();
+      for (int j = 0; j <= m; ++j)
+        for (int i = 0; i + j <= m; ++i) {
+          const SurfacePoint p = surface_point(draft.base(), s, double(i) / m, double(j) / m);
+          const double value = layer == Layer::Strata ? p.alpha - kBuried / 0.2 : field(p.position);
+          for (int c = 0; c < tile.channel_count(); ++c)
+            tile.set(c, sample_index(m, {i, j}), static_cast<float>(value));
+        }
+    }
+  const SnapshotPtr model = draft.finish();
+  ASSERT_TRUE(validate(*model));
+  const Place place = {closest_point(*model, normalized(Vec3d{0.3, 0.1, 0.95})), 0.3, 0.2};
+  const auto [made, next] = make(model, place.cut());
+  ASSERT_FALSE(made.moved.empty());
+  std::size_t holes = 0;
+  for (const SlabId s : slabs_around(mesh, made)) {
+    for (int k = 0; k < 100; ++k) {
+      const double u = 0.02 + 0.0096 * k, v = (k % 5 + 0.5) / 5 * (1 - u);
+      const SurfacePoint p = surface_point(*next, s, u, v);
+      EXPECT_NEAR(layer_at(*next, Layer::Mask, s, u, v, 0), field(p.position), 0.01);
+      EXPECT_NEAR(double(colour_at(*next, s, u, v).y), field(p.position), 0.02);
+      const SlabCorners corners = next->slab_mesh().corners(s);
+      const std::array<double, 3> w = {1 - u - v, u, v};
+      const Vec3d buried = corners.point(w, layer_at(*next, Layer::Strata, s, u, v, 0));
+      EXPECT_NEAR(length(p.position - buried), kBuried, 0.01);
+      const double from_rim = length(p.position - Vec3d{0, 0, 1}) - 0.2;
+      if (std::abs(from_rim) < 0.05) continue;
+      EXPECT_EQ(hole_at(*next, s, u, v), from_rim < 0);
+      holes += from_rim < 0;
+    }
+  }
+  EXPECT_GT(holes, 20U);
+}
+
+TEST(Room, IsTheSameEachTime) {
+  const SnapshotPtr model = bumpy_ball();
+  const RoomWanted wanted = place_at(*model, 93, 0.3, 0.25).cut();
+  EXPECT_EQ(make(model, wanted).second->content_hash(), make(model, wanted).second->content_hash());
+}
+
+TEST(Room, RefusesWhatMakesNoSense) {
+  const SnapshotPtr model = bumpy_ball();
+  RoomWanted wanted = place_at(*model, 17, 0.3, 0.25).cut();
+  EXPECT_EQ(make_room(*model, wanted, RoomGoals{}).error().code, Errc::InvalidArgument);
+  wanted.cut[0].radius = std::nan("");
+  EXPECT_EQ(make_room(*model, wanted, goals()).error().code, Errc::InvalidArgument);
+  RoomMade other;
+  other.moved.push_back({static_cast<FibreId>(model->slab_mesh().fibres().size()), {}});
+  EXPECT_EQ(with_room(model, other).error().code, Errc::Corrupt);
+}
+
+TEST(Room, CanBeCancelled) {
+  const SnapshotPtr model = bumpy_ball();
+  const std::atomic<bool> cancel = true;
+  const Result<RoomMade> made =
+      make_room(*model, place_at(*model, 17, 0.3, 0.25).cut(), goals(), {.report = {}, .cancel = &cancel});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, Errc::Cancelled);
+}
+
+// Leaning fibres and large slabs: what is not told is reached.
+TEST(Room, IsMadeInAConvertedModelOrTold) {
+  ConvertSettings settings;
+  settings.slabs = 200;
+  settings.intervals = 32;
+  const Result<Conversion> converted = convert(*make_sample("head", 20000), settings);
+  ASSERT_TRUE(converted) << converted.error().message;
+  const SnapshotPtr model = converted->model.head;
+  RoomGoals with;
+  with.diagonal = converted->model.info.source_diagonal;
+  std::size_t told = 0, places = 0;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); s += 17) {
+    const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
+    const Place place = {on, 0.08 * with.diagonal, 0.05 * with.diagonal};
+    const auto inside = raycast(*model, {on.position - on.normal * 1e-3 * with.diagonal, -on.normal});
+    if (!inside || inside->distance < 3 * place.depth) continue;
+    ++places;
+    const auto [made, next] = make(model, place.cut(), with);
+    EXPECT_LE(made.surface_moved, with.most_moved * with.diagonal);
+    if (made.after.empty())
+      EXPECT_EQ(carve(next, place).limited, 0U) << s;
+    else
+      ++told;
+  }
+  EXPECT_GE(places, 5U);
+  EXPECT_LE(5 * told, places);
+}
+
+}  // namespace
+
+namespace detail {
+namespace {
+
+TEST(Solids, LinesPassThroughCapsules) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto point = [&] { return Vec3d{unit(random), unit(random), unit(random)}; };
+  std::size_t passed = 0;
+  for (int k = 0; k < 400; ++k) {
+    const Capsule c = {point(), k % 4 == 0 ? Vec3d{} : point(), 0.2 + 0.2 * unit(random), {}};
+    const Line line = {point(), point()};
+    const std::optional<Passage> p = passage(c, line);
+    double first = Box3d::kFar, last = -Box3d::kFar;
+    constexpr double kStep = 1e-3;
+    for (double t = -6; t <= 6; t += kStep)
+      if (is_in(std::span(&c, 1), line.origin + line.direction * t)) {
+        first = std::min(first, t);
+        last = std::max(last, t);
+      }
+    if (!p) {
+      EXPECT_GT(first, last);
+      continue;
+    }
+    if (first > last || first < -5.9 || last > 5.9) continue;
+    ++passed;
+    EXPECT_NEAR(p->from, first, 2 * kStep);
+    EXPECT_NEAR(p->to, last, 2 * kStep);
+  }
+  EXPECT_GT(passed, 50U);
+}
+
+TEST(CageLattice, HoldsAllFibresAndTheRoomAround) {
+  const auto mesh = lattice_ball(1, 4);
+  const std::optional<Lattice> lattice = lattice_of(*mesh, mesh->bounds(), 0.5);
+  ASSERT_TRUE(lattice);
+  EXPECT_LE(lattice->step, 1.0 / (1 << 20));
+  for (const Fibre& f : mesh->fibres())
+    for (const Vec3d p : {f.inner, f.outer}) EXPECT_EQ(lattice->to_model(snap(lattice->to_lattice(p))), p);
+  const Vec3d low = lattice->to_lattice(mesh->bounds().low - Vec3d{0.5, 0.5, 0.5});
+  const Vec3d high = lattice->to_lattice(mesh->bounds().high + Vec3d{0.5, 0.5, 0.5});
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_GE(low[k], 0);
+    EXPECT_LE(high[k], Lattice::kSpan);
+  }
+  EXPECT_FALSE(lattice_of(*testing::sphere_shell(1, 4), mesh->bounds(), 0.5));
+}
+
+}  // namespace
+}  // namespace detail
+}  // namespace relief
