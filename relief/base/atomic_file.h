@@ -11,8 +11,8 @@
 
 namespace relief {
 
-/// The file that a name stands for: a link is followed, also where it leads to a file that is not there yet, so that
-/// what is written under the name leaves the link.
+/// Returns the file that a name stands for: a link is followed, also where it leads to a file that is not there yet, so
+/// that what is written under the name leaves the link.
 [[nodiscard]] std::filesystem::path behind_links(std::filesystem::path file);
 
 /// Bytes go to a new file in the target's folder, without a name where the file system can; commit() makes them durable

@@ -15,7 +15,7 @@ class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : above_(count) { std::iota(above_.begin(), above_.end(), 0U); }
 
-  /// The least number of the set that v is in.
+  /// Returns the least number of the set that v is in.
   [[nodiscard]] std::uint32_t least(std::uint32_t v) noexcept {
     while (above_[v] != v) v = above_[v] = above_[above_[v]];
     return v;

@@ -23,13 +23,13 @@ enum class Errc : std::uint8_t {
   Cancelled,
 };
 
-/// The name of the code as it stands in the enumeration.
+/// Returns the name of the code as it stands in the enumeration.
 [[nodiscard]] std::string_view name(Errc code) noexcept;
 
 /// One failure. The message is a single sentence that names the file, the place in it and the remedy.
 struct Error {
-  Errc code;
-  std::string message;
+  Errc code;            ///< the kind of failure, for the program
+  std::string message;  ///< one sentence for people: the file, the place, the remedy
 };
 
 template <typename T>

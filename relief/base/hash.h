@@ -12,9 +12,11 @@ namespace relief {
 /// values.
 class Hash64 {
  public:
+  /// Adds a number.
   void add(std::uint64_t value) noexcept {
     state_ = mix(state_ ^ (value + 0x9e3779b97f4a7c15ULL + (state_ << 6U) + (state_ >> 2U)));
   }
+  /// Adds bytes, in their order.
   void add_bytes(std::span<const std::byte> bytes) noexcept {
     std::size_t k = 0;
     for (; k + 8 <= bytes.size(); k += 8) {
@@ -28,9 +30,11 @@ class Hash64 {
     add(bytes.size());
   }
   template <typename T>
+  /// Adds values as their bytes; no type with padding.
   void add_values(std::span<const T> values) noexcept {
     add_bytes(std::as_bytes(values));
   }
+  /// Returns the hash of everything added so far.
   [[nodiscard]] std::uint64_t value() const noexcept { return mix(state_); }
 
  private:

@@ -25,7 +25,7 @@ struct Lanes {
   [[nodiscard]] Four all() const noexcept { return std::bit_cast<Four>(of); }
 };
 
-/// A bit per lane of what a comparison gave.
+/// Returns a bit per lane of what a comparison gave.
 [[nodiscard]] inline unsigned bits_of(FourMask mask) noexcept {
 #if defined(__SSE2__)
   return static_cast<unsigned>(__builtin_ia32_movmskps(std::bit_cast<Four>(mask)));
@@ -35,7 +35,7 @@ struct Lanes {
 #endif
 }
 
-/// The square roots.
+/// Returns the square roots.
 [[nodiscard]] inline Four root(Four a) noexcept {
 #if defined(__SSE2__)
   return __builtin_ia32_sqrtps(a);

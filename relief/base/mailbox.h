@@ -14,6 +14,7 @@ class Mailbox {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
+  /// Leaves a value in place of the one that lies there.
   void put(const T& value) noexcept {
     items_[back_] = value;
     back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kPlace;

@@ -1,4 +1,4 @@
-// "Did you mean ...?": the known word that is most like a mistyped one.
+// The known word that is most like a mistyped one.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace relief::detail {
 
-/// How many letters must be put in, left out, exchanged for another, or swapped with the next one to make `b` of `a`
-/// (Damerau and Levenshtein, each letter moved once at most).
+/// Returns how many letters must be put in, left out, exchanged for another, or swapped with the next one to make `b`
+/// of `a` (Damerau and Levenshtein, each letter moved once at most).
 [[nodiscard]] inline std::size_t edits_between(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), row(b.size() + 1), next(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -29,7 +29,8 @@ namespace relief::detail {
   return row.back();
 }
 
-/// The word with the fewest edits, if they are at most a third of its letters, and one for a word of three; else empty.
+/// Returns the word with the fewest edits, if they are at most a third of its letters, and one for a word of three;
+/// else empty.
 [[nodiscard]] inline std::string_view nearest_word(std::string_view text, std::span<const std::string_view> words) {
   constexpr std::size_t kLongest = 64;  // nobody mistypes a longer one, and the cost grows with its square
   if (text.size() > kLongest) return {};
@@ -43,10 +44,10 @@ namespace relief::detail {
   }
   return nearest;
 }
-/// " (did you mean X?)", or nothing.
-[[nodiscard]] inline std::string did_you_mean(std::string_view text, std::span<const std::string_view> words) {
+/// "; the nearest is X", or nothing.
+[[nodiscard]] inline std::string nearest_clause(std::string_view text, std::span<const std::string_view> words) {
   const std::string_view meant = nearest_word(text, words);
-  return meant.empty() ? std::string() : " (did you mean " + std::string(meant) + "?)";
+  return meant.empty() ? std::string() : "; the nearest is " + std::string(meant);
 }
 
 }  // namespace relief::detail

@@ -22,7 +22,7 @@ constexpr std::size_t kResident = 8 * kMiB;
 /// A page that is read brings in those around it.
 constexpr std::size_t kAround = std::size_t{1} << 16;
 
-/// A new file without a name, or -1.
+/// Returns a new file without a name, or -1.
 int temporary_file() {
   const char* chosen = std::getenv("TMPDIR");
   for (const char* folder : {chosen, "/var/tmp", "/tmp"}) {

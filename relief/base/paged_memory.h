@@ -41,7 +41,7 @@ class PagedMemory final : public std::pmr::memory_resource {
   void rest_at(const void* piece, std::size_t bytes) noexcept;
   /// All pieces are done with, for now.
   void rest_all() noexcept;
-  /// What it has taken of the file.
+  /// Returns what it has taken of the file.
   [[nodiscard]] std::size_t file_bytes() const noexcept { return file_bytes_.load(std::memory_order_relaxed); }
 
  private:
@@ -55,7 +55,7 @@ class PagedMemory final : public std::pmr::memory_resource {
   [[nodiscard]] bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
   void touched(std::size_t bytes) noexcept;
   void add_chunk(std::size_t least);
-  /// Whether there is a file, and this much more of it.
+  /// Returns whether there is a file, and this much more of it.
   [[nodiscard]] bool lengthen_file(std::size_t size);
 
   std::mutex mutex_;

@@ -10,9 +10,11 @@ namespace relief {
 /// Passed to long work. Both members may be empty. `report` is called from the thread that called the work, at most
 /// some hundred times, with the name of the phase and the share of it that is done, 0..1.
 struct Progress {
+  /// called with the phase and the share of it that is done, 0 to 1; may be empty
   std::function<void(std::string_view phase, double share)> report;
-  const std::atomic<bool>* cancel = nullptr;
+  const std::atomic<bool>* cancel = nullptr;  ///< set by another thread to end the work; may be null
 
+  /// Reports, where somebody listens.
   void operator()(std::string_view phase, double share) const {
     if (report) report(phase, share);
   }

@@ -7,8 +7,8 @@
 
 namespace relief {
 
-/// The weights of the corners at the point of triangle abc that is nearest to p; they add up to 1 (Ericson, Real-Time
-/// Collision Detection, 5.1.5: the seven regions).
+/// Returns the weights of the corners at the point of triangle abc that is nearest to p; they add up to 1 (Ericson,
+/// Real-Time Collision Detection, 5.1.5: the seven regions).
 [[nodiscard]] inline std::array<double, 3> nearest_in_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) noexcept {
   const Vec3d ab = b - a, ac = c - a, ap = p - a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);

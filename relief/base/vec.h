@@ -12,14 +12,21 @@
 namespace relief {
 
 template <typename T>
+/// A vector or point of three coordinates.
 struct Vec3 {
+  /// the coordinates
   T x{}, y{}, z{};
 
+  /// Coordinate k: 0 is x, 1 is y, 2 is z.
   constexpr T& operator[](std::size_t k) noexcept { return k == 0 ? x : k == 1 ? y : z; }
+  /// Coordinate k: 0 is x, 1 is y, 2 is z.
   constexpr const T& operator[](std::size_t k) const noexcept { return k == 0 ? x : k == 1 ? y : z; }
 
+  /// Adds b.
   constexpr Vec3& operator+=(Vec3 b) noexcept { return *this = *this + b; }
+  /// Subtracts b.
   constexpr Vec3& operator-=(Vec3 b) noexcept { return *this = *this - b; }
+  /// Multiplies by s.
   constexpr Vec3& operator*=(T s) noexcept { return *this = *this * s; }
 
   friend constexpr Vec3 operator+(Vec3 a, Vec3 b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -46,7 +53,7 @@ template <typename T>
 [[nodiscard]] T length(Vec3<T> a) noexcept {
   return std::sqrt(dot(a, a));
 }
-/// The unit vector along a; a itself where it has no direction (zero, infinite, not a number).
+/// Returns the unit vector along a; a itself where it has no direction (zero, infinite, not a number).
 template <typename T>
 [[nodiscard]] Vec3<T> normalized(Vec3<T> a) noexcept {
   const T l = length(a);
@@ -75,6 +82,7 @@ template <typename T>
 
 /// A rotation: the quaternion w + xi + yj + zk of unit length, right-handed.
 struct Quatd {
+  /// the real part w and the vector part; a unit quaternion is a rotation
   double w = 1, x = 0, y = 0, z = 0;
 
   /// v, turned.
@@ -82,7 +90,7 @@ struct Quatd {
     const Vec3d axis = {x, y, z}, twice = 2 * cross(axis, v);
     return v + w * twice + cross(axis, twice);
   }
-  /// The rotation back.
+  /// Returns the rotation back.
   [[nodiscard]] constexpr Quatd conjugate() const noexcept { return {w, -x, -y, -z}; }
   /// b first, then a.
   friend constexpr Quatd operator*(Quatd a, Quatd b) noexcept {
@@ -101,11 +109,12 @@ struct Quatd {
 
 /// Axis-aligned box; empty until something is added.
 struct Box3d {
-  Vec3d low = {kFar, kFar, kFar};
-  Vec3d high = {-kFar, -kFar, -kFar};
+  Vec3d low = {kFar, kFar, kFar};      ///< least corner
+  Vec3d high = {-kFar, -kFar, -kFar};  ///< greatest corner
 
-  static constexpr double kFar = std::numeric_limits<double>::infinity();
+  static constexpr double kFar = std::numeric_limits<double>::infinity();  ///< what an empty box begins with
 
+  /// Grows until p lies inside.
   constexpr void add(Vec3d p) noexcept {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
@@ -115,15 +124,20 @@ struct Box3d {
     low = {std::min(low.x, b.low.x), std::min(low.y, b.low.y), std::min(low.z, b.low.z)};
     high = {std::max(high.x, b.high.x), std::max(high.y, b.high.y), std::max(high.z, b.high.z)};
   }
+  /// Returns whether it holds no point.
   [[nodiscard]] constexpr bool empty() const noexcept { return low.x > high.x; }
+  /// Returns whether p lies in it, its border included.
   [[nodiscard]] constexpr bool contains(Vec3d p) const noexcept {
     return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;
   }
+  /// Returns whether the two have a point in common.
   [[nodiscard]] constexpr bool meets(const Box3d& b) const noexcept {
     return low.x <= b.high.x && high.x >= b.low.x && low.y <= b.high.y && high.y >= b.low.y && low.z <= b.high.z &&
            high.z >= b.low.z;
   }
+  /// Returns the middle.
   [[nodiscard]] constexpr Vec3d centre() const noexcept { return (low + high) * 0.5; }
+  /// Returns its edges.
   [[nodiscard]] constexpr Vec3d extent() const noexcept { return high - low; }
   /// Squared distance from p, 0 inside.
   [[nodiscard]] constexpr double distance2(Vec3d p) const noexcept {
@@ -133,17 +147,18 @@ struct Box3d {
   }
 };
 
-/// The length of the box's diagonal; 0 for an empty box.
+/// Returns the length of the box's diagonal; 0 for an empty box.
 [[nodiscard]] inline double diagonal(const Box3d& b) noexcept { return b.empty() ? 0.0 : length(b.extent()); }
 
 /// Half line; the direction need not have unit length, distances along it are in its lengths.
 struct Ray3d {
-  Vec3d origin;
-  Vec3d direction;
+  Vec3d origin;     ///< where it begins
+  Vec3d direction;  ///< where it goes; need not be a unit vector
 };
 
 /// 8-bit colour as files hold it, sRGB.
 struct Rgba8 {
+  /// red, green, blue and opacity, sRGB, 0 to 255
   std::uint8_t r = 255, g = 255, b = 255, a = 255;
   friend constexpr bool operator==(Rgba8, Rgba8) noexcept = default;
 };

@@ -15,6 +15,7 @@ inline constexpr int kMaxIntervals = 128;
 /// A place on the grid: i steps towards corner 1 and j steps towards corner 2, 0 <= i, j and i + j <= n. Its
 /// barycentric weights are (n-i-j, i, j)/n, so corner 0 is (0,0), corner 1 is (n,0), corner 2 is (0,n).
 struct GridPoint {
+  /// column and row, from 0 to n, i + j at most n
   int i = 0, j = 0;
   friend constexpr bool operator==(GridPoint, GridPoint) noexcept = default;
   friend constexpr GridPoint operator+(GridPoint a, GridPoint b) noexcept { return {a.i + b.i, a.j + b.j}; }
@@ -29,7 +30,7 @@ struct GridPoint {
   const int row = p.j * (n + 1) - p.j * (p.j - 1) / 2;
   return static_cast<std::size_t>(row) + static_cast<std::size_t>(p.i);
 }
-/// The integer weights of the three corners; they add up to n.
+/// Returns the integer weights of the three corners; they add up to n.
 [[nodiscard]] constexpr std::array<int, 3> weights(int n, GridPoint p) noexcept { return {n - p.i - p.j, p.i, p.j}; }
 
 /// Grid point with the given integer weights of corners 0, 1, 2.
@@ -46,14 +47,16 @@ struct GridPoint {
   return edge_point(n, (corner + 2) % 3, 0);
 }
 
-/// Where a grid point lies among the samples that its slab shares across an edge: k of r steps from one to the next,
-/// counted along the edge. k = 0 for all others, which are both ends themselves.
+/// Says where a grid point lies among the samples that its slab shares across an edge: k of r steps from one to the
+/// next, counted along the edge. k = 0 for all others, which are both ends themselves.
 struct EdgePlace {
+  /// the samples of the coarser grid on both sides
   GridPoint before, after;
+  /// how many of r parts it lies behind `before`
   int k = 0, r = 1;
-  /// Whether the neighbour lacks the sample, so that its value follows from those of the two ends.
+  /// Returns whether the neighbour lacks the sample, so that its value follows from those of the two ends.
   [[nodiscard]] constexpr bool constrained() const noexcept { return k != 0; }
-  /// The shared sample that stands for this one in triangles: the nearer, of two alike the one before.
+  /// Returns the shared sample that stands for this one in triangles: the nearer, of two alike the one before.
   [[nodiscard]] constexpr GridPoint nearer() const noexcept { return 2 * k <= r ? before : after; }
 };
 /// On a grid of n intervals whose edges have `edges` of them, each n or a divisor of it.
@@ -97,8 +100,8 @@ struct GridCell {
   std::array<double, 3> weights;     ///< add up to 1
 };
 [[nodiscard]] GridCell cell_at(int n, double u, double v) noexcept;
-/// The weights that cell_at(n, u, v) gives if it gives these corners, which it has given before. False if it gives
-/// others, and in the cells along the edge opposite corner 0.
+/// Returns the weights that cell_at(n, u, v) gives if it gives these corners, which it has given before. False if it
+/// gives others, and in the cells along the edge opposite corner 0.
 [[nodiscard]] constexpr bool weights_in(int n, const std::array<GridPoint, 3>& cell, double u, double v,
                                         std::array<double, 3>& w) noexcept {
   const int i = cell[2].i, j = cell[0].j;

@@ -12,16 +12,17 @@ namespace relief {
 /// One triangle of the tessellated surface: three samples of a slab, counter-clockwise seen from outside, and where
 /// they lie.
 struct MicroTriangle {
-  SlabId slab = kNoSlab;
-  std::array<GridPoint, 3> corners;
-  std::array<Vec3d, 3> positions;
+  SlabId slab = kNoSlab;             ///< the slab it belongs to
+  std::array<GridPoint, 3> corners;  ///< its samples
+  std::array<Vec3d, 3> positions;    ///< its corners, model units
 
+  /// Returns the point with such barycentric weights.
   [[nodiscard]] Vec3d point(const std::array<double, 3>& weights) const noexcept {
     return positions[0] * weights[0] + positions[1] * weights[1] + positions[2] * weights[2];
   }
   /// Outwards; its length is twice the area.
   [[nodiscard]] Vec3d area() const noexcept { return cross(positions[1] - positions[0], positions[2] - positions[0]); }
-  /// An order of the triangles of a snapshot: by slab, then by corners.
+  /// Returns an order of the triangles of a snapshot: by slab, then by corners.
   [[nodiscard]] bool comes_before(const MicroTriangle& other) const noexcept {
     const auto key = [](const MicroTriangle& t) noexcept {
       const auto& [p, q, r] = t.corners;
@@ -33,22 +34,22 @@ struct MicroTriangle {
 
 /// A place on the tessellated surface.
 struct SurfacePlace {
-  MicroTriangle triangle;
+  MicroTriangle triangle;           ///< where it lies
   std::array<double, 3> weights{};  ///< of the triangle's corners
-  Vec3d position;
+  Vec3d position;                   ///< the point, model units
 };
 
 namespace detail {
 
 [[nodiscard]] constexpr bool on_grid(int n, GridPoint p) noexcept { return p.i >= 0 && p.j >= 0 && p.i + p.j <= n; }
 
-/// The normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones): those known
-/// where they are of the same snapshot. Then they are the known ones.
+/// Returns the normals at a cell's samples, as sample_normal() (but see shading_normal() for constrained ones): those
+/// known where they are of the same snapshot. Then they are the known ones.
 [[nodiscard]] const std::array<Vec3d, 3>& corner_normals(const Snapshot& model, SlabId slab,
                                                          const std::array<GridPoint, 3>& cell,
                                                          CellNormals& known) noexcept;
 
-/// Where one stored sample lies, for a slab whose corners are known.
+/// Returns where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
   const auto w = weights(n, at);
   return corners.point({double(w[0]) / n, double(w[1]) / n, double(w[2]) / n}, alpha);
@@ -60,24 +61,32 @@ namespace detail {
 /// remembers the slab in hand.
 class MicroTriangles {
  public:
+  /// Of a snapshot, which must outlive this.
   explicit MicroTriangles(const Snapshot& model) noexcept : model_(model), holes_(model.has(Layer::Void)) {}
 
+  /// Returns the snapshot.
   [[nodiscard]] const Snapshot& model() const noexcept { return model_; }
+  /// Returns its cage.
   [[nodiscard]] const SlabMesh& mesh() const noexcept { return model_.slab_mesh(); }
+  /// Goes on to a slab: what follows speaks of it.
   void enter(SlabId slab) noexcept {
     if (slab == slab_) return;
     slab_ = slab;
     corners_ = mesh().corners(slab);
     n_ = mesh().intervals(slab);
     step_ = (n_ & (n_ - 1)) == 0 ? 1.0 / n_ : 0;
+    is_child_ = mesh().level(slab) > 0;
+    root_known_ = false;
     edges_ = mesh().edge_intervals(slab);
     displacement_ = model_.displacement(slab);
   }
   /// The rest is for the slab that was entered last; the calls with a triangle or a place enter its slab.
   [[nodiscard]] int intervals() const noexcept { return n_; }
-  /// Whether some of the model's triangles may be holes.
+  /// Returns whether some of the model's triangles may be holes.
   [[nodiscard]] bool has_holes() const noexcept { return holes_; }
+  /// Returns the six corners of the slab.
   [[nodiscard]] const SlabCorners& corners() const noexcept { return corners_; }
+  /// Returns a sample's displacement, alpha in [0, 1].
   [[nodiscard]] double displacement(GridPoint p) const noexcept { return double{displacement_[sample_index(n_, p)]}; }
   /// Has the memory fetch the samples of a row, from one to the other of no more than a line of the cache: for those of
   /// several rows it is waited but once.
@@ -85,13 +94,15 @@ class MicroTriangles {
     __builtin_prefetch(&displacement_[sample_index(n_, first)]);
     __builtin_prefetch(&displacement_[sample_index(n_, last)]);
   }
+  /// Returns a sample's position, model units.
   [[nodiscard]] Vec3d position(GridPoint p) const noexcept {
     ++placed_;
+    if (is_child_) return in_root().point(p, displacement(p));
     if (step_ == 0) return detail::sample_position(corners_, n_, p, displacement(p));
     // The same bits without divisions.
     return corners_.point({(n_ - p.i - p.j) * step_, p.i * step_, p.j * step_}, displacement(p));
   }
-  /// How many samples' positions were worked out, by all calls: a measure of the work.
+  /// Returns how many samples' positions were worked out, by all calls: a measure of the work.
   [[nodiscard]] int placed() const noexcept { return placed_; }
   /// Counts samples that were placed by other means.
   void add_placed(int samples) const noexcept { placed_ += samples; }
@@ -102,16 +113,16 @@ class MicroTriangles {
     for (GridPoint& p : cell) p = stitched(p);
     return has_triangle(cell);
   }
-  /// The sample that stands for this one in triangles.
+  /// Returns the sample that stands for this one in triangles.
   [[nodiscard]] GridPoint stitched(GridPoint p) const noexcept {
     return inside(p) ? p : edge_place(n_, edges_, p).nearer();
   }
-  /// Whether there is a triangle of a stitched cell: something remains of it, and it is no hole.
+  /// Returns whether there is a triangle of a stitched cell: something remains of it, and it is no hole.
   [[nodiscard]] bool has_triangle(const std::array<GridPoint, 3>& cell) const noexcept {
     return cell[0] != cell[1] && cell[1] != cell[2] && cell[2] != cell[0] && !(holes_ && model_.is_hole(slab_, cell));
   }
 
-  /// Whether the triangle is still one of this snapshot.
+  /// Returns whether the triangle is still one of this snapshot.
   [[nodiscard]] bool has(const MicroTriangle& t) noexcept {
     if (t.slab >= mesh().slab_count()) return false;
     enter(t.slab);
@@ -125,6 +136,7 @@ class MicroTriangles {
     enter(t.slab);
     for (std::size_t k = 0; k < 3; ++k) t.positions[k] = position(t.corners[k]);
   }
+  /// Returns where a place of the surface lies in its slab.
   [[nodiscard]] SlabCoord coordinates(const SurfacePlace& place) noexcept {
     enter(place.triangle.slab);
     SlabCoord at{.slab = place.triangle.slab};
@@ -135,13 +147,14 @@ class MicroTriangles {
     }
     return at;
   }
-  /// The whole fibre through a place, from inner to outer end.
+  /// Returns the whole fibre through a place, from inner to outer end.
   [[nodiscard]] Vec3d fibre(const SurfacePlace& place) noexcept {
     const SlabCoord at = coordinates(place);
     const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
     return corners_.weighted(corners_.outer, w) - corners_.weighted(corners_.inner, w);
   }
-  /// The place at (u, v), in the triangle that reaches there where edges are stitched; empty where there is a hole.
+  /// Returns the place at (u, v), in the triangle that reaches there where edges are stitched; empty where there is a
+  /// hole.
   [[nodiscard]] std::optional<SurfacePlace> place_at(SlabId slab, double u, double v) noexcept {
     enter(slab);
     const GridCell cell = stitched_cell(cell_at(n_, u, v));
@@ -152,8 +165,8 @@ class MicroTriangles {
     return place;
   }
 
-  /// The triangle across the edge opposite corner k, also in the next slab; its slab is kNoSlab at an open edge. Its
-  /// corners include this one's (k+2)%3 and (k+1)%3, in this order.
+  /// Returns the triangle across the edge opposite corner k, also in the next slab; its slab is kNoSlab at an open
+  /// edge. Its corners include this one's (k+2)%3 and (k+1)%3, in this order.
   [[nodiscard]] MicroTriangle across(const MicroTriangle& t, std::size_t k) noexcept {
     enter(t.slab);
     const std::size_t kp = (k + 1) % 3, kq = (k + 2) % 3;
@@ -193,7 +206,40 @@ class MicroTriangles {
   }
 
  private:
-  /// Which of the stitched cells beside the edges holds the place that a cell holds before they are stitched.
+  /// Says where the samples of a child's grid lie: the bits of SampleField::point(), with fewer products and no
+  /// division.
+  struct InRoot {
+    SlabCorners corners{};
+    std::array<int, 3> first{}, by_i{}, by_j{};  ///< weights in the root: of the grid's first point, and per step
+    double steps = 1, step = 0;  ///< what they are counted in, and 1 over it where that is exact, else 0
+
+    InRoot() = default;
+    InRoot(const SampleField& field, int n) noexcept : corners(field.root) {
+      const auto& [a, b, c] = field.place.corners;
+      for (std::size_t k = 0; k < 3; ++k) {
+        first[k] = n * a[k];
+        by_i[k] = b[k] - a[k];
+        by_j[k] = c[k] - a[k];
+      }
+      const int parts = n << field.place.level;
+      steps = parts;
+      step = (parts & (parts - 1)) == 0 ? 1.0 / parts : 0;
+    }
+    [[nodiscard]] Vec3d point(GridPoint p, double alpha) const noexcept {
+      std::array<double, 3> w{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double whole = first[k] + p.i * by_i[k] + p.j * by_j[k];
+        w[k] = step != 0 ? whole * step : whole / steps;
+      }
+      return corners.point(w, alpha);
+    }
+  };
+  [[nodiscard]] const InRoot& in_root() const noexcept {
+    if (!root_known_) root_ = InRoot(mesh().field(slab_), n_);
+    root_known_ = true;
+    return root_;
+  }
+  /// Returns which of the stitched cells beside the edges holds the place that a cell holds before they are stitched.
   [[nodiscard]] GridCell stitched_cell(const GridCell& at) const noexcept {
     if (std::ranges::all_of(at.corners, [&](GridPoint p) { return stitched(p) == p; })) return at;
     double i = 0, j = 0;
@@ -229,12 +275,12 @@ class MicroTriangles {
     }
     return found;
   }
-  /// A step on the grid, turned by 60 degrees counter-clockwise seen from outside.
+  /// Returns a step on the grid, turned by 60 degrees counter-clockwise seen from outside.
   [[nodiscard]] static constexpr GridPoint turned(GridPoint step) noexcept { return {-step.j, step.i + step.j}; }
   [[nodiscard]] bool inside(GridPoint p) const noexcept { return p.i > 0 && p.j > 0 && p.i + p.j < n_; }
   /// Steps on the grid, counter-clockwise seen from outside, and the first one again.
   static constexpr std::array<GridPoint, 7> kAround = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
-  /// Whether no edge of the slab in hand is stitched.
+  /// Returns whether no edge of the slab in hand is stitched.
   [[nodiscard]] bool plain() const noexcept { return edges_[0] == n_ && edges_[1] == n_ && edges_[2] == n_; }
 
   /// The triangles in the slab in hand that are made from the cells around one of its grid points, `from`, which `at`
@@ -282,13 +328,16 @@ class MicroTriangles {
   double step_ = 0;  ///< 1 over n where that is exact, else 0
   std::array<int, 3> edges_{};
   const float* displacement_ = nullptr;
+  bool is_child_ = false;
+  mutable bool root_known_ = false;  ///< root_ is of the slab in hand, of which many are passed over without a place
+  mutable InRoot root_{};
   mutable int placed_ = 0;
 };
 
-/// The surface at a place, its normal interpolated from the triangle's samples.
+/// Returns the surface at a place, its normal interpolated from the triangle's samples.
 [[nodiscard]] SurfacePoint point_of(MicroTriangles& surface, const SurfacePlace& place,
                                     detail::CellNormals& known) noexcept;
-/// The same for place_at(); empty where there is a hole or no such slab.
+/// Returns the same for place_at(); empty where there is a hole or no such slab.
 [[nodiscard]] inline std::optional<SurfacePoint> point_at(MicroTriangles& surface, SlabId slab, double u, double v,
                                                           detail::CellNormals& known) noexcept {
   if (slab >= surface.mesh().slab_count()) return std::nullopt;

@@ -35,7 +35,9 @@ class Nearest {
     }
     surface_.mesh().visit_nearest([&](const Box3d& box) noexcept { return box.distance2(point_); }, reach2_,
                                   [&](SlabId slab) noexcept {
-                                    if (!known || slab != first) search(slab);
+                                    if (known && slab == first) return false;
+                                    const Box3d box = detail::surface_box(surface_.model(), slab);
+                                    if (box.distance2(point_) <= reach2_) search(slab);
                                     return false;
                                   });
   }
@@ -141,9 +143,20 @@ double detail::clear_around(MicroTriangles& surface, Vec3d point, double enough,
   };
   const bool known = first < surface.mesh().slab_count() && distance2(surface.mesh().box(first)) < reach2;
   if (!(known && search(first)))
-    surface.mesh().visit_nearest(distance2, reach2, [&](SlabId s) { return !(known && s == first) && search(s); });
+    surface.mesh().visit_nearest(distance2, reach2, [&](SlabId s) {
+      return !(known && s == first) && surface_box(surface.model(), s).distance2(point) < reach2 && search(s);
+    });
   surface.add_placed(boxes / kBoxes);
   return reach * (1 - 1e-9);
+}
+
+Box3d bounds_of_surface(const Snapshot& model) noexcept {
+  Box3d box;
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+    const bool all_void = model.has(Layer::Void) && model.tile(Layer::Void, s).bounds().range()[0] > 0.5;
+    if (!all_void) box.add(detail::surface_box(model, s));
+  }
+  return box.empty() ? model.slab_mesh().bounds() : box;
 }
 
 }  // namespace relief

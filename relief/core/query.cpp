@@ -85,8 +85,8 @@ struct AlphaCubic {
     return {1 - w1 - w2, w1, w2};
   }
 
-  /// The root between two places of opposite sign: by Newton's steps, halved between the last two places of opposite
-  /// sign where such a step leads out of them or gains less than halving does.
+  /// Returns the root between two places of opposite sign: by Newton's steps, halved between the last two places of
+  /// opposite sign where such a step leads out of them or gains less than halving does.
   [[nodiscard]] double root(double low, double high) const noexcept {
     const bool rising = value(low) < value(high);
     double t = 0.5 * (low + high), last = high - low;
@@ -145,7 +145,7 @@ std::optional<SlabCoord> solve_cold(const SlabCorners& corners, SlabId slab, Vec
   return best;
 }
 
-/// The shape of a slab; that known where it is of the same slab of the same cage.
+/// Returns the shape of a slab; that known where it is of the same slab of the same cage.
 inline const SlabInHand& shape_of(const SlabMesh& mesh, SlabId slab, SlabInHand& known) noexcept {
   if (known.cage != mesh.number() || known.slab != slab) {
     const SlabCorners corners = mesh.corners(slab);
@@ -157,14 +157,22 @@ inline const SlabInHand& shape_of(const SlabMesh& mesh, SlabId slab, SlabInHand&
 /// On or between the inner and the outer triangle; a point on one of them is inside whichever way it was found.
 bool inside_alpha(double alpha) noexcept { return alpha >= -1e-12 && alpha <= 1 + 1e-12; }
 
-/// The wall rule for one slab and a point whose coordinates in it are known.
+/// Returns the wall rule for one slab and a point whose coordinates in it are known.
 bool owns_at(const SlabMesh& mesh, const SlabCoord& at, Vec3d point) noexcept {
   if (!inside_alpha(at.alpha)) return false;
   const Weights w = weights_of(at.u, at.v);
-  const auto& fibres = mesh.slabs()[at.slab].fibres;
   for (std::size_t k = 0; k < 3; ++k) {
     if (w[k] > kWallBand) continue;
-    if (w[k] < -kWallBand || !wall_side(mesh, fibres[(k + 1) % 3], fibres[(k + 2) % 3], point)) return false;
+    const auto [from, to] = mesh.wall(at.slab, static_cast<int>(k));
+    if (w[k] < -kWallBand || !wall_side(mesh, from, to, point)) return false;
+  }
+  // A corner in the middle of a coarser slab's edge touches its wall.
+  for (std::size_t k = 0; mesh.is_cut() && k < 3; ++k) {
+    if (w[(k + 1) % 3] > kWallBand || w[(k + 2) % 3] > kWallBand) continue;
+    const HangingEdge* const hangs = mesh.hanging_at(mesh.slabs()[at.slab].fibres[k]);
+    if (hangs == nullptr) continue;
+    const auto [from, to] = mesh.wall(hangs->slab, hangs->edge);
+    if (!wall_side(mesh, to, from, point)) return false;
   }
   return true;
 }
@@ -179,14 +187,16 @@ std::optional<SlabCoord> settle(const SlabMesh& mesh, const SlabCoord& near, Vec
     if (w[k] <= kWallBand) corner[(k + 1) % 3] = corner[(k + 2) % 3] = true;
 
   SlabCoord owner, fallback;
+  const auto look_at = [&](SlabId slab) {
+    const auto at = coordinates_in(mesh, slab, point, kWallBand);
+    if (!at || !inside_alpha(at->alpha)) return;
+    if (slab < fallback.slab) fallback = *at;
+    if (slab < owner.slab && owns_at(mesh, *at, point)) owner = *at;
+  };
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!corner[k]) continue;
-    for (const SlabCorner c : mesh.fan(fibres[k])) {
-      const auto at = coordinates_in(mesh, c.slab, point, kWallBand);
-      if (!at || !inside_alpha(at->alpha)) continue;
-      if (c.slab < fallback.slab) fallback = *at;
-      if (c.slab < owner.slab && owns_at(mesh, *at, point)) owner = *at;
-    }
+    if (corner[k]) mesh.for_each_at(fibres[k], look_at);
+    if (w[k] <= kWallBand && mesh.slabs()[near.slab].shares[k] == EdgeShare::Halves)
+      mesh.for_each_at(mesh.hanging(near.slab, static_cast<int>(k)).middle, look_at);
   }
   if (owner.slab != kNoSlab) return owner;
   // Beyond an open rim nobody owns the point. Where walls meet in a fibre, rounding can leave a point to no wall's
@@ -199,8 +209,8 @@ std::optional<SlabCoord> settle(const SlabMesh& mesh, const SlabCoord& near, Vec
   return fallback;
 }
 
-/// What is left of locate() when the slab found last does not plainly hold the point: `near` is the place in it where
-/// it may still be the owner, else kNoSlab.
+/// Returns what is left of locate() when the slab found last does not plainly hold the point: `near` is the place in it
+/// where it may still be the owner, else kNoSlab.
 bool search(const SlabMesh& mesh, Vec3d point, const SlabCoord& near, LocateHint& hint) noexcept {
   const auto accept = [&](const SlabCoord& at) {
     std::optional<SlabCoord> owner = at;
@@ -211,21 +221,22 @@ bool search(const SlabMesh& mesh, Vec3d point, const SlabCoord& near, LocateHint
     return true;
   };
   if (near.slab != kNoSlab && accept(near)) return true;
-  if (hint.last.slab < mesh.slab_count())
-    for (const SlabId next : mesh.slabs()[hint.last.slab].neighbours) {
-      if (next == kNoSlab || !mesh.box(next).contains(point)) continue;
-      const auto found = coordinates_in(mesh, next, point, kWallBand);
-      if (found && inside_alpha(found->alpha) && accept(*found)) return true;
-    }
-  return mesh.visit_tree([&](const Box3d& box) { return box.contains(point); },
-                         [&](SlabId s) {
-                           const auto found = coordinates_in(mesh, s, point, kWallBand);
-                           return found && inside_alpha(found->alpha) && accept(*found);
-                         });
+  const auto look_in = [&](SlabId s) {
+    const auto found = coordinates_in(mesh, s, point, kWallBand);
+    return found && inside_alpha(found->alpha) && accept(*found);
+  };
+  const auto holds = [&](const Box3d& box) { return box.contains(point); };
+  if (const SlabId last = hint.last.slab; last < mesh.slab_count()) {
+    bool found = false;
+    for (int edge = 0; edge < 3 && !found; ++edge)
+      mesh.for_each_across(last, edge, [&](SlabId next) { found = found || (holds(mesh.box(next)) && look_in(next)); });
+    if (found) return true;
+  }
+  return mesh.visit_tree(holds, look_in);
 }
 
 /// locate(); the answer is hint.last and, number by number, `at`. Here and in probe() nothing is copied as a whole that
-/// was just written in parts: the processor waits for each such copy; together that was over a quarter of a tracked
+/// was written in parts: the processor waits for each such copy; together that was over a quarter of a tracked
 /// query.
 inline bool find(const SlabMesh& mesh, Vec3d point, LocateHint& hint, SlabCoord& at) noexcept {
   if (!mesh.bounds().contains(point)) return false;
@@ -263,7 +274,7 @@ inline double blend(const std::array<double, 3>& values, const Weights& w) noexc
   return 0.0 + w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
 }
 
-/// The unit normal in a cell.
+/// Returns the unit normal in a cell.
 inline Vec3d blend(const std::array<Vec3d, 3>& normals, const Weights& w) noexcept {
   return normalized(normals[0] * w[0] + normals[1] * w[1] + normals[2] * w[2]);
 }
@@ -309,19 +320,24 @@ Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside, con
   return sum;
 }
 
-/// The part of a sample's normal that comes from one slab, holes left out. Where n differs across an edge, all are
-/// brought to one size of triangle; as it differs by a power of two, a factor of 4^k does that and changes no bits
-/// where it does not differ.
+/// Returns the part of a sample's normal that comes from one slab, without holes. Where n differs across an edge, a
+/// factor of 4^k scales all triangles to one size. Powers of two change no bits where n is equal.
 Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
   const float* d = model.displacement(slab);
   const Holes holes(model, slab);
-  const double halvings = n & -n;
+  const double halvings = (n & -n) * static_cast<double>(1 << mesh.level(slab));
+  // The bits of sample_position(): a power of two divides as its inverse multiplies.
+  const double step = (n & (n - 1)) == 0 ? 1.0 / n : 0;
+  const auto position = [&](GridPoint p) {
+    const std::array<int, 3> k = weights(n, p);
+    const auto part = [&](int of_n) { return step != 0 ? of_n * step : double(of_n) / n; };
+    return corners.point({part(k[0]), part(k[1]), part(k[2])}, double{d[sample_index(n, p)]});
+  };
   return ring_sum(
-             at, [&](GridPoint p) { return sample_position(corners, n, p, double{d[sample_index(n, p)]}); },
-             [&](GridPoint p) { return on_grid(n, p); },
+             at, position, [&](GridPoint p) { return on_grid(n, p); },
              [&](const std::array<GridPoint, 3>& t) { return holes.contain(t); }) *
          (halvings * halvings);
 }
@@ -348,7 +364,7 @@ constexpr std::array<std::array<GridPoint, 12>, 2> kAroundCell = {
     {{{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {-1, 0}, {0, -1}}},
      {{{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0, 2}, {-1, 2}, {-1, 1}, {2, 0}, {1, -1}, {2, -1}, {2, 1}, {1, 2}}}}};
 
-/// The normal at a sample inside the slab, from the six around it: shared_normal() where nothing is a hole.
+/// Returns the normal at a sample inside the slab, from the six around it: shared_normal() where nothing is a hole.
 Vec3d inner_normal(const SlabCorners& corners, const float* d, int n, GridPoint at) noexcept {
   const auto& o = corners.order;
   const std::array inner = {corners.inner[o[0]], corners.inner[o[1]], corners.inner[o[2]]};
@@ -367,7 +383,8 @@ Vec3d inner_normal(const SlabCorners& corners, const float* d, int n, GridPoint 
       ring_sum(at, position, [](GridPoint) { return true; }, [](const std::array<GridPoint, 3>&) { return false; }));
 }
 
-/// The normals at the three samples of a cell whose samples all lie inside the slab, from the samples around them.
+/// Returns the normals at the three samples of a cell whose samples all lie inside the slab, from the samples around
+/// them.
 std::array<Vec3d, 3> inner_normals(const SlabCorners& corners, const float* d, int n,
                                    const std::array<GridPoint, 3>& cell) noexcept {
   const auto& [a, b, c] = cell;
@@ -505,12 +522,12 @@ std::optional<SlabCoord> locate(const SlabMesh& mesh, Vec3d point, LocateHint& h
 }
 
 Vec3d sample_position(const SlabMesh& mesh, SlabId slab, int n, GridPoint at, double alpha) noexcept {
-  return sample_position(mesh.corners(slab), n, at, alpha);
+  return mesh.field(slab).point(n, at, alpha);
 }
 
 Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
   const int n = model.slab_mesh().intervals(slab);
-  return sample_position(model.slab_mesh().corners(slab), n, at, double{model.displacement(slab)[sample_index(n, at)]});
+  return model.slab_mesh().field(slab).point(n, at, double{model.displacement(slab)[sample_index(n, at)]});
 }
 
 Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
@@ -592,7 +609,9 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
         return fail(Errc::Corrupt, std::string(name(layer)) + " of slab " + std::to_string(s) + " holds " +
                                        std::to_string(value) + ", outside its range");
   const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
-  const bool own_intervals = has_own_intervals(layer);
+  const auto intervals_of = [&](SlabId slab) { return model.intervals(layer, slab); };
+  if (const Status fit = mesh.check_fit(s, intervals_of); !fit)
+    return fail(Errc::Corrupt, fit.error().message + " in layer " + std::string(name(layer)));
   for (int edge = 0; edge < 3; ++edge)
     for (int t = 0; t < n; ++t) {
       const GridPoint at = edge_point(n, edge, t);
@@ -600,24 +619,20 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
       const auto compare = [&](const SampleCopy& copy) {
         if (copy.slab == s) return;
         const Tile& other = model.tile(layer, copy.slab);
-        same = same && other.intervals() == (own_intervals ? mesh.intervals(copy.slab) : n);
         for (int c = 0; same && c < tile.channel_count(); ++c)
           same = bits(tile.value(c, sample_index(n, at))) ==
                  bits(other.value(c, sample_index(other.intervals(), copy.at)));
       };
-      if (own_intervals)
-        mesh.for_each_copy(s, at, compare);
-      else
-        mesh.for_each_copy(s, n, at, compare);
+      mesh.for_each_copy(s, intervals_of, at, compare);
       if (!same) return fail(Errc::Corrupt, "the copies of a shared sample differ: " + where(layer, s, at));
     }
   Status bound;
-  if (own_intervals)
-    mesh.for_each_constrained(s, [&](GridPoint at, const EdgePlace& place) {
-      if (bound && bits(tile.plane()[sample_index(n, at)]) != bits(constrained_value(tile, layer, place)))
+  mesh.for_each_constrained(s, intervals_of, [&](GridPoint at, const EdgePlace& place) {
+    for (int c = 0; bound && c < tile.channel_count(); ++c)
+      if (bits(tile.value(c, sample_index(n, at))) != bits(constrained_value(tile, layer, place, c)))
         bound = fail(Errc::Corrupt,
                      "a sample does not follow from those that a coarser slab shares: " + where(layer, s, at));
-    });
+  });
   return bound;
 }
 

@@ -21,7 +21,7 @@ Four load(const float* from) noexcept {
   return values;
 }
 
-/// What a height in steps is stored as, when it is within what can be stored.
+/// Returns what a height in steps is stored as, when it is within what can be stored.
 std::uint16_t rounded_down(double steps) noexcept { return static_cast<std::uint16_t>(static_cast<int>(steps)); }
 std::uint16_t rounded_up(double steps) noexcept {
   const int whole = static_cast<int>(steps);
@@ -38,7 +38,7 @@ float greatest_of(Four a) noexcept {
   return std::max(a[0], a[1]);
 }
 
-/// The first and the last row in which the samples of two grids differ; n + 1 and what is no matter for none.
+/// Returns the first and the last row in which the samples of two grids differ; n + 1 and what is no matter for none.
 std::array<int, 2> differing_rows(int n, const float* a, const float* b) noexcept {
   const auto same = [&](int j) {
     const std::size_t row = sample_index(n, {0, j});
@@ -50,7 +50,7 @@ std::array<int, 2> differing_rows(int n, const float* a, const float* b) noexcep
   return {first, last};
 }
 
-/// Whether two grids of n intervals have the same samples in square (i, j) of level 0.
+/// Returns whether two grids of n intervals have the same samples in square (i, j) of level 0.
 bool same_in_square(int n, int i, int j, const float* a, const float* b) noexcept {
   constexpr int kSide = SampleBounds::kSide;
   const GridPoint corner = {i * kSide, j * kSide};

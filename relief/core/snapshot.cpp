@@ -22,7 +22,7 @@ std::uint64_t next_number() noexcept {
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
-/// A layer from its tiles, slab by slab.
+/// Returns a layer from its tiles, slab by slab.
 template <typename TileOf>
 PageTable table_of(const SlabMesh& mesh, TileOf&& tile_of) {
   const auto slabs = static_cast<SlabId>(mesh.slab_count());
@@ -195,18 +195,17 @@ void Tile::rest(std::size_t tiles) const noexcept {
     memory_->rest(bytes() + kBeside, tiles);
 }
 
-float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place) noexcept {
-  const auto value = [&](GridPoint p) { return tile.plane()[sample_index(tile.intervals(), p)]; };
-  if (layer != Layer::Displacement) return value(place.nearer());
+float constrained_value(const Tile& tile, Layer layer, const EdgePlace& place, int channel) noexcept {
+  const auto value = [&](GridPoint p) { return tile.value(channel, sample_index(tile.intervals(), p)); };
+  if (layer == Layer::Void || layer == Layer::Folded) return value(place.nearer());
   const double before{value(place.before)}, after{value(place.after)};
-  return static_cast<float>((before * (place.r - place.k) + after * place.k) / place.r);
+  const auto between = static_cast<float>((before * (place.r - place.k) + after * place.k) / place.r);
+  return tile.type() == SampleType::U16 ? from_u16(to_u16(between)) : between;
 }
 
 void constrain(const SlabMesh& mesh, Layer layer, SlabId s, Tile& tile) noexcept {
   RELIEF_ASSERT(has_own_intervals(layer) && tile.intervals() == mesh.intervals(s));
-  mesh.for_each_constrained(s, [&](GridPoint p, const EdgePlace& place) {
-    tile.plane()[sample_index(tile.intervals(), p)] = constrained_value(tile, layer, place);
-  });
+  constrain(mesh, layer, s, [&](SlabId slab) { return mesh.intervals(slab); }, tile);
 }
 
 Snapshot::Snapshot() : number_(next_number()) {
@@ -232,6 +231,48 @@ SnapshotPtr Snapshot::make(std::shared_ptr<const SlabMesh> slab_mesh,
         know_bounds(*tile, nullptr);
         return tile;
       }));
+  made->slab_mesh_ = std::move(slab_mesh);
+  return made;
+}
+
+SnapshotPtr Snapshot::of_tiles(std::shared_ptr<const SlabMesh> slab_mesh,
+                               const std::function<std::vector<TilePtr>(Layer)>& tiles_of) {
+  const std::shared_ptr<Snapshot> made(new Snapshot);
+  for (std::size_t k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    const std::vector<TilePtr> tiles = tiles_of(layer);
+    if (tiles.empty()) continue;
+    RELIEF_ASSERT(tiles.size() == slab_mesh->slab_count());
+    if (layer == Layer::Displacement || layer == Layer::Void)
+      for (const TilePtr& tile : tiles) know_bounds(*tile, nullptr);
+    made->tables_[k] = std::make_shared<const PageTable>(table_of(*slab_mesh, [&](SlabId s) { return tiles[s]; }));
+  }
+  RELIEF_ASSERT(made->has(Layer::Displacement));
+  made->slab_mesh_ = std::move(slab_mesh);
+  return made;
+}
+
+SnapshotPtr Snapshot::with_cage(const Snapshot& before, std::shared_ptr<const SlabMesh> slab_mesh,
+                                const std::function<std::vector<TilePtr>(Layer)>& tiles_of) {
+  const std::shared_ptr<Snapshot> made(new Snapshot);
+  for (std::size_t k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!before.has(layer)) continue;
+    const std::vector<TilePtr> tiles = tiles_of(layer);
+    RELIEF_ASSERT(tiles.size() == slab_mesh->slab_count());
+    if (layer == Layer::Displacement || layer == Layer::Void)
+      for (const TilePtr& tile : tiles) know_bounds(*tile, nullptr);
+    PageTable table = table_of(*slab_mesh, [&](SlabId s) { return tiles[s]; });
+    const PageTable& old = before.table(layer);
+    for (std::size_t n = 0; n < std::min(old.size(), table.size()); ++n) {
+      auto node = std::make_shared<PageNode>(*table[n]);
+      for (std::size_t p = 0; p < kPagesPerNode; ++p)
+        if (node->pages[p] && old[n]->pages[p] && node->pages[p]->tiles == old[n]->pages[p]->tiles)
+          node->pages[p] = old[n]->pages[p];
+      table[n] = node->pages == old[n]->pages ? old[n] : PageNodePtr(std::move(node));
+    }
+    made->tables_[k] = std::make_shared<const PageTable>(std::move(table));
+  }
   made->slab_mesh_ = std::move(slab_mesh);
   return made;
 }
@@ -316,12 +357,17 @@ Tile& SnapshotDraft::edit(Layer layer, SlabId s) {
 
 void SnapshotDraft::add_layer(Layer layer, int m, float value) {
   const bool own_intervals = has_own_intervals(layer);
-  RELIEF_ASSERT(own_intervals ? m == kOwnIntervals : m >= 1 && m <= kMaxIntervals);
+  RELIEF_ASSERT(own_intervals ? m == kOwnIntervals : m >= 0 && m <= kMaxIntervals);
   RELIEF_ASSERT(layer != Layer::Displacement);
   const SlabMesh& mesh = next_->slab_mesh();
   OwnLayer& own = layer_for_writing(layer);
   Blanks blanks(layer, value);
-  *own.table = table_of(mesh, [&](SlabId s) { return blanks.of(own_intervals ? mesh.intervals(s) : m); });
+  // Whole multiples of the displacement's fit together as that does.
+  int finest = 1;
+  for (const Slab& slab : mesh.slabs()) finest = std::max(finest, slab.intervals);
+  const int times = static_cast<int>(std::bit_floor(static_cast<unsigned>(std::max(1, m / finest))));
+  const bool follows = m == kOwnIntervals || mesh.is_cut();
+  *own.table = table_of(mesh, [&](SlabId s) { return blanks.of(follows ? times * mesh.intervals(s) : m); });
   own.nodes.assign(own.table->size(), nullptr);
   own.pages.clear();
 }

@@ -5,12 +5,10 @@
 
 namespace relief {
 
-// Invariant: a snapshot that any pin names was the newest at a moment after the pin was stored, so the publisher, which
-// looks at the pins only after it has replaced the newest, sees the pin and keeps the snapshot. All of it is
-// sequentially consistent: the store of the pin and the check of `newest_` must not change places.
-//
-// A reader has two pins and uses them in turn: while it tries to take a newer snapshot with one, the other still
-// protects the snapshot it returned last, which is what it falls back to.
+// Invariant: a pinned snapshot was the newest at some moment after its pin was stored. The publisher replaces the
+// newest before it reads the pins, so it sees the pin. All is sequentially consistent: storing the pin and checking
+// `newest_` must not change places. A reader's two pins take turns: one tries a newer snapshot while the other protects
+// the last.
 
 SnapshotChannel::SnapshotChannel(SnapshotPtr first) : newest_(first.get()) { alive_.push_back(std::move(first)); }
 

@@ -10,22 +10,23 @@
 
 namespace relief {
 
-/// One thread publishes; up to kMaxReaders threads read. A reader pins the snapshot it uses in a slot of its own (a
-/// hazard pointer); the publisher frees a snapshot when it is neither the newest nor pinned. Readers are wait-free:
-/// they never lock, allocate, free or retry without bound. A reader that stalls only makes the list of waiting
-/// snapshots longer.
+/// One thread publishes; up to kMaxReaders threads read. A reader pins its snapshot in a slot of its own (a hazard
+/// pointer). The publisher frees a snapshot that is neither the newest nor pinned. Readers are wait-free: they never
+/// lock, allocate, free or retry without bound. A stalled reader only lengthens the list of waiting snapshots.
 class SnapshotChannel {
  public:
-  static constexpr int kMaxReaders = 8;
+  static constexpr int kMaxReaders = 8;  ///< readers that may exist at a time
 
+  /// One reader's end of the channel; each belongs to one thread.
   class Reader {
    public:
+    /// Takes over the other one's place in the channel.
     Reader(Reader&& other) noexcept;
     Reader& operator=(Reader&&) = delete;
     ~Reader();
 
-    /// The newest snapshot, or, when the writer kept replacing it during four tries, the one this reader already had.
-    /// Valid until the next call on this reader. Wait-free.
+    /// Returns the newest snapshot, or, when the writer kept replacing it during four tries, the one this reader
+    /// already had. Valid until the next call on this reader. Wait-free.
     [[nodiscard]] const Snapshot& latest() noexcept;
 
    private:
@@ -36,13 +37,14 @@ class SnapshotChannel {
     int active_ = 0;
   };
 
+  /// Publishes a first snapshot; not null.
   explicit SnapshotChannel(SnapshotPtr first);
   SnapshotChannel(const SnapshotChannel&) = delete;
   SnapshotChannel& operator=(const SnapshotChannel&) = delete;
   /// All readers must be gone.
   ~SnapshotChannel();
 
-  /// A place for one more reader; asserts when all are taken. Any thread, not on the servo's path.
+  /// Returns a place for one more reader; asserts when all are taken. Any thread, not on the servo's path.
   [[nodiscard]] Reader reader();
   /// Makes `next` the newest and frees what nobody pins. The writer's thread only.
   void publish(SnapshotPtr next);

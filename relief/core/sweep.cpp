@@ -82,7 +82,7 @@ struct Sweep::Course {
     return from <= to;
   }
 };
-/// Which stretch of a line may be in the triangles of a square, and within how many cells of it; empty where the
+/// Says which stretch of a line may be in the triangles of a square, and within how many cells of it; empty where the
 /// samples are all above or below it.
 struct Sweep::Stretch {
   double from = 0, to = 1, pad = 0;

@@ -1,4 +1,4 @@
-// The one ray query: where a straight way first crosses the tessellated surface. It neither allocates nor locks.
+// The one ray query: where a straight segment first crosses the tessellated surface. It neither allocates nor locks.
 #pragma once
 
 #include <relief/core/micro_triangles.h>
@@ -18,19 +18,17 @@ enum class Crossing {
   Any
 };
 
-/// The first crossing of one straight way. Watertight: a way through a sample, an edge or a border between slabs of
-/// different n crosses what lies there, for neighbouring triangles see each edge with the opposite sign, which is that
-/// of the exact value (after Woop, Benthin and Wald 2013). Cost: a box test for each node and slab on the way, and a
-/// few cells for each slab whose samples may lie on it.
+/// The first crossing of one straight segment. Watertight at samples, edges and borders between slabs of different n:
+/// neighbouring triangles see each edge with opposite, exact signs (after Woop, Benthin and Wald 2013). Cost: a box
+/// test for each node and slab on the way, and a few cells per slab whose samples may lie on it.
 class Sweep {
  public:
   /// From `from` to `to`, both finite. Of the crossings that count it finds the first at a share of the way from 0 (or
   /// a billionth of the slab's size before it, for a place on the surface) to 1.
   Sweep(MicroTriangles& surface, Vec3d from, Vec3d to, Crossing kind) noexcept;
 
-  /// Empty where the way does not cross the surface. Of crossings at the same share to the bit it finds that of the
-  /// lowest slab, and in it that of the first triangle: so `first`, the slab to search first, changes nothing but the
-  /// time it takes.
+  /// Returns the first crossing; empty where there is none. Of crossings at the same share it is that of the lowest
+  /// slab and its first triangle. So `first`, the slab to search first, changes only the time.
   [[nodiscard]] std::optional<SurfacePlace> run(SlabId first = kNoSlab) noexcept;
   /// After run(): the share of the way at which it crosses, 1 where it does not;
   [[nodiscard]] double share() const noexcept { return std::clamp(best_, 0.0, 1.0); }
@@ -44,7 +42,7 @@ class Sweep {
     SlabCoord at;
     bool known = false;
   };
-  /// What the way comes to: a node of the tree, a slab, or the part of the way that is in a slab.
+  /// Holds what the way comes to: a node of the tree, a slab, or the part of the way that is in a slab.
   struct Ahead {
     enum What : std::uint8_t { Node, Slab, Part };
     double enter, leave;
@@ -54,7 +52,7 @@ class Sweep {
   struct Course;
   struct Stretch;
 
-  /// The part of the way in the box, widened a little for rounding.
+  /// Returns the part of the way in the box, widened a little for rounding.
   [[nodiscard]] bool clip(const Box3d& box, double& enter, double& leave) const noexcept;
   void put(std::uint32_t number, Ahead::What what, const Box3d& box) noexcept;
   /// The nearest is the last. Where there is no more room it is gone over at once.
@@ -65,28 +63,28 @@ class Sweep {
   [[nodiscard]] End end(const detail::LinearForm& form, double t, const SlabCoord& start) const noexcept;
   /// One part of the way; halved until its course over the grid is nearly straight.
   void piece(const detail::LinearForm& form, const End& a, const End& b, int depth) noexcept;
-  /// The part of the way where the surface of the slab in hand may be: between planes along floor and ceiling of what
-  /// its samples take up of the slab, and along its walls; false where there is none.
+  /// Finds the part of the segment where the slab's surface may be: between planes along the floor and ceiling of its
+  /// samples, and along its walls. False where there is none.
   [[nodiscard]] bool clip_to_sides(double& enter, double& leave) const noexcept;
   [[nodiscard]] std::optional<Stretch> over(const Course& line, GridPoint at, int side,
                                             const SampleBounds::Between& heights) const noexcept;
-  /// Whether the way may meet a square that is small beside how uncertain its line is, or one of the smallest.
+  /// Returns whether the way may meet a square that is small beside how uncertain its line is, or one of the smallest.
   [[nodiscard]] bool may_meet(const Course& line) noexcept;
-  /// Tests the triangles that the way may meet, square by square along it.
+  /// Tests the triangles that the way may meet, block by block along it.
   void cells(const Course& line) noexcept;
   /// The cells of the slab in hand near the way, wherever that runs in its coordinates: what lies between two heights
   /// over a square is in the hull of eight corners. (Not so between sloping planes, where fibres lean.)
   void all_cells(double enter, double leave) noexcept;
   void all_cells_of(double from, double to) noexcept;
-  /// Calls look(level, first sample, side, bounds, how far beyond it its triangles may reach) for the squares of the
-  /// slab in hand, from the whole to the smallest; where it says false, the square's parts are left out. Low columns
-  /// come first, unless bit 0 of `mirrored` is set, and low rows, unless bit 1 is.
+  /// Calls look(level, first sample, side, bounds, overhang) for the squares of the slab in hand, from the whole to the
+  /// smallest. Where it returns false, the square's parts are left out. Low columns come first unless bit 0 of
+  /// `mirrored` is set, and low rows unless bit 1 is.
   template <typename Look>
   void squares(int mirrored, Look&& look) noexcept;
   /// The cell that stands on a grid point and the one to the right of it.
   void both(int i, int j, double low, double high) noexcept;
   void test(const std::array<GridPoint, 3>& corners, double low, double high) noexcept;
-  /// The weights of the place at which the line crosses a triangle, its corners relative to the start.
+  /// Returns the weights of the place at which the line crosses a triangle, its corners relative to the start.
   [[nodiscard]] std::optional<std::array<double, 3>> crossed(Vec3d a, Vec3d b, Vec3d c) const noexcept;
 
   MicroTriangles& surface_;
@@ -110,9 +108,9 @@ class Sweep {
   SurfacePlace found_;
 };
 
-/// Where the straight way from `from` to `to` first goes in through the tessellated surface, and at which share of the
-/// way; empty where it only leaves or misses. Exact on the micro-triangles near the way, also where it leaves the slabs
-/// and enters them again.
+/// Returns where the straight segment from `from` to `to` first goes in through the tessellated surface, and at which
+/// share of the way; empty where it only leaves or misses. Exact on the micro-triangles near the way, also where it
+/// leaves the slabs and enters them again.
 [[nodiscard]] std::optional<RayHit> first_entry(const Snapshot& model, Vec3d from, Vec3d to) noexcept;
 
 }  // namespace relief

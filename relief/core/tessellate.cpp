@@ -20,11 +20,16 @@ int level_count(const SlabMesh& mesh) noexcept {
 
 int level_step(int n, int level) noexcept { return 1 << std::min(level, level_count(n) - 1); }
 
+int level_step(const SlabMesh& mesh, SlabId s, int level) noexcept {
+  const bool hangs = std::ranges::find(mesh.slabs()[s].shares, EdgeShare::Halves) != mesh.slabs()[s].shares.end();
+  return 1 << std::min(level, level_count(mesh.intervals(s)) - (hangs ? 2 : 1));
+}
+
 Tessellation tessellate(const Snapshot& model, int level) {
   const SlabMesh& mesh = model.slab_mesh();
   RELIEF_ASSERT(level >= 0 && level < level_count(mesh));
   const bool coloured = model.has(Layer::Colour), holes = model.has(Layer::Void);
-  const auto step_of = [&](SlabId s) { return level_step(mesh.intervals(s), level); };
+  const auto step_of = [&](SlabId s) { return level_step(mesh, s, level); };
   const auto coarse_of = [&](SlabId s) { return mesh.intervals(s) / step_of(s); };
   Tessellation out;
   // Samples of each slab's coarse grid; a shared one belongs to the lowest slab that has it.
@@ -40,8 +45,7 @@ Tessellation tessellate(const Snapshot& model, int level) {
   std::vector<bool> used(begin.back());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const int coarse = coarse_of(s), step = step_of(s);
-    std::array<int, 3> edges = mesh.edge_intervals(s);
-    for (int& m : edges) m /= level_step(m, level);
+    const std::array<int, 3> edges = mesh.edge_intervals(s, coarse_of);
     std::vector<std::uint32_t> owners;
     owners.reserve(sample_count(coarse));
     for (int j = 0; j <= coarse; ++j)

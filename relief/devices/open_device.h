@@ -23,21 +23,23 @@ enum class Evidence : std::uint8_t {
 };
 [[nodiscard]] std::string_view name(Evidence evidence) noexcept;
 
+/// Holds what open_device() can open.
 struct DeviceListing {
-  std::string name;  ///< what open_device() takes
-  std::string description;
-  Evidence evidence = Evidence::Simulated;
-  DeviceInfo info = {};
+  std::string name;                         ///< what open_device() takes
+  std::string description;                  ///< one sentence for people
+  Evidence evidence = Evidence::Simulated;  ///< how it has been tried
+  DeviceInfo info = {};                     ///< its limits, as far as they are known before it is opened
 };
 [[nodiscard]] std::vector<DeviceListing> list_devices();
 
 /// "sim:hand", "sim:hand:PRESET", or "sim:hand:FILE.json" with the figures of plant, limits and hand in a file
-/// (docs/command-line.md). `script` is what the simulated hand does. Errors: NotFound, listing the known names, or of
-/// the file; Io; Corrupt, naming the figure that is wrong.
+/// (docs/reference/csv.md). `script` is what the simulated hand does. Errors: NotFound, listing the known
+/// names, or of the file; Io; Corrupt, naming the figure that is wrong.
 [[nodiscard]] Result<std::unique_ptr<HapticDevice>> open_device(std::string_view name, HandScript script);
 
-/// The default script for a model nobody scripted: presses and strokes all over its surface, the first one within a
-/// second, with `buttons` down while the hand is pressed in. It knows the surface as it is now.
+/// Returns the default script for a model nobody scripted: presses and strokes all over its surface, the first one
+/// within a second, with `buttons` down while the hand is pressed in. Where a side has nothing that can be pressed for
+/// sure (a hole, a rim, something thin) it goes to one that has. It knows the surface as it is now. Cost: 1 to 150 ms.
 [[nodiscard]] HandScript exploring_hand(const Snapshot& model, const Workspace& workspace, std::uint32_t buttons = 0);
 
 }  // namespace relief

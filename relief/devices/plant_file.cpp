@@ -116,7 +116,7 @@ Result<std::string> read_text(const std::filesystem::path& file, const std::stri
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
   if (!std::filesystem::exists(status)) return fail(Errc::NotFound, shown + ": no such file");
-  if (std::filesystem::is_directory(status)) return fail(Errc::Io, shown + ": is a folder, not a file");
+  if (std::filesystem::is_directory(status)) return fail(Errc::Io, shown + ": is a folder");
   std::ifstream stream(file, std::ios::binary);
   std::string words(kLargest + 1, '\0');
   if (!stream || (!stream.read(words.data(), static_cast<std::streamsize>(words.size())) && !stream.eof()))

@@ -12,9 +12,9 @@ struct PlantFile {
   Hand hand;
 };
 
-/// A JSON object with "like" (a preset's name; else the first one), and in "plant", "device" and "hand" the figures
-/// that differ from it, named as the members of Plant, DeviceInfo and Hand. Errors: NotFound, Io; Corrupt, naming the
-/// figure and its range.
+/// Returns a JSON object with "like" (a preset's name; else the first one), and in "plant", "device" and "hand" the
+/// figures that differ from it, named as the members of Plant, DeviceInfo and Hand. Errors: NotFound, Io; Corrupt,
+/// naming the figure and its range.
 [[nodiscard]] Result<PlantFile> read_plant_file(const std::filesystem::path& file);
 
 }  // namespace relief::detail

@@ -23,12 +23,12 @@ struct PointerPlace {
   std::uint32_t buttons = 0;  ///< as DeviceState has them
 };
 
-/// The place where a ray from the eye, in model units, meets the model; beside it, the place of the ray nearest to the
-/// model's middle. Depth, pressure and buttons are the caller's. Costs one raycast().
+/// Returns the place where a ray from the eye, in model units, meets the model; beside it, the place of the ray nearest
+/// to the model's middle. Depth, pressure and buttons are the caller's. Costs one raycast().
 [[nodiscard]] PointerPlace pointer_place(const Snapshot& model, const Ray3d& ray, const Workspace& workspace,
                                          PickHint& hint) noexcept;
 
-/// What the servo has answered.
+/// Holds what the servo has answered.
 struct PointerFeel {
   Vec3d position;  ///< m, where the tool is
   Vec3d force;     ///< N, on the hand that a mouse has not
@@ -41,9 +41,9 @@ class PointerResistance {
   static constexpr double kLeast = 0.35;  ///< of the mouse's way, under any force
   static constexpr double kHalf = 1.5;    ///< N at which half of the difference is taken
 
-  /// The pointer's way for a way 1 of the mouse, kLeast..1.
+  /// Returns the pointer's way for a way 1 of the mouse, kLeast..1.
   [[nodiscard]] static double gain(double force) noexcept;
-  /// The pointer's ray for the mouse's. Where it is not pressed, the same.
+  /// Returns the pointer's ray for the mouse's. Where it is not pressed, the same.
   [[nodiscard]] Ray3d step(const Ray3d& mouse, bool pressed, double force) noexcept;
 
  private:

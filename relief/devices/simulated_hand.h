@@ -29,9 +29,10 @@ struct Plant {
   int delay_ticks = 0;              ///< 0..3, from command to force
   /// 0..3 extra ticks of delay, one per command, repeated; the amplifier holds the newest command that has arrived.
   std::vector<std::uint8_t> jitter = {};
-  double watchdog = 5e-3;                ///< s without a command, after which the firmware commands zero; 0 none
-  double silent_at = 0, silent_for = 0;  ///< s: from when on, and for how long, it does not answer
-  int substeps = 20;                     ///< integration steps per tick, at least 20
+  double watchdog = 5e-3;  ///< s without a command, after which the firmware commands zero; 0 none
+  /// s: from when on, and for how long, it does not answer
+  double silent_at = 0, silent_for = 0;
+  int substeps = 20;  ///< integration steps per tick, at least 20
 };
 
 /// The person: pulls the handle towards a target with a spring, and damps its motion, with tremor.
@@ -47,31 +48,33 @@ struct Hand {
 
 /// A named plant: "touch-like", "premium-like", "falcon-like", "inverse3-like".
 struct PlantPreset {
-  std::string_view name;
-  Plant plant;
-  DeviceInfo info;
+  std::string_view name;  ///< what --plant calls it
+  Plant plant;            ///< its mechanics
+  DeviceInfo info;        ///< what such a device says of itself
 };
 [[nodiscard]] const std::vector<PlantPreset>& plant_presets();
 
-/// What the hand wants at time t (s): a position in device metres, and the buttons.
+/// Holds what the hand wants at time t (s): a position in device metres, and the buttons.
 struct HandTarget {
-  Vec3d position;
-  std::uint32_t buttons = 0;
+  Vec3d position;             ///< where the hand wants to be, m
+  std::uint32_t buttons = 0;  ///< those that are down, a bit each
 };
 using HandScript = std::function<HandTarget(double t)>;
 
 /// Work since the start, J, each done on the moving parts (so the two losses are negative or zero). Their sum is what
 /// the kinetic energy and the energy in the structure have gained.
 struct WorkDone {
-  double motor = 0;
-  double hand = 0;
-  double viscous = 0, coulomb = 0, structure = 0;  ///< structure: its damper only
+  double motor = 0;  ///< inertia of the motor, kg
+  double hand = 0;   ///< of the hand, kg
+  /// structure: its damper only
+  double viscous = 0, coulomb = 0, structure = 0;
 };
 
 /// Integrates plant and hand over one tick of 1 ms per write(). Deterministic: no clock, no random numbers. The script
 /// must not allocate.
 class SimulatedHand final : public HapticDevice {
  public:
+  /// A device of such a kind in such a hand; the script says where the hand wants to be.
   SimulatedHand(const PlantPreset& preset, const Hand& hand, HandScript script);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   /// It is open, with its forces on, from the start; after close() this switches it on again, with its forces off.
@@ -88,11 +91,13 @@ class SimulatedHand final : public HapticDevice {
   /// A tick of 1 ms in which no command comes: the last one is held until the watchdog bites.
   void idle() noexcept;
 
-  /// The true state, for tests and reports.
+  /// Returns the true state, for tests and reports.
   [[nodiscard]] Vec3d handle_position() const noexcept { return handle_.at; }
+  /// Of the handle, m/s.
   [[nodiscard]] Vec3d handle_velocity() const noexcept { return handle_.velocity; }
   /// N, what the motor pushes with now, after delay and amplifier.
   [[nodiscard]] Vec3d motor_force() const noexcept { return amplifier_; }
+  /// Work since the start, J.
   [[nodiscard]] const WorkDone& work() const noexcept { return work_; }
   /// J, kinetic and in the structure's spring.
   [[nodiscard]] double energy() const noexcept;
@@ -107,7 +112,7 @@ class SimulatedHand final : public HapticDevice {
     Vec3d force;
     std::uint64_t arrives = 0;  ///< tick
   };
-  /// Whether its plant has it not answer in this tick.
+  /// Returns whether its plant has it not answer in this tick.
   [[nodiscard]] bool silent() const noexcept;
   /// One tick with this command.
   void advance(Vec3d force) noexcept;

@@ -1,6 +1,7 @@
 #include <relief/base/assert.h>
 #include <relief/edit/editor.h>
 #include <relief/edit/kernels.h>
+#include <relief/edit/refine.h>
 #include <relief/edit/region.h>
 #include <relief/edit/seams.h>
 #include <relief/edit/tile_pool.h>
@@ -28,8 +29,8 @@ bool sane(const Brush& brush) noexcept {
 
 double unit_range(double x) noexcept { return x > 0 ? std::min(x, 1.0) : 0.0; }
 
-/// The grid of a layer that a tool makes: the finest of the displacement, for colour twice as fine; a power of two, at
-/// most 128.
+/// Returns the grid of a layer that a tool makes: the finest of the displacement, for colour twice as fine; a power of
+/// two, at most 128.
 int layer_intervals(const SlabMesh& mesh, Layer layer) noexcept {
   int n = 1;
   for (const Slab& slab : mesh.slabs()) n = std::max(n, slab.intervals);
@@ -37,37 +38,80 @@ int layer_intervals(const SlabMesh& mesh, Layer layer) noexcept {
   return std::min(static_cast<int>(std::bit_ceil(static_cast<unsigned>(wanted))), kMaxIntervals);
 }
 
-/// What a layer holds before a tool first writes it.
-TilePtr blank_tile(Layer layer, int intervals) {
-  auto tile = std::make_shared<Tile>(layer, intervals, 0.0F);
-  if (layer == Layer::Colour)
-    for (int c = 0; c < 3; ++c)
-      std::fill_n(tile->plane16(c), tile->size(), to_u16(kClayColour[static_cast<std::size_t>(c)]));
-  return tile;
+/// Returns the model with a layer as it is before a tool first writes it.
+SnapshotPtr with_blank_layer(const SnapshotPtr& model, Layer layer) {
+  SnapshotDraft draft(model);
+  const SlabMesh& mesh = model->slab_mesh();
+  draft.add_layer(layer, has_own_intervals(layer) ? kOwnIntervals : layer_intervals(mesh, layer), 0.0F);
+  std::map<int, TilePtr> blanks;
+  for (SlabId s = 0; layer == Layer::Colour && s < mesh.slab_count(); ++s) {
+    const int n = draft.tile(layer, s).intervals();
+    TilePtr& blank = blanks[n];
+    if (!blank) {
+      auto made = std::make_shared<Tile>(layer, n, 0.0F);
+      for (int c = 0; c < 3; ++c)
+        std::fill_n(made->plane16(c), made->size(), to_u16(kClayColour[static_cast<std::size_t>(c)]));
+      blank = std::move(made);
+    }
+    draft.put(layer, s, blank);
+  }
+  return draft.finish();
+}
+
+/// Per slab; what is not there costs a pointer.
+template <typename T>
+void reset_all(std::vector<std::unique_ptr<T>>& of_slabs, std::vector<SlabId>& there, std::size_t slabs) {
+  for (const SlabId s : there) of_slabs[s].reset();
+  there.clear();
+  of_slabs.resize(slabs);
 }
 
 }  // namespace
 
+/// Beyond the tool's sphere, in radii, so that the next dabs find it done.
+constexpr double kRing = 0.5;
+/// What one dab, and all strokes, may add: a dab of 12 spacings per radius adds some ten thousand samples, and this is
+/// what keeps a wish for far more from taking all memory.
+constexpr std::size_t kMaxSamplesPerDab = std::size_t{1} << 22U, kMaxModelSamples = std::size_t{1} << 28U;
+/// What detail may cost one stroke: slabs that it adds, and slabs of all cages that it makes, each of which takes some
+/// microseconds. A long way with a tool far smaller than the slabs would otherwise take minutes.
+constexpr std::size_t kMaxSlabsPerStroke = 4'000, kMaxRebuiltSlabs = 300'000;
+
 struct Editor::State {
-  explicit State(SnapshotPtr first)
-      : head(std::move(first)),
-        region(head->slab_mesh()),
-        tiles(head->slab_mesh()),
-        spacings(head->slab_mesh().fibres().size(), 0.0F),
-        known(head->slab_mesh().slab_count()),
-        normals(head->slab_mesh().slab_count()),
-        covers(head->slab_mesh().slab_count()),
-        beyond(head->slab_mesh().slab_count()),
-        around_of(head->slab_mesh().slab_count()) {}
+  explicit State(SnapshotPtr first) : head(std::move(first)), region(head->slab_mesh()), tiles(head->slab_mesh()) {
+    take_cage();
+  }
 
   // ---- The model
 
   SnapshotPtr head;                    ///< as published last
-  SnapshotPtr start;                   ///< as the open stroke found it; null outside strokes
+  SnapshotPtr began;                   ///< as the open stroke found it; null outside strokes
+  SnapshotPtr layered;                 ///< the same with the layer that it writes
+  SnapshotPtr start;                   ///< the same with the detail that it needs
   std::optional<SnapshotDraft> draft;  ///< of the open stroke
   bool unpublished = false;            ///< whether the draft has what the head has not
 
-  [[nodiscard]] const Snapshot& now() const noexcept { return draft ? draft->now() : *head; }
+  [[nodiscard]] const Snapshot& now() const noexcept { return draft ? draft->now() : start ? *start : *head; }
+  /// Of the model as it is now.
+  [[nodiscard]] const SlabMesh& cage() const noexcept { return now().slab_mesh(); }
+  /// Buffers by slab get the size of the cage, and forget what they know of slabs.
+  void take_cage() {
+    const std::size_t slabs = cage().slab_count();
+    region.take(cage());
+    tiles.take(cage());
+    forget_all();
+    known.resize(slabs);
+    reset_all(normals, normal_slabs, slabs);
+    reset_all(weights, weight_slabs, slabs);
+    reset_all(covers, cover_slabs, slabs);
+    for (const SlabId s : beyond_slabs) beyond[s].clear();
+    beyond_slabs.clear();
+    beyond.resize(slabs);
+    for (const SlabId s : around_slabs) around_of[s] = 0;
+    around_slabs.clear();
+    around_count = 0;
+    around_of.resize(slabs);
+  }
 
   const SnapshotPtr& publish() {
     if (unpublished) {
@@ -82,7 +126,12 @@ struct Editor::State {
   Brush brush;
   const ToolInfo* tool = nullptr;
   StrokeResult so_far;
-  TilePtr blank;  ///< of the layer that the stroke has to make; null where there was one
+  double wanted = 0;                            ///< spacing that the stroke takes, model units; 0: any
+  std::size_t rebuilt = 0;                      ///< slabs of the cages that the open stroke has made
+  std::vector<Sphere> fine_enough;              ///< where the dabs before found all fine enough, the last ones
+  static constexpr std::size_t kKeptFine = 16;  ///< two for each mirror image
+  std::vector<RootPlace> parts;                 ///< by slab: of which slab of the cage of `began`; empty: the same
+  LocateHint seat;                              ///< of the last contact
 
   // ---- Buffers kept from dab to dab, so that a dab allocates only what the snapshot keeps
 
@@ -93,10 +142,11 @@ struct Editor::State {
   detail::DabTiles tiles;
   std::shared_ptr<detail::TilePool> pool = std::make_shared<detail::TilePool>();
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
-  std::vector<float> spacings;  ///< by fibre: of the samples around it, model units; 0 where nobody has asked
-  /// What was found out about a slab's displacement, until it changes.
+  std::vector<float>
+      spacings;  ///< by fibre of `began`: of the samples around it, model units; 0 where nobody has asked
+  /// Holds what was found out about a slab's displacement, until it changes.
   struct Known {
-    std::optional<double> highest;
+    std::optional<double> highest, highest_at_start;
     std::unique_ptr<Tile> fine;  ///< on the grid of the layer that the stroke writes, where that is another one
   };
   std::vector<Known> known;
@@ -104,6 +154,16 @@ struct Editor::State {
   static constexpr std::size_t kMaxFineBytes = std::size_t{64} << 20U;
   std::vector<std::unique_ptr<Tile>> normals;  ///< by slab: of the surface at the start of a stroke that cuts
   std::vector<SlabId> normal_slabs;
+  std::vector<std::unique_ptr<Tile>> first_normals;  ///< the same by slab of `began`, on its grids
+  std::vector<SlabId> first_normal_slabs;
+  /// Of a grid of a slab that is a part of another one.
+  struct PartWeights {
+    int n = 0;
+    detail::GridWeights in_root, in_first;  ///< in its root, and in the slab of `began`; the same where empty
+  };
+  std::vector<std::unique_ptr<PartWeights>> weights;  ///< by slab
+  std::vector<SlabId> weight_slabs;
+  static constexpr std::size_t kMaxWeightBytes = std::size_t{64} << 20U;
   std::vector<std::unique_ptr<Tile>> covers;  ///< by slab: the open stroke's own plane, see Action::Cover
   std::vector<SlabId> cover_slabs;
   std::vector<std::vector<std::uint8_t>> beyond;  ///< by slab: samples that the open stroke would have taken too far
@@ -114,7 +174,7 @@ struct Editor::State {
       places{kMaxIntervals, 3, 0.0F}, outwards{kMaxIntervals, 3, 0.0F};
   std::vector<std::uint8_t> over = std::vector<std::uint8_t>(kMost);
 
-  /// What Action::Even, Swell and Plane know of a slab beside its samples.
+  /// Holds what Action::Even, Swell and Plane know of a slab beside its samples.
   struct Around {
     Tile at{kMaxIntervals, 3, 0.0F};  ///< positions in the dab's frame
     std::vector<float> border;        ///< see Kernels::border(); empty where nobody needs it
@@ -137,7 +197,7 @@ struct Editor::State {
     const std::uint32_t number = s == kNoSlab ? 0 : around_of[s];
     return number == 0 ? nullptr : arounds[number - 1].get();
   }
-  /// The same, where its border is known, too.
+  /// Returns the same, where its border is known, too.
   [[nodiscard]] const Around* known_border(SlabId s) const noexcept {
     const Around* found = known_around(s);
     return found != nullptr && !found->border.empty() ? found : nullptr;
@@ -149,7 +209,7 @@ struct Editor::State {
     return *tables;
   }
 
-  /// The tile's values on a grid of m intervals: the tile itself, or `buffer`.
+  /// Returns the tile's values on a grid of m intervals: the tile itself, or `buffer`.
   const float* on_grid(const Tile& tile, int m, Tile& buffer) {
     if (tile.intervals() == m) return tile.plane();
     const auto at = resamplings.try_emplace({tile.intervals(), m}, tile.intervals(), m).first;
@@ -157,8 +217,8 @@ struct Editor::State {
     return std::as_const(buffer).plane();
   }
 
-  /// What tools may not change of a slab on a grid of n intervals: what the mask protects (from all tools but those
-  /// that write it), and holes altogether.
+  /// Returns what tools may not change of a slab on a grid of n intervals: what the mask protects (from all tools but
+  /// those that write it), and holes altogether.
   const float* protection(SlabId s, int n) {
     const Snapshot& model = now();
     const bool masks = model.has(Layer::Mask) && tool->writes != Layer::Mask;
@@ -177,8 +237,15 @@ struct Editor::State {
     if (!entry.highest) entry.highest = static_cast<double>(kernels.largest(tile.plane(), tile.size()));
     return *entry.highest;
   }
+  double highest_at_start(SlabId s) {
+    Known& entry = known[s];
+    const Tile& tile = start->tile(Layer::Displacement, s);
+    if (!entry.highest_at_start)
+      entry.highest_at_start = static_cast<double>(kernels.largest(tile.plane(), tile.size()));
+    return *entry.highest_at_start;
+  }
 
-  /// The slab's displacement on a grid of m intervals, kept from dab to dab: paint does not change it.
+  /// Returns the slab's displacement on a grid of m intervals, kept from dab to dab: paint does not change it.
   const float* displacement_on_grid(SlabId s, int m) {
     const Tile& tile = now().tile(Layer::Displacement, s);
     if (tile.intervals() == m) return tile.plane();
@@ -200,58 +267,113 @@ struct Editor::State {
     fine_slabs.clear();
   }
 
-  /// Of a slab's samples, model units.
+  /// Of which slab of the cage of `began` a slab is, and which part.
+  [[nodiscard]] RootPlace part(SlabId s) const { return parts.empty() ? RootPlace{.root = s} : parts[s]; }
+
+  /// Of the samples of a slab of `began`, model units; as it will be once the stroke has refined it.
   double own_spacing(SlabId s) {
-    const SlabCorners k = head->slab_mesh().corners(s);
+    const SlabMesh& mesh = began->slab_mesh();
+    const SlabCorners k = mesh.corners(s);
     double edges = 0;
     for (std::size_t e = 0; e < 3; ++e)
       edges += length((k.inner[e] + k.outer[e]) - (k.inner[(e + 1) % 3] + k.outer[(e + 1) % 3])) / 2;
-    return edges / 3 / head->slab_mesh().intervals(s);
+    const int n = mesh.intervals(s);
+    const double all = edges / 3 / n;
+    if (!(wanted > 0) || tool->writes != Layer::Displacement) return all;
+    return std::ldexp(all, -detail::halvings(detail::longest_edge(*began, s), n, wanted));
   }
-  /// Of the samples around a fibre: that of the coarsest slab there.
+  /// Of the samples around a fibre of `began`: that of the coarsest slab there, and linear along edges in which a fibre
+  /// hangs.
   float spacing(FibreId f) {
-    float& found = spacings[f];
-    if (found > 0) return found;
-    for (const SlabCorner c : head->slab_mesh().fan(f))
-      found = std::max(found, static_cast<float>(own_spacing(c.slab)));
-    return found;
+    if (spacings[f] > 0) return spacings[f];
+    const SlabMesh& mesh = began->slab_mesh();
+    float found = 0;
+    if (const HangingEdge* hangs = mesh.hanging_at(f)) {
+      const auto& ends = mesh.slabs()[hangs->slab].fibres;
+      found = (spacing(ends[(hangs->edge + 1U) % 3]) + spacing(ends[(hangs->edge + 2U) % 3])) / 2;
+    } else {
+      for (const SlabCorner c : mesh.fan(f)) found = std::max(found, static_cast<float>(own_spacing(c.slab)));
+    }
+    return spacings[f] = found;
+  }
+  /// Returns the largest in a slab.
+  double widest_spacing(SlabId s) {
+    double widest = 0;
+    for (const FibreId f : began->slab_mesh().slabs()[part(s).root].fibres)
+      widest = std::max(widest, static_cast<double>(spacing(f)));
+    return widest;
   }
 
-  /// The most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
+  /// Returns the most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
   double widest_fade(SlabId s) {
-    const SlabMesh& mesh = head->slab_mesh();
-    const SlabCorners corners = mesh.corners(s);
+    const SlabCorners corners = cage().corners(s);
     double widest = static_cast<double>(detail::kFadeShare);
     // A fibre between the corners is at least as long as the height of the three above the triangle.
     const Vec3d across = normalized(cross(corners.inner[1] - corners.inner[0], corners.inner[2] - corners.inner[0]));
-    double shortest = Box3d::kFar, spaces = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      shortest = std::min(shortest, dot(corners.fibre(k), across));
-      spaces = std::max(spaces, static_cast<double>(spacing(mesh.slabs()[s].fibres[k])));
-    }
-    if (shortest > 0) widest = std::max(widest, static_cast<double>(detail::kFadeSpacings) * spaces / shortest);
+    double shortest = Box3d::kFar;
+    for (std::size_t k = 0; k < 3; ++k) shortest = std::min(shortest, dot(corners.fibre(k), across));
+    if (shortest > 0)
+      widest = std::max(widest, static_cast<double>(detail::kFadeSpacings) * widest_spacing(s) / shortest);
     return shortest > 0 ? std::min(widest, 1.0) : 1.0;
   }
 
+  /// Of a slab that is a part of a root or of a slab of `began`.
+  const PartWeights& weights_of(SlabId s, int n, const RootPlace& in_root, const RootPlace& in_first) {
+    if (weights[s] && weights[s]->n == n) return *weights[s];
+    if (weight_slabs.size() * 6 * sample_count(n) * sizeof(float) > kMaxWeightBytes)
+      reset_all(weights, weight_slabs, weights.size());
+    if (!weights[s]) weight_slabs.push_back(s);
+    weights[s] = std::make_unique<PartWeights>();
+    weights[s]->n = n;
+    weights[s]->in_root = detail::weights_in_whole(n, in_root);
+    if (in_first.level != in_root.level && in_first.level != 0)
+      weights[s]->in_first = detail::weights_in_whole(n, in_first);
+    return *weights[s];
+  }
   detail::SlabFrame frame(SlabId s, Vec3d origin, int n) {
-    const SlabMesh& mesh = head->slab_mesh();
-    std::array<float, 3> spaces{};
-    for (std::size_t k = 0; k < 3; ++k)
-      spaces[k] = spacing(mesh.slabs()[s].fibres[k]) / static_cast<float>(brush.radius);
-    return {mesh.corners(s), origin, brush.radius, grid(n), spaces};
+    const SampleField field = cage().field(s);
+    const RootPlace first = part(s);
+    const auto& fibres = began->slab_mesh().slabs()[first.root].fibres;
+    detail::SlabFrame::Spacing spaces;
+    for (std::size_t k = 0; k < 3; ++k) {
+      spaces.at_corners[k] = spacing(fibres[k]) / static_cast<float>(brush.radius);
+      spaces.order[static_cast<std::size_t>((fibres[(k + 1) % 3] < fibres[k]) + (fibres[(k + 2) % 3] < fibres[k]))] =
+          static_cast<std::uint8_t>(k);
+    }
+    const detail::GridWeights* in_root = &grid(n).weights;
+    spaces.weights = in_root;
+    if (field.place.level > 0) {
+      const PartWeights& of_part = weights_of(s, n, field.place, first);
+      in_root = &of_part.in_root;
+      if (first.level > 0) spaces.weights = of_part.in_first[0].empty() ? in_root : &of_part.in_first;
+    }
+    return {field.root, origin, brush.radius, *in_root, spaces};
   }
 
-  /// Unit normals of the slab's samples at the stroke's start. At its border those of its own triangles alone: this
-  /// is for blends, which the seams make one.
+  /// Unit normals of the slab's samples at the stroke's start: those of the grid that the stroke found, so that they do
+  /// not depend on what became of it.
   const Tile& start_normals(SlabId s) {
-    auto& found = normals[s];
+    const RootPlace of = part(s);
+    const Tile& first = normals_at_first(of.root);
+    const int n = start_tile(s).intervals();
+    if (of.level == 0 && first.intervals() == n) return first;
+    if (!normals[s]) {
+      normals[s] = std::make_unique<Tile>(*part_of(first, Layer::Displacement, of, n));
+      normal_slabs.push_back(s);
+    }
+    return *normals[s];
+  }
+  /// Of a slab of `began`. At its border those of its own triangles alone: this is for blends, which the seams make
+  /// one.
+  const Tile& normals_at_first(SlabId s) {
+    auto& found = first_normals[s];
     if (found) return *found;
-    const Tile& tile = start_tile(s);
+    const Tile& tile = began->tile(Layer::Displacement, s);
     const int n = tile.intervals();
     found = std::make_unique<Tile>(n, 3, 0.0F);
-    normal_slabs.push_back(s);
-    const SlabCorners corners = head->slab_mesh().corners(s);
-    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n), {});
+    first_normal_slabs.push_back(s);
+    const SlabCorners corners = began->slab_mesh().corners(s);
+    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n).weights, {});
     kernels.positions(f, tile.plane(), places.plane(0), places.plane(1), places.plane(2), tile.size());
     const detail::Neighbours surface = {places.plane(0), places.plane(1), places.plane(2)};
     kernels.normals(n, surface, outwards.plane(0), outwards.plane(1), outwards.plane(2));
@@ -297,26 +419,44 @@ struct Editor::State {
     return brush.falloff == Falloff::Own ? tool->falloff : brush.falloff;
   }
 
-  /// Lets go of what only an open stroke needs.
+  /// Releases what only an open stroke needs.
   void rest() {
+    const bool other_cage = start && start->shared_slab_mesh() != head->shared_slab_mesh();
     start.reset();
+    layered.reset();
+    began.reset();
     draft.reset();
     spare.reset();
-    blank.reset();
+    parts.clear();
+    fine_enough.clear();
+    reset_all(first_normals, first_normal_slabs, 0);
+    if (other_cage) return take_cage();
     forget_fine();
-    for (const SlabId s : normal_slabs) normals[s].reset();
-    normal_slabs.clear();
-    for (const SlabId s : cover_slabs) covers[s].reset();
-    cover_slabs.clear();
+    reset_all(normals, normal_slabs, normals.size());
+    reset_all(weights, weight_slabs, weights.size());
+    reset_all(covers, cover_slabs, covers.size());
     for (const SlabId s : beyond_slabs) beyond[s] = {};
     beyond_slabs.clear();
     for (const SlabId s : around_slabs) around_of[s] = 0;
     around_slabs.clear();
     around_count = 0;
+    for (Known& entry : known) entry.highest_at_start.reset();
+  }
+  /// The same, and keeps little for the next one.
+  void close() {
+    rest();
     if (arounds.size() > kKeptArounds) arounds.resize(kKeptArounds);
     pool->clear();
   }
 
+  struct Reach;
+  void begin();
+  [[nodiscard]] SlabId seed_of(const Dab& dab);
+  void refine(const Reach& reach, SlabId seed, DabResult& result);
+  void count_added(const DetailChange& finer, DabResult& result) const;
+  void change_detail(const DetailChange& finer);
+  [[nodiscard]] SnapshotPtr carried(const Snapshot& before, const Snapshot& made,
+                                    std::span<const RootPlace> origins) const;
   DabResult apply(const Dab& dab);
   [[nodiscard]] double fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                 std::span<const SlabId> reached, DabResult& result);
@@ -326,7 +466,12 @@ struct Editor::State {
   void find_around(std::span<const SlabId> reached, Vec3d origin, bool borders);
   Around& around(SlabId s, Vec3d origin);
   void change_at_borders(SlabId s, const detail::SlabFrame& frame_of, float* to);
-  /// How many samples of two tiles of one shape differ in any channel.
+  void add_edge(SlabId s, int edge, const detail::BorderTables& table);
+  void add_hanging_edge(SlabId s, int edge, const detail::BorderTables& table);
+  void add_fan(FibreId fibre, const detail::BorderTables& table, std::size_t own);
+  void add_border(const Around& other, const detail::BorderTables& twins, std::size_t twin, std::size_t own,
+                  float ways);
+  /// Returns how many samples of two tiles of one shape differ in any channel.
   [[nodiscard]] std::size_t changes_between(const Tile& a, const Tile& b) const {
     if (a.type() == SampleType::U16) return kernels.count_changes16(a.plane16(0), b.plane16(0), a.stride(), a.size());
     return kernels.count_changes(a.plane(), b.plane(), a.stride(), a.channel_count(), a.size());
@@ -334,9 +479,7 @@ struct Editor::State {
   /// Of the layer that the stroke writes, before the dab, and before the stroke.
   [[nodiscard]] const Tile& base_tile(SlabId s) const { return tile_in(now(), s); }
   [[nodiscard]] const Tile& start_tile(SlabId s) const { return tile_in(*start, s); }
-  [[nodiscard]] const Tile& tile_in(const Snapshot& model, SlabId s) const {
-    return model.has(tool->writes) ? model.tile(tool->writes, s) : *blank;
-  }
+  [[nodiscard]] const Tile& tile_in(const Snapshot& model, SlabId s) const { return model.tile(tool->writes, s); }
   void add(SlabId s, const Tile& base, Tile* cover, std::size_t changes);
   Tile& result_like(const Tile& base);
 };
@@ -355,11 +498,11 @@ void Editor::State::add(SlabId s, const Tile& base, Tile* cover, std::size_t cha
 
 // ---- Cut
 
-/// How far the ball must be lifted, in model units, so that it stays out of the last of the clay; counts what it would
-/// have taken too far. A function of the cage, the stroke's start and the dab alone.
+/// Returns how far the ball must be lifted, in model units, so that it stays out of the last of the clay; counts what
+/// it would have taken too far. A function of the cage, the stroke's start and the dab alone.
 double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                std::span<const SlabId> reached, DabResult& result) {
-  const SlabMesh& mesh = head->slab_mesh();
+  const SlabMesh& mesh = cage();
   const Vec3d origin = ball.centre - dab.normal * brush.radius;
   const double sweep = brush.radius * length(to_double(cutter.along));
   float most = 0;
@@ -408,7 +551,7 @@ Editor::State::Around& Editor::State::around(SlabId s, Vec3d origin) {
 /// Positions of all reached slabs, and what the triangles of these and of the slabs around them give to the samples
 /// they share.
 void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, bool borders) {
-  const SlabMesh& mesh = head->slab_mesh();
+  const SlabMesh& mesh = cage();
   for (const SlabId s : around_slabs) around_of[s] = 0;
   around_slabs.clear();
   around_count = 0;
@@ -425,16 +568,22 @@ void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, b
       continue;
     }
     with_border(s);
-    for (const FibreId f : mesh.slabs()[s].fibres)
-      for (const SlabCorner c : mesh.fan(f))
-        if (around_of[c.slab] == 0 && mesh.box(c.slab).distance2(origin) <= brush.radius * brush.radius)
-          with_border(c.slab);
+    const auto visit = [&](SlabId beside) {
+      if (around_of[beside] == 0 && mesh.box(beside).distance2(origin) <= brush.radius * brush.radius)
+        with_border(beside);
+    };
+    for (int k = 0; k < 3; ++k) {
+      mesh.for_each_at(mesh.slabs()[s].fibres[static_cast<std::size_t>(k)], visit);
+      if (mesh.slabs()[s].shares[static_cast<std::size_t>(k)] == EdgeShare::Halves)
+        mesh.for_each_at(mesh.hanging(s, k).middle, visit);
+    }
   }
 }
 
-/// What Kernels::around() gives inside the slab, at the samples of its border: from the triangles of all slabs there.
+/// Returns what Kernels::around() gives inside the slab, at the samples of its border: from the triangles of all slabs
+/// there.
 void Editor::State::change_at_borders(SlabId s, const detail::SlabFrame& f, float* to) {
-  const SlabMesh& mesh = head->slab_mesh();
+  const SlabMesh& mesh = cage();
   const int n = mesh.intervals(s);
   const detail::BorderTables& table = border_table(n);
   const std::size_t count = table.own.size();
@@ -442,32 +591,80 @@ void Editor::State::change_at_borders(SlabId s, const detail::SlabFrame& f, floa
   border_ways.assign(count, 6);
   border_changes.resize(count);
   for (int edge = 0; edge < 3; ++edge) {
-    const SlabId across = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
-    if (const Around* other = known_border(across)) {
-      const int m = mesh.intervals(across), shared = std::min(n, m), twin_edge = mesh.mirror_edge(s, edge);
-      const detail::BorderTables& twins = border_table(m);
-      for (int t = 1; t < shared; ++t) {
-        const std::size_t own = table.at(edge, t * (n / shared)), twin = twins.at(twin_edge, m - t * (m / shared));
-        for (std::size_t c = 0; c < 6; ++c) border_sums[c * count + own] += other->border[c * twins.own.size() + twin];
-        border_ways[own] = 12;
-      }
-    }
+    const auto k = static_cast<std::size_t>(edge);
+    if (mesh.slabs()[s].shares[k] != EdgeShare::Whole)
+      add_hanging_edge(s, edge, table);
+    else if (mesh.slabs()[s].neighbours[k] != kNoSlab)
+      add_edge(s, edge, table);
     // Edge k begins at corner (k + 1) % 3.
-    const std::size_t own = table.at(edge, 0);
-    border_ways[own] = 0;
-    for (std::size_t c = 0; c < 6; ++c) border_sums[c * count + own] = 0;
-    for (const SlabCorner c : mesh.fan(mesh.slabs()[s].fibres[static_cast<std::size_t>((edge + 1) % 3)])) {
-      const Around* other = known_border(c.slab);
-      if (other == nullptr) continue;
-      const detail::BorderTables& twins = border_table(mesh.intervals(c.slab));
-      const std::size_t twin = twins.at(static_cast<int>((c.corner + 2) % 3), 0);
-      for (std::size_t k = 0; k < 6; ++k) border_sums[k * count + own] += other->border[k * twins.own.size() + twin];
-      border_ways[own] += 2;
-    }
+    add_fan(mesh.slabs()[s].fibres[(k + 1) % 3], table, table.at(edge, 0));
   }
   kernels.border_change(f, table, tool->action == Action::Swell, border_sums.data(), border_ways.data(),
                         border_changes.data());
   for (std::size_t k = 0; k < count; ++k) to[table.own[k]] = border_changes[k];
+}
+
+/// Adds what the slab across gives to the samples along an edge.
+void Editor::State::add_edge(SlabId s, int edge, const detail::BorderTables& table) {
+  const SlabMesh& mesh = cage();
+  const SlabId across = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
+  const Around* other = known_border(across);
+  if (other == nullptr) return;
+  const int n = mesh.intervals(s), m = mesh.intervals(across), shared = std::min(n, m);
+  const int twin_edge = mesh.mirror_edge(s, edge);
+  const detail::BorderTables& twins = border_table(m);
+  for (int t = 1; t < shared; ++t)
+    add_border(*other, twins, twins.at(twin_edge, m - t * (m / shared)), table.at(edge, t * (n / shared)), 6);
+}
+
+/// Returns the same along half of the edge of a coarser slab, or where two finer ones lie across.
+void Editor::State::add_hanging_edge(SlabId s, int edge, const detail::BorderTables& table) {
+  const SlabMesh& mesh = cage();
+  const int n = mesh.intervals(s);
+  const auto intervals_of = [&](SlabId slab) { return mesh.intervals(slab); };
+  const bool halves = mesh.slabs()[s].shares[static_cast<std::size_t>(edge)] == EdgeShare::Halves;
+  for (int t = 1; t < n; ++t) {
+    if (halves && 2 * t == n) {
+      add_fan(mesh.hanging(s, edge).middle, table, table.at(edge, t));
+      continue;
+    }
+    const SampleCopy twin = mesh.twin_of(s, edge, t, intervals_of);
+    const Around* other = twin.slab == kNoSlab ? nullptr : known_border(twin.slab);
+    if (other == nullptr) continue;
+    const detail::BorderTables& twins = border_table(mesh.intervals(twin.slab));
+    add_border(*other, twins, twins.of(twin.at), table.at(edge, t), 6);
+  }
+}
+
+/// Puts together what all slabs at a fibre give, in their order.
+void Editor::State::add_fan(FibreId fibre, const detail::BorderTables& table, std::size_t own) {
+  const SlabMesh& mesh = cage();
+  border_ways[own] = 0;
+  for (std::size_t c = 0; c < 6; ++c) border_sums[c * table.own.size() + own] = 0;
+  const HangingEdge* hangs = mesh.hanging_at(fibre);
+  const auto add_beside = [&] {
+    if (const Around* other = known_border(hangs->slab)) {
+      const int n = mesh.intervals(hangs->slab);
+      const detail::BorderTables& twins = border_table(n);
+      add_border(*other, twins, twins.at(hangs->edge, n / 2), own, 6);
+    }
+    hangs = nullptr;
+  };
+  for (const SlabCorner c : mesh.fan(fibre)) {
+    if (hangs != nullptr && hangs->slab < c.slab) add_beside();
+    if (const Around* other = known_border(c.slab)) {
+      const detail::BorderTables& twins = border_table(mesh.intervals(c.slab));
+      add_border(*other, twins, twins.at(static_cast<int>((c.corner + 2) % 3), 0), own, 2);
+    }
+  }
+  if (hangs != nullptr) add_beside();
+}
+
+void Editor::State::add_border(const Around& other, const detail::BorderTables& twins, std::size_t twin,
+                               std::size_t own, float ways) {
+  const std::size_t count = border_ways.size(), twin_count = twins.own.size();
+  for (std::size_t c = 0; c < 6; ++c) border_sums[c * count + own] += other.border[c * twin_count + twin];
+  border_ways[own] += ways;
 }
 
 void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount,
@@ -569,69 +766,238 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
   }
 }
 
+// ---- Detail
+
+/// Says where a dab works.
+struct Editor::State::Reach {
+  Reach(const Dab& given, const Brush& brush, const ToolInfo& tool)
+      : dab(given), up(normalized(given.normal)), cuts(tool.action == Action::Cut) {
+    dab.normal = up;
+    // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
+    const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
+    lowest = dab.cursor + up * band;
+    ball = {cuts ? lowest + up * brush.radius : dab.contact, brush.radius};
+    const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
+    sphere = {ball.centre + sweep * 0.5, brush.radius + length(sweep) / 2};
+    cutter = {.up = to_float(up), .along = to_float(sweep / brush.radius), .exact = brush.exact};
+  }
+  Dab dab;
+  Vec3d up;
+  bool cuts;
+  Vec3d lowest;
+  Sphere ball, sphere;
+  detail::Cutter cutter = {};
+};
+
+void Editor::State::begin() {
+  spacings.assign(began->slab_mesh().fibres().size(), 0.0F);
+  first_normals.resize(began->slab_mesh().slab_count());
+  wanted = 0;
+  // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
+  if (!(brush.detail > 0) || !std::isfinite(brush.detail) || tool->action == Action::Even) return;
+  rebuilt = 0;
+  wanted = std::max(brush.detail * brush.radius, kFinestDetail * diagonal(began->slab_mesh().bounds()));
+}
+
+/// Returns the slab of a dab's contact, whose number may be that of a cage before.
+SlabId Editor::State::seed_of(const Dab& dab) {
+  if (!cage().is_cut()) return dab.slab;
+  const auto found = locate(cage(), dab.contact, seat);
+  return found ? found->slab : dab.slab;
+}
+
+/// Makes the grid under the tool as fine as it needs it, and that around it, so that the next dabs find it done.
+void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
+  const Sphere& sphere = reach.sphere;
+  const auto holds = [&](const Sphere& known_sphere) {
+    return length(known_sphere.centre - sphere.centre) + sphere.radius <= known_sphere.radius;
+  };
+  if (!(wanted > 0) || std::ranges::any_of(fine_enough, holds)) return;
+  const Sphere ring = {sphere.centre, sphere.radius + brush.radius * kRing};
+  const auto highest_there = [&](SlabId s) { return reach.cuts ? highest_at_start(s) : highest(s); };
+  const auto touched = [&](SlabId s) {
+    return draft && draft->now().shared_tile(tool->writes, s) != start->shared_tile(tool->writes, s);
+  };
+  const std::size_t added = cage().slab_count() - began->slab_mesh().slab_count();
+  if (added >= kMaxSlabsPerStroke || rebuilt >= kMaxRebuiltSlabs) {
+    result.detail_limited = true;
+    return;
+  }
+  const auto near = region.grow(cage(), seed, ring, reach.up, highest_there);
+  detail::RefinePlan plan(*start, *began);
+  detail::Need need = {.layer = tool->writes, .sphere = ring, .up = reach.up, .spacing = wanted};
+  if (plan.wanted(near, need)) {
+    std::size_t samples = 0;
+    for (SlabId s = 0; s < cage().slab_count(); ++s) samples += sample_count(cage().intervals(s));
+    const detail::DetailBudget budget = {
+        kMaxSlabsPerStroke - added,
+        std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
+    result.detail_limited = wanted > brush.detail * brush.radius;
+    // What is not available is had as far as it goes.
+    bool planned = plan.run(near, need, highest_there, touched, budget);
+    while (!planned && plan.wanted(near, need)) {
+      result.detail_limited = true;
+      need.spacing *= 2;
+      planned = plan.run(near, need, highest_there, touched, budget);
+    }
+    if (planned && !plan.empty()) {
+      if (const auto made = DetailChange::make(layered, plan.since_began())) {
+        rebuilt += made->slab_mesh().slab_count();
+        count_added(*made, result);
+        change_detail(*made);
+      } else {
+        result.detail_limited = true;
+      }
+    }
+  }
+  if (fine_enough.size() == kKeptFine) fine_enough.erase(fine_enough.begin());
+  fine_enough.push_back(ring);
+}
+
+/// Counts what a change adds: samples of all layers.
+void Editor::State::count_added(const DetailChange& finer, DabResult& result) const {
+  result.slabs_added += finer.slab_mesh().slab_count() - cage().slab_count();
+  for (int k = 0; k < kLayerCount; ++k) {
+    const auto layer = static_cast<Layer>(k);
+    if (!start->has(layer)) continue;
+    for (SlabId s = 0; s < finer.slab_mesh().slab_count(); ++s)
+      result.samples_added += sample_count(finer.intervals(layer, s));
+    for (SlabId s = 0; s < cage().slab_count(); ++s) result.samples_added -= sample_count(start->intervals(layer, s));
+  }
+}
+
+/// The open stroke goes on in another cage: all that it has of slabs goes with it.
+void Editor::State::change_detail(const DetailChange& finer) {
+  const SnapshotPtr before = start;
+  const auto old_covers = std::exchange(covers, {});
+  const auto old_beyond = std::exchange(beyond, {});
+  cover_slabs.clear();
+  beyond_slabs.clear();
+  start = finer.of(*layered);
+  const std::vector<RootPlace> origins = parts_after(before->slab_mesh(), start->slab_mesh());
+  if (draft) {
+    head = carried(*before, *draft->finish(), origins);
+    draft.emplace(head);
+    unpublished = false;
+  }
+  take_cage();
+  parts = parts_after(began->slab_mesh(), cage());
+  for (SlabId s = 0; s < cage().slab_count(); ++s) {
+    const RootPlace& from = origins[s];
+    const int n = start->intervals(tool->writes, s);
+    if (old_covers[from.root]) {
+      covers[s] = std::make_unique<Tile>(*part_of(*old_covers[from.root], Layer::Mask, from, n));
+      cover_slabs.push_back(s);
+    }
+    if (const auto& flags = old_beyond[from.root]; !flags.empty()) {
+      Tile all(before->intervals(tool->writes, from.root), 1, 0.0F);
+      for (std::size_t k = 0; k < flags.size(); ++k) all.plane()[k] = flags[k];
+      const auto some = part_of(all, Layer::Void, from, n);
+      for (std::size_t k = 0; k < some->size(); ++k) beyond[s].push_back(some->plane()[k] > 0.5F ? 1 : 0);
+      beyond_slabs.push_back(s);
+    }
+  }
+}
+
+/// Returns what the stroke has made of its start so far, in the cage of the start as it is now: samples that it has not
+/// changed are those of the start.
+SnapshotPtr Editor::State::carried(const Snapshot& before, const Snapshot& made,
+                                   std::span<const RootPlace> origins) const {
+  const Layer layer = tool->writes;
+  const SlabMesh& mesh = start->slab_mesh();
+  std::vector<std::shared_ptr<Tile>> touched(mesh.slab_count());
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const SlabId from = origins[s].root;
+    if (made.shared_tile(layer, from) == before.shared_tile(layer, from)) continue;
+    const Tile& fresh = start->tile(layer, s);
+    touched[s] = std::make_shared<Tile>(fresh);
+    const auto is = part_of(made.tile(layer, from), layer, origins[s], fresh.intervals());
+    const auto was = part_of(before.tile(layer, from), layer, origins[s], fresh.intervals());
+    for (int c = 0; c < fresh.channel_count(); ++c)
+      for (std::size_t k = 0; k < fresh.size(); ++k)
+        if (is->value(c, k) != was->value(c, k)) touched[s]->set(c, k, is->value(c, k));
+  }
+  const auto intervals_of = [&](SlabId s) { return start->intervals(layer, s); };
+  // Changed samples between old ones come from either side of an edge; the lower slab's count.
+  const auto join = [&](SlabId s, GridPoint p) {
+    SampleCopy owner;
+    mesh.for_each_copy(s, intervals_of, p, [&](const SampleCopy& copy) {
+      if (!touched[copy.slab]) return;
+      if (owner.slab == kNoSlab) owner = copy;
+      for (int c = 0; c < touched[s]->channel_count(); ++c)
+        touched[copy.slab]->set(c, sample_index(intervals_of(copy.slab), copy.at),
+                                touched[owner.slab]->value(c, sample_index(intervals_of(owner.slab), owner.at)));
+    });
+  };
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for (int edge = 0; touched[s] && edge < 3; ++edge)
+      for (int t = 0; t < intervals_of(s); ++t) {
+        const GridPoint p = edge_point(intervals_of(s), edge, t);
+        if (!edge_place(intervals_of(s), mesh.edge_intervals(s, intervals_of), p).constrained()) join(s, p);
+      }
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    if (touched[s]) constrain(mesh, layer, s, intervals_of, *touched[s]);
+  return Snapshot::with_cage(*start, start->shared_slab_mesh(), [&](Layer of) {
+    std::vector<TilePtr> all;
+    for (SlabId s = 0; s < mesh.slab_count(); ++s)
+      all.push_back(of == layer && touched[s] ? TilePtr(touched[s]) : start->shared_tile(of, s));
+    return all;
+  });
+}
+
 // ---- The dab
 
-DabResult Editor::State::apply(const Dab& dab) {
-  const SlabMesh& mesh = head->slab_mesh();
-  const Vec3d up = normalized(dab.normal);
-  const bool cuts = tool->action == Action::Cut;
-  const double radius = brush.radius;
-  const double strength = unit_range(brush.strength);
-  const double driven = strength * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
+DabResult Editor::State::apply(const Dab& given) {
+  const Reach reach(given, brush, *tool);
+  const Dab& dab = reach.dab;
+  const Vec3d up = reach.up;
+  const double driven = unit_range(brush.strength) * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
   const auto amount = static_cast<float>(tool->rate * driven * std::clamp(dab.seconds, 0.0, 1e6));
-  // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
-  const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
-  Dab at = dab;
-  at.normal = up;
-  const Vec3d lowest = dab.cursor + up * band;
-  const Sphere ball = {cuts ? lowest + up * radius : dab.contact, radius};
-  const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
-  const Sphere sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
-  const detail::Cutter cutter = {.up = to_float(up), .along = to_float(sweep / radius), .exact = brush.exact};
 
-  const auto reached = region.grow(mesh, dab.slab, sphere, up, [&](SlabId s) {
-    if (!cuts || brush.exact) return highest(s);
-    // A blend takes something off samples that lie below the ball, too, but for less than this part of their fibre.
+  DabResult result;
+  refine(reach, seed_of(dab), result);
+  const SlabMesh& mesh = cage();
+  const auto reached = region.grow(mesh, seed_of(dab), reach.sphere, up, [&](SlabId s) {
+    if (!reach.cuts || brush.exact) return highest(s);
+    // A blend takes something off samples that lie below the ball, too, except for less than this part of their fibre.
     const SlabCorners corners = mesh.corners(s);
-    double widest = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      widest = std::max(widest, static_cast<double>(detail::kSteepestRim * spacing(mesh.slabs()[s].fibres[k])) /
-                                    length(corners.fibre(k)));
-    return std::min(highest(s) + widest, 1.0);
+    double shortest = Box3d::kFar;
+    for (std::size_t k = 0; k < 3; ++k) shortest = std::min(shortest, length(corners.fibre(k)));
+    return std::min(highest(s) + static_cast<double>(detail::kSteepestRim) * widest_spacing(s) / shortest, 1.0);
   });
 
-  DabResult result{.slabs = reached.size()};
+  result.slabs = reached.size();
   tiles.begin();
-  if (cuts) {
-    const double lift = fade_out(at, ball, cutter, reached, result);
-    const Vec3d origin = lowest + up * lift;
+  if (reach.cuts) {
+    const double lift = fade_out(dab, reach.ball, reach.cutter, reached, result);
+    const Vec3d origin = reach.lowest + up * lift;
     for (const SlabId s : reached) {
       const Tile& base = base_tile(s);
-      const std::size_t changes = cut(s, origin, cutter, result_like(base));
+      const std::size_t changes = cut(s, origin, reach.cutter, result_like(base));
       add(s, base, nullptr, changes);
     }
   } else if (tool->action == Action::Cover) {
-    cover_samples(at, reached, amount, result);
+    cover_samples(dab, reached, amount, result);
   } else {
-    move_samples(at, up, reached, amount, result);
+    move_samples(dab, up, reached, amount, result);
   }
   tiles.commit(
       mesh, tool->writes,
       {.base = [&](SlabId s) -> const Tile& { return base_tile(s); },
        .cover =
-           [&](SlabId s) { return tool->action == Action::Cover ? cover_of(s, base_tile(s).intervals()) : nullptr; }},
+           [&](SlabId s) { return tool->action == Action::Cover ? cover_of(s, base_tile(s).intervals()) : nullptr; },
+       .rank = [&](SlabId s) { return part(s).root; }},
       *pool, [&](int n) -> const detail::GridTables& { return grid(n); });
 
   for (const Slot& slot : tiles.slots()) result.samples += slot.changes;
   if (result.samples == 0) return result;
-  if (!draft) draft.emplace(head);
-  if (!now().has(tool->writes)) {
-    draft->add_layer(tool->writes, blank->intervals(), 0.0F);
-    for (SlabId s = 0; s < mesh.slab_count(); ++s) draft->put(tool->writes, s, blank);
-  }
+  if (!draft) draft.emplace(start);
   for (Slot& slot : tiles.slots()) {
     if (!slot.tile) continue;
-    if (tool->writes == Layer::Displacement) known[slot.slab] = {};
+    if (tool->writes == Layer::Displacement) {
+      known[slot.slab].highest.reset();
+      known[slot.slab].fine.reset();
+    }
     draft->put(tool->writes, slot.slab, std::move(slot.tile));
   }
   unpublished = true;
@@ -656,9 +1022,12 @@ Vec3d Editor::position(SlabId slab, double u, double v) const noexcept {
 
 void Editor::set_head(SnapshotPtr head) {
   RELIEF_ASSERT(!in_stroke());
-  RELIEF_ASSERT(head->slab_mesh().slab_count() == state_->head->slab_mesh().slab_count());
+  const bool other_cage = head->shared_slab_mesh() != state_->head->shared_slab_mesh();
   state_->head = std::move(head);
-  state_->forget_all();
+  if (other_cage)
+    state_->take_cage();
+  else
+    state_->forget_all();
 }
 
 void Editor::begin_stroke(const Brush& brush) {
@@ -668,20 +1037,26 @@ void Editor::begin_stroke(const Brush& brush) {
   state.brush = brush;
   state.tool = &info(brush.tool);
   state.so_far = {};
-  state.start = state.head;
-  if (!state.start->has(state.tool->writes))
-    state.blank = blank_tile(state.tool->writes, layer_intervals(state.head->slab_mesh(), state.tool->writes));
+  state.began = state.head;
+  state.layered =
+      state.began->has(state.tool->writes) ? state.began : with_blank_layer(state.began, state.tool->writes);
+  state.start = state.layered;
+  state.begin();
 }
 
 DabResult Editor::dab(const Dab& dab) {
   RELIEF_ASSERT(in_stroke());
   const Vec3d up = normalized(dab.normal);
-  const bool good = dab.slab < state_->head->slab_mesh().slab_count() && is_finite(dab.contact) &&
-                    is_finite(dab.cursor) && is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 &&
-                    std::isfinite(dab.pressure) && std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from));
+  const bool good = dab.slab < state_->cage().slab_count() && is_finite(dab.contact) && is_finite(dab.cursor) &&
+                    is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 && std::isfinite(dab.pressure) &&
+                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from));
   if (!good) return {};
   const DabResult result = state_->apply(dab);
-  ++state_->so_far.dabs;
+  StrokeResult& so_far = state_->so_far;
+  ++so_far.dabs;
+  so_far.slabs_added += result.slabs_added;
+  so_far.samples_added += result.samples_added;
+  so_far.detail_limited = so_far.detail_limited || result.detail_limited;
   return result;
 }
 
@@ -690,27 +1065,29 @@ StrokeResult Editor::end_stroke() {
   State& state = *state_;
   state.publish();
   StrokeResult result = state.so_far;
-  for_each_change(*state.start, *state.head, [&](Layer layer, SlabId s) {
-    const Tile &before = state.start_tile(s), &after = state.head->tile(layer, s);
-    if (&before != &after) result.samples += state.changes_between(before, after);
-  });
+  if (state.draft)
+    for_each_change(*state.start, *state.head, [&](Layer layer, SlabId s) {
+      result.samples += state.changes_between(state.start->tile(layer, s), state.head->tile(layer, s));
+    });
   for (const SlabId s : state.beyond_slabs)
     result.limited += static_cast<std::size_t>(std::ranges::count(state.beyond[s], 1));
   result.changed = result.samples > 0;
-  if (!result.changed && state.head != state.start) {
-    state.head = state.start;
+  if (!result.changed) {
+    // Detail alone is none.
+    result.slabs_added = result.samples_added = 0;
+    state.head = state.began;
     state.forget_all();
   }
-  state.rest();
+  state.close();
   return result;
 }
 
 void Editor::cancel_stroke() {
   RELIEF_ASSERT(in_stroke());
-  state_->head = state_->start;
+  state_->head = state_->began;
   state_->unpublished = false;
   state_->forget_all();
-  state_->rest();
+  state_->close();
 }
 
 }  // namespace relief

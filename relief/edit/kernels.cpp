@@ -8,13 +8,19 @@
 
 namespace relief::detail {
 
-GridTables::GridTables(int n) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i + j <= n; ++i)
-        weights[k].push_back(static_cast<float>(relief::weights(n, {i, j})[k]) / static_cast<float>(n));
-    weights[k].resize(weights[k].size() + kOverrun);
-  }
+GridWeights weights_in_whole(int n, const RootPlace& part) {
+  GridWeights made;
+  const double steps = static_cast<double>(n) * (1 << part.level);
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i + j <= n; ++i) {
+      const std::array<int, 3> w = part.in_root(weights(n, {i, j}));
+      for (std::size_t k = 0; k < 3; ++k) made[k].push_back(static_cast<float>(w[k] / steps));
+    }
+  for (std::vector<float>& plane : made) plane.resize(plane.size() + kOverrun);
+  return made;
+}
+
+GridTables::GridTables(int n) : weights(weights_in_whole(n)) {
   for (int k = 0; k < 3; ++k)
     for (int t = 0; t <= n; ++t)
       edges[static_cast<std::size_t>(k)].push_back(static_cast<std::uint16_t>(sample_index(n, edge_point(n, k, t))));
@@ -57,16 +63,17 @@ namespace {
 float narrow(double x) noexcept { return static_cast<float>(std::clamp(x, -1e15, 1e15)); }
 }  // namespace
 
-SlabFrame::SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid,
-                     const std::array<float, 3>& spacings) noexcept {
+SlabFrame::SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights,
+                     const Spacing& spaces) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t corner = corners.order[k];
+    const std::size_t corner = root.order[k];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      inner[k][axis] = narrow((corners.inner[corner][axis] - origin[axis]) / radius);
-      direction[k][axis] = narrow((corners.outer[corner][axis] - corners.inner[corner][axis]) / radius);
+      inner[k][axis] = narrow((root.inner[corner][axis] - origin[axis]) / radius);
+      direction[k][axis] = narrow((root.outer[corner][axis] - root.inner[corner][axis]) / radius);
     }
-    spacing[k] = spacings[corner];
-    weight[k] = grid.weights[corner].data();
+    weight[k] = weights[corner].data();
+    spacing[k] = spaces.at_corners[spaces.order[k]];
+    space_weight[k] = (spaces.weights == nullptr ? weights : *spaces.weights)[spaces.order[k]].data();
   }
 }
 
@@ -85,19 +92,22 @@ struct SampleFibre {
 struct FrameReader {
   std::array<Vec3f, 3> inner, direction;
   std::array<float, 3> spacing;
-  const float *wa, *wb, *wc;
+  const float *wa, *wb, *wc, *sa, *sb, *sc;
   [[gnu::always_inline]] explicit FrameReader(const SlabFrame& frame) noexcept
       : inner(frame.inner),
         direction(frame.direction),
         spacing(frame.spacing),
         wa(frame.weight[0]),
         wb(frame.weight[1]),
-        wc(frame.weight[2]) {}
+        wc(frame.weight[2]),
+        sa(frame.space_weight[0]),
+        sb(frame.space_weight[1]),
+        sc(frame.space_weight[2]) {}
   [[gnu::always_inline]] [[nodiscard]] SampleFibre fibre(std::size_t k) const noexcept {
     return {mix3(inner, wa[k], wb[k], wc[k]), mix3(direction, wa[k], wb[k], wc[k])};
   }
   [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept {
-    return (spacing[0] * wa[k] + spacing[1] * wb[k]) + spacing[2] * wc[k];
+    return (spacing[0] * sa[k] + spacing[1] * sb[k]) + spacing[2] * sc[k];
   }
 };
 
@@ -110,8 +120,8 @@ struct FrameReader {
 [[gnu::always_inline]] inline float larger(float a, float b) noexcept { return a > b ? a : b; }
 [[gnu::always_inline]] inline float smaller(float a, float b) noexcept { return a < b ? a : b; }
 
-/// How much of a fibre is the last of what was `all` at the stroke's start; `cell`: the spacing as a share of the
-/// fibre.
+/// Returns how much of a fibre is the last of what was `all` at the stroke's start; `cell`: the spacing as a share of
+/// the fibre.
 [[gnu::always_inline]] inline float fade_of(float all, float cell) noexcept {
   return smaller(larger(kFadeShare * all, kFadeSpacings * cell), 0.5F * all);
 }
@@ -126,24 +136,23 @@ struct Meeting {
   float at;   ///< where the fibre enters that ball, as a share of it, perhaps below 0
   int hit;    ///< whether it does
 };
-/// How the ball is swept. The share of the sweep that counts at a place, counted from its centre, is
+/// Says how the ball is swept. The share of the sweep that counts at a place, counted from its centre, is
 /// dot(place, per_way) + before.
 struct Sweep {
   Vec3f along, per_way;
   float before;
 };
-/// A ball that stands has none. Places count as deep as the ball's lowest point: of a tool that goes straight down the
-/// lower ball counts, wherever the surface was.
+/// Returns a ball that stands has none. Places count as deep as the ball's lowest point: of a tool that goes straight
+/// down the lower ball counts, wherever the surface was.
 Sweep sweep_of(const Cutter& cutter) noexcept {
   const float square = dot(cutter.along, cutter.along);
   const Vec3f way = square > 1e-12F ? cutter.along / square : Vec3f{};
   const float climb = dot(way, cutter.up);
   return {cutter.along, way - cutter.up * climb, -climb};
 }
-// Of a swept ball, that one counts whose centre lies beside the sample's place, or the nearer end; those beside it in
-// the other dabs of the stroke make up for a fibre that leans. With o = inner end - lowest point and D the fibre, a
-// ball is met where A t^2 + 2 B t + C = 0. Taking the lowest point as origin makes C small where the tool cuts, and C /
-// (sqrt(B^2 - A C) - B) has no cancellation where B < 0.
+// Only the swept ball beside the sample counts, or the nearer end. With o = inner end - lowest point and D the fibre, a
+// ball is met where A t^2 + 2 B t + C = 0. The lowest point as origin keeps C small at the cut, so C / (sqrt(B^2 - A C)
+// - B) does not cancel where B < 0.
 [[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float square_of_fibre, float start, Vec3f up,
                                            const Sweep& swept) noexcept {
   const Vec3f from_centre = f.inner + f.along * start - up;
@@ -188,7 +197,7 @@ constexpr float kSidedNormal = 0.75F;
     const SampleFibre f = read.fibre(k);
     const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
     const Meeting met = meet(f, square, a, up, sweep);
-    const float blend = (blends[0] * read.wa[k] + blends[1] * read.wb[k]) + blends[2] * read.wc[k];
+    const float blend = (blends[0] * read.sa[k] + blends[1] * read.sb[k]) + blends[2] * read.sc[k];
     const float space = read.space(k);
     const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}, space) * per_fibre;
     const float gap = met.at - a, between = gap > 0 ? gap : -gap;

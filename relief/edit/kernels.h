@@ -15,16 +15,21 @@ namespace relief::detail {
 /// normals() and around() read and write up to so many numbers beyond the last sample, and leave junk at the border.
 inline constexpr std::size_t kOverrun = 8;
 
-/// What all tiles of one n share.
+/// Barycentric weights of corners 0..2 at each sample of a grid, kOverrun beyond.
+using GridWeights = std::array<std::vector<float>, 3>;
+/// In a slab or, where the grid is that of a part of it, in the whole: of equal places the same bits, whatever the
+/// grid.
+[[nodiscard]] GridWeights weights_in_whole(int n, const RootPlace& part = {});
+
+/// Holds what all tiles of one n share.
 struct GridTables {
   explicit GridTables(int n);
-  std::array<std::vector<float>, 3> weights;        ///< barycentric, of corners 0..2 at each sample, kOverrun beyond
+  GridWeights weights;
   std::array<std::vector<std::uint16_t>, 3> edges;  ///< sample numbers along edge k, t = 0..n
 };
 
-/// The border of a grid of n intervals: its 3n samples, edge by edge, each beginning with its first corner; and what of
-/// the six around each lies in the slab, in order, as 4 samples of which the last two count only where there are 3
-/// triangles between them.
+/// The border of a grid of n intervals: its 3n samples, edge by edge, each edge beginning with its first corner. For
+/// each one, the neighbours inside the slab in order, as 4 samples; the last two count only between 3 triangles.
 struct BorderTables {
   explicit BorderTables(int n);
   std::vector<std::int32_t> own;
@@ -34,9 +39,16 @@ struct BorderTables {
   [[nodiscard]] std::size_t at(int edge, int t) const noexcept {
     return static_cast<std::size_t>(edge) * (own.size() / 3) + static_cast<std::size_t>(t);
   }
+  /// Of a sample on the border that is no corner.
+  [[nodiscard]] std::size_t of(GridPoint p) const noexcept {
+    const int n = static_cast<int>(own.size()) / 3;
+    const std::array<int, 3> w = weights(n, p);
+    const int edge = w[0] == 0 ? 0 : w[1] == 0 ? 1 : 2;
+    return at(edge, w[static_cast<std::size_t>((edge + 2) % 3)]);
+  }
 };
 
-/// How the samples of a grid of m intervals are read from a tile of n intervals: from their three nearest (paper,
+/// Says how the samples of a grid of m intervals are read from a tile of n intervals: from their three nearest (paper,
 /// Sec. 3.2).
 struct Resampling {
   Resampling(int n, int m);
@@ -44,16 +56,23 @@ struct Resampling {
   std::array<std::vector<float>, 3> weight;
 };
 
-/// The fibres of one slab as the kernels see them: relative to the tool's origin, in units of its radius, the corners
-/// in order of fibre id. So a shared sample goes through the same operations in each of its slabs and gets the same
-/// bits.
+/// The fibres of one slab as the kernels see them: those of its root, relative to the tool's origin, in units of its
+/// radius, the corners in order of fibre id. So a shared sample goes through the same operations in each of its slabs
+/// and gets the same bits, however they were cut.
 struct SlabFrame {
-  /// `spacing`: of the samples around each corner, in radii.
-  SlabFrame(const SlabCorners& corners, Vec3d origin, double radius, const GridTables& grid,
-            const std::array<float, 3>& spacing) noexcept;
+  /// The spacing of samples, in radii: linear over a slab that this one may be a part of.
+  struct Spacing {
+    std::array<float, 3> at_corners = {};
+    std::array<std::uint8_t, 3> order = {0, 1, 2};  ///< of its corners, by fibre id
+    const GridWeights* weights = nullptr;           ///< in it
+  };
+  /// `root`, `weights`: the corners of the root and the weights there.
+  SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights,
+            const Spacing& spaces) noexcept;
   std::array<Vec3f, 3> inner, direction;
-  std::array<float, 3> spacing;
   std::array<const float*, 3> weight;
+  std::array<float, 3> spacing;
+  std::array<const float*, 3> space_weight;
 };
 
 /// The ball of Carve, swept along a line. The frame's origin is its lowest point.
@@ -76,18 +95,18 @@ struct TargetPlane {
   bool lowers, raises;
 };
 
-/// The end of the clay, or of the room above it, begins so far from it: a tenth of what was there at the stroke's
-/// start, but at least two spacings of samples, so that a slope there has samples to stand on.
+/// Where a tool begins to fade out before the end of the clay or of the room above: 10 % of what was there at the
+/// stroke's start. At least two sample spacings, so that a slope has samples to stand on.
 inline constexpr float kFadeShare = 0.1F, kFadeSpacings = 2.0F;
 
-/// What Carve must be lifted by, so that it fades out in the last of the clay, in radii; and how many samples it would
-/// have taken beyond the inner end of their fibre.
+/// Holds what Carve must be lifted by, so that it fades out in the last of the clay, in radii; and how many samples it
+/// would have taken beyond the inner end of their fibre.
 struct Lift {
   float lift = 0;
   std::size_t limited = 0;
 };
 
-/// Where samples lie.
+/// Says where samples lie.
 struct Neighbours {
   const float *x, *y, *z;  ///< in the frame
 };
@@ -95,8 +114,8 @@ struct Neighbours {
 /// One build of the kernels. `from` and `to` must not overlap. All builds give the same bits: no fused multiply-add,
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
-  /// min(from, start blended with the entry of the fibre into the cutter): see docs/decisions/0010-strokes.md. What
-  /// `protect` names stays in proportion.
+  /// Cuts: alpha becomes min(from, start blended with the fibre's entry into the cutter), see
+  /// docs/decisions/0010-strokes.md. `protect` keeps its share.
   void (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
@@ -130,8 +149,8 @@ struct Kernels {
   void (*positions)(const SlabFrame& frame, const float* displacement, float* x, float* y, float* z, std::size_t count);
   /// Inside the slab (not at its border): unit normals of the surface.
   void (*normals)(int n, const Neighbours& at, float* x, float* y, float* z);
-  /// Inside the slab (not at its border): how far the mean of the six neighbours lies above each sample, along its
-  /// fibre; or with `swell` what one radius along the surface's normal is along the fibre.
+  /// For samples inside the slab: how far the mean of the six neighbours lies above each one, along its fibre. With
+  /// `swell`: what one radius along the surface's normal is along the fibre.
   void (*around)(const SlabFrame& frame, int n, bool swell, const Neighbours& at, float* change);
   /// What the slab's own triangles give to its border: six planes of 3n numbers, twice their area times the normal and
   /// the sum of the ways to their other corners.
@@ -150,9 +169,9 @@ struct Kernels {
   float (*largest)(const float* values, std::size_t count);
 };
 
-/// The build for any machine of the architecture.
+/// Returns the build for any machine of the architecture.
 [[nodiscard]] const Kernels& baseline_kernels() noexcept;
-/// The fastest build that this machine can run.
+/// Returns the fastest build that this machine can run.
 [[nodiscard]] const Kernels& best_kernels() noexcept;
 
 }  // namespace relief::detail

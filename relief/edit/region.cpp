@@ -35,7 +35,19 @@ bool may_meet(SlabCorners corners, double highest, const Sphere& sphere) noexcep
   const Vec3d whole = middle();
   for (std::size_t k = 0; k < 3; ++k)
     corners.outer[k] = corners.inner[k] + (corners.outer[k] - corners.inner[k]) * highest;
-  return !apart_along(whole) && !apart_along(middle());
+  if (apart_along(whole) || apart_along(middle())) return false;
+  // A slab that was cut is far longer than wide: across its fibres, and its walls, it may still lie apart.
+  const Vec3d along = corners.fibre(0) + corners.fibre(1) + corners.fibre(2);
+  const double length2 = dot(along, along);
+  if (!(length2 > 0)) return true;
+  const Vec3d aside = middle() - along * (dot(middle(), along) / length2);
+  if (apart_along(aside)) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t a = (k + 1) % 3, b = (k + 2) % 3;
+    const Vec3d edge = (corners.inner[b] - corners.inner[a]) + (corners.outer[b] - corners.outer[a]);
+    if (apart_along(cross(along, edge)) || apart_along(cross(edge, along))) return false;
+  }
+  return true;
 }
 
 bool wall_may_meet(const Fibre& a, const Fibre& b, const Sphere& sphere) noexcept {
@@ -52,7 +64,14 @@ bool faces(const SlabCorners& corners, Vec3d normal) noexcept {
 
 }  // namespace
 
-Region::Region(const SlabMesh& mesh) : seen_slabs_(mesh.slab_count()), seen_fibres_(mesh.fibres().size()) {}
+bool may_reach(const SlabCorners& corners, double highest, const Sphere& sphere, Vec3d normal) noexcept {
+  return faces(corners, normal) && may_meet(corners, highest, sphere);
+}
+
+void Region::take(const SlabMesh& mesh) {
+  seen_slabs_.resize(mesh.slab_count());
+  seen_fibres_.resize(mesh.fibres().size());
+}
 
 std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
                                      const std::function<double(SlabId)>& highest) {
@@ -65,32 +84,36 @@ std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sp
   reached_.clear();
   const double square = sphere.radius * sphere.radius;
   const auto visit = [&](SlabId s) {
-    if (s == kNoSlab || seen_slabs_[s] == round_) return;
+    if (seen_slabs_[s] == round_) return;
     seen_slabs_[s] = round_;
     if (s != seed) {
       if (mesh.box(s).distance2(sphere.centre) > square) return;
-      const SlabCorners corners = mesh.corners(s);
-      if (!faces(corners, normal) || !may_meet(corners, highest(s), sphere)) return;
+      if (!may_reach(mesh.corners(s), highest(s), sphere, normal)) return;
     }
     reached_.push_back(s);
   };
+  // The sphere may lie beyond the seed altogether, when the normal leans against the fibres: its neighbours always
+  // count.
+  const auto visit_at = [&](FibreId f, bool first) {
+    if (seen_fibres_[f] == round_) return;
+    seen_fibres_[f] = round_;
+    if (first || distance2(sphere.centre, mesh.fibres()[f].inner, mesh.fibres()[f].outer) <= square)
+      mesh.for_each_at(f, visit);
+  };
   visit(seed);
   for (std::size_t next = 0; next < reached_.size(); ++next) {
-    const Slab& slab = mesh.slabs()[reached_[next]];
-    // The sphere may lie beyond the seed altogether, when the normal leans against the fibres: its neighbours always
-    // count.
+    const SlabId s = reached_[next];
+    const Slab& slab = mesh.slabs()[s];
     const bool first = next == 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Fibre& fibre = mesh.fibres()[slab.fibres[k]];
-      const SlabId across = slab.neighbours[k];
-      if (across != kNoSlab && seen_slabs_[across] != round_ &&
-          (first ||
-           wall_may_meet(mesh.fibres()[slab.fibres[(k + 1) % 3]], mesh.fibres()[slab.fibres[(k + 2) % 3]], sphere)))
-        visit(across);
-      if (seen_fibres_[slab.fibres[k]] == round_) continue;
-      seen_fibres_[slab.fibres[k]] = round_;
-      if (first || distance2(sphere.centre, fibre.inner, fibre.outer) <= square)
-        for (const SlabCorner corner : mesh.fan(slab.fibres[k])) visit(corner.slab);
+      const auto edge = static_cast<int>(k);
+      const Fibre &from = mesh.fibres()[slab.fibres[(k + 1) % 3]], &to = mesh.fibres()[slab.fibres[(k + 2) % 3]];
+      const auto seen = [&](SlabId across) { return across == kNoSlab || seen_slabs_[across] == round_; };
+      const bool halves = slab.shares[k] == EdgeShare::Halves;
+      if ((halves || !seen(slab.neighbours[k])) && (first || wall_may_meet(from, to, sphere)))
+        mesh.for_each_across(s, edge, visit);
+      if (halves) visit_at(mesh.hanging(s, edge).middle, first);
+      visit_at(slab.fibres[k], first);
     }
   }
   std::ranges::sort(reached_);

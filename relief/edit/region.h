@@ -15,13 +15,19 @@ struct Sphere {
   double radius;
 };
 
+/// False only when no point of the slab up to `highest` along its fibres lies in the sphere, or the fibres point to the
+/// other side than `normal`.
+[[nodiscard]] bool may_reach(const SlabCorners& corners, double highest, const Sphere& sphere, Vec3d normal) noexcept;
+
 /// Grows from slab to slab; keeps its buffers from dab to dab.
 class Region {
  public:
-  explicit Region(const SlabMesh& mesh);
+  explicit Region(const SlabMesh& mesh) { take(mesh); }
+  /// Goes on in another cage.
+  void take(const SlabMesh& mesh);
 
-  /// The slabs that hang together with the seed inside the sphere and whose fibres point to `normal`'s side, ascending;
-  /// the seed is always one. `highest` says up to where along its fibres a slab is to be met.
+  /// Returns the slabs that hang together with the seed inside the sphere and whose fibres point to `normal`'s side,
+  /// ascending; the seed is always one. `highest` says up to where along its fibres a slab is to be met.
   std::span<const SlabId> grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
                                const std::function<double(SlabId)>& highest);
 

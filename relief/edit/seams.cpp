@@ -17,10 +17,12 @@ using Values = std::array<float, 3>;  ///< of a sample, by channel
 struct EdgeSamples {
   std::span<const std::uint16_t> numbers;  ///< of all samples there
   std::size_t stride;                      ///< from one shared sample to the next
-  [[nodiscard]] std::size_t operator[](std::size_t t) const noexcept { return numbers[t * stride]; }
+  std::size_t first = 0;                   ///< where they begin
+  [[nodiscard]] std::size_t operator[](std::size_t t) const noexcept { return numbers[first + t * stride]; }
 };
 
-/// Whether two tiles hold the same bits along an edge of m intervals, its corners aside; `to` runs the other way.
+/// Returns whether two tiles hold the same bits along an edge of m intervals, its corners aside; `to` runs the other
+/// way.
 bool same_edge(const Tile& a, EdgeSamples from, const Tile& b, EdgeSamples to, std::size_t m,
                int channel_count) noexcept {
   std::uint32_t differ = 0;
@@ -90,52 +92,90 @@ void DabTiles::copy_sample(std::size_t from, std::size_t from_index, std::size_t
   if (source.cover != nullptr) slots_[to].cover->plane()[to_index] = std::as_const(*source.cover).plane()[from_index];
 }
 
+/// Writes what the slab shares with one across an edge to the one that does not own it.
+void DabTiles::join(std::size_t own, const Seam& seam, int channel_count, const Source& source, TilePool& pool,
+                    const std::function<const GridTables&(int)>& grid) {
+  const bool twin_computed = is_computed(seam.across);
+  if (twin_computed && source.owns(seam.across, slots_[own].slab)) return;
+  // A cover may differ where the values, rounded, are still the same.
+  const bool covers = slots_[own].cover != nullptr;
+  if (!covers && !slots_[own].tile && !(twin_computed && slots_[marks_[seam.across].slot].tile)) return;
+  const std::size_t twin = slot_of(seam.across, source);
+  const int n = slots_[own].base->intervals(), twin_n = slots_[twin].base->intervals();
+  const bool halves = seam.share == EdgeShare::Halves;
+  const int ways = halves ? n / 2 : n, twin_ways = halves || seam.share == EdgeShare::Whole ? twin_n : twin_n / 2;
+  const int m = std::min(ways, twin_ways);
+  const auto steps = [&](int all) { return static_cast<std::size_t>(all / m); };
+  const EdgeSamples from = {grid(n).edges[static_cast<std::size_t>(seam.edge)], steps(ways),
+                            static_cast<std::size_t>(halves ? seam.half * ways : 0)};
+  const EdgeSamples to = {grid(twin_n).edges[static_cast<std::size_t>(seam.twin_edge)], steps(twin_ways),
+                          static_cast<std::size_t>(seam.share == EdgeShare::MiddleAtEnd ? twin_ways : 0)};
+  const auto count = static_cast<std::size_t>(m);
+  if (!covers && same_edge(slots_[own].now(), from, slots_[twin].now(), to, count, channel_count)) return;
+  for (std::size_t t = 1; t < count; ++t) copy_sample(own, from[t], twin, to[count - t], channel_count, pool);
+}
+
+/// Writes the sample at a fibre to all slabs that meet there, from the one of them that owns it.
+void DabTiles::join_at(std::size_t own, const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source,
+                       TilePool& pool) {
+  at_fibre_.clear();
+  for (const SlabCorner c : mesh.fan(fibre)) at_fibre_.push_back({c.slab, static_cast<int>(c.corner), 0});
+  if (const HangingEdge* hangs = mesh.hanging_at(fibre)) {
+    const auto place = std::ranges::lower_bound(at_fibre_, hangs->slab, {}, &AtFibre::slab);
+    at_fibre_.insert(place, {hangs->slab, -1, hangs->edge});
+  }
+  const AtFibre* owner = nullptr;
+  for (const AtFibre& at : at_fibre_)
+    if (is_computed(at.slab) && (owner == nullptr || source.owns(at.slab, owner->slab))) owner = &at;
+  if (owner->slab != slots_[own].slab) return;
+  const auto changed = [&](const AtFibre& at) { return is_computed(at.slab) && slots_[marks_[at.slab].slot].tile; };
+  if (slots_[own].cover == nullptr && std::ranges::none_of(at_fibre_, changed)) return;
+  const auto sample = [&](const AtFibre& at, int n) {
+    return sample_index(n, at.corner < 0 ? edge_point(n, at.edge, n / 2) : corner_point(n, at.corner));
+  };
+  const std::size_t from = sample(*owner, slots_[own].base->intervals());
+  for (const AtFibre& at : at_fibre_)
+    if (at.slab != owner->slab) {
+      const std::size_t to = slot_of(at.slab, source);
+      copy_sample(own, from, to, sample(at, slots_[to].base->intervals()), channel_count, pool);
+    }
+}
+
 void DabTiles::commit(const SlabMesh& mesh, Layer layer, const Source& source, TilePool& pool,
                       const std::function<const GridTables&(int)>& grid) {
   const int channel_count = channels(layer);
   for (std::size_t own = 0; own < computed_; ++own) {
     const SlabId s = slots_[own].slab;
-    const Slab& slab = mesh.slabs()[s];
     for (int k = 0; k < 3; ++k) {
-      const SlabId across = slab.neighbours[static_cast<std::size_t>(k)];
-      if (across == kNoSlab) continue;
-      const bool twin_computed = is_computed(across);
-      if (twin_computed && across < s) continue;
-      // A cover may differ where the values, rounded, are still the same.
-      const bool covers = slots_[own].cover != nullptr;
-      if (!covers && !slots_[own].tile && !(twin_computed && slots_[marks_[across].slot].tile)) continue;
-      const std::size_t twin = slot_of(across, source);
-      const int n = slots_[own].base->intervals(), twin_n = slots_[twin].base->intervals();
-      const auto m = static_cast<std::size_t>(std::min(n, twin_n));
-      const EdgeSamples from = {grid(n).edges[static_cast<std::size_t>(k)], static_cast<std::size_t>(n) / m};
-      const EdgeSamples to = {grid(twin_n).edges[static_cast<std::size_t>(mesh.mirror_edge(s, k))],
-                              static_cast<std::size_t>(twin_n) / m};
-      if (!covers && same_edge(slots_[own].now(), from, slots_[twin].now(), to, m, channel_count)) continue;
-      for (std::size_t t = 1; t < m; ++t) copy_sample(own, from[t], twin, to[m - t], channel_count, pool);
+      const Slab& slab = mesh.slabs()[s];
+      const auto edge = static_cast<std::size_t>(k);
+      if (slab.shares[edge] == EdgeShare::Halves) {
+        const HangingEdge& hangs = mesh.hanging(s, k);
+        for (std::size_t half = 0; half < 2; ++half)
+          join(own, {hangs.across[half], k, hangs.edges[half], EdgeShare::Halves, static_cast<int>(half)},
+               channel_count, source, pool, grid);
+      } else if (slab.neighbours[edge] != kNoSlab) {
+        join(own, {slab.neighbours[edge], k, slab.mirrors[edge], slab.shares[edge]}, channel_count, source, pool, grid);
+      }
     }
   }
-  for (std::size_t own = 0; own < computed_; ++own)
-    for (const FibreId fibre : mesh.slabs()[slots_[own].slab].fibres) {
-      // Slabs come in ascending order, so the first computed one at a fibre owns it.
-      const auto fan = mesh.fan(fibre);
-      const auto owner = std::ranges::find_if(fan, [&](SlabCorner c) { return is_computed(c.slab); });
-      if (owner->slab != slots_[own].slab) continue;
-      const auto changed = [&](SlabCorner c) { return is_computed(c.slab) && slots_[marks_[c.slab].slot].tile; };
-      if (slots_[own].cover == nullptr && std::ranges::none_of(fan, changed)) continue;
-      const int n = slots_[own].base->intervals();
-      const std::size_t from = sample_index(n, corner_point(n, owner->corner));
-      for (const SlabCorner c : fan)
-        if (c.slab != owner->slab) {
-          const std::size_t to = slot_of(c.slab, source);
-          const int m = slots_[to].base->intervals();
-          copy_sample(own, from, to, sample_index(m, corner_point(m, c.corner)), channel_count, pool);
-        }
+  for (std::size_t own = 0; own < computed_; ++own) {
+    const SlabId s = slots_[own].slab;
+    for (int k = 0; k < 3; ++k) {
+      const auto corner = static_cast<std::size_t>(k);
+      join_at(own, mesh, mesh.slabs()[s].fibres[corner], channel_count, source, pool);
+      if (mesh.slabs()[s].shares[corner] == EdgeShare::Halves)
+        join_at(own, mesh, mesh.hanging(s, k).middle, channel_count, source, pool);
     }
-  if (!has_own_intervals(layer)) return;
+  }
+  const auto intervals_of = [&](SlabId s) { return source.base(s).intervals(); };
   for (Slot& slot : slots_) {
     if (!slot.tile) continue;
-    mesh.for_each_constrained(slot.slab, [&](GridPoint p, const EdgePlace& place) {
-      put_sample(slot, sample_index(slot.tile->intervals(), p), {constrained_value(*slot.tile, layer, place)}, 1, pool);
+    mesh.for_each_constrained(slot.slab, intervals_of, [&](GridPoint p, const EdgePlace& place) {
+      Values values{};
+      for (int c = 0; c < channel_count; ++c)
+        values[static_cast<std::size_t>(c)] = constrained_value(*slot.tile, layer, place, c);
+      put_sample(slot, sample_index(slot.tile->intervals(), p), values, channel_count, pool);
     });
     if (slot.changes == 0 && slot.tile->same_values(*slot.base)) slot.tile.reset();
   }

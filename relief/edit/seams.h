@@ -27,18 +27,27 @@ struct Slot {
 class DabTiles {
  public:
   explicit DabTiles(const SlabMesh& mesh) : marks_(mesh.slab_count()) {}
+  /// Goes on in another cage.
+  void take(const SlabMesh& mesh) { marks_.resize(mesh.slab_count()); }
 
-  /// Where tiles are taken from that a dab did not compute, but that get samples from one that it did.
+  /// Says where tiles are taken from that a dab did not compute, but that get samples from one that it did.
   struct Source {
     std::function<const Tile&(SlabId)> base;
     std::function<Tile*(SlabId)> cover;  ///< gives null where the tool keeps no cover
+    /// Ranks slabs: of two computed slabs the lower rank owns what they share. The rank is the number of the slab at
+    /// the stroke's start, since the numbers of its parts depend on the order of dabs.
+    std::function<SlabId(SlabId)> rank;
+    [[nodiscard]] bool owns(SlabId a, SlabId b) const {
+      const SlabId of_a = rank(a), of_b = rank(b);
+      return of_a != of_b ? of_a < of_b : a < b;
+    }
   };
 
   void begin();
   /// A computed tile; ascending by slab.
   void add(Slot slot);
   /// Writes every shared sample of the computed tiles to all its copies, then what constrained samples follow from
-  /// them. The lowest computed slab owns the value.
+  /// them. The lowest computed slab owns the value, see Source::rank.
   void commit(const SlabMesh& mesh, Layer layer, const Source& source, TilePool& pool,
               const std::function<const GridTables&(int)>& grid);
   [[nodiscard]] std::vector<Slot>& slots() noexcept { return slots_; }
@@ -50,7 +59,24 @@ class DabTiles {
   struct Mark {
     std::uint32_t round = 0, slot = 0;
   };
+  /// Along one edge of a slab, or along half of it, to the slab across.
+  struct Seam {
+    SlabId across = kNoSlab;
+    int edge = 0, twin_edge = 0;
+    EdgeShare share = EdgeShare::Whole;  ///< of the slab's edge; Halves: only `half` of it
+    int half = 0;
+  };
+  /// The copies of a sample where slabs end, in order of slabs.
+  struct AtFibre {
+    SlabId slab;
+    int corner;  ///< -1: it lies in the middle of `edge`
+    int edge;
+  };
   std::size_t slot_of(SlabId s, const Source& source);
+  void join(std::size_t own, const Seam& seam, int channel_count, const Source& source, TilePool& pool,
+            const std::function<const GridTables&(int)>& grid);
+  void join_at(std::size_t own, const SlabMesh& mesh, FibreId fibre, int channel_count, const Source& source,
+               TilePool& pool);
   void copy_sample(std::size_t from, std::size_t from_index, std::size_t to, std::size_t to_index, int channel_count,
                    TilePool& pool);
 
@@ -58,6 +84,7 @@ class DabTiles {
   std::vector<Mark> marks_;
   std::vector<Slot> slots_;
   std::size_t computed_ = 0;
+  std::vector<AtFibre> at_fibre_;  ///< scratch
 };
 
 }  // namespace relief::detail

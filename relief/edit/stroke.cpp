@@ -51,6 +51,8 @@ Status check(const Brush& brush) {
     RELIEF_CHECK(check_share("the stroke's colour", static_cast<double>(channel)));
   if (!std::isfinite(brush.resilience) || brush.resilience < 0)
     return fail(Errc::InvalidArgument, "the stroke's resilience must be a finite number, 0 or more");
+  if (!std::isfinite(brush.detail) || brush.detail < 0)
+    return fail(Errc::InvalidArgument, "the stroke's detail must be a share of the radius, 0 or more");
   if (!std::isfinite(brush.height)) return fail(Errc::InvalidArgument, "the stroke's height is not a finite number");
   if (!std::isfinite(brush.stabiliser) || brush.stabiliser < 0)
     return fail(Errc::InvalidArgument, "the stroke's stabiliser must be a length, 0 or more");
@@ -72,8 +74,8 @@ bool is_finite(const StrokePoint& p) noexcept {
 
 bool sane(const Brush& brush) noexcept { return check(brush).has_value(); }
 
-/// The normal of the surface around a place, averaged over the tool's area: the area vector of what a ring of places
-/// around it encloses, whatever lies between them (Stokes). The place's own where the ring finds no such area.
+/// Returns the normal of the surface around a place, averaged over the tool's area: the area vector of what a ring of
+/// places around it encloses, whatever lies between them (Stokes). The place's own where the ring finds no such area.
 Vec3d averaged_normal(const Snapshot& surface, const SurfacePoint& place, double radius,
                       std::array<PickHint, kRing>& hints) {
   const Vec3d n = place.normal;
@@ -262,6 +264,9 @@ struct StrokeEngine::State {
     const DabResult result = editor.dab(dab);
     ++so_far.dabs;
     so_far.limited += result.limited;
+    so_far.slabs_added += result.slabs_added;
+    so_far.samples_added += result.samples_added;
+    so_far.detail_limited = so_far.detail_limited || result.detail_limited;
     if (on_dab) on_dab(dab, result);
     return true;
   }

@@ -14,6 +14,7 @@
 
 namespace relief {
 
+/// One point of a stroke.
 struct StrokePoint {
   double t = 0;         ///< s
   Vec3d position;       ///< anywhere near the surface, or the tool's tip (see Stroke::tip)
@@ -23,29 +24,27 @@ struct StrokePoint {
 
 /// A stroke as a file gives it and as the journal keeps it: see docs (relief sculpt).
 struct Stroke {
-  Brush brush;
-  std::string label;
-  bool tip = false;  ///< the points are where the tool's lowest point was, so that Carve cuts down to them, plus k,
-                     ///< instead of strength * pressure * radius below the surface
-  std::vector<StrokePoint> points;
+  Brush brush;        ///< with what
+  std::string label;  ///< what the history shows
+  bool tip = false;   ///< the points are where the tool's lowest point was, so that Carve cuts down to them, plus k,
+                      ///< instead of strength * pressure * radius below the surface
+  std::vector<StrokePoint> points;  ///< in the order of time
 };
 inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 
-/// Whether a stroke can be played as it stands; else InvalidArgument with the first offence: a number that is not
-/// finite, radius <= 0, strength, pressure or colour outside 0..1, k < 0, a pressure curve without extent, time that
-/// runs backwards, more than kMaxStrokeDabs dabs.
+/// Returns InvalidArgument for a stroke that cannot be played, naming the first offence. Offences: numbers that are not
+/// finite, radius <= 0, strength, pressure or colour outside 0 to 1, k or detail < 0. Also: an empty pressure curve,
+/// time that runs backwards, over kMaxStrokeDabs dabs.
 [[nodiscard]] Status check(const Stroke& stroke);
 
-/// Turns points into dabs while they come. What a stroke does depends on its way and its times, not on how many points
-/// tell them or how they are split into calls of move(): between points the hand went straight and evenly. There is a
-/// dab each time that the hand has gone radius/16 or 8 ms have passed, and one at the end. Points are projected to the
-/// surface as it stood at the stroke's start; those farther outside than the radius are left out and counted. The
-/// axis of a tool that cuts or flattens is the normal averaged over its area. Deposit and its like keep their place
-/// (slab, u, v) on that surface but measure distances from the surface as it is now. A stroke that lasts no time counts
-/// as a tap of 0.1 s. One thread; the editor must outlive it.
+/// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The result depends on
+/// the path and its times, not on calls of move(). Points farther than the radius from the surface of the stroke's
+/// start are counted and left out. A stroke without duration is a tap of 0.1 s. One thread; the editor must outlive it.
 class StrokeEngine {
  public:
+  /// Gives dabs to an editor, which must outlive this.
   explicit StrokeEngine(Editor& editor);
+  /// Takes over; the other one may only be destroyed.
   StrokeEngine(StrokeEngine&&) noexcept;
   ~StrokeEngine();
 
@@ -53,10 +52,13 @@ class StrokeEngine {
   void begin(const Brush& brush, bool tip = false);
   /// Points that are not finite or run back in time are left out; other values are clamped to their ranges.
   void move(std::span<const StrokePoint> points);
+  /// Ends the stroke, and keeps it.
   StrokeResult end();
+  /// Ends the stroke as if it had never been.
   void cancel();
+  /// Returns whether a stroke is open.
   [[nodiscard]] bool open() const noexcept;
-  /// What the open stroke has done so far, samples left at 0.
+  /// Returns what the open stroke has done so far, samples left at 0.
   [[nodiscard]] const StrokeResult& so_far() const noexcept;
   /// From now on no dab is made while the flag is set; for who cancels from another thread. May be null.
   void stop_at(const std::atomic<bool>* flag) noexcept;

@@ -13,11 +13,11 @@
 namespace relief::detail {
 
 /// Tiles that no snapshot holds any more, for the next dab: a stroke makes and drops many of few sizes, and giving
-/// their memory back to the system each time costs more than the tools. A tile comes back on whatever thread lets go of
+/// their memory back to the system each time costs more than the tools. A tile comes back on whatever thread releases
 /// the last snapshot that held it, which is never the servo's.
 class TilePool : public std::enable_shared_from_this<TilePool> {
  public:
-  /// A tile of the same shape, with any values.
+  /// Returns a tile of the same shape, with any values.
   std::shared_ptr<Tile> take(const Tile& like) {
     std::unique_ptr<Tile> tile;
     {

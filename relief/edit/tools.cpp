@@ -33,9 +33,9 @@ constexpr std::array kOfCarve = {kRadius, kStrength, kResilience, kExact, kPress
 constexpr std::array kOfLayer = {kRadius, kStrength, kHeight, kFalloff, kPressure, kStabiliser, kSymmetry};
 constexpr std::array kOfPaint = {kRadius, kStrength, kColour, kFalloff, kPressure, kStabiliser, kSymmetry};
 
-// Rates: the slow ones let a hand follow what it does; Cover at 12/s is 70 % there after a tenth of a second, which is
-// how long a brush of 5 mm takes over its own radius at 50 mm/s. Even at 60/s mixes a sample with its neighbours by a
-// third in each 8 ms; from 250/s on it would overshoot.
+// Rates are 1/s. The slow ones let a hand follow. Cover at 12/s is 70 % there after 0.1 s, the time in which a 5 mm
+// brush at 50 mm/s passes its own radius. Even at 60/s mixes a sample with its neighbours by a third per 8 ms; from
+// 250/s on it would overshoot.
 constexpr std::array kTools = {
     ToolInfo{.id = "carve",
              .title = "Carve",
@@ -123,7 +123,7 @@ constexpr std::array kTools = {
 };
 static_assert(kTools[static_cast<std::size_t>(Tool::Unmask)].id == "unmask");
 
-/// The number in the brush that a setting stands for; null for those that are no plain number.
+/// Returns the number in the brush that a setting stands for; null for those that are no plain number.
 template <typename B>
 auto number_of(B& brush, std::string_view id) noexcept -> decltype(&brush.radius) {
   if (id == kRadius.id) return &brush.radius;
@@ -131,6 +131,7 @@ auto number_of(B& brush, std::string_view id) noexcept -> decltype(&brush.radius
   if (id == kResilience.id) return &brush.resilience;
   if (id == kHeight.id) return &brush.height;
   if (id == kStabiliser.id) return &brush.stabiliser;
+  if (id == "detail") return &brush.detail;
   return nullptr;
 }
 

@@ -30,24 +30,33 @@ enum class Falloff : std::uint8_t {
 /// From the hand's pressure to the tool's: 0 up to `low`, 1 from `high` on, between them ((p - low) / (high - low)) to
 /// the power `exponent`.
 struct PressureCurve {
-  double low = 0, high = 1;  ///< 0 <= low < high <= 1
-  double exponent = 1;       ///< > 0
+  /// 0 <= low < high <= 1
+  double low = 0, high = 1;
+  double exponent = 1;  ///< > 0
+  /// Returns what the pressure, 0 to 1, becomes.
   [[nodiscard]] double operator()(double pressure) const noexcept;
   friend bool operator==(const PressureCurve&, const PressureCurve&) noexcept = default;
 };
 
-/// How a stroke acts. Lengths in model units.
+/// So many radii from sample to sample a ball is cut to 3 % of its depth, with a smooth rim.
+inline constexpr double kDetail = 1.0 / 12;
+/// No tool makes samples lie nearer than this part of the cage's diagonal.
+inline constexpr double kFinestDetail = 1e-5;
+
+/// Says how a stroke acts. Lengths in model units.
 struct Brush {
-  Tool tool = Tool::Carve;
+  Tool tool = Tool::Carve;   ///< which tool
   double radius = 1;         ///< of the tool's sphere, > 0
+  double detail = kDetail;   ///< the largest spacing of samples under the tool, in radii; where it is larger the grid
+                             ///< gets finer, down to kFinestDetail; 0: it stays as it is
   double strength = 1;       ///< 0..1; see the tools' help
   Vec3f colour = {1, 1, 1};  ///< Paint: sRGB 0..1
   double resilience = 0;     ///< Carve: k, thickness of the band that yields without being cut (paper, Sec. 4.1)
-  double height = 0;         ///< Layer: how high it rises, may be negative; 0: a tenth of the radius
-  Falloff falloff = Falloff::Own;
-  bool exact = false;  ///< Carve: the sphere itself, to the sample; its rims show the grid as teeth
-  PressureCurve pressure = {};
-  double stabiliser = 0;  ///< the tool trails the hand by about this length, >= 0
+  double height = 0;         ///< Layer: how high it rises, may be negative; 0: 10 % of the radius
+  Falloff falloff = Falloff::Own;  ///< how the effect ends towards the radius
+  bool exact = false;              ///< Carve: the sphere itself, to the sample; its rims show the grid as teeth
+  PressureCurve pressure = {};     ///< what pressure does; the identity by default
+  double stabiliser = 0;           ///< the tool trails the hand by about this length, >= 0
   std::uint8_t symmetry =
       0;                     ///< bit k: each dab also mirrored across the plane through `mirror` whose normal is axis k
   Vec3d mirror = {0, 0, 0};  ///< a point on the mirror planes
@@ -56,14 +65,18 @@ struct Brush {
 
 /// One setting of a tool, as a program shows it. Values are read and written by setting() and set().
 struct SettingInfo {
+  /// How a program shows the setting.
   enum class Kind : std::uint8_t { Value, Switch, Choice, Colour, Curve };
-  enum class Unit : std::uint8_t { None, Length, Percent };  ///< Percent: the value is a share, 0..1
+  /// Percent: the value is a share, 0 to 1.
+  enum class Unit : std::uint8_t { None, Length, Percent };
+  /// name in files, and name on the screen
   std::string_view id, title;
-  Kind kind = Kind::Value;
-  Unit unit = Unit::None;
-  double min = 0, max = 1, step = 0.01, preset = 0;  ///< of a length: 0 of all four leaves it to the program
-  bool pressure_may_drive = false;
-  std::span<const std::string_view> choices = {};
+  Kind kind = Kind::Value;  ///< what it looks like
+  Unit unit = Unit::None;   ///< what its number means
+  /// of a length: 0 of all four leaves it to the program
+  double min = 0, max = 1, step = 0.01, preset = 0;
+  bool pressure_may_drive = false;                 ///< whether the pen may drive it
+  std::span<const std::string_view> choices = {};  ///< the names of a choice's values
 };
 
 /// What a tool does to the samples under it; the one part that is code (see edit/editor.cpp).
@@ -76,27 +89,28 @@ enum class Action : std::uint8_t {
   Cover,  ///< towards a value, from what stood there when the stroke began: several passes never go beyond it
 };
 
+/// Holds what a program needs to show a tool.
 struct ToolInfo {
   std::string_view id, title, help;  ///< id as in files; title as on a button; help in one sentence
   std::string_view key = {};         ///< that chooses it in a program with a keyboard, as "Shift+T"
   std::string_view opposite = {};    ///< id of the tool that does the reverse, itself where its height has a sign
-  relief::Layer writes = relief::Layer::Displacement;
-  Action action = Action::Raise;
-  Falloff falloff = Falloff::Smooth;
-  double rate = 1;          ///< 1/s at strength, pressure and fall-off 1; Cut has none
+  relief::Layer writes = relief::Layer::Displacement;  ///< the layer that it changes
+  Action action = Action::Raise;                       ///< what it does with that layer
+  Falloff falloff = Falloff::Smooth;                   ///< how it ends towards the radius
+  double rate = 1;                                     ///< 1/s at strength, pressure and fall-off 1; Cut has none
   double value = 0;         ///< Cover of one channel: the value; Plane: its height above the mean, in radii
   bool by_pressure = true;  ///< whether pressure drives it
   bool lowers = true;       ///< Plane: what is above it goes down
   bool raises = true;       ///< Plane: what is below it goes up
   bool by_height = false;   ///< Cover: the value is the sample's own at the start, raised by Brush::height
-  std::span<const SettingInfo> settings;
+  std::span<const SettingInfo> settings;  ///< what can be set, in the order of a panel
   /// Samples beyond the slab's border that the action looks at.
   [[nodiscard]] constexpr int halo() const noexcept {
     return action == Action::Even || action == Action::Swell ? 1 : 0;
   }
 };
 
-/// All tools, by number.
+/// Returns all tools, by number.
 [[nodiscard]] std::span<const ToolInfo> tools() noexcept;
 /// Asserts that there is such a row.
 [[nodiscard]] const ToolInfo& info(Tool tool) noexcept;
@@ -106,7 +120,8 @@ struct ToolInfo {
 /// "carve, deposit, paint, ...", for messages.
 [[nodiscard]] std::string tool_names();
 
-/// A setting of kind Value, Switch (0 or 1) or Choice (its number) by its id; empty where there is none of that name.
+/// Returns a setting of kind Value, Switch (0 or 1) or Choice (its number) by its id; empty where there is none of that
+/// name.
 [[nodiscard]] std::optional<double> setting(const Brush& brush, std::string_view id) noexcept;
 /// False where there is none of that name.
 bool set(Brush& brush, std::string_view id, double value) noexcept;

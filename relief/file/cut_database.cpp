@@ -81,9 +81,7 @@ CutDatabase::~CutDatabase() {
 
 Result<std::optional<CutDatabase>> CutDatabase::open(const std::filesystem::path& file, const FileKind& kind) {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0)
-    return fail(Errc::Io, std::string("'").append(printable(file.string())).append("' cannot be opened: ") +
-                              std::strerror(errno));
+  if (descriptor < 0) return fail(Errc::Io, printable(file.string()) + ": cannot be read: " + std::strerror(errno));
   const auto none = [descriptor] {
     ::close(descriptor);
     return std::optional<CutDatabase>();

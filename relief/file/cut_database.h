@@ -27,7 +27,7 @@ class CutDatabase {
   [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_; }
   [[nodiscard]] std::uint64_t whole_bytes() const noexcept { return whole_bytes_; }
 
-  /// Where a row begins.
+  /// Says where a row begins.
   struct Place {
     std::uint32_t page = 1;  ///< from 1 on
     std::uint32_t cell = 0;
@@ -45,10 +45,10 @@ class CutDatabase {
     std::int64_t number = 0;  ///< its key, where the table has whole numbers for keys: that column is null
     std::vector<Value> values;
   };
-  /// The first whole row at `from` or behind it, of whatever table; `from` becomes what follows. False at the end.
-  /// Nothing is promised of what a row holds: its checksum says whether it is one of ours.
+  /// Returns the first whole row at `from` or behind it, of whatever table; `from` becomes what follows. False at the
+  /// end. Nothing is promised of what a row holds: its checksum says whether it is one of ours.
   [[nodiscard]] bool next(Place& from, Row& row);
-  /// The row that next() gave with this place.
+  /// Returns the row that next() gave with this place.
   [[nodiscard]] bool read(Place place, Row& row);
 
  private:

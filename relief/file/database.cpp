@@ -26,16 +26,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kBusyMilliseconds = 2000;
-constexpr int kStepsBetweenLooks = 4096;  // of SQLite's machine between two looks whether it should stop: some 0.1 ms
-constexpr int kPagesPerCopy = 1024;       // of a database between two looks: some 10 ms
+constexpr int kStepsBetweenLooks = 4096;  // of SQLite's machine between two looks whether it should stop: about 0.1 ms
+constexpr int kPagesPerCopy = 1024;       // of a database between two looks: about 10 ms
 constexpr const char* kCancelled = "stays as it was: the work was cancelled";
 
-std::string quoted(const fs::path& file) {
-  std::string text = "'";
-  text += printable(file.string());
-  text += '\'';
-  return text;
-}
+std::string place_of(const fs::path& file) { return printable(file.string()) + ": "; }
 
 std::string not_a(const FileKind& kind) { return "is not a " + std::string(kind.suffix) + " file"; }
 
@@ -43,9 +38,9 @@ std::string foreign_tables(const FileKind& kind) {
   return "its tables are not those of a " + std::string(kind.suffix) + " file";
 }
 
-/// The sentence for a result code of SQLite.
+/// Returns the sentence for a result code of SQLite.
 Error failure_of(const OpenFile& file, int code, int system_error) {
-  const auto error = [&](Errc errc, const std::string& what) { return Error{errc, quoted(file.name) + " " + what}; };
+  const auto error = [&](Errc errc, const std::string& what) { return Error{errc, place_of(file.name) + what}; };
   if (code == SQLITE_READONLY_ROLLBACK || code == SQLITE_READONLY_RECOVERY)
     return error(Errc::Io,
                  "holds an unfinished change that must be undone first: make its folder writable or copy the file "
@@ -70,7 +65,7 @@ Error failure_of(const OpenFile& file, int code, int system_error) {
       return error(Errc::Io, "cannot hold a part that large");
     case SQLITE_CANTOPEN:
     case SQLITE_IOERR:
-      return error(Errc::Io, std::string(code == SQLITE_CANTOPEN ? "cannot be opened" : "cannot be read or written") +
+      return error(Errc::Io, std::string(code == SQLITE_CANTOPEN ? "cannot be read" : "cannot be read or written") +
                                  (system_error != 0 ? std::string(": ") + std::strerror(system_error) : ""));
     default:
       return error(Errc::Io, std::string("cannot be used: ") + sqlite3_errstr(code));
@@ -78,7 +73,7 @@ Error failure_of(const OpenFile& file, int code, int system_error) {
 }
 
 std::unexpected<Error> io(const fs::path& file, const char* what, int system_error) {
-  return fail(Errc::Io, quoted(file) + " " + what + ": " + std::strerror(system_error));
+  return fail(Errc::Io, place_of(file) + what + ": " + std::strerror(system_error));
 }
 
 /// Nothing that a file says may run: no triggers, views or functions from its schema, and no statement of unusual size.
@@ -185,11 +180,10 @@ Result<Database> Database::open(const fs::path& place, Access access, const File
   const fs::path& file = named.empty() ? place : named;
   std::error_code code;
   const fs::file_status status = fs::status(place, code);
-  if (status.type() == fs::file_type::not_found) return fail(Errc::NotFound, quoted(file) + " does not exist");
-  if (status.type() == fs::file_type::none) return io(file, "cannot be opened", code.value());
-  if (status.type() == fs::file_type::directory)
-    return fail(Errc::Io, quoted(file) + " is a folder, not a " + std::string(kind.suffix) + " file");
-  if (status.type() != fs::file_type::regular) return fail(Errc::Io, quoted(file) + " is not a regular file");
+  if (status.type() == fs::file_type::not_found) return fail(Errc::NotFound, place_of(file) + "no such file");
+  if (status.type() == fs::file_type::none) return io(file, "cannot be read", code.value());
+  if (status.type() == fs::file_type::directory) return fail(Errc::Io, place_of(file) + "is a folder");
+  if (status.type() != fs::file_type::regular) return fail(Errc::Io, place_of(file) + "is not a regular file");
   // An absolute path is never taken for a URI.
   const fs::path absolute = fs::absolute(place, code);
   if (code) return io(file, "cannot be found", code.value());
@@ -254,6 +248,17 @@ Result<std::int64_t> Database::integer(std::string_view sql) const {
   RELIEF_TRY(Statement statement, prepare(sql));
   RELIEF_TRY(const bool row, statement.step());
   return row ? statement.integer(0) : 0;
+}
+
+std::uint32_t Database::change_counter() const noexcept {
+  constexpr sqlite3_int64 kOffset = 24;  // in the header of a database file, big-endian (sqlite.org/fileformat.html)
+  sqlite3_file* file = nullptr;
+  std::array<unsigned char, 4> b{};
+  if (sqlite3_file_control(handle_.get(), "main", SQLITE_FCNTL_FILE_POINTER, static_cast<void*>(&file)) != SQLITE_OK ||
+      file == nullptr || file->pMethods == nullptr ||
+      file->pMethods->xRead(file, b.data(), static_cast<int>(b.size()), kOffset) != SQLITE_OK)
+    return 0;
+  return std::uint32_t{b[0]} << 24U | std::uint32_t{b[1]} << 16U | std::uint32_t{b[2]} << 8U | b[3];
 }
 
 bool Database::in_transaction() const noexcept { return sqlite3_get_autocommit(handle_.get()) == 0; }
@@ -334,7 +339,7 @@ Status Database::check_tables() const {
 }
 
 std::unexpected<Error> Database::failure(Errc code, std::string_view what) const {
-  return fail(code, quoted(file_->name) + " " + std::string(what));
+  return fail(code, place_of(file_->name) + std::string(what));
 }
 
 std::unexpected<Error> Database::damaged(std::string_view what) const {
@@ -373,7 +378,7 @@ void remove_leftovers(const fs::path& target) {
 }
 
 /// The folder of a file, held by one replacer at a time, so that none opens the old file while another puts the new one
-/// in its place. Where the folder cannot be had within the time that we wait for a database, nothing is held.
+/// in its place. Where the folder is not available within the time that we wait for a database, nothing is held.
 class Folder {
  public:
   explicit Folder(const fs::path& file)
@@ -410,9 +415,9 @@ Result<Replacement> Replacement::make(const fs::path& target, const FileKind& ki
   made.target_ = behind_links(made.target_);
   const fs::file_status status = fs::status(made.target_, code);
   if (status.type() == fs::file_type::directory || made.target_.filename().empty())
-    return fail(Errc::Io, quoted(target) + " is a folder, not a " + std::string(kind.suffix) + " file");
+    return fail(Errc::Io, place_of(target) + "is a folder");
   if (status.type() != fs::file_type::regular && status.type() != fs::file_type::not_found)
-    return fail(Errc::Io, quoted(target) + " cannot be written: it is not a regular file");
+    return fail(Errc::Io, place_of(target) + "cannot be written: it is not a regular file");
   remove_leftovers(made.target_);
 
   std::random_device random;
@@ -445,10 +450,10 @@ Replacement::~Replacement() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-/// The danger is a journal of the old file: SQLite finds it by its name alone, and would roll old pages back into the
-/// new file. So the old file is brought to rest first (opening it applies and removes its journal), then held locked,
-/// so that no other process can start a change, until the new one has its name. A journal beside no database belongs to
-/// nothing. Killed at any moment, this leaves the old file whole or the new one whole.
+/// The danger is a journal of the old file: SQLite finds it by its name alone, and would roll old pages back
+/// into the new file. So the old file is brought to rest first (opening it applies and removes its journal), then held
+/// locked, so that no other process can start a change, until the new one has its name. A journal beside no database
+/// belongs to nothing. Killed at any moment, this leaves the old file whole or the new one whole.
 Status Replacement::replace_target() {
   if (::fsync(descriptor_) != 0) return io(target_, "cannot be written", errno);
   const Folder folder(target_);

@@ -16,7 +16,7 @@ struct sqlite3_stmt;
 
 namespace relief::detail {
 
-/// What tells one kind of our database files from all others.
+/// Holds what tells one kind of our database files from all others.
 struct FileKind {
   struct Table {
     std::string_view name;
@@ -28,7 +28,7 @@ struct FileKind {
   std::span<const Table> tables;  ///< and nothing else may stand in the file
 };
 
-/// What errors speak of.
+/// Holds what errors speak of.
 struct OpenFile {
   std::filesystem::path name;
   const FileKind* kind;
@@ -85,16 +85,19 @@ class Database {
   [[nodiscard]] Status check_format() const;
   /// That it has the tables of its kind, and nothing else.
   [[nodiscard]] Status check_definitions() const;
-  /// The same, and that SQLite finds them sound. Reads the whole file.
+  /// Returns the same, and that SQLite finds them sound. Reads the whole file.
   [[nodiscard]] Status check_tables() const;
 
   [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;
   /// Runs one statement and drops its rows.
   [[nodiscard]] Status run(std::string_view sql) const;
-  /// The first column of the first row; 0 where there is none.
+  /// Returns the first column of the first row; 0 where there is none.
   [[nodiscard]] Result<std::int64_t> integer(std::string_view sql) const;
-  /// Whether a transaction is open.
+  /// Returns whether a transaction is open.
   [[nodiscard]] bool in_transaction() const noexcept;
+  /// Returns a number in the file that every commit changes, whoever makes it; 0 where it cannot be read. It is read
+  /// past all caches and locks: a program that opens and closes the file beside SQLite drops the locks of its process.
+  [[nodiscard]] std::uint32_t change_counter() const noexcept;
   /// Ends the open transaction, if any, without its changes.
   void roll_back() const noexcept;
   /// Replaces the content of this database by that of another, as it is at one moment. Errors: Cancelled, Io, Corrupt.
@@ -136,7 +139,7 @@ class Replacement {
   ~Replacement();
 
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
-  /// The real place of the target, links resolved.
+  /// Returns the real place of the target, links resolved.
   [[nodiscard]] const std::filesystem::path& target() const noexcept { return target_; }
   /// Puts the file in the target's place, on disk, once nobody works with the old one. Close the database first.
   [[nodiscard]] Status replace_target();

@@ -1,5 +1,6 @@
 #include <relief/base/try.h>
 #include <relief/core/snapshot.h>
+#include <relief/file/cage_rows.h>
 #include <relief/file/checksum.h>
 #include <relief/file/history_check.h>
 
@@ -8,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 namespace relief::detail {
@@ -17,22 +19,37 @@ namespace {
 /// A page of a layer, or (kTheLayer) the row that says since when and how finely the layer is there.
 using Key = std::pair<std::int64_t, std::int64_t>;
 constexpr std::int64_t kTheLayer = -1;
+constexpr std::int64_t kTheCage = -1;    ///< in the place of a layer: then comes the kind of part
+constexpr std::int64_t kNotNeeded = -2;  ///< the same of a part that no state needs
 
 enum class Row : std::uint8_t {
   Lost,     ///< the index, or the table itself, says that there is such a row, and none holds
   Follows,  ///< a page as differences to the one before
-  Anew      ///< a page as it is; a layer
+  Anew      ///< a page as it is; a layer; a part of the cage
 };
 
-/// What the file shows of its rows and records.
+/// Holds what the file shows of its rows and records.
 struct Evidence {
   std::map<Key, std::map<std::int64_t, Row>> rows;                 ///< by key and stroke
   std::map<std::int64_t, std::optional<std::int64_t>> row_counts;  ///< by stroke; nothing where the record fails
+  std::set<std::int64_t> cage_changes;                             ///< strokes
+  std::set<std::int64_t> whole_cages;                              ///< strokes that told all of it, in rows that hold
 
   void saw(std::string_view layer_name, std::int64_t page, std::int64_t stroke, Row row) {
     const auto layer = layer_from_name(layer_name);
-    if (!layer || stroke < 0) return;
-    Row& known = rows[{static_cast<std::int64_t>(*layer), page}].try_emplace(stroke, Row::Lost).first->second;
+    if (layer && stroke >= 0) saw({static_cast<std::int64_t>(*layer), page}, stroke, row);
+  }
+  void saw_part(std::string_view name, Row row) {
+    const auto part = CagePart::from_name(name);
+    if (!part) return;
+    saw({part->is_needed() ? kTheCage : kNotNeeded, part->kind}, part->stroke, row);
+    cage_changes.insert(part->stroke);
+    if (row != Row::Lost && part->makes_cage_anew()) whole_cages.insert(part->stroke);
+  }
+
+ private:
+  void saw(const Key& key, std::int64_t stroke, Row row) {
+    Row& known = rows[key].try_emplace(stroke, Row::Lost).first->second;
     known = std::max(known, row);
   }
 };
@@ -47,6 +64,10 @@ Result<Evidence> gather(const Database& rows, const Database& named, const Progr
   }));
   RELIEF_CHECK(scan(rows, "SELECT * FROM layers NOT INDEXED", "rowid", [&](const Statement& row) {
     found.saw(row.text(0), kTheLayer, row.integer(1), layer_holds(row) ? Row::Anew : Row::Lost);
+    return going_on();
+  }));
+  RELIEF_CHECK(scan(rows, "SELECT * FROM cage NOT INDEXED", "rowid", [&](const Statement& row) {
+    found.saw_part(row.text(0), cage_holds(row) ? Row::Anew : Row::Lost);
     return going_on();
   }));
   RELIEF_CHECK(scan(rows, "SELECT * FROM strokes", "number", [&](const Statement& row) {
@@ -64,6 +85,11 @@ Result<Evidence> gather(const Database& rows, const Database& named, const Progr
                       found.saw(row.text(0), kTheLayer, row.integer(1), Row::Lost);
                       return going_on();
                     }));
+  RELIEF_CHECK(
+      scan(named, "SELECT part FROM cage INDEXED BY sqlite_autoindex_cage_1", "part", [&](const Statement& row) {
+        found.saw_part(row.text(0), Row::Lost);
+        return going_on();
+      }));
   RELIEF_CHECK(scan(named, "SELECT number FROM strokes", "number", [&](const Statement& row) {
     found.row_counts.try_emplace(row.integer(0));
     return going_on();
@@ -78,13 +104,29 @@ std::int64_t last_recorded(const Evidence& evidence) {
   return last;
 }
 
-/// The stroke of the first row after `stroke` that makes the key anew; `none` where there is none.
+/// Returns the stroke of the first row after `stroke` that makes the key again; `none` where there is none.
 std::int64_t made_anew(const Evidence& evidence, const Key& key, std::int64_t stroke, std::int64_t none) {
   const auto rows = evidence.rows.find(key);
   if (rows == evidence.rows.end()) return none;
   for (auto row = rows->second.upper_bound(stroke); row != rows->second.end(); ++row)
     if (row->second == Row::Anew) return std::min(row->first, none);
   return none;
+}
+
+/// Returns the first of some strokes after another; `none` where there is none.
+std::int64_t next_of(const std::set<std::int64_t>& strokes, std::int64_t stroke, std::int64_t none) {
+  const auto next = strokes.upper_bound(stroke);
+  return next == strokes.end() ? none : std::min(*next, none);
+}
+
+/// Returns the stroke from which on a row that was lost at another one matters no more; `none` where it matters for
+/// ever.
+std::int64_t end_of_loss(const Evidence& evidence, const Key& key, std::int64_t stroke, std::int64_t none) {
+  if (key.first == kTheCage) return next_of(evidence.whole_cages, stroke, none);
+  std::int64_t end = made_anew(evidence, key, stroke, none);
+  if (const std::int64_t carried = next_of(evidence.cage_changes, stroke, none); carried < end)
+    end = std::max(end, next_of(evidence.whole_cages, carried - 1, none));
+  return std::min(end, made_anew(evidence, {key.first, kTheLayer}, stroke, none));
 }
 
 }  // namespace
@@ -120,9 +162,9 @@ Result<HistoryCheck> check_history(const Database& rows_of, const Database& name
   std::fill(check.readable.begin() + first_unknown, check.readable.end(), false);
   for (const auto& [key, rows] : evidence.rows)
     for (const auto& [stroke, row] : rows) {
-      if (row != Row::Lost || stroke > last || all_hold[static_cast<std::size_t>(stroke)]) continue;
-      const std::int64_t end = std::min(made_anew(evidence, key, stroke, last + 1),
-                                        made_anew(evidence, {key.first, kTheLayer}, stroke, last + 1));
+      if (row != Row::Lost || key.first == kNotNeeded || stroke > last || all_hold[static_cast<std::size_t>(stroke)])
+        continue;
+      const std::int64_t end = end_of_loss(evidence, key, stroke, last + 1);
       std::fill(check.readable.begin() + stroke, check.readable.begin() + end, false);
     }
   return check;
@@ -145,6 +187,10 @@ Status scan(const Database& database, const std::string& select, const std::stri
   return !done && done.error().code == Errc::Corrupt ? Status() : done;
 }
 
+bool cage_holds(const Statement& row) {
+  return (is_first_part(row.text(0)) || CagePart::from_name(row.text(0))) &&
+         row.integer(1) == hash_of(row.text(0), row.blob(2));
+}
 bool page_holds(const Statement& row) {
   return row.integer(5) ==
          hash_of(row.text(0), row.blob(6), row.integer(1), row.integer(2), row.integer(3), row.integer(4));

@@ -11,7 +11,7 @@
 
 namespace relief::detail {
 
-/// What is known of the strokes 0 to last; 0 is the model before its first stroke.
+/// Holds what is known of the strokes 0 to last; 0 is the model before its first stroke.
 struct HistoryCheck {
   std::vector<bool> readable;  ///< all rows that the state after the stroke needs are there and hold
 
@@ -21,7 +21,9 @@ struct HistoryCheck {
 /// Reads every row, and judges by one rule. Which rows a stroke wrote is known where its record holds and says as many
 /// as there are; rows that fail their checksum are counted by their key, which stands in the table's index too. A row
 /// that does not hold takes with it the states from its stroke up to the next row that makes its page (or its layer)
-/// anew. Where it is not known which rows a stroke wrote, no state from it on is readable.
+/// again; if the cage changes before that, and may carry the page over into others, up to the next stroke that tells
+/// the cage as a whole, too. A row of the cage takes with it all up to that. Where it is not known which rows a stroke
+/// wrote, no state from it on is readable.
 /// `rows_of`: the rows that states will be read from. `names_of`: whose indexes name them; the same database, or the
 /// damaged one that the rows were copied from (a damaged page may read once and not again). `tables_hold`:
 /// check_tables() found its tables and indexes in agreement. `last`: of the strokes that are judged; negative: the last
@@ -36,6 +38,7 @@ struct HistoryCheck {
 
 // ---- The checksums of rows, by their columns in the order of the tables
 
+[[nodiscard]] bool cage_holds(const Statement& row);    ///< of the table cage
 [[nodiscard]] bool page_holds(const Statement& row);    ///< of the table pages
 [[nodiscard]] bool layer_holds(const Statement& row);   ///< of the table layers
 [[nodiscard]] bool stroke_holds(const Statement& row);  ///< of the table strokes

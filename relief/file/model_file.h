@@ -13,7 +13,7 @@
 
 namespace relief {
 
-inline constexpr int kFormatVersion = 3;
+inline constexpr int kFormatVersion = 4;
 
 /// One finished stroke as the journal keeps it.
 struct StrokeRecord {
@@ -26,6 +26,7 @@ struct StrokeRecord {
 
 /// Names strokes `first` to `last`, whose states cannot be read; 0 is the model before its first stroke.
 struct DamagedStrokes {
+  /// numbers of strokes, both included
   std::uint64_t first = 0, last = 0;
   friend bool operator==(const DamagedStrokes&, const DamagedStrokes&) = default;
 };
@@ -69,11 +70,13 @@ class ModelFile {
   [[nodiscard]] static Result<Salvaged> salvage(const std::filesystem::path& from, const std::filesystem::path& to,
                                                 const Progress& progress = {});
 
+  /// Takes over; the other one may only be destroyed or assigned to.
   ModelFile(ModelFile&&) noexcept;
+  /// Takes over; the other one may only be destroyed or assigned to.
   ModelFile& operator=(ModelFile&&) noexcept;
   ~ModelFile();
 
-  /// The model at the current stroke.
+  /// Returns the model at the current stroke.
   [[nodiscard]] const Model& model() const noexcept;
   /// Has the verifier look at the slabs: one sentence where they do not hold what was proven of them when the file was
   /// made, or what certified and tolerant mode claim; else empty. The model is none the less as it was saved. Some 3
@@ -81,28 +84,33 @@ class ModelFile {
   [[nodiscard]] std::string doubt(const Progress& progress = {}) const;
   /// Finished strokes up to the current one; undone ones follow in redo_count().
   [[nodiscard]] std::uint64_t stroke_count() const noexcept;
+  /// Strokes that redo() can bring back.
   [[nodiscard]] std::uint64_t redo_count() const noexcept;
-  /// All of them in order, those that were undone at the end.
+  /// Returns all of them in order, those that were undone at the end.
   [[nodiscard]] Result<std::vector<StrokeRecord>> strokes() const;
   /// Returns the strokes whose states cannot be read, in order. Reads every row of the file. Errors: Io, Cancelled.
   [[nodiscard]] Result<std::vector<DamagedStrokes>> damage(const Progress& progress = {}) const;
 
   /// Returns the model at a stroke, undone ones included; the current one stays. `near` is the model at `near_stroke`,
-  /// whose equal tiles are shared. Cost: the pages that strokes between the two changed, at most 65 rows each; the
-  /// whole model if a layer came or went between them. Errors: NotFound, Corrupt (see damage()), Io (another program
+  /// whose equal tiles are shared. Cost: the pages that strokes between the two changed, at most 65 rows each; where a
+  /// layer came or went or the cage changed between them, what the strokes from there to here wrote, and if it lies
+  /// before, the whole model. Errors: NotFound, Corrupt (see damage()), Io (another program
   /// has written since), Cancelled.
   [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const SnapshotPtr& near, std::uint64_t near_stroke,
                                        const Progress& progress = {}) const;
-  /// The same, near model().
+  /// Returns the same, near model().
   [[nodiscard]] Result<SnapshotPtr> at(std::uint64_t stroke, const Progress& progress = {}) const;
 
-  /// Writes the tiles in which `head` differs from model(), as one transaction; strokes that had been undone are
-  /// dropped. On return the stroke is on disk. Errors: Io (disk full, read-only), InvalidArgument (another cage,
-  /// samples out of range or torn at an edge), Cancelled; then nothing has changed.
+  /// Writes that in which `head` differs from model(), as one transaction: tiles, cuts, grids, fibres that moved, or
+  /// all of another cage. What follows from before by with_detail() takes next to no room. Strokes that had been undone
+  /// are dropped. A file of an older format becomes one of the newest with the first stroke that changes its cage. On
+  /// return the stroke is on disk. Errors: Io (disk full, read-only), InvalidArgument (samples out of range or torn at
+  /// an edge), Cancelled; then nothing has changed.
   [[nodiscard]] Status commit(SnapshotPtr head, const StrokeRecord& stroke, const Progress& progress = {});
   /// Moves the current stroke back or forth, as one transaction. Returns how many strokes it moved, fewer at the end.
   /// Errors: Corrupt (the stroke it should come to is damaged; the sentence says how far it can go), Io, Cancelled.
   [[nodiscard]] Result<std::uint64_t> undo(std::uint64_t strokes = 1, const Progress& progress = {});
+  /// Brings undone strokes back; says how many. Errors: Io, Cancelled, InvalidArgument where there are fewer.
   [[nodiscard]] Result<std::uint64_t> redo(std::uint64_t strokes = 1, const Progress& progress = {});
   /// Moves the current stroke to one whose model the caller holds, as at() or commit() had it: only the place is
   /// written, no page is read, so damage there shows at the next open(). Errors: NotFound (no such stroke), Corrupt (it
@@ -113,7 +121,7 @@ class ModelFile {
   struct State;
   struct Rescued;
   explicit ModelFile(std::unique_ptr<State> state) noexcept;
-  /// A new model in an empty file that nobody else sees yet: nothing of it is sure to be on disk.
+  /// Returns a new model in an empty file that nobody else sees yet: nothing of it is sure to be on disk.
   [[nodiscard]] static Result<ModelFile> make_unsaved(const std::filesystem::path& place,
                                                       const std::filesystem::path& named, const Model& model,
                                                       const Progress& progress);

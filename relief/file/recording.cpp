@@ -381,7 +381,7 @@ struct Recording::State {
     }
   }
 
-  /// Which ticks there are, and that their batches may hold them.
+  /// Returns which ticks there are, and that their batches may hold them.
   [[nodiscard]] Status read_runs() {
     RELIEF_TRY(Statement get, database->prepare("SELECT first, count, length(data) FROM ticks ORDER BY first"));
     for (;;) {
@@ -467,7 +467,7 @@ struct Recording::State {
 
   // ---- Batch by batch
 
-  /// The packed bytes of the next batch; false at the end.
+  /// Returns the packed bytes of the next batch; false at the end.
   [[nodiscard]] Result<bool> next_packed(WholeBatch& now, Bytes& packed) {
     if (pages) {
       if (next_batch == batches.size()) return false;

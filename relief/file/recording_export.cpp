@@ -56,7 +56,7 @@ void place(std::vector<Property>& among, std::string_view name, std::size_t colu
   place(among.back().parts, name.substr(dot + 1), column);
 }
 
-/// The members of a schema's "properties".
+/// Returns the members of a schema's "properties".
 std::string schema_of(const std::vector<Property>& properties, const RecordingColumns& columns) {
   std::string out;
   for (const Property& p : properties) {
@@ -124,7 +124,7 @@ class Content {
       bytes_ += static_cast<char>(static_cast<unsigned char>(value >> (8 * k)));
     return *this;
   }
-  /// A string, or bytes, arrays and maps that are already in their form.
+  /// Returns a string, or bytes, arrays and maps that are already in their form.
   Content& text(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size()));
     return raw(text);

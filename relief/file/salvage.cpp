@@ -46,8 +46,6 @@ Status bind_column(Statement& put, const Statement& row, int column) {
   }
 }
 
-bool cage_holds(const Statement& row) { return row.integer(1) == detail::hash_of(row.text(0), row.blob(2)); }
-
 /// Copies the rows that hold into an empty model file.
 Status copy_rows(const Database& from, const Database& to, const Progress& progress) {
   struct Table {
@@ -56,7 +54,8 @@ Status copy_rows(const Database& from, const Database& to, const Progress& progr
     bool (*holds)(const Statement&);
   };
   for (const Table& table :
-       {Table{"SELECT * FROM cage NOT INDEXED", "rowid", "INSERT OR IGNORE INTO cage VALUES(?, ?, ?)", 3, cage_holds},
+       {Table{"SELECT * FROM cage NOT INDEXED", "rowid", "INSERT OR IGNORE INTO cage VALUES(?, ?, ?)", 3,
+              detail::cage_holds},
         Table{"SELECT * FROM layers NOT INDEXED", "rowid", "INSERT OR IGNORE INTO layers VALUES(?, ?, ?, ?)", 4,
               detail::layer_holds},
         Table{"SELECT * FROM pages NOT INDEXED", "rowid", "INSERT OR IGNORE INTO pages VALUES(?, ?, ?, ?, ?, ?, ?)", 7,
@@ -82,7 +81,7 @@ struct Facts {
   bool hold = true;
 };
 Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t slabs) {
-  if (const auto meta = detail::read_meta(source)) return Facts{.meta = *meta};
+  if (const auto meta = detail::Rows(source).read_meta()) return Facts{.meta = *meta};
   std::map<std::string, std::int64_t, std::less<>> integers;
   std::map<std::string, std::string, std::less<>> texts;
   double diagonal = 0;
@@ -102,7 +101,8 @@ Result<Facts> facts_of(const Database& source, std::int64_t fibres, std::int64_t
             .slabs = slabs,
             .current = integers["current"],
             .last = integers["last"],
-            .certificate = texts["certificate"]};
+            .certificate = texts["certificate"],
+            .float_colours = integers["float_colours"] != 0};
   // How samples are packed hangs on the format, which stands in the file twice; the checksum tells which is right.
   const auto header = source.integer("PRAGMA user_version");
   for (const std::int64_t format : {meta.format, header.value_or(0)}) {
@@ -129,7 +129,8 @@ Result<std::vector<std::uint64_t>> mend_records(const Database& rows, std::int64
   std::map<std::int64_t, std::int64_t> found, wrote;
   std::map<std::int64_t, StrokeRecord> records;
   RELIEF_TRY(Statement counts, rows.prepare("SELECT stroke, count(*) FROM (SELECT stroke FROM pages UNION ALL SELECT "
-                                            "stroke FROM layers) GROUP BY stroke"));
+                                            "stroke FROM layers UNION ALL SELECT CAST(part AS INTEGER) FROM cage "
+                                            "WHERE part NOT IN ('fibres', 'slabs')) GROUP BY stroke"));
   for (;;) {
     RELIEF_TRY(const bool row, counts.step());
     if (!row) break;
@@ -152,12 +153,12 @@ Result<std::vector<std::uint64_t>> mend_records(const Database& rows, std::int64
     if (!records.contains(stroke) && stroke > 0) lost.push_back(number);
     StrokeRecord& record = records[stroke];
     record.number = number;
-    RELIEF_CHECK(detail::write_stroke(rows, record, found[stroke]));
+    RELIEF_CHECK(detail::Rows(rows).write_stroke(record, found[stroke]));
   }
   return lost;
 }
 
-/// The stroke to take: the current one where it is whole, else the newest before it, else the first after it.
+/// Returns the stroke to take: the current one where it is whole, else the newest before it, else the first after it.
 std::optional<std::int64_t> newest_whole(const std::vector<bool>& readable, std::int64_t current) {
   const auto last = static_cast<std::int64_t>(readable.size()) - 1;
   for (std::int64_t k = std::min(current, last); k >= 0; --k)
@@ -181,7 +182,8 @@ std::vector<DamagedStrokes> runs(const std::vector<bool>& readable, bool wanted,
 }  // namespace
 
 /// Where the first page is damaged: it says what kind of file this is and where its tables begin, and is the same in
-/// every model but for counts that reading does without. So a copy of the file gets the first page of an empty model.
+/// every model except for counts that reading does without. So a copy of the file gets the first page of an empty
+/// model.
 constexpr std::size_t kDatabasePage = 4096;  // bytes; SQLite's own default, with which all our files are made
 constexpr std::size_t kPageCount = 28;       // where the first page says how many there are, four bytes, highest first
 
@@ -245,12 +247,12 @@ struct ModelFile::Rescued {
                                             const Progress& progress);
   [[nodiscard]] static Result<Rescued> from(const Database& source, const std::filesystem::path& beside,
                                             const Progress& progress);
-  /// The strokes to write: the newest whole one, and those around it that follow each other.
+  /// Returns the strokes to write: the newest whole one, and those around it that follow each other.
   [[nodiscard]] std::optional<Salvaged> whole_span() const;
-  /// Writes them to a new model. False: the checksums of one hold and it cannot be read all the same, as if somebody
+  /// Writes them to a new model. False: the checksums of one hold and it cannot be read nevertheless, as if somebody
   /// had forged it; `check` has it as damaged from now on.
   [[nodiscard]] Result<bool> write(const Salvaged& span, const std::filesystem::path& to, const Progress& progress);
-  /// What is not written, clause by clause.
+  /// Returns what is not written, clause by clause.
   [[nodiscard]] std::vector<std::string> lost(const Salvaged& span) const;
 
  private:
@@ -313,7 +315,7 @@ Result<ModelFile> ModelFile::Rescued::open_at(std::uint64_t stroke, const Progre
     RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
     Meta there = meta;
     there.current = static_cast<std::int64_t>(stroke);
-    RELIEF_CHECK(detail::write_meta(rows, there));
+    RELIEF_CHECK(detail::Rows(rows).write_meta(there));
   }
   return ModelFile::open(place.file(), true, progress);
 }
@@ -349,7 +351,7 @@ Result<bool> ModelFile::Rescued::write(const Salvaged& span, const std::filesyst
   if (!head) return give_up(head.error());
   RELIEF_TRY(const std::vector<StrokeRecord> records, source->strokes());
   Model model{.info = source->model().info, .head = *head};
-  if (!(model.info.source_diagonal > 0)) model.info.source_diagonal = diagonal(model.head->slab_mesh().bounds());
+  model.info.source_diagonal = source_diagonal(model);
 
   RELIEF_TRY(Replacement replacement, Replacement::make(to, detail::model_kind()));
   {

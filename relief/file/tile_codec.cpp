@@ -33,14 +33,22 @@ std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width, s
   std::vector<std::byte> blob;
   // Only lack of memory makes it fail; unpack() refuses the empty blob.
   if (ZSTD_isError(size) == 0U) blob.assign(room.get(), room.get() + size);
-  if (!may_hold(blob, raw.size(), expansion)) {
-    const std::size_t padding = raw.size() / expansion - blob.size();
-    const std::array<std::uint32_t, 2> header = {kSkippable, static_cast<std::uint32_t>(padding)};
-    const auto bytes = std::as_bytes(std::span(header));
-    blob.insert(blob.end(), bytes.begin(), bytes.end());
-    blob.resize(blob.size() + padding);
-  }
+  if (!may_hold(blob, raw.size(), expansion)) pad(blob, raw.size() / expansion);
   return blob;
+}
+
+void pad(std::vector<std::byte>& blob, std::size_t size) {
+  if (blob.size() >= size) return;
+  const std::array<std::uint32_t, 2> header = {kSkippable, static_cast<std::uint32_t>(size - blob.size())};
+  const auto bytes = std::as_bytes(std::span(header));
+  blob.insert(blob.end(), bytes.begin(), bytes.end());
+  blob.resize(blob.size() + header[1]);
+}
+
+std::optional<std::size_t> unpacked_size(std::span<const std::byte> blob) noexcept {
+  const auto size = ZSTD_getFrameContentSize(blob.data(), blob.size());
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) return std::nullopt;
+  return static_cast<std::size_t>(size);
 }
 
 bool unpack(std::span<const std::byte> blob, std::size_t width, std::span<std::byte> raw) {

@@ -4,6 +4,7 @@
 #include <relief/core/snapshot.h>
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,11 @@ inline constexpr std::size_t kMaxCageExpansion = 16;
 /// frame.
 [[nodiscard]] std::vector<std::byte> pack(std::span<const std::byte> raw, std::size_t width,
                                           std::size_t expansion = kMaxExpansion);
-/// Whether `blob` may stand for `bytes` bytes; asked before memory is taken for them.
+/// Makes a blob at least so long by an empty frame behind it.
+void pad(std::vector<std::byte>& blob, std::size_t size);
+/// Returns how many bytes a blob says that it stands for; nothing where it does not say.
+[[nodiscard]] std::optional<std::size_t> unpacked_size(std::span<const std::byte> blob) noexcept;
+/// Returns whether `blob` may stand for `bytes` bytes; asked before memory is taken for them.
 [[nodiscard]] constexpr bool may_hold(std::span<const std::byte> blob, std::size_t bytes,
                                       std::size_t expansion = kMaxExpansion) noexcept {
   return bytes / expansion <= blob.size();

@@ -10,11 +10,12 @@
 
 namespace relief {
 
-/// How many axes of each kind a device has.
+/// Says how many axes of each kind a device has.
 struct Freedom {
   int position = 3;  ///< 0..3
   int rotation = 0;  ///< 0..3
   int gripper = 0;   ///< 0 or 1
+  /// Returns how many freedoms.
   [[nodiscard]] constexpr int count() const noexcept { return position + rotation + gripper; }
 };
 
@@ -27,7 +28,7 @@ enum class GravityCompensation : std::uint8_t { Unknown, None, Device, Library }
 
 /// Nominal limits; user settings never exceed them.
 struct DeviceInfo {
-  std::string name = {};
+  std::string name = {};     ///< as `relief devices` shows it
   std::string serial = {};   ///< what the device is known by among those of its kind; empty: it does not say
   std::string filters = {};  ///< what the vendor's software does to forces and readings ("force gate 0.3"); empty: none
   double max_force = 3.3;    ///< N; 0: a device that gives none
@@ -39,41 +40,42 @@ struct DeviceInfo {
   double max_work = 1;              ///< J, what the force may do on the hand within any second
   double max_speed = 1.5;           ///< m/s of the hand, above which the force only brakes
   int delay_ticks = 0;              ///< 0..3, from a command to its force, as far as it is known
-  double delay = 0;                 ///< s, the same where it is no number of ticks; the longer one counts
+  double delay = 0;                 ///< s, the same where it is not a number of ticks; the longer one counts
   double workspace_radius = 0.075;  ///< m around the origin, in which forces are good; 0: not known
   Box3d workspace = {};             ///< m, the same axis by axis; where it is not empty the radius does not count
   double rate = 1000;               ///< Hz, of the device's own readings; 0: not known
+  /// what it measures, and where it has motors
   Freedom sensed = {}, actuated = {};
-  Handedness handedness = Handedness::Either;
-  GravityCompensation gravity = GravityCompensation::Unknown;
+  Handedness handedness = Handedness::Either;                  ///< for which hand
+  GravityCompensation gravity = GravityCompensation::Unknown;  ///< whether it carries its own weight
   bool absolute = true;  ///< positions are measured, not summed up from motions as a mouse's are
   bool pull = true;      ///< Relief's thread calls read and write; false: the device's SDK calls Relief
 };
 
 /// One reading.
 struct DeviceState {
-  double t = 0;    ///< s, monotonic, from the device's own start; the last one's where there is nothing new
-  Vec3d position;  ///< m
-  Vec3d velocity;  ///< m/s; used when `has_velocity`, else estimated from positions
-  bool has_velocity = false;
+  double t = 0;               ///< s, monotonic, from the device's own start; the last one's where there is nothing new
+  Vec3d position;             ///< m
+  Vec3d velocity;             ///< m/s; used when `has_velocity`, else estimated from positions
+  bool has_velocity = false;  ///< whether `velocity` holds
   Quatd orientation = {};  ///< from the tool's frame to the device's, 1e-6 to 1e150 long; used when `has_orientation`
-  bool has_orientation = false;
-  Vec3d angular_velocity = {};  ///< rad/s, about the device's axes; there when `has_angular_velocity`
-  bool has_angular_velocity = false;
-  double gripper = 0;        ///< m between the fingers; there when `has_gripper`
-  double gripper_force = 0;  ///< N with which the fingers are pressed, where that is measured
-  bool has_gripper = false;
-  double pressure = 0;  ///< 0..1, of a pen's tip or a trigger; there when `has_pressure`
-  bool has_pressure = false;
-  bool forces_off = false;  ///< the device has switched its forces off itself (status() says why)
+  bool has_orientation = false;       ///< whether `orientation` holds
+  Vec3d angular_velocity = {};        ///< rad/s, about the device's axes; there when `has_angular_velocity`
+  bool has_angular_velocity = false;  ///< whether `angular_velocity` holds
+  double gripper = 0;                 ///< m between the fingers; there when `has_gripper`
+  double gripper_force = 0;           ///< N with which the fingers are pressed, where that is measured
+  bool has_gripper = false;           ///< whether `gripper` holds
+  double pressure = 0;                ///< 0..1, of a pen's tip or a trigger; there when `has_pressure`
+  bool has_pressure = false;          ///< whether `pressure` holds
+  bool forces_off = false;            ///< the device has switched its forces off itself (status() says why)
   /// Bits 0 to 7: the buttons that are down. From bit 8 on: a number, by which a program says which brush it means.
   std::uint32_t buttons = 0;
   /// Buttons that went down, or up, at any time since the last reading: so a click between two readings is not lost. A
   /// device that looks at its buttons only once per reading may leave them 0.
-  std::uint32_t pressed = 0, released = 0;
+  std::uint32_t pressed = 0, released = 0;  ///< buttons that went down or up since the last reading, a bit each
 };
 
-/// What the hand is to feel; device axes.
+/// Holds what the hand is to feel; device axes.
 struct Wrench {
   Vec3d force;         ///< N
   Vec3d torque;        ///< N*m, about the reading's position; a device of three axes takes no notice of it
@@ -88,12 +90,12 @@ enum class Calibration : std::uint8_t {
 };
 [[nodiscard]] std::string_view name(Calibration calibration) noexcept;
 
-/// What a device says of itself at the moment.
+/// Holds what a device says of itself at the moment.
 struct DeviceStatus {
-  bool connected = false;  ///< it is open, and answers
-  bool powered = false;
-  bool forces_on = false;  ///< a command reaches the motors
-  Calibration calibration = Calibration::Done;
+  bool connected = false;                       ///< it is open, and answers
+  bool powered = false;                         ///< whether its motors have current
+  bool forces_on = false;                       ///< a command reaches the motors
+  Calibration calibration = Calibration::Done;  ///< whether it knows where it is
   std::string to_do;        ///< what a person must do before it can be used, one sentence; empty: nothing
   std::string force_off;    ///< why its forces are off, in words; empty while they are on, or where it does not say
   std::string trouble;      ///< what went wrong last, in words; empty: nothing, or it does not say
@@ -101,22 +103,20 @@ struct DeviceStatus {
   double battery = -1;      ///< of a part without a wire, 0..1; -1: there is none, or not known
 };
 
-/// What a push device calls with each reading, and then commands what it gets. Neither allocates nor locks.
+/// Holds what a push device calls with each reading, and then commands what it gets. Neither allocates nor locks.
 struct PushTick {
-  void* servo = nullptr;
-  Wrench (*call)(void* servo, const DeviceState& reading) noexcept = nullptr;
+  void* servo = nullptr;                                                       ///< the servo, for `call`
+  Wrench (*call)(void* servo, const DeviceState& reading) noexcept = nullptr;  ///< one tick of the servo
+  /// Gives a reading to the servo, and returns the force to send. The device's own thread.
   [[nodiscard]] Wrench operator()(const DeviceState& reading) const noexcept { return call(servo, reading); }
 };
 
 /// Whether an arm may move by itself, which somebody in front of it must have said.
 enum class ArmMotion : std::uint8_t { Forbidden, Allowed };
 
-/// A haptic device of one of two kinds, as info().pull says. A pull device is read and commanded by Relief's thread; a
-/// push device has a thread of its own, or of its SDK, that calls Relief.
-///
-/// Order: open, calibrate where status() asks for it, enable, then read and write, or start and stop; enable(false),
-/// close. What a kind of device has no use for is done when it is called. Besides status(), which any thread may call
-/// at any time, one thread at a time calls it.
+/// A haptic device: Relief's thread reads and commands a pull device; a push device calls Relief (info().pull). Order:
+/// open, calibrate where status() asks for it, enable, then read and write, or start and stop; then disable and close.
+/// A call that a device has no use for succeeds. Any thread may call status(); one thread at a time the rest.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
@@ -126,7 +126,7 @@ class HapticDevice {
   /// Finds the device and takes hold of it, its forces off. After close(), or where it was lost, the same one again.
   /// May take seconds. Errors: DeviceUnavailable, saying what is missing and the remedy.
   [[nodiscard]] virtual Status open() { return {}; }
-  /// May lock and take milliseconds. The loop asks it only where the device has just been lost.
+  /// May lock and take milliseconds. The loop asks it only where the device has been lost.
   [[nodiscard]] virtual DeviceStatus status() const {
     return {.connected = true, .powered = true, .forces_on = true, .to_do = {}, .force_off = {}, .trouble = {}};
   }
@@ -135,7 +135,7 @@ class HapticDevice {
   [[nodiscard]] virtual Status calibrate(ArmMotion /*motion*/) { return {}; }
   /// Switches the forces on, beginning with zero, or off. Errors: DeviceUnavailable, saying why not.
   [[nodiscard]] virtual Status enable(bool /*forces*/) { return {}; }
-  /// Forces off, and lets go of the device. Also when it is closed, or gone.
+  /// Forces off, and releases the device. Also when it is closed, or gone.
   virtual void close() noexcept {}
 
   /// Pull: read() and write() are called at 1 kHz by one thread and must not allocate or lock; both return false when

@@ -13,7 +13,7 @@ enum class ServoFault : std::uint32_t {
   /// Not finite, denormal, over 10 m from the workspace's origin, further from the device's than four times the radius
   /// of its workspace, or frozen; or an orientation that is no rotation.
   BadPosition = 1U << 0U,
-  /// Time is no number, stood still for over 20 ms, ran back by over 2 ms, or jumped by 50 ms or more.
+  /// Time is not a number, stood still for over 20 ms, ran back by over 2 ms, or jumped by 50 ms or more.
   BadTime = 1U << 1U,
   TooFast = 1U << 2U,           ///< the position moved, or the device's own velocity is, faster than 10 m/s
   Latched = 1U << 3U,           ///< a fault happened and the hand has not lifted off since: zero force
@@ -25,9 +25,9 @@ enum class ServoFault : std::uint32_t {
   StartInside = 1U << 7U,
   DeviceLost = 1U << 8U,
   Overrun = 1U << 9U,         ///< a tick came more than one period late
-  SampleDropped = 1U << 10U,  ///< the telemetry queue was full just before this sample
-  /// The model rose by over 3 mm (at the hand) under the tool, or one with another cage took its place while the tool
-  /// touched.
+  SampleDropped = 1U << 10U,  ///< the telemetry queue was full right before this sample
+  /// The model rose by over 3 mm (at the hand) under the tool, or another one took its place while the tool touched, in
+  /// which it lies in the material far from any surface.
   SurfaceJumped = 1U << 11U,
   /// Damped by over 1 % of the greatest force, because the hand had got more energy out of this contact than it had put
   /// in.

@@ -5,18 +5,17 @@
 
 namespace relief {
 
-/// Where the surface is edited under the tool, or the workspace moved, the law's force steps though the hand did
-/// nothing. What is given then goes on from what was given last, and what it lacks of the law's fades with a time
-/// constant of 15 ms; beside the hand's own way, which is felt at once, it changes by 0.045 N in a tick at most
-/// meanwhile. A small state, no allocation.
+/// Blends the force where the surface is edited under the tool, or the workspace moves: there the law's force steps
+/// though the hand did nothing. The given force continues from its last value. What it lacks of the law's fades with a
+/// time constant of 15 ms, by at most 0.045 N per tick. The hand's own motion is felt at once. No allocation.
 class ForceBlend {
  public:
   /// Something else than the hand has changed what is felt since the last tick, in which this was given.
   void moved(const Wrench& last) noexcept;
-  /// Whether something is left of a change.
+  /// Returns whether something is left of a change.
   [[nodiscard]] bool blending() const noexcept { return pending_ || lacking_ != Vec3d{}; }
-  /// One tick while blending(): what the law asks for, and how much of its change the hand itself has made; what to
-  /// give instead. N, N*m; `dt` in s.
+  /// Returns one tick while blending(): what the law asks for, and how much of its change the hand itself has made;
+  /// what to give instead. N, N*m; `dt` in s.
   [[nodiscard]] Wrench step(const Wrench& law, Vec3d by_hand, double dt) noexcept;
   /// After step(): what the last force would have been in this tick by the hand's doing alone, N.
   [[nodiscard]] Vec3d from() const noexcept { return from_; }

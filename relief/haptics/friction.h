@@ -9,19 +9,24 @@ namespace relief {
 /// has a second spring, against turning on the spot. A small state, no allocation.
 class Friction {
  public:
+  /// Says how rough the surface is.
   struct Setting {
-    double kinetic = 0, still = 0;  ///< coefficients
-    double stiffness = 0;           ///< N/m, that of the contact
-    double normal_force = 0;        ///< N
+    /// coefficients
+    double kinetic = 0, still = 0;
+    double stiffness = 0;     ///< N/m, that of the contact
+    double normal_force = 0;  ///< N
   };
+  /// Holds what friction adds in a tick.
   struct Given {
-    Vec3d force, torque;  ///< N; N*m about where the tool touches
-    double stored = 0;    ///< J in the springs
+    /// N; N*m about where the tool touches
+    Vec3d force, torque;
+    double stored = 0;  ///< J in the springs
   };
 
+  /// Forgets where it held; the next touch begins without.
   void let_go() noexcept { holds_ = sliding_ = false; }
-  /// One tick of a tool that touches. `hand`: m; `normal`: unit; `arm`: from the hand to where it touches, m; `spread`:
-  /// how far around that, m; `turn`: of the tool since the last tick, rad.
+  /// Returns one tick of a tool that touches. `hand` in m; `normal` unit; `arm` in m, from the hand to the contact.
+  /// `spread` in m, the extent around it; `turn` in rad, of the tool since the last tick.
   [[nodiscard]] Given step(const Setting& now, Vec3d hand, Vec3d normal, Vec3d arm, double spread, Vec3d turn) noexcept;
   /// The hand has been put elsewhere: what was at `from` is at `to`, turned.
   void move(Vec3d from, Vec3d to, Quatd turned) noexcept { anchor_ = to - turned.turn(from - anchor_); }

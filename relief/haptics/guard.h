@@ -11,7 +11,7 @@
 
 namespace relief {
 
-/// What a device and a person's hand bear; SI units, each finite and not negative.
+/// Holds what a device and a person's hand bear; SI units, each finite and not negative.
 struct GuardLimits {
   double max_force = 0;         ///< N
   double max_force_rate = 0;    ///< N/s, how fast the force may grow or turn
@@ -31,8 +31,10 @@ class ForceGuard {
   /// Faster hands never come here, m/s: such readings are refused before.
   static constexpr double kFastest = 10;
 
+  /// Takes new limits; `guarding` switches passivity control.
   void set(const GuardLimits& limits, bool guarding) noexcept;
 
+  /// Holds what the hand did in a tick.
   struct Motion {
     Vec3d position;   ///< m
     Vec3d velocity;   ///< m/s
@@ -46,7 +48,7 @@ class ForceGuard {
   void observe(const Motion& now) noexcept;
   /// A new start: no force has acted, nothing is known of the motion before. What the motors have borne stays.
   void restart() noexcept;
-  /// What the law asks for.
+  /// Holds what the law asks for.
   struct Wish {
     Vec3d force;         ///< N
     Vec3d torque;        ///< N*m, of the same springs about the position
@@ -55,8 +57,8 @@ class ForceGuard {
     double gift = 0;     ///< J of that which came in this tick without the hand's doing: a surface that rose under it
     bool moved = false;  ///< what came so is not known: the tick is not judged
   };
-  /// What the hand gets. The torque is cut as much as the force is, and by its own limits. Sets ServoFault bits of what
-  /// was cut.
+  /// Returns what the hand gets. The torque is cut as much as the force is, and by its own limits. Sets ServoFault bits
+  /// of what was cut.
   [[nodiscard]] Wrench wrench(const Wish& wish, std::uint32_t& flags) noexcept;
   /// In place of wrench() in a tick without contact.
   void rest() noexcept;
@@ -69,7 +71,7 @@ class ForceGuard {
   /// gave up, of sampling, of delay, of a normal that is no gradient. What was lost (to damping, say) is not set off
   /// against it, so that it hides nothing. The more, the more damping; at most 2e-5.
   [[nodiscard]] double leak() const noexcept { return leak_; }
-  /// What the force has done on the hand lately, J; at most the half of max_work.
+  /// Returns what the force has done on the hand lately, J; at most the half of max_work.
   [[nodiscard]] double work() const noexcept { return work_; }
   /// Mean square of the force over kWarmUp, N^2; at most the square of continuous_force.
   [[nodiscard]] double warmth() const noexcept { return warmth_; }

@@ -8,17 +8,18 @@
 
 namespace relief {
 
-/// A contact looks along the hand's whole way in each tick, which takes longer the farther that is. So it follows the
-/// hand by at most kMost of the model's diagonal per tick, 3 m/s where that is 0.15 m: no hand is as fast, and a
-/// reading that leaps is caught up with in a few ticks.
+/// Limits the hand's step: a contact tests the whole segment of each tick, which costs more the longer it is. The
+/// cursor follows the hand by at most kMost of the model's diagonal per tick (3 m/s where that is 0.15 m). No hand is
+/// as fast; a reading that leaps is caught up with in a few ticks.
 class HandLimit {
  public:
   static constexpr double kMost = 0.02;  ///< of the diagonal, where the hand moves
   static constexpr double kLed = 0.005;  ///< and where a program has put the tool elsewhere, which has time
 
+  /// Forgets the hand; the next reading is taken as it is.
   void reset() noexcept { known_ = false; }
-  /// The pose to which the tool goes in this tick. `reach`: of the tool from its origin; `diagonal`: of the model;
-  /// `led`: it is on its way to where a program has put it.
+  /// Returns the pose to which the tool goes in this tick. `reach`: of the tool from its origin; `diagonal`: of the
+  /// model; `led`: it is on its way to where a program has put it.
   [[nodiscard]] ToolPose follow(const ToolPose& hand, double reach, double diagonal, bool led = false) noexcept {
     const Vec3d from = known_ ? at_.origin : hand.origin;
     if (!known_) at_ = hand;

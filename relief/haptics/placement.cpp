@@ -51,7 +51,7 @@ Placement::Place Placement::place(const Readings::Judged& now, Vec3d device) noe
       space_ = next;
       applied_ = set_;
     }
-    // Held to the last bit, but for what was asked for.
+    // Held to the last bit, except for what was requested.
     if (!place.clutched || place.change) cursor_ = space_.to_model(device);
     device_ = device;
   }

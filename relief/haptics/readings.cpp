@@ -39,7 +39,7 @@ bool near(Vec3d v, double limit) noexcept {
   return is_finite(v) && std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
-/// The rotation from one orientation to another as a vector along its axis, rad; good for small ones.
+/// Returns the rotation from one orientation to another as a vector along its axis, rad; good for small ones.
 Vec3d turn_between(Quatd from, Quatd to) noexcept {
   const Vec3d a = {from.x, from.y, from.z}, b = {to.x, to.y, to.z};
   const Vec3d half = from.w * b - to.w * a - cross(b, a);

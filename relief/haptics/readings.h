@@ -10,18 +10,20 @@
 
 namespace relief {
 
-/// How a device's readings are taken.
+/// Says how a device's readings are taken.
 struct ReadingSettings {
   /// s for which a button must have been up before it counts as released, so that a contact that bounces or drops out
-  /// does not cut a stroke in two; 0: at once. A press counts at once. What is no number counts as 0.
+  /// does not cut a stroke in two; 0: at once. A press counts at once. What is not a number counts as 0.
   double debounce = 20e-3;
 };
 
 /// The readings of one device, one after the other. A small state, no clock, no allocation.
 class Readings {
  public:
+  /// For a device with such limits.
   explicit Readings(const DeviceInfo& device) noexcept;
 
+  /// Takes new settings.
   void set(const ReadingSettings& settings) noexcept { settings_ = settings; }
 
   /// A reading as it has been judged beside the ones before.
@@ -43,7 +45,7 @@ class Readings {
   /// The next reading comes after something that it does not show itself: a fault of that name.
   void interrupt(ServoFault why) noexcept { interrupted_ |= bit(why); }
 
-  /// How much later than a device's stiffness is good for one tick in a thousand comes, s; 0 while none does.
+  /// Returns how much later than a device's stiffness is good for one tick in a thousand comes, s; 0 while none does.
   [[nodiscard]] double late() const noexcept { return late_; }
   /// Share of the device's stiffness that is good for such ticks; it moves with them little by little.
   [[nodiscard]] double softer() const noexcept { return softer_; }
@@ -57,7 +59,7 @@ class Readings {
   [[nodiscard]] bool usable(Vec3d position, const Workspace& space) const noexcept;
   void judge_motion(const DeviceState& reading, bool timed, Judged& now) noexcept;
   void judge_orientation(const DeviceState& reading, Judged& now) noexcept;
-  /// Whether the arm looks as if it did not know where it is.
+  /// Returns whether the arm looks as if it did not know where it is.
   [[nodiscard]] bool looks_uncalibrated(const DeviceState& reading, const Judged& now) noexcept;
 
   ReadingSettings settings_;

@@ -11,6 +11,7 @@ namespace relief {
 /// A recorded path as a device: plays readings one per read(), ignores forces, has ended() after the last.
 class ReplayDevice final : public HapticDevice {
  public:
+  /// Gives the readings in their order, then says that it has ended.
   ReplayDevice(DeviceInfo info, std::vector<DeviceState> readings);
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   /// Its forces are never on: nobody is there.

@@ -63,7 +63,7 @@ void Servo::workspace_changed(const Placement::Change& change) noexcept {
   for (Wrench* felt : {&spring_, &rubbed_}) *felt = {turned.turn(felt->force), turned.turn(felt->torque)};
   lead_over(spring_.force, spring_.torque);
   friction_.move(was.turned_to_model(change.device), now.turned_to_model(change.device), turned);
-  // A tool in the open that lands in the solid has not gone in through its surface.
+  // A tool in free space that lands in the solid has not gone in through its surface.
   first_ = first_ || (leap > kSurfaceJump && !touched);
 }
 
@@ -200,13 +200,28 @@ ServoSample Servo::step(const Snapshot& model, const DeviceState& reading) noexc
   const Readings::Judged now = readings_.judge(reading, placement_.next_workspace());
   follow_period();
   if (!now.news && now.faults == 0) {
-    hold(now, reading);
+    hold(model, now, reading);
     return last_;
   }
-  return last_ = feel(model, reading, now);
+  last_ = feel(model, reading, now);
+  if (last_.at.slab != kNoSlab) foothold_.stand_in(model.slab_mesh(), last_.at.slab);
+  return last_;
 }
 
-void Servo::hold(const Readings::Judged& now, const DeviceState& reading) noexcept {
+std::optional<SurfacePlace> Servo::last_place(MicroTriangles& surface) const noexcept {
+  if (last_.at.slab == kNoSlab) return std::nullopt;
+  if (foothold_.is_in(surface.mesh())) return surface.place_at(last_.at.slab, last_.at.u, last_.at.v);
+  return foothold_.find(surface, last_.at, last_.contact_point);
+}
+
+void Servo::hold(const Snapshot& model, const Readings::Judged& now, const DeviceState& reading) noexcept {
+  if (last_.at.slab != kNoSlab && !foothold_.is_in(model.slab_mesh())) {
+    MicroTriangles surface(model);
+    const auto place = last_place(surface);
+    last_.at = place ? surface.coordinates(*place) : SlabCoord{};
+    last_.contact = place.has_value();
+    if (place) foothold_.stand_in(model.slab_mesh(), last_.at.slab);
+  }
   last_.t = reading.t;
   last_.device = reading.position;
   last_.buttons = now.buttons;
@@ -231,9 +246,7 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
   spring_ = blend_.blending() ? blend_.step({}, {}, dt) : Wrench{};
   // It is felt on the surface that is left.
   MicroTriangles surface(model);
-  detail::CellNormals none;
-  const auto place =
-      spring_.force == Vec3d{} ? std::nullopt : point_at(surface, last_.at.slab, last_.at.u, last_.at.v, none);
+  const auto place = spring_.force == Vec3d{} ? std::nullopt : last_place(surface);
   if (!place) {
     spring_ = {};
     blend_.rest();
@@ -242,7 +255,7 @@ void Servo::fade_out(const Snapshot& model, ServoSample& sample, double dt, doub
   }
   const double force = length(spring_.force), stiffness = limits_.stiffness;
   sample.contact = true;
-  sample.at = {place->slab, place->u, place->v, place->alpha};
+  sample.at = surface.coordinates(*place);
   sample.normal = spring_.force / force;
   sample.depth = stiffness > 0 ? depth_for(force) : 0;
   sample.contact_point = place->position;
@@ -294,11 +307,14 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
     sample.contact_point = felt.contact_point;
   }
 
-  // Safe state: no force until a good reading outside the solid. Edits keep the cage. In another one nothing that is
-  // known of the contact holds, whatever its surface; a tool that touched nothing starts anew there.
-  const bool other_cage = std::exchange(cage_, model.slab_mesh().number()) != model.slab_mesh().number();
-  const bool jumped = !held_back && (felt.jumped || (other_cage && last_depth_ > 0));
-  first_ = first_ || (other_cage && !jumped);
+  // Safe state: no force until a good reading outside the solid. Contact goes on in another cage, but what touches
+  // nothing may be in the material there.
+  const std::uint64_t roots = model.slab_mesh().roots_number();
+  const bool other_roots = std::exchange(roots_, roots) != roots;
+  const bool buried =
+      other_roots && !held_back && !felt.touching && (as_paper ? paper_ : touch_)->is_buried(model, tool);
+  const bool jumped = !held_back && (felt.jumped || (buried && last_depth_ > 0));
+  first_ = first_ || (buried && !jumped);
   if (jumped) {
     sample.flags |= bit(ServoFault::SurfaceJumped);
     latched_ = true;
@@ -337,7 +353,10 @@ ServoSample Servo::feel(const Snapshot& model, const DeviceState& reading, const
   spring_ = spring(felt, stiffness, at.clutched ? Vec3d{} : at.step, now.dt);
   const double pushes = length(spring_.force);
   const Vec3d along = blended && pushes > kUnfelt ? spring_.force / pushes : felt.normal;
-  const double outwards = pushes - limits_.damping * (1 - at.loose) * dot(at.velocity, along);
+  // A damper acts along the surface's normal. What is left of a blend may be so little that it points anywhere.
+  const double damped =
+      blended ? dot(at.velocity, felt.normal) * std::max(0.0, dot(along, felt.normal)) : dot(at.velocity, along);
+  const double outwards = pushes - limits_.damping * (1 - at.loose) * damped;
   const double normal_force = std::max(0.0, outwards);
   const Friction::Given sideways = friction(model, felt, along, stiffness, normal_force, at);
   last_stored_ = sideways.stored;

@@ -3,6 +3,7 @@
 
 #include <relief/haptics/device.h>
 #include <relief/haptics/fault.h>
+#include <relief/haptics/foothold.h>
 #include <relief/haptics/force_blend.h>
 #include <relief/haptics/friction.h>
 #include <relief/haptics/guard.h>
@@ -16,13 +17,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace relief {
 
 /// The version of the force law and of what judges its readings: one more with each change after which the same
 /// readings give other forces. Recordings say under which they were made; those that do not, under 1.
-inline constexpr int kContactLaw = 2;
+inline constexpr int kContactLaw = 3;
 
 /// Numbers that are not finite or negative count as 0 (an infinite one as the device's limit).
 struct ForceSettings {
@@ -42,22 +44,23 @@ struct ForceSettings {
   bool guard = true;
 };
 
+/// Holds what the servo can be told.
 struct ServoSettings {
-  Workspace workspace = {};
-  ForceSettings force = {};
-  TouchTool tool = {};
-  ReadingSettings readings = {};
-  Clutch clutch = {};
+  Workspace workspace = {};       ///< where the device stands in the model
+  ForceSettings force = {};       ///< the law of force, and its limits
+  TouchTool tool = {};            ///< what touches
+  ReadingSettings readings = {};  ///< which readings are believed
+  Clutch clutch = {};             ///< whether the hand moves without the tool
 };
 
 /// Everything about one tick; trivially copyable, so that it fits the telemetry queue and a recording.
 struct ServoSample {
-  double t = 0;       ///< s, as the device gave it
-  Vec3d device;       ///< m, as read
-  Vec3d cursor;       ///< model units; the last good one when this reading's position is bad
-  Quatd orientation;  ///< from the tool's frame to the model's, unit; the last good one when this reading's is bad
-  Vec3d velocity;     ///< m/s of the hand, as used, along the model's axes
-  bool contact = false;
+  double t = 0;          ///< s, as the device gave it
+  Vec3d device;          ///< m, as read
+  Vec3d cursor;          ///< model units; the last good one when this reading's position is bad
+  Quatd orientation;     ///< from the tool's frame to the model's, unit; the last good one when this reading's is bad
+  Vec3d velocity;        ///< m/s of the hand, as used, along the model's axes
+  bool contact = false;  ///< whether it touches
   /// Slab, u, v of the surface contact point; alpha of the cursor where it is in that slab, else of the surface there.
   /// Slab kNoSlab without contact.
   SlabCoord at;
@@ -91,19 +94,19 @@ class Servo {
   void stalled() noexcept { readings_.interrupt(ServoFault::Stalled); }
   /// The next reading is the first after some to which the device did not answer: the safe state.
   void reconnected() noexcept { readings_.interrupt(ServoFault::Reconnected); }
-  /// From the thread that calls step(). Another radius or kind of contact starts anew: no force until the tool is
-  /// outside the solid. Another workspace takes the contact along, without a step of the force: it blends over some 50
-  /// ms. Only where a tool that touches nothing comes over 3 mm (at the hand) further, and into the solid, it is a new
-  /// start.
+  /// Takes new settings. Thread: the one that calls step(). Another radius or kind of contact starts again: no force
+  /// until the tool is outside the solid. Another workspace keeps the contact, and the force blends over about 50 ms. A
+  /// tool that touches nothing and would land more than 3 mm inside the solid starts again too.
   void set(const ServoSettings& settings) noexcept;
+  /// Returns what holds now.
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
-  /// How the device's workspace lies now: as set, but for what clutch and re-centring have moved it by.
+  /// Returns how the device's workspace lies now: as set, except for what clutch and re-centring have moved it by.
   [[nodiscard]] const Workspace& workspace() const noexcept { return placement_.workspace(); }
-  /// What the device is to be told after the last step: that step's force and torque in its axes.
+  /// Returns what the device is to be told after the last step: that step's force and torque in its axes.
   [[nodiscard]] Wrench command() const noexcept { return workspace().command_to_device({last_.force, last_.torque}); }
 
  private:
-  /// What the settings and the device allow together; every number finite and not negative.
+  /// Holds what the settings and the device allow together; every number finite and not negative.
   struct Limits {
     double stiffness = 0, damping = 0, friction = 0, static_friction = 0, max_force = 0;
     bool clamped = false;
@@ -113,29 +116,31 @@ class Servo {
   /// The workspace was another one in the last tick.
   void workspace_changed(const Placement::Change& change) noexcept;
   /// The last answer again, for a reading that is the last one again.
-  void hold(const Readings::Judged& now, const DeviceState& reading) noexcept;
-  /// What is felt goes on from there, though something else than the hand has changed it.
+  void hold(const Snapshot& model, const Readings::Judged& now, const DeviceState& reading) noexcept;
+  /// Returns the surface where it was touched in the last tick, empty where there is none.
+  [[nodiscard]] std::optional<SurfacePlace> last_place(MicroTriangles& surface) const noexcept;
+  /// What is felt continues from that, though something else than the hand has changed it.
   void lead_over(Vec3d force, Vec3d torque) noexcept;
-  /// The answer to a reading.
+  /// Returns the answer to a reading.
   [[nodiscard]] ServoSample feel(const Snapshot& model, const DeviceState& reading,
                                  const Readings::Judged& now) noexcept;
   /// No force, and none that comes from what was felt before.
   void give_nothing() noexcept;
   /// What is left of the force of a contact that something else than the hand has ended.
   void fade_out(const Snapshot& model, ServoSample& sample, double dt, double gift) noexcept;
-  /// Limits the settings anew where ticks have begun to come late.
+  /// Limits the settings again where ticks have begun to come late.
   void follow_period() noexcept;
-  /// What the tool touches in this tick, felt along the way in which the spring pushes.
+  /// Returns what the tool touches in this tick, felt along the way in which the spring pushes.
   [[nodiscard]] Touched touch(const Snapshot& model, const ToolPose& tool) noexcept;
   /// Along the interpolated normal, as far as that makes no energy.
   [[nodiscard]] Vec3d shaded(const Touched& felt) noexcept;
   /// Takes out of what is touched what goes by too fast to be felt.
   void limit_band(const Snapshot& model, Touched& felt) noexcept;
-  /// The spring of a contact, led over from the last tick's where it is not the hand that has changed it.
+  /// Returns the spring of a contact, led over from the last tick's where it is not the hand that has changed it.
   [[nodiscard]] Wrench spring(const Touched& felt, double stiffness, Vec3d hand_step, double dt) noexcept;
   [[nodiscard]] Friction::Given friction(const Snapshot& model, const Touched& felt, Vec3d along, double stiffness,
                                          double normal_force, const Placement::Place& at) noexcept;
-  /// Whether the tool is outside the material.
+  /// Returns whether the tool is outside the material.
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& tool) noexcept;
   /// Forgets what the tool touches.
   void start_contact_anew() noexcept;
@@ -185,7 +190,8 @@ class Servo {
   double last_depth_ = 0;         ///< m
   double last_share_ = 1;         ///< of the stiffness, by the model's layer
   double last_stored_ = 0;        ///< J in the springs of friction
-  std::uint64_t cage_ = 0;        ///< number of the last tick's
+  std::uint64_t roots_ = 0;       ///< number of those of the last tick's cage
+  detail::Foothold foothold_;     ///< in the slab of last_.at
   double gift_ = 0;               ///< J, what new settings added to the spring since the last tick
 };
 

@@ -25,20 +25,24 @@ struct ServoTick {
   /// Compared only, never followed; null when the device gave no reading: the first such tick of a loss, whose number
   /// the next reading's tick has again.
   const Snapshot* model = nullptr;
-  DeviceState reading;
-  ServoSample sample;
+  DeviceState reading;  ///< what the device said
+  ServoSample sample;   ///< what the servo made of it
 };
 
 /// Logarithmic histogram of nanoseconds: 32 bins per power of two (2 % wide) from 64 ns to about 17 s.
 class TimeHistogram {
  public:
-  static constexpr int kBinsPerOctave = 32;
-  static constexpr int kBins = kBinsPerOctave * 28;
+  static constexpr int kBinsPerOctave = 32;          ///< bins per power of two
+  static constexpr int kBins = kBinsPerOctave * 28;  ///< bins in all
+  /// Counts a duration, ns.
   void add(std::uint64_t ns) noexcept;
+  /// Returns how many were counted.
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+  /// Returns the longest, ns.
   [[nodiscard]] std::uint64_t max() const noexcept { return max_; }
-  /// The value below which the share q of all values lies, 0..1, within a bin's width; 0 when empty.
+  /// Returns the value below which the share q of all values lies, 0..1, within a bin's width; 0 when empty.
   [[nodiscard]] std::uint64_t quantile(double q) const noexcept;
+  /// Returns how many fell into a bin.
   [[nodiscard]] std::uint64_t bin_count(int bin) const noexcept { return bins_[static_cast<std::size_t>(bin)]; }
   /// Lower border of a bin, ns.
   [[nodiscard]] static double bin_low(int bin) noexcept;
@@ -50,10 +54,10 @@ class TimeHistogram {
 
 /// Filled by the thread, read after stop().
 struct ServoTimes {
-  TimeHistogram period;   ///< from wake-up to wake-up
-  TimeHistogram late;     ///< wake-up after the due time
-  TimeHistogram compute;  ///< thread CPU time of device read + step + write
-  std::uint64_t ticks = 0;
+  TimeHistogram period;        ///< from wake-up to wake-up
+  TimeHistogram late;          ///< wake-up after the due time
+  TimeHistogram compute;       ///< thread CPU time of device read + step + write
+  std::uint64_t ticks = 0;     ///< ticks since the start
   std::uint64_t overruns = 0;  ///< whole periods skipped
   std::uint64_t dropped = 0;   ///< telemetry samples that found the queue full
   std::uint64_t losses = 0;    ///< times that the device did not answer
@@ -62,7 +66,8 @@ struct ServoTimes {
   std::string note;            ///< what was not granted, and why it matters; empty when all was
 };
 
-/// What is done about a pull device that does not answer. From the first tick on it is told zero force, and read again.
+/// Holds what is done about a pull device that does not answer. From the first tick on it is sent zero force, and read
+/// again.
 struct LossSettings {
   double reopen_after = 1;    ///< s without an answer, after which it is closed and opened again, twice a second
   double give_up_after = 30;  ///< s without an answer, after which the loop ends; infinite: never
@@ -77,11 +82,9 @@ struct DeviceLoss {
   std::string reason;      ///< in the device's words, the last ones that it had
 };
 
-/// Owns the 1 kHz loop of one device. Of a pull device, on a thread of its own: absolute schedule on CLOCK_MONOTONIC,
-/// whole periods skipped on overrun, never a burst; SCHED_FIFO and locked memory when the system grants them. It
-/// switches the device's forces on before the first tick, and off at the end, after an explicit zero. Where the device
-/// does not answer it gives no force and tries again; once it answers, force comes back through the safe state. Of a
-/// push device, on the device's thread, at the device's times.
+/// Owns the 1 kHz loop of one device: a thread for a pull device, on an absolute schedule that skips whole periods on
+/// overrun. SCHED_FIFO and locked memory where the system grants them. Forces are switched on before the first tick,
+/// and off after an explicit zero. A device that does not answer gets no force and is tried again.
 class ServoThread {
  public:
   /// `device` and `channel` must outlive the thread; `telemetry` may be null.
@@ -96,7 +99,9 @@ class ServoThread {
   /// False: from the next tick on no force, as if the device had switched its forces off itself; true again: forces
   /// come back through the safe state. Any thread, wait-free.
   void set_forces(bool on) noexcept { forces_.store(on, std::memory_order_release); }
+  /// Returns whether the thread runs.
   [[nodiscard]] bool running() const noexcept { return running_.load(std::memory_order_acquire); }
+  /// Ends the thread after a command of zero. Waits for it.
   void stop() noexcept;
   /// When the device did not answer, the first hundred times. Any thread; waits for the loop only while it is lost.
   [[nodiscard]] std::vector<DeviceLoss> losses() const;
@@ -105,7 +110,7 @@ class ServoThread {
 
  private:
   void run() noexcept;
-  /// A push device's tick.
+  /// Returns a push device's tick.
   [[nodiscard]] Wrench pushed(const DeviceState& reading) noexcept;
   /// What is due before the reading: settings, and what the clock says, `late` ns after the due time.
   void begin(std::uint64_t clock, std::uint64_t late) noexcept;
@@ -146,8 +151,8 @@ class ServoThread {
   std::thread thread_;
 };
 
-/// The same loop with nothing in it, for comparison: sleeps to each due time for `seconds`, or until `stop`, on a
-/// thread of its own.
+/// Returns the same loop with nothing in it, for comparison: sleeps to each due time for `seconds`, or until `stop`, on
+/// a thread of its own.
 [[nodiscard]] ServoTimes null_loop(double seconds, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace relief

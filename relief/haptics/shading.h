@@ -6,17 +6,15 @@
 
 namespace relief {
 
-/// A force along an interpolated normal is no gradient: led around a closed way over relief that is finer than the
-/// contact is deep, a hand gets more out of it than it put in. So account is kept of what the hand got and what is left
-/// in the spring. What is given beyond a little (0.1 mm times the force) leads the normal over to the straight way out,
-/// along which nothing is gained, until it has come back. That goes with the way, not with time: at rest nothing
-/// changes. What a crest or a groove gives on one side and takes on the other is less than that little. The normal
-/// turns no faster than the way out may, so that the force does not jump where the account is soon full.
+/// Keeps interpolated normals from generating energy. A force along such a normal is not a gradient: on a closed path
+/// over fine relief the hand gets out more than it put in. The account compares the work on the hand with the spring.
+/// Beyond 0.1 mm times the force, the normal turns to the direction of the contact point, along which nothing is
+/// gained, until the surplus is back.
 class Shading {
  public:
-  /// The normal to push along in this tick, unit. `shaded`, `way_out`: unit; `force`: N, along it; `stored`: J in its
-  /// spring; `move`: m, the hand's since the last tick; `turn`: rad, between this tick's normal and the last one's of
-  /// the contact, at most. A few nanoseconds.
+  /// Returns the unit normal to push along in this tick. `shaded`, `way_out`: unit. `force`: N. `stored`: J in its
+  /// spring. `move`: m, of the hand since the last tick. `turn`: rad, the most between two ticks' normals. Cost: a few
+  /// nanoseconds.
   [[nodiscard]] Vec3d step(Vec3d shaded, Vec3d way_out, double force, double stored, Vec3d move, double turn) noexcept;
   /// No contact in this tick. The account stays.
   void rest() noexcept { change(0, 0); }
@@ -27,6 +25,7 @@ class Shading {
   }
   /// The spring has become so many times as stiff, which is not the hand's doing.
   void stiffen(double by) noexcept { change(force_ * by, energy_.stored() * by); }
+  /// Forgets the contact.
   void reset() noexcept { *this = {}; }
   /// J that the hand got and did not put in; negative where it put in more.
   [[nodiscard]] double given() const noexcept { return given_; }

@@ -15,6 +15,12 @@ constexpr double kClear = 0.5;             // of the root mean square that a slo
 constexpr int kMostPieces = 32;            // of one tick's way
 constexpr int kMostTurns = 2;              // that count in one tick
 constexpr double kWave = 0.25;             // share of the last turn in the mean of their heights
+
+double displacement_in_root(const Snapshot& model, SlabId root, double u, double v) noexcept {
+  std::array<double, 3> w = {1 - u - v, u, v};
+  const SlabId slab = model.slab_mesh().descend(root, w);
+  return displacement_at(model, slab, w[1], w[2]);
+}
 }  // namespace
 
 TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& at, Vec3d normal,
@@ -22,16 +28,21 @@ TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& a
   const SlabMesh& mesh = model.slab_mesh();
   const SlabCorners corners = mesh.corners(at.slab);
   const std::array<double, 3> w = {1 - at.u - at.v, at.u, at.v};
+  const RootPlace place = mesh.root_place(at.slab);
+  const double parts = 1 << place.level;
+  const std::array<double, 3> in_root = place.in_root(w);
+  const InRoot now = {mesh.roots_number(), place.root, in_root[1] / parts, in_root[2] / parts};
   const Vec3d fibre = corners.weighted(corners.outer, w) - corners.weighted(corners.inner, w);
   const double thick = length(fibre), height = at.alpha * thick;
-  if (last_.slab == kNoSlab) {
+  if (last_.root == kNoSlab) {
     heights_.fill(height);
     normal_ = normal;
   } else {
-    const bool same_slab = at.slab == last_.slab;
-    const double du = at.u - last_.u, dv = at.v - last_.v;
+    if (now.roots != last_.roots) shift_to(height);
+    const bool same_root = now.roots == last_.roots && now.root == last_.root;
+    const double du = now.u - last_.u, dv = now.v - last_.v;
     const double cells =
-        same_slab ? mesh.intervals(at.slab) * std::max({std::abs(du), std::abs(dv), std::abs(du + dv)}) : 0;
+        same_root ? mesh.intervals(at.slab) * parts * std::max({std::abs(du), std::abs(dv), std::abs(du + dv)}) : 0;
     // Waves are two cells long at least, so that none is too fine for a way within a cell.
     const int pieces = std::clamp(static_cast<int>(2 * cells), 1, kMostPieces);
     const double way = length(at.position - last_position_);
@@ -39,19 +50,19 @@ TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& a
     int turns = 0;
     for (int k = 1; k < pieces; ++k) {
       const double part = double(k) / pieces;
-      const double there = displacement_at(model, at.slab, last_.u + du * part, last_.v + dv * part) *
+      const double there = displacement_in_root(model, now.root, last_.u + du * part, last_.v + dv * part) *
                            (fibre_ + (thick - fibre_) * part);
       sum += there;
       turns += run_over(way / pieces, there, pieces, unfelt) ? 1 : 0;
     }
     if (pieces > 1) turns += run_over(way / pieces, height, pieces, unfelt) ? 1 : 0;
-    // What lies between two slabs is not looked at.
-    if (same_slab) turns_ = std::min(turns_ + (std::min(turns, kMostTurns) - turns_) * kCount, kMost);
+    // What lies between two roots is not looked at.
+    if (same_root) turns_ = std::min(turns_ + (std::min(turns, kMostTurns) - turns_) * kCount, kMost);
     heights_[tick_] = sum / pieces;
     tick_ = (tick_ + 1) % kTicks;
     normal_ = normalized(normal_ + (normal - normal_) / kTrend);
   }
-  last_ = {at.slab, at.u, at.v, at.alpha};
+  last_ = now;
   last_position_ = at.position;
   fibre_ = thick;
   height_ = height;
@@ -75,6 +86,11 @@ bool TextureFade::run_over(double way, double height, int pieces, double unfelt)
   // A single step of the surface is no wave: the mean grows by a quarter of itself per turn at most.
   wave_ += (std::min(high, 2 * std::max(wave_, unfelt)) - wave_) * kWave;
   return high > unfelt;
+}
+
+void TextureFade::shift_to(double height) noexcept {
+  for (double& h : heights_) h += height - height_;
+  height_ = height;
 }
 
 double TextureFade::above_line() const noexcept {

@@ -5,37 +5,45 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace relief {
 
-/// Watches what a surface contact point runs over. Waves of which more than one goes by in two ticks cannot be felt as
-/// they are: sampled once per tick they come back at another pitch, as a buzz that is not in the surface. Where they
-/// prevail, the surface is to be felt without them. It looks along the way between two ticks, twice per cell, and only
-/// where that is longer than a cell; a way within a cell costs next to nothing. No allocation, no lock.
+/// Watches the texture under the contact point. Waves that pass in less than two ticks alias: they come back as a buzz
+/// that the surface does not have. Where they prevail, the texture fades out. It samples the path between two ticks
+/// twice per cell, and costs next to nothing within one cell. No allocation, no lock.
 class TextureFade {
  public:
-  /// What is to be taken off.
+  /// Holds what is to be taken off.
   struct Fade {
     double share = 0;  ///< 0..1; 0 while the texture can be felt as it is
     /// Model units: how far the surface at the point stands above what it ran over lately, up to a wave's height.
     Vec3d above;
     Vec3d normal;  ///< unit, of what it ran over lately
   };
-  /// One tick: the point is now at `at`, and the contact's normal is `normal`. Waves that are lower than `unfelt` from
-  /// top to bottom (model units) are none.
+  /// Returns one tick: the point is now at `at`, and the contact's normal is `normal`. Waves that are lower than
+  /// `unfelt` from top to bottom (model units) are none.
   Fade step(const Snapshot& model, const SurfacePoint& at, Vec3d normal, double unfelt) noexcept;
-  /// The point was let go.
+  /// The point lost its contact.
   void reset() noexcept { *this = {}; }
 
  private:
   /// Takes in the surface's height at the end of a piece of the way; there are so many pieces in this tick. Whether a
   /// wave has turned there.
   bool run_over(double way, double height, int pieces, double unfelt) noexcept;
-  /// How far the last height is above the straight line through those of the last ticks.
+  /// Another surface's heights are counted from elsewhere: this one goes on at `height`.
+  void shift_to(double height) noexcept;
+  /// Returns how far the last height is above the straight line through those of the last ticks.
   [[nodiscard]] double above_line() const noexcept;
 
   static constexpr std::size_t kTicks = 20;
-  SlabCoord last_;  ///< where the point was
+  /// Places of one root, u and v being those there: so cuts make no difference.
+  struct InRoot {
+    std::uint64_t roots = 0;  ///< their number
+    SlabId root = kNoSlab;
+    double u = 0, v = 0;
+  };
+  InRoot last_;  ///< where the point was
   Vec3d last_position_;
   double fibre_ = 0;                      ///< the length of the fibre there, model units
   double height_ = 0;                     ///< of the surface there over the inner end of its fibre, model units

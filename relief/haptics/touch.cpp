@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kSteepest = 4;  // depth that one unit of the cursor's way may add: fibres lean by 75 degrees at most
 
-/// A place of the surface that is told as it is, with its own alpha.
+/// A place of the surface that is reported as it is, with its own alpha.
 void tell(Touched& now, const SurfacePoint& surface) noexcept {
   now.surface = surface;
   now.contact_point = surface.position;
@@ -31,6 +31,10 @@ class TipTouch final : public Touch {
     ball_.reset();
   }
   void resize(double radius) noexcept override { radius_ = radius; }
+  [[nodiscard]] bool is_buried(const Snapshot& model, const ToolPose& pose) noexcept override {
+    LocateHint hint = hint_;
+    return inside(model, pose.origin, hint);
+  }
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
     LocateHint hint = hint_;
     return !inside(model, pose.origin, hint) && (radius_ == 0 || BallProxy::clear(model, pose.origin, radius_));
@@ -91,6 +95,9 @@ class ShellTouch final : public Touch {
   }
   [[nodiscard]] std::unique_ptr<Touch> clone() const override { return std::make_unique<ShellTouch>(*this); }
   void reset() noexcept override { shell_.reset(); }
+  [[nodiscard]] bool is_buried(const Snapshot& model, const ToolPose& pose) noexcept override {
+    return shell_.is_buried(model, pose);
+  }
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
     return shell_.clear(model, pose);
   }
@@ -104,8 +111,8 @@ class ShellTouch final : public Touch {
     now.push = length(shell_.push());
     // A point that is held right on the surface does not push, and tells of no place.
     now.touching = held && now.push > 0 && std::isfinite(now.push);
-    if (now.touching && shell_.surface().slab >= model.slab_mesh().slab_count()) now.jumped = true;  // another cage
-    now.touching = now.touching && !now.jumped;
+    // Where the deepest point has lost its place and could not be dealt with in this tick, that is judged in the next.
+    now.touching = now.touching && !now.jumped && shell_.surface().slab != kNoSlab;
     if (!now.touching) return now;
     tell(now, shell_.surface());
     now.depth = shell_.depth();
@@ -125,6 +132,10 @@ class PaperTouch final : public Touch {
  public:
   [[nodiscard]] std::unique_ptr<Touch> clone() const override { return std::make_unique<PaperTouch>(*this); }
   void reset() noexcept override { *this = {}; }
+  [[nodiscard]] bool is_buried(const Snapshot& model, const ToolPose& pose) noexcept override {
+    LocateHint hint = hint_;
+    return inside(model, pose.origin, hint);
+  }
   [[nodiscard]] bool clear(const Snapshot& model, const ToolPose& pose) noexcept override {
     LocateHint hint = hint_;
     return !inside(model, pose.origin, hint);
@@ -151,7 +162,7 @@ class PaperTouch final : public Touch {
   }
 
  private:
-  /// Whether the depth is more than the hand could have pressed.
+  /// Returns whether the depth is more than the hand could have pressed.
   [[nodiscard]] bool came_to_it(const Snapshot& model, Vec3d cursor, double depth, double jump) const noexcept {
     if (model.number() != model_) {
       LocateHint hint = hint_;

@@ -1,3 +1,4 @@
+#include <relief/core/query.h>
 #include <relief/haptics/workspace.h>
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace {
 
 constexpr double kSpan = 0.15;  // m, of the model's diagonal: what a hand reaches without moving the arm
 
-/// How long a box's sides are along the axes of a frame that is turned against it.
+/// Returns how long a box's sides are along the axes of a frame that is turned against it.
 Vec3d turned_extent(Vec3d extent, Quatd rotation) noexcept {
   Vec3d turned;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -22,7 +23,7 @@ Vec3d turned_extent(Vec3d extent, Quatd rotation) noexcept {
   return turned;
 }
 
-/// The rotation whose matrix has these columns: where x, y and z go.
+/// Returns the rotation whose matrix has these columns: where x, y and z go.
 Quatd rotation_to(const std::array<Vec3d, 3>& columns) noexcept {
   // The column of q * q^T that is longest; with angles of 90 degrees none of the others is needed.
   const auto& [x, y, z] = columns;
@@ -65,7 +66,7 @@ Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double siz
 }
 
 Workspace fit_workspace(const DeviceInfo& device, const Model& model, double metres_per_unit, Quatd rotation) noexcept {
-  Workspace fitted = fit_workspace(device, model.head->slab_mesh().bounds(), model.info.source_diagonal, rotation);
+  Workspace fitted = fit_workspace(device, bounds_of_surface(*model.head), model.info.source_diagonal, rotation);
   if (metres_per_unit > 0) fitted.metres_per_unit = metres_per_unit;
   return fitted;
 }

@@ -10,21 +10,24 @@ namespace relief {
 
 /// model = rotation * (device - device_origin) / metres_per_unit + model_origin.
 struct Workspace {
-  double metres_per_unit = 1;
-  Vec3d device_origin = {};  ///< m
-  Vec3d model_origin = {};   ///< model units
-  Quatd rotation = {};       ///< unit, but in settings of any length; from the device's axes to the model's
+  double metres_per_unit = 1;  ///< m at the device per model unit
+  Vec3d device_origin = {};    ///< m
+  Vec3d model_origin = {};     ///< model units
+  Quatd rotation = {};         ///< unit, but in settings of any length; from the device's axes to the model's
 
+  /// From device coordinates, m, to the model.
   [[nodiscard]] Vec3d to_model(Vec3d device) const noexcept {
     return turned_to_model(device - device_origin) / metres_per_unit + model_origin;
   }
+  /// From the model to device coordinates, m.
   [[nodiscard]] Vec3d to_device(Vec3d model) const noexcept {
     return turned_to_device((model - model_origin) * metres_per_unit) + device_origin;
   }
-  /// What has a direction and its own unit (a force, a velocity, a turn) along the other's axes.
+  /// Returns what has a direction and its own unit (a force, a velocity, a turn) along the other's axes.
   [[nodiscard]] Vec3d turned_to_model(Vec3d device) const noexcept {
     return rotation == Quatd{} ? device : rotation.turn(device);
   }
+  /// Returns a direction of the model, as the device has it.
   [[nodiscard]] Vec3d turned_to_device(Vec3d model) const noexcept {
     return rotation == Quatd{} ? model : rotation.conjugate().turn(model);
   }
@@ -36,30 +39,30 @@ struct Workspace {
   [[nodiscard]] Wrench command_to_device(const Wrench& model) const noexcept {
     return {turned_to_device(model.force), turned_to_device(model.torque), model.gripper};
   }
-  /// The same with such a device origin that `device` lies at `model`.
+  /// Returns the same with such a device origin that `device` lies at `model`.
   [[nodiscard]] Workspace through(Vec3d device, Vec3d model) const noexcept {
     Workspace moved = *this;
     moved.device_origin = device - turned_to_device((model - model_origin) * metres_per_unit);
     return moved;
   }
-  /// The same with a rotation of unit length; one that leads nowhere where there is none.
+  /// Returns the same with a rotation of unit length; one that leads nowhere where there is none.
   [[nodiscard]] Workspace with_unit_rotation() const noexcept;
   friend bool operator==(const Workspace&, const Workspace&) noexcept = default;
 };
 
-/// The model lies in the middle of the device's workspace, its diagonal 0.15 m long, or what fits: into the box along
-/// each axis, or into the ball of the radius. `model` is its box; `size` its diagonal, where that is known better than
-/// by the box; `rotation` as in Workspace.
+/// The model lies in the middle of the device's workspace, its diagonal 0.15 m long, or what fits: into the box
+/// along each axis, or into the ball of the radius. `model` is its box; `size` its diagonal, where that is known better
+/// than by the box; `rotation` as in Workspace.
 [[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Box3d& model, double size = 0,
                                       Quatd rotation = {}) noexcept;
 
-/// The same for a model, whose scan may say how large it is; at the given scale where that is above 0.
+/// Returns the same for a model, whose scan may say how large it is; at the given scale where that is above 0.
 [[nodiscard]] Workspace fit_workspace(const DeviceInfo& device, const Model& model, double metres_per_unit = 0,
                                       Quatd rotation = {}) noexcept;
 
-/// The rotation that a map of axes means: for each axis of the model, x, y and z, the axis of the device that is it, a
-/// minus sign before one that runs the other way. "x,y,z" is none; with "y,-x,z" a hand that goes up goes along the
-/// model's x. Errors: InvalidArgument (no map; a mirror, in which torques would turn the wrong way).
+/// Returns the rotation that a map of axes means: for x, y and z of the model, the device's axis that it is, with a
+/// minus sign where it runs the other way. "x,y,z" turns nothing; with "y,-x,z" a hand that goes up goes along the
+/// model's x. Errors: InvalidArgument for a bad map or a mirror.
 [[nodiscard]] Result<Quatd> rotation_of_axes(std::string_view map);
 
 }  // namespace relief

@@ -7,7 +7,7 @@ namespace relief::detail {
 
 namespace {
 
-/// The order in which an 8 x 8 square of pixels takes the next step of colour, 0..63.
+/// Returns the order in which an 8 x 8 square of pixels takes the next step of colour, 0..63.
 unsigned bayer(unsigned x, unsigned y) {
   const unsigned d = x ^ y;
   return ((d & 1U) << 5U) | ((y & 1U) << 4U) | ((d & 2U) << 2U) | ((y & 2U) << 1U) | ((d & 4U) >> 1U) |

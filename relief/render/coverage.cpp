@@ -9,7 +9,7 @@
 
 namespace relief::detail {
 
-Result<SignedCoverage> signed_coverage(DisplayCache& cache, const Detail& detail, const Camera& camera, int width,
+Result<SignedCoverage> signed_coverage(DisplayCache& cache, const DrawnLevels& detail, const Camera& camera, int width,
                                        int height) {
   /// Rows drawn at once, so that memory stays below 100 MB.
   constexpr int kPixels = 8'000'000;

@@ -12,7 +12,7 @@ struct SignedCoverage {
   std::uint64_t covered = 0, cracks = 0;
 };
 /// Context current. Error: Io.
-[[nodiscard]] Result<SignedCoverage> signed_coverage(DisplayCache& cache, const Detail& detail, const Camera& camera,
-                                                     int width, int height);
+[[nodiscard]] Result<SignedCoverage> signed_coverage(DisplayCache& cache, const DrawnLevels& detail,
+                                                     const Camera& camera, int width, int height);
 
 }  // namespace relief::detail

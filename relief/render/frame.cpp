@@ -70,7 +70,7 @@ Status check(const Frame& frame, std::size_t words, int stride) {
   return {};
 }
 
-/// Where in its pixel each sample of a frame lies, from the middle, in pixels: no two in one row or column.
+/// Returns where in its pixel each sample of a frame lies, from the middle, in pixels: no two in one row or column.
 Vec3f sample_place(int k, int samples) {
   if (samples == 1) return {};
   const int edge = samples == 4 ? 2 : samples == 9 ? 3 : 4, x = k % edge, y = k / edge;
@@ -79,15 +79,15 @@ Vec3f sample_place(int k, int samples) {
           (static_cast<float>(y * edge + (edge - 1 - x)) + 0.5F) * share - 0.5F, 0};
 }
 
-/// What an analysis map is measured against.
+/// Holds what an analysis map is measured against.
 struct CageMeans {
-  double fibre = 1;       ///< length, model units
+  double fibre = 1;       ///< of the roots: length, model units
   double micro_area = 1;  ///< of a micro-triangle half way along the fibres
 };
 
 CageMeans cage_means(const SlabMesh& mesh) {
   double fibres = 0, area = 0, triangles = 0;
-  for (const Fibre& f : mesh.fibres()) fibres += length(f.direction());
+  for (const Fibre& f : mesh.root_fibres()) fibres += length(f.direction());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const SlabCorners c = mesh.corners(s);
     const auto middle = [&](std::size_t k) { return (c.inner[k] + c.outer[k]) * 0.5; };
@@ -95,7 +95,7 @@ CageMeans cage_means(const SlabMesh& mesh) {
     triangles += double(mesh.intervals(s)) * mesh.intervals(s);
   }
   CageMeans means;
-  if (fibres > 0) means.fibre = fibres / static_cast<double>(mesh.fibres().size());
+  if (fibres > 0) means.fibre = fibres / static_cast<double>(mesh.root_fibres().size());
   if (area > 0) means.micro_area = area / triangles;
   return means;
 }
@@ -121,7 +121,7 @@ struct FrameRenderer::State {
   bool last_mesh = false;
   Eye eye;
   SlabView view;
-  Detail detail;
+  DrawnLevels detail;
   MapScale scale;
   bool closed = false, small = false;  ///< see DisplayCache::closed(), small_triangles()
   CageMeans means;
@@ -140,6 +140,9 @@ struct FrameRenderer::State {
   PixelRect plan(const Frame& frame, const std::optional<Snapshot>& before, const DisplayCache::Changes& changes,
                  bool same);
   [[nodiscard]] int widest_step(SlabId s) const;
+  [[nodiscard]] DrawnLevels find_detail(const Frame& frame);
+  PixelRect take_levels(const Frame& frame);
+  PixelRect take_slabs(const Snapshot& before, const DisplayCache::Changes& changes);
   Status draw_pass(const Frame& frame, GLuint program, const PixelRect& rect, int sample, bool slabs,
                    const std::function<bool()>& go_on);
   void stands(const Frame& frame, bool of_mesh, const PixelRect& drawn, const Stopwatch& watch);
@@ -196,8 +199,8 @@ bool FrameRenderer::State::has_colours(const Look& look, bool slabs) const {
   return look.colours && look.map == Look::Map::None && (slabs ? cache.has_colour() : !mesh.view.colours.empty());
 }
 
-/// Whether colours are found at the corners of triangles, which are so small that nothing is lost: a software driver
-/// shades a small triangle's surroundings with it.
+/// Returns whether colours are found at the corners of triangles, which are so small that nothing is lost: a software
+/// driver shades a small triangle's surroundings with it.
 bool FrameRenderer::State::small_triangles(const Frame& frame) const {
   if (!cache.closed() || frame.look.map == Look::Map::Stretch) return false;
   // Pixels of the ball around the slabs, for each triangle in front.
@@ -230,7 +233,7 @@ Result<GLuint> FrameRenderer::State::program(const Frame& frame, bool slabs) {
   if (known != programs.end()) return GLuint{known->second};
   auto made =
       slabs ? make_program("frame", {features, kPlace, kFrameLight, kFrameAlbedo, kFrameVertex},
-                           {features, kFrameLight, kFrameAlbedo, kFrameFragment})
+                           {features, kFrameLight, kFrameAlbedo, kSlabWires, kFrameFragment})
             : make_program("mesh frame", {features, kMeshVertex}, {features, kFrameLight, kFrameAlbedo, kMeshFragment});
   if (!made) return std::unexpected(std::move(made).error());
   return GLuint{programs.emplace(std::move(features), *std::move(made)).first->second};
@@ -258,53 +261,70 @@ MapScale FrameRenderer::State::map_scale(const Look& look) const {
 /// Grid steps from a sample of the slab to the farthest that a triangle joins it with.
 int FrameRenderer::State::widest_step(SlabId s) const {
   const SlabMesh& slabs = cache.model()->slab_mesh();
-  int fewest = slabs.intervals(s) >> detail.levels[s];
-  for (const SlabId other : slabs.slabs()[s].neighbours)
-    if (other != kNoSlab) fewest = std::min(fewest, slabs.intervals(other) >> detail.levels[other]);
-  return slabs.intervals(s) / fewest;
+  const auto drawn = [&](SlabId slab) { return slabs.intervals(slab) >> detail.levels[slab]; };
+  return slabs.intervals(s) / std::ranges::min(slabs.edge_intervals(s, drawn));
 }
 
-/// What must be drawn; `before` is the snapshot that the cache held. Leaves eye, view, detail and scale as they are for
-/// it.
+DrawnLevels FrameRenderer::State::find_detail(const Frame& frame) {
+  auto levels = choose_levels(cache.model()->slab_mesh(), cache.centre(), eye, frame.height, frame.tau);
+  for (std::uint8_t& each : levels) each = static_cast<std::uint8_t>(std::max<int>(each, frame.level));
+  return cache.detail(std::move(levels));
+}
+
+/// Takes in other levels, and index lists, and says where slabs had others.
+PixelRect FrameRenderer::State::take_levels(const Frame& frame) {
+  PixelRect rect;
+  DrawnLevels next = find_detail(frame);
+  for (SlabId s = 0; s < detail.pattern.size(); ++s)
+    if (s >= next.pattern.size() || next.pattern[s] != detail.pattern[s]) rect = united(rect, view.pixels(s));
+  detail = std::move(next);
+  return rect;
+}
+
+/// Returns where changed slabs were and where they are, or those of their triangles that have a changed sample.
+PixelRect FrameRenderer::State::take_slabs(const Snapshot& before, const DisplayCache::Changes& changes) {
+  PixelRect rect;
+  for (const auto& [s, window, reshaped] : changes.slabs) {
+    const int step = widest_step(s);
+    for (const Snapshot* model : {&before, &*cache.model()})
+      if (!reshaped) rect = united(rect, view.pixels_of(cache.box_of(*model, s, window, step)));
+    if (reshaped && s < view.slab_count()) rect = united(rect, view.pixels(s));
+    view.update(cache, s);
+    if (reshaped) rect = united(rect, view.pixels(s));
+  }
+  return rect;
+}
+
+/// Returns what must be drawn; `before` is the snapshot that the cache held. Leaves eye, view, detail and scale as they
+/// are for it.
 PixelRect FrameRenderer::State::plan(const Frame& frame, const std::optional<Snapshot>& before,
                                      const DisplayCache::Changes& changes, bool same) {
   const PixelRect all{0, 0, frame.width, frame.height};
-  const SlabMesh& mesh_of_slabs = cache.model()->slab_mesh();
-  if (changes.everything) means = cage_means(mesh_of_slabs);
+  const double area = means.micro_area;
+  if (changes.everything || changes.cage) means = cage_means(cache.model()->slab_mesh());
   const MapScale now = map_scale(frame.look);
-  const bool everything = !same || changes.everything || now != scale;
+  const bool stretched = frame.look.map == Look::Map::Stretch && means.micro_area != area;
+  bool everything = !same || changes.everything || now != scale || stretched;
   scale = now;
   stats.everything = true;
-  const auto find_detail = [&] {
-    auto levels = choose_levels(mesh_of_slabs, cache.centre(), eye, frame.height, frame.tau);
-    for (std::uint8_t& each : levels) each = static_cast<std::uint8_t>(std::max<int>(each, frame.level));
-    return cache.detail(std::move(levels));
-  };
   // What it does not take to tell the inside from the outside is left out, so all depends on whether there are holes.
   if (everything || cache.closed() != closed) {
     closed = cache.closed();
     eye = make_eye(frame.camera, cache.centre(), double(frame.width) / frame.height, cache.slab_bounds());
     view.look(cache, eye, frame.width, frame.height);
-    detail = find_detail();
+    detail = find_detail(frame);
     small = small_triangles(frame);
     return all;
   }
   PixelRect rect;
-  for (const auto& [s, window] : changes.slabs) {
-    // The triangles that have a changed sample, where they were and where they are.
-    const int step = widest_step(s);
-    for (const Snapshot* model : {&*before, &*cache.model()})
-      rect = united(rect, view.pixels_of(cache.box_of(*model, s, window, step)));
-    view.update(cache, s);
+  // Holes come and go with their own triangles, and change the levels around them; another cage changes the stitching
+  // beside its slabs.
+  if (changes.cage || (!changes.slabs.empty() && cache.model()->has(Layer::Void))) {
+    rect = take_levels(frame);
+    if (std::exchange(small, small_triangles(frame)) != small) everything = true;
   }
-  if (!changes.slabs.empty() && cache.model()->has(Layer::Void)) {
-    // Holes come and go with their own triangles, and change the levels around them.
-    Detail next = find_detail();
-    for (SlabId s = 0; s < next.pattern.size(); ++s)
-      if (next.pattern[s] != detail.pattern[s]) rect = united(rect, view.pixels(s));
-    detail = std::move(next);
-    if (std::exchange(small, small_triangles(frame)) != small) return all;
-  }
+  rect = united(rect, take_slabs(*before, changes));
+  if (everything) return all;
   if (std::int64_t{rect.width} * rect.height * 2 > std::int64_t{all.width} * all.height) return all;
   stats.everything = false;
   return rect;
@@ -571,15 +591,29 @@ Status FrameRenderer::draw_to(const Snapshot& model, const Frame& frame, unsigne
   return gl_status();
 }
 
-Result<Picture> FrameRenderer::picture(const Snapshot& model, const Frame& frame, const std::atomic<bool>* cancel) {
+namespace {
+
+/// Any of the renderer's subjects, drawn into a picture of its own.
+template <typename Subject>
+Result<Picture> draw_picture(FrameRenderer& renderer, const Subject& subject, const Frame& frame,
+                             const std::atomic<bool>* cancel) {
   std::vector<std::uint32_t> pixels(static_cast<std::size_t>(std::clamp(frame.width, 0, kMaxEdge)) *
                                     static_cast<std::size_t>(std::clamp(frame.height, 0, kMaxEdge)));
-  RELIEF_CHECK(draw(model, frame, pixels, frame.width, cancel, true));
+  RELIEF_CHECK(renderer.draw(subject, frame, pixels, frame.width, cancel, true));
   Picture picture{frame.width, frame.height, {}};
   picture.rgb.reserve(3 * pixels.size());
   for (const std::uint32_t word : pixels)
     for (const unsigned shift : {16U, 8U, 0U}) picture.rgb.push_back(static_cast<std::uint8_t>(word >> shift));
   return picture;
+}
+
+}  // namespace
+
+Result<Picture> FrameRenderer::picture(const Snapshot& model, const Frame& frame, const std::atomic<bool>* cancel) {
+  return draw_picture(*this, model, frame, cancel);
+}
+Result<Picture> FrameRenderer::picture(const MeshView& mesh, const Frame& frame, const std::atomic<bool>* cancel) {
+  return draw_picture(*this, mesh, frame, cancel);
 }
 
 Result<FrameRenderer::Coverage> FrameRenderer::coverage(const Snapshot& model, const Frame& frame) {

@@ -69,6 +69,9 @@ out float value;
 #if defined(WIRES) || !defined(CORNERS)
 out vec2 weights;
 #endif
+#ifdef WIRES
+flat out vec4 root;
+#endif
 #ifdef STRETCH
 out vec3 position;
 flat out float intervals;
@@ -98,6 +101,9 @@ void main() {
 #if defined(WIRES) || !defined(CORNERS)
   weights = v.weights.yz;
 #endif
+#ifdef WIRES
+  root = v.root;
+#endif
 #ifdef STRETCH
   position = v.position;
   intervals = float(data.y & 255u);
@@ -105,7 +111,7 @@ void main() {
 }
 )";
 
-/// With kFrameLight and kFrameAlbedo before it.
+/// With kFrameLight, kFrameAlbedo and kSlabWires before it.
 inline constexpr std::string_view kFrameFragment = R"(
 layout(location = 6) uniform float line_width;  // pixels
 layout(location = 7) uniform vec2 stretch;      // 1 / mean area of a micro-triangle; 1 / range in octaves
@@ -118,6 +124,9 @@ in float value;
 #endif
 #if defined(WIRES) || !defined(CORNERS)
 in vec2 weights;
+#endif
+#ifdef WIRES
+flat in vec4 root;
 #endif
 #ifdef STRETCH
 in vec3 position;
@@ -141,12 +150,7 @@ void main() {
   vec3 c = lit(n, albedo_at(weights, colour_tile, shown), normal_shade.w);
 #endif
 #ifdef WIRES
-  vec3 all = vec3(1.0 - weights.x - weights.y, weights);
-  vec3 slope = max(fwidth(all), vec3(1e-6));
-  vec3 steps = all / slope;
-  float crowded = smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z)));
-  float wire = clamp(0.5 * line_width + 0.5 - min(steps.x, min(steps.y, steps.z)), 0.0, 1.0) * (1.0 - crowded);
-  c *= 1.0 - 0.75 * wire;
+  c *= 1.0 - 0.75 * slab_wire(vec3(1.0 - weights.x - weights.y, weights), root, 0.5 * line_width + 0.5);
 #endif
   out_colour = vec4(c, 1.0);
 }

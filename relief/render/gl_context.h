@@ -81,12 +81,12 @@ using GlProgram = GlName<delete_program>;
 using GlVertexArray = GlName<delete_vertex_array>;
 using GlSampler = GlName<delete_sampler>;
 
-/// An immutable buffer; bytes may be null when `flags` allow later writing.
+/// Returns an immutable buffer; bytes may be null when `flags` allow later writing.
 [[nodiscard]] GlBuffer make_buffer(std::size_t size, const void* bytes, GLbitfield flags = 0);
 [[nodiscard]] GlTexture make_texture(GLenum format, int width, int height, GLenum filter = GL_NEAREST);
 [[nodiscard]] GlFramebuffer make_framebuffer();
 [[nodiscard]] GlVertexArray make_vertex_array();
-/// A texture that is that attachment of the framebuffer.
+/// Returns a texture that is that attachment of the framebuffer.
 [[nodiscard]] GlTexture attached(GLuint framebuffer, GLenum attachment, GLenum format, int width, int height,
                                  GLenum filter = GL_NEAREST);
 /// Error: Io, when the framebuffer cannot be drawn into.

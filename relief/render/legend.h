@@ -7,7 +7,7 @@
 
 namespace relief::detail {
 
-/// What a map shows: values from low to high, over its colours.
+/// Holds what a map shows: values from low to high, over its colours.
 struct MapScale {
   double low = 0, high = 1;
   friend bool operator==(const MapScale&, const MapScale&) = default;
@@ -16,10 +16,10 @@ struct MapScale {
 /// Cividis for what has one end, blue - white - orange for what has a middle: both are told apart by all kinds of
 /// colour vision. 256 colours, RGBA, sRGB.
 [[nodiscard]] std::array<std::uint32_t, 256> map_colours(Look::Map map);
-/// The same at t, 0..1.
+/// Returns the same at t, 0..1.
 [[nodiscard]] Vec3f map_colour(Look::Map map, double t);
 
-/// The smallest of 1, 2, 5, 10, 20, ... times a power of ten that is not less.
+/// Returns the smallest of 1, 2, 5, 10, 20, ... times a power of ten that is not less.
 [[nodiscard]] double rounded_up(double value) noexcept;
 
 /// Draws it into the lower left corner of a picture of that height, where it meets the rectangle. `text` null: without

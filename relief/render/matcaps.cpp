@@ -50,7 +50,7 @@ Vec3f mix(Vec3f a, Vec3f b, float t) { return a * (1 - t) + b * t; }
 float linear(float c) { return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F); }
 Vec3f linear(Vec3f c) { return {linear(c.x), linear(c.y), linear(c.z)}; }
 
-/// The film curve and the sRGB curve after it, as kQuickLight's encode() in the shaders.
+/// Returns the film curve and the sRGB curve after it, as kQuickLight's encode() in the shaders.
 float encoded(float light) {
   const float s = std::sqrt(std::max(light, 0.0F));
   return (light * 5.5706F + s * 0.16275F) / (light * 4.7722F + s * 1.22847F + 1.0F);

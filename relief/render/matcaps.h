@@ -15,8 +15,8 @@ inline constexpr int kMatcapEdge = 512;
 
 [[nodiscard]] std::span<const std::string_view> matcap_names() noexcept;
 
-/// What a material gives back, by the x and y of a unit normal in view space, -1 to 1 from corner to corner; rows from
-/// below. Beyond the unit circle as on it.
+/// Holds what a material gives back, by the x and y of a unit normal in view space, -1 to 1 from corner to corner; rows
+/// from below. Beyond the unit circle as on it.
 struct MatcapTables {
   std::vector<std::uint32_t> finished;  ///< RGBA, sRGB: the material in its own colour
   std::vector<std::uint32_t> light;     ///< rgb: root of a quarter of the light it receives; a: root of the highlight

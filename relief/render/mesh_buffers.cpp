@@ -23,7 +23,7 @@ void MeshBuffers::load(const MeshView& mesh) {
     spreads[b] += bc - ab;
     spreads[c] -= ac + bc;
   }
-  const float scale = 0.0044F * static_cast<float>(diagonal(box));  // as of slabs, whose box is about a tenth larger
+  const float scale = 0.0044F * static_cast<float>(diagonal(box));  // as of slabs, whose box is about 10 % larger
   for (std::size_t k = 0; k < all.size(); ++k) {
     const Vec3f n = normalized(normals[k]);
     const auto part = [](float v) { return static_cast<std::uint32_t>(std::lround(v * 511.0F)) & 1023U; };

@@ -20,7 +20,7 @@ struct MeshBuffers {
   GLsizei count = 0;
   std::uint64_t bytes = 0;
 
-  /// Whether these very spans were loaded last.
+  /// Returns whether these very spans were loaded last.
   [[nodiscard]] bool holds(const MeshView& mesh) const {
     return count > 0 && mesh.positions.data() == view.positions.data() &&
            mesh.positions.size() == view.positions.size() && mesh.triangles.data() == view.triangles.data() &&

@@ -57,7 +57,7 @@ void ball(std::vector<SolidVertex>& to, Box3d& bounds, Vec3d centre, double radi
   for (std::size_t k = first; k < to.size(); ++k) to[k].normal = normalized(to[k].position - to_float(centre));
 }
 
-/// Where the surface that the hand touches faces, unit: along the depth, else along the force, else to the eye.
+/// Returns where the surface that the hand touches faces, unit: along the depth, else along the force, else to the eye.
 Vec3d outwards(const HandOverlay& hand, Vec3d to_eye, double view_height) {
   const Vec3d depth = hand.contact_point - hand.cursor;
   if (hand.contact && length(depth) > 1e-6 * view_height) return normalized(depth);

@@ -11,9 +11,9 @@
 
 namespace relief::detail {
 
-/// The way from the stylus's tip to its end, unit, for a surface that faces `out`: 50 degrees off it, so outside a
-/// solid that is not hollow there, like the hand of a right-handed user, and in the picture clear of an arrow along
-/// `out`. `to_eye` is the direction from the tip to the eye; both unit.
+/// Returns the way from the stylus's tip to its end, unit, for a surface that faces `out`: 50 degrees off it, so
+/// outside a solid that is not hollow there, like the hand of a right-handed user, and in the picture clear of an arrow
+/// along `out`. `to_eye` is the direction from the tip to the eye; both unit.
 [[nodiscard]] Vec3d stylus_lean(Vec3d out, const Eye& eye, Vec3d to_eye);
 
 /// A corner of a solid; position relative to the display cache's centre.

@@ -8,7 +8,7 @@ namespace relief::detail {
 
 namespace {
 
-/// The first sample of row j.
+/// Returns the first sample of row j.
 constexpr int row_of(int n, int j) { return j * (n + 1) - j * (j - 1) / 2; }
 
 // On a row of fixed j inner end and fibre are linear in i.
@@ -69,7 +69,7 @@ constexpr int row_of(int n, int j) { return j * (n + 1) - j * (j - 1) / 2; }
   }
 }
 
-/// The signed square of a cosine, which is ordered as the cosine.
+/// Returns the signed square of a cosine, which is ordered as the cosine.
 [[gnu::always_inline]] inline float signed_square(float abx, float aby, float abz, float acx, float acy, float acz,
                                                   Vec3f axis) {
   const float fx = aby * acz - abz * acy, fy = abz * acx - abx * acz, fz = abx * acy - aby * acx;

@@ -19,8 +19,8 @@ namespace relief::detail {
 using SampleWord = std::array<std::uint32_t, 2>;
 inline constexpr float kAlphaSteps = 16777215.0F;
 
-/// What a triangle fan gives to its middle: the sum of cross products of its triangles, and that of the offsets from
-/// the middle to the other corners, each triangle by itself.
+/// Holds what a triangle fan gives to its middle: the sum of cross products of its triangles, and that of the offsets
+/// from the middle to the other corners, each triangle by itself.
 struct Umbrella {
   Vec3f normal, spread;
   friend bool operator==(const Umbrella&, const Umbrella&) = default;
@@ -55,8 +55,8 @@ void find_inner_words(const SlabPositions& at, int n, int first, int last, float
 /// The first words of rows first..last; `mask` null, or one byte a sample.
 void find_first_words(const float* alpha, const std::uint8_t* mask, int n, int first, int last,
                       std::vector<std::uint32_t>& to);
-/// The least cosine between `axis`, unit, and the normals of the micro-triangles in rows first..last of cells; -1 where
-/// one has none.
+/// Returns the least cosine between `axis`, unit, and the normals of the micro-triangles in rows first..last of cells;
+/// -1 where one has none.
 [[nodiscard]] float narrowest(const SlabPositions& at, int n, int first, int last, Vec3f axis);
 
 /// The samples on a slab's border, edge after edge: t = 0..n-1 of edge k at k n + t, each with the samples around it in
@@ -71,7 +71,7 @@ struct BorderTable {
 };
 [[nodiscard]] Umbrella border_umbrella(const SlabPositions& at, const BorderTable::Place& place);
 
-/// The second word of a sample with this umbrella.
+/// Returns the second word of a sample with this umbrella.
 [[nodiscard]] inline std::uint32_t second_word(Vec3f normal, Vec3f spread, float curvature) noexcept {
   const float sum = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z) + 1e-37F;
   const float inverse = 1.0F / sum;

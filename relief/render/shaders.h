@@ -8,14 +8,17 @@ namespace relief::detail {
 /// Lights in one pass over the picture; the arrays below have this size.
 inline constexpr int kBatch = 8;
 
-/// Position on the fibre, from the lattice. A sample on a wall has one weight of zero, so its sum is the same bits in
-/// both slabs, whatever the order of their corners; `precise` keeps it so.
+/// Position on the fibre, from the lattice of the slab's root. A sample on a wall between roots has one weight of zero,
+/// so its sum is the same bits in both slabs, whatever the order of their corners; `precise` keeps it so. Within a root
+/// the weights are the same bits, as they differ by powers of two above and below.
 inline constexpr std::string_view kPlace = R"(
 layout(std430, binding = 1) readonly buffer Places { uint places[]; };
-layout(location = 0) in vec3 inner[3];  // of the slab
+layout(location = 0) in vec3 inner[3];  // of the root
 layout(location = 3) in vec3 outer[3];
 layout(location = 6) in uvec4 data;     // first sample, n and first place, first colour, m
 layout(location = 7) in uvec2 words;    // of the sample
+layout(location = 8) in uvec3 part;     // where own weights begin in the root, corners 0 and 1, with the level and
+                                        // whether it is turned round; number of the slab
 layout(location = 0) uniform mat4 projection;
 vec3 unpack_normal(uint code) {
   vec2 p = vec2(code & 4095u, (code >> 12) & 4095u) / 2047.5 - 1.0;
@@ -27,20 +30,41 @@ struct Vertex {
   vec3 position, normal, weights;
   vec2 alpha_hollow;
   float mask, height, clay, slab;  // above the fibre's middle, to its nearer end: lengths; a number in 0..1 of its own
+  vec4 root;                       // where own weights begin in the root, and 1 or -1: the way that they count there
 };
 Vertex place_vertex() {
   uint n = data.y & 255u, place = places[(data.y >> 8) + uint(gl_VertexID) - data.x];
   uint i = place & 255u, j = place >> 8;
-  vec3 w = vec3(n - i - j, i, j) / float(n);
+  ivec3 own = ivec3(n - i - j, i, j);
+  int steps = 1 << int(part.x >> 24), turn = (part.y >> 31) != 0u ? -1 : 1;
+  ivec3 begin = ivec3(part.x & 0xffffffu, part.y & 0xffffffu, 0);
+  begin.z = steps - turn - begin.x - begin.y;
+  vec3 w = vec3(int(n) * begin + turn * own) / float(int(n) * steps);
   precise vec3 base = (inner[0] * w.x + inner[1] * w.y) + inner[2] * w.z;
   precise vec3 top = (outer[0] * w.x + outer[1] * w.y) + outer[2] * w.z;
   float alpha = float(words.x & 16777215u) / 16777215.0;
   precise vec3 p = base + (top - base) * alpha;
   precise vec4 clip = projection * vec4(p, 1.0);
   gl_Position = clip;
-  float fibre = length(top - base), slab = float((data.x * 2654435761u) >> 16) / 65535.0;
-  return Vertex(p, unpack_normal(words.y), w, vec2(alpha, float(words.y >> 24) / 127.0 - 1.0),
-                float(words.x >> 24) / 255.0, fibre * (alpha - 0.5), fibre * min(alpha, 1.0 - alpha), slab);
+  float fibre = length(top - base), slab = float((part.z * 2654435761u) >> 16) / 65535.0;
+  return Vertex(p, unpack_normal(words.y), vec3(own) / float(n), vec2(alpha, float(words.y >> 24) / 127.0 - 1.0),
+                float(words.x >> 24) / 255.0, fibre * (alpha - 0.5), fibre * min(alpha, 1.0 - alpha), slab,
+                vec4(begin, turn));
+}
+)";
+/// How much of a pixel is line along the edges of a slab, 0 to 1, from its weights and Vertex::root; edges that are not
+/// its root's are fainter. `reach`: half the width of a line and half a pixel. None where slabs are a few pixels.
+inline constexpr std::string_view kSlabWires = R"(
+float wire_along(vec3 weights, vec3 slope, float reach) {
+  vec3 steps = weights / slope;
+  return clamp(reach - min(steps.x, min(steps.y, steps.z)), 0.0, 1.0);
+}
+float slab_wire(vec3 weights, vec4 root, float reach) {
+  vec3 slope = max(fwidth(weights), vec3(1e-6));
+  float crowded = max(slope.x, max(slope.y, slope.z)), size = root.x + root.y + root.z + root.w;
+  float own = wire_along(weights, slope, reach) * (1.0 - smoothstep(0.05, 0.25, crowded));
+  float outer = wire_along(root.xyz + root.w * weights, slope, reach) * (1.0 - smoothstep(0.05, 0.25, crowded / size));
+  return max(outer, 0.4 * own);
 }
 )";
 /// With kPlace before it.
@@ -49,6 +73,7 @@ out vec3 position;
 out vec3 normal;
 out vec3 weights;
 out vec2 hollow_mask;
+flat out vec4 root;
 out float value;  // of the map, or n for the stretch
 flat out uvec2 colour_tile;
 layout(location = 2) uniform ivec4 modes;
@@ -57,6 +82,7 @@ void main() {
   position = v.position;
   normal = v.normal;
   weights = v.weights;
+  root = v.root;
   hollow_mask = vec2(v.alpha_hollow.y, v.mask);
   value = modes.y == 1 ? v.height : modes.y == 2 ? v.clay : modes.y == 3 ? v.slab : float(data.y & 255u);
   colour_tile = data.zw;
@@ -67,8 +93,8 @@ inline constexpr std::string_view kShadowVertex = R"(
 void main() { place_vertex(); }
 )";
 
-/// What the picture shows at a pixel, before light: reflectance (square root of linear; a: share of the highlight),
-/// normal, distance along the eye's axis (0: nothing).
+/// With kSlabWires before it. What the picture shows at a pixel, before light: reflectance (square root of linear; a:
+/// share of the highlight), normal, distance along the eye's axis (0: nothing).
 inline constexpr std::string_view kSurfaceFragment =
     R"(layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
 layout(location = 1) uniform vec3 base_colour;
@@ -82,6 +108,7 @@ in vec3 position;
 in vec3 normal;
 in vec3 weights;
 in vec2 hollow_mask;
+flat in vec4 root;
 in float value;
 flat in uvec2 colour_tile;
 layout(location = 0) out vec4 out_base;
@@ -129,11 +156,7 @@ void main() {
   }
   base *= 1.0 - 0.7 * hollow_mask.y * shares.y;
   if (modes.z != 0) {
-    vec3 slope = max(fwidth(weights), vec3(1e-6));
-    vec3 steps = weights / slope;
-    float nearest = min(steps.x, min(steps.y, steps.z));
-    float crowded = smoothstep(0.05, 0.25, max(slope.x, max(slope.y, slope.z)));
-    float line = clamp(0.55 * map.z + 0.5 - nearest, 0.0, 1.0) * (1.0 - crowded);
+    float line = slab_wire(weights, root, 0.55 * map.z + 0.5);
     base = mix(base, vec3(0.012), 0.9 * line);
     shine = mix(shine, 0.0, line);
   }

@@ -73,7 +73,10 @@ void SlabView::look(const DisplayCache& cache, const Eye& eye, int width, int he
   for (SlabId s = 0; s < slabs_.size(); ++s) slabs_[s] = find(cache, s);
 }
 
-void SlabView::update(const DisplayCache& cache, SlabId s) { slabs_[s] = find(cache, s); }
+void SlabView::update(const DisplayCache& cache, SlabId s) {
+  slabs_.resize(cache.slabs().size());
+  slabs_[s] = find(cache, s);
+}
 
 std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, const Eye& eye, int height, double tau) {
   std::vector<std::uint8_t> levels(mesh.slab_count(), 0);

@@ -15,13 +15,14 @@ class SlabView {
  public:
   /// All slabs of the cache, for this eye (relative to the cache's centre) and size of picture.
   void look(const DisplayCache& cache, const Eye& eye, int width, int height);
-  /// One slab anew.
+  /// One slab again; after another cage, first as many slabs as there are now.
   void update(const DisplayCache& cache, SlabId s);
-  /// The pixels that triangles in a box may colour; none where it is not in the picture.
+  [[nodiscard]] std::size_t slab_count() const noexcept { return slabs_.size(); }
+  /// Returns the pixels that triangles in a box may colour; none where it is not in the picture.
   [[nodiscard]] PixelRect pixels_of(const Box3d& box) const;
-  /// The pixels where it is.
+  /// Returns the pixels where it is.
   [[nodiscard]] const PixelRect& pixels(SlabId s) const noexcept { return slabs_[s].pixels; }
-  /// Whether any of it can be seen: it is in the picture, and its triangles do not all face away.
+  /// Returns whether any of it can be seen: it is in the picture, and its triangles do not all face away.
   [[nodiscard]] bool seen(SlabId s) const noexcept { return slabs_[s].seen; }
 
  private:
@@ -35,13 +36,13 @@ class SlabView {
   std::vector<Place> slabs_;
 };
 
-/// The coarsest level of each slab whose rows of samples are at most `tau` pixels apart half way along the fibres, face
-/// on, at the slab's nearest corner, as if its triangles were equilateral. From the cage alone, so that it stays while
-/// the surface is worked on. 0 everywhere for tau 0.
+/// Returns the coarsest level of each slab whose rows of samples are at most `tau` pixels apart half way along the
+/// fibres, face on, at the slab's nearest corner, as if its triangles were equilateral. From the cage alone, so that it
+/// stays while the surface is worked on. 0 everywhere for tau 0.
 [[nodiscard]] std::vector<std::uint8_t> choose_levels(const SlabMesh& mesh, Vec3d centre, const Eye& eye, int height,
                                                       double tau);
 
-/// The smallest rectangle that holds both; of two of which one is empty the other.
+/// Returns the smallest rectangle that holds both; of two of which one is empty the other.
 [[nodiscard]] PixelRect united(const PixelRect& a, const PixelRect& b) noexcept;
 [[nodiscard]] bool meet(const PixelRect& a, const PixelRect& b) noexcept;
 

@@ -22,7 +22,7 @@ void for_each_corner(const Box3d& box, Visit&& visit) {
                 (k & 4U) != 0 ? box.high.z : box.low.z});
 }
 
-/// The k-th of an even sequence of points in the unit square (additive recurrence of the plastic number).
+/// Returns the k-th of an even sequence of points in the unit square (additive recurrence of the plastic number).
 std::array<double, 2> even_point(int k) noexcept {
   constexpr double kPlastic = 1.32471795724474602596;
   const auto fraction = [](double x) { return x - std::floor(x); };

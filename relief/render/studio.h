@@ -20,7 +20,7 @@ struct Eye {
   double near = 0.1, far = 10;   ///< along `forward`; a parallel one also sees what lies behind `at`
   bool parallel = false;
 };
-/// An eye whose depth range just holds the box (relative to centre, as the eye).
+/// Returns an eye whose depth range just holds the box (relative to centre, as the eye).
 [[nodiscard]] Eye make_eye(const Camera& camera, Vec3d centre, double aspect, const Box3d& seen);
 
 /// The part of the picture between (x0, y0) and (x1, y1), in shares of its width and height from the lower left corner.

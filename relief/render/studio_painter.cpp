@@ -105,7 +105,7 @@ Camera seen_from_afar(Camera camera, const Box3d& box) {
 struct StudioPainter::Passes {
   explicit Passes(DisplayCache& the_cache) : cache(the_cache) {}
 
-  /// What the model takes of the light on the floor.
+  /// Holds what the model takes of the light on the floor.
   struct FloorMaps {
     int edge = 0;
     GlTexture taken, radii, light;
@@ -117,7 +117,7 @@ struct StudioPainter::Passes {
     GlTexture base, normal, distance, depth, light;
     GlFramebuffer surface, lit;
   };
-  /// What all parts of one picture share.
+  /// Holds what all parts of one picture share.
   struct Scene {
     Eye eye;
     FloorAxes floor;
@@ -127,7 +127,7 @@ struct StudioPainter::Passes {
     std::vector<ShadowView> shadows;
     Solids solids;
     std::array<float, 4> ring{};
-    Detail surface_detail, shadow_detail;
+    DrawnLevels surface_detail, shadow_detail;
     /// Empty when nobody can cancel the picture, which is then queued at once. Else waits until the driver has done
     /// what it was told, and says false from the first time that it sees the picture cancelled.
     std::function<bool()> go_on;
@@ -165,7 +165,7 @@ struct StudioPainter::Passes {
 };
 
 Status StudioPainter::Passes::set_up() {
-  RELIEF_TRY(surface, make_program("surface", {kPlace, kSurfaceVertex}, {kSurfaceFragment}));
+  RELIEF_TRY(surface, make_program("surface", {kPlace, kSurfaceVertex}, {kSlabWires, kSurfaceFragment}));
   RELIEF_TRY(shadow, make_program("shadow", {kPlace, kShadowVertex}, {}));
   RELIEF_TRY(solid, make_program("solid", {kSolidVertex}, {kSolidFragment}));
   RELIEF_TRY(solid_shadow, make_program("solid shadow", {kSolidVertex}, {}));
@@ -265,7 +265,7 @@ StudioPainter::Passes::Scene StudioPainter::Passes::make_scene(const Camera& cam
   scene.surface_detail = cache.detail(settings.level);
   scene.shadow_detail = scene.surface_detail;
   for (int level = settings.level + 1; cache.triangle_count(scene.shadow_detail) > kShadowTriangles; ++level) {
-    Detail coarser = cache.detail(level);
+    DrawnLevels coarser = cache.detail(level);
     if (cache.triangle_count(coarser) >= cache.triangle_count(scene.shadow_detail)) break;
     scene.shadow_detail = std::move(coarser);
   }
@@ -293,7 +293,7 @@ void StudioPainter::Passes::full_screen(GLuint program) const {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/// The same pixels, strip by strip where the picture may be cancelled; the rest is left out when it is.
+/// Returns the same pixels, strip by strip where the picture may be cancelled; the rest is left out when it is.
 void StudioPainter::Passes::full_screen_in_strips(GLuint program, const Scene& scene, int width, int height) const {
   if (!scene.go_on) return full_screen(program);
   const int rows = std::max(1, kStripSubPixels / width);
@@ -312,7 +312,7 @@ Status StudioPainter::Passes::cancelled() {
   return fail(Errc::Cancelled, "the picture was cancelled");
 }
 
-/// The surface and the solid overlays, without light. Stencil: 1 the model, 2 solids before it.
+/// Returns the surface and the solid overlays, without light. Stencil: 1 the model, 2 solids before it.
 void StudioPainter::Passes::draw_surface(const Scene& scene, const StudioSettings& settings, const Matrix& view) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.surface);
   glViewport(0, 0, targets.width, targets.height);

@@ -12,7 +12,7 @@ namespace relief::detail {
 
 namespace {
 
-/// The file of the best font, and the number of the face in it.
+/// Returns the file of the best font, and the number of the face in it.
 std::pair<std::string, int> find_font() {
   std::pair<std::string, int> found{"", 0};
   FcPattern* const wanted = FcNameParse(reinterpret_cast<const FcChar8*>("Inter,sans-serif:weight=100:slant=0"));

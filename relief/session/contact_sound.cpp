@@ -23,7 +23,7 @@ constexpr float kFrictionShare = 0.6F, kTextureShare = 0.6F, kCrackleShare = 0.9
 float follows(double seconds) noexcept {
   return static_cast<float>(-std::expm1(-1.0 / (seconds * ContactSound::kRate)));
 }
-/// The same for a corner frequency, Hz.
+/// Returns the same for a corner frequency, Hz.
 float corner(float hertz) noexcept {
   return -std::expm1(-2 * 3.14159265F * hertz / static_cast<float>(ContactSound::kRate));
 }
@@ -51,6 +51,8 @@ SoundTick SoundTicks::next(const ServoSample& sample, const Snapshot& model, dou
   tick.force = static_cast<float>(std::max(0.0, dot(sample.force, sample.normal)));
   const double height = height_at(model, sample.at.slab, sample.at.u, sample.at.v, metres_per_unit);
   const double dt = sample.t - t_;
+  // Another cage has other numbers and heights.
+  if (std::exchange(cage_, model.slab_mesh().number()) != model.slab_mesh().number()) touched_ = false;
   if (touched_ && dt > 0) {
     const Vec3d way = sample.contact_point - point_;
     tick.slip = static_cast<float>(length(way - sample.normal * dot(way, sample.normal)) * metres_per_unit / dt);

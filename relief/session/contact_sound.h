@@ -15,9 +15,9 @@ namespace relief {
 
 /// One tick of 1 ms for the ear.
 struct SoundTick {
-  static constexpr std::size_t kPlaces = 16;
+  static constexpr std::size_t kPlaces = 16;  ///< places that are heard at a time
 
-  bool contact = false;
+  bool contact = false;  ///< whether the tool touches
   bool carving = false;  ///< material is being changed
   float slip = 0;        ///< m/s of the contact point along the surface
   float force = 0;       ///< N along the normal
@@ -35,6 +35,7 @@ class SoundTicks {
 
  private:
   bool touched_ = false;
+  std::uint64_t cage_ = 0;  ///< its number
   SlabCoord at_;
   Vec3d point_;  ///< model units, of the contact
   double t_ = 0;
@@ -46,10 +47,11 @@ class SoundTicks {
 /// kRelease, so that neither clicks.
 class ContactSound {
  public:
-  static constexpr int kRate = 48'000;                       ///< Hz
-  static constexpr int kPerTick = 48;                        ///< samples
-  static constexpr double kAttack = 4e-3, kRelease = 20e-3;  ///< s, to 63 % of a change
-  static constexpr int kHold = 20;                           ///< ticks for which the last one lasts where none comes
+  static constexpr int kRate = 48'000;  ///< Hz
+  static constexpr int kPerTick = 48;   ///< samples
+  /// s, to 63 % of a change
+  static constexpr double kAttack = 4e-3, kRelease = 20e-3;
+  static constexpr int kHold = 20;         ///< ticks for which the last one lasts where none comes
   static constexpr int kBacklog = 100;     ///< ticks that may wait; then all but kHold of them are left out
   static constexpr float kLoudest = 0.8F;  ///< of full scale; no sample is above it
 

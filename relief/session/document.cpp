@@ -1,5 +1,6 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
+#include <relief/session/cage_worker.h>
 #include <relief/session/document.h>
 #include <relief/session/history.h>
 #include <relief/session/saver.h>
@@ -20,6 +21,7 @@ namespace relief {
 
 namespace {
 
+using detail::CageWorker;
 using detail::History;
 using detail::Saver;
 
@@ -27,14 +29,27 @@ using detail::Saver;
 /// hand's time. Single points, as a hand gives them, are seen at once.
 constexpr int kDabsUnseen = 8;
 
-/// Whether a point can be of a stroke that goes on after `last`; as StrokeEngine sees it.
+/// How often room is made for one stroke: each time costs 0.1 s and more, and what is asked for reaches a
+/// good way beyond what the stroke has done.
+constexpr int kMostRooms = 8;
+
+/// Parts of a stroke nearer to each other than this, in radii, want the same room.
+constexpr double kSameRoom = 0.125;
+
+void add_solid(std::vector<Capsule>& solids, const Capsule& solid) {
+  const double near = kSameRoom * solid.radius;
+  if (!solids.empty() && length(solids.back().a - solid.a) < near && length(solids.back().b - solid.b) < near) return;
+  solids.push_back(solid);
+}
+
+/// Returns whether a point can be of a stroke that goes on after `last`; as StrokeEngine sees it.
 bool counts(const StrokePoint& p, const StrokePoint* last) noexcept {
   constexpr double kFarthestTime = 1e12;  // s, as check(Stroke)
   return std::isfinite(p.t) && std::abs(p.t) <= kFarthestTime && is_finite(p.position) && std::isfinite(p.pressure) &&
          (last == nullptr || p.t >= last->t);
 }
 
-/// Where a dab may have moved the surface. No dab moves it by more than a radius, or the brush's height.
+/// Returns where a dab may have moved the surface. No dab moves it by more than a radius, or the brush's height.
 Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
   const double reach = 2 * brush.radius + std::abs(brush.height);
   Box3d box;
@@ -51,7 +66,7 @@ Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
   return box;
 }
 
-/// The slabs in which two models differ.
+/// Returns the slabs in which two models differ.
 Box3d difference_of(const Snapshot& from, const Snapshot& to) {
   Box3d box;
   const auto add = [&box](const Snapshot& a, const Snapshot& b) {
@@ -65,7 +80,7 @@ Box3d difference_of(const Snapshot& from, const Snapshot& to) {
   return box;
 }
 
-/// A layer that comes or goes may change how all of the surface looks.
+/// Returns a layer that comes or goes may change how all of the surface looks.
 bool same_layers(const Snapshot& a, const Snapshot& b) {
   for (int k = 0; k < kLayerCount; ++k)
     if (a.has(static_cast<Layer>(k)) != b.has(static_cast<Layer>(k))) return false;
@@ -92,7 +107,9 @@ struct Document::State {
         channel(first.head),
         published(first.head),
         saver(first.info, std::move(place), std::move(file), settings.retry_after,
-              [this](Saver::Notice notice) { tell(std::move(notice)); }) {
+              [this](Saver::Notice notice) { tell(std::move(notice)); }),
+        worker([this](CageWorker::Done done) { tell(std::move(done)); },
+               [this](std::string_view phase, double share) { tell(Saver::Progressed{std::string(phase), share}); }) {
     engine.on_dab([this](const Dab& dab, const DabResult& result) { made(dab, result); });
     engine.stop_at(&stop);
     list_labels();
@@ -115,14 +132,16 @@ struct Document::State {
   bool put(Order order) {
     const std::scoped_lock lock(mutex);
     if (closing) return false;
-    if (const auto* command = std::get_if<Command>(&order))
+    if (const auto* command = std::get_if<Command>(&order)) {
       if (const auto* cancel = std::get_if<CancelStroke>(command)) cancel_open(*cancel);
+      if (std::holds_alternative<CancelChanges>(*command)) stop_change.store(true);
+    }
     orders.push_back(std::move(order));
     wake.notify_one();
     return true;
   }
 
-  /// Whether an order ends the stroke that a source has open.
+  /// Returns whether an order ends the stroke that a source has open.
   static bool ends_stroke(const Order& order, std::int64_t source) {
     if (std::holds_alternative<Watch>(order)) return true;
     const auto* command = std::get_if<Command>(&order);
@@ -151,11 +170,18 @@ struct Document::State {
     wake.notify_one();
   }
 
+  void tell(CageWorker::Done done) {
+    const std::scoped_lock lock(mutex);
+    cages.push_back(std::move(done));
+    wake.notify_one();
+  }
+
   Status close() {
     if (!thread.joinable()) return closed;
     {
       const std::scoped_lock lock(mutex);
       closing = true;
+      stop_change.store(true);
       wake.notify_one();
     }
     thread.join();
@@ -167,11 +193,17 @@ struct Document::State {
   void run() {
     std::unique_lock lock(mutex);
     while (true) {
-      wake.wait(lock, [&] { return !orders.empty() || !notices.empty() || closing; });
+      wake.wait(lock, [&] { return !orders.empty() || !notices.empty() || !cages.empty() || closing; });
       if (!notices.empty()) {
         lock.unlock();
         while (take_notice()) {
         }
+        lock.lock();
+        continue;
+      }
+      if (!cages.empty() && !closing) {
+        lock.unlock();
+        take_cages();
         lock.lock();
         continue;
       }
@@ -186,6 +218,7 @@ struct Document::State {
     open_source = kNobody;
     lock.unlock();
     end_stroke();
+    drop_changes();
     closed = saver.close();
     while (take_notice()) {
     }
@@ -221,6 +254,11 @@ struct Document::State {
   void emit(const Event& event) const {
     if (settings.on_event) settings.on_event(event);
   }
+  /// Of work on the edit thread, which ends when the flag is set.
+  [[nodiscard]] Progress progress_until(const std::atomic<bool>& cancel) const {
+    return {.report = [this](std::string_view phase, double share) { emit(Progressed{std::string(phase), share}); },
+            .cancel = &cancel};
+  }
   void say(const EditNote& what) const {
     if (note) note(what);
   }
@@ -235,6 +273,11 @@ struct Document::State {
     int unseen = 0;         ///< dabs since the last publication
     Box3d box;              ///< of these
     bool said_limit = false, said_miss = false;
+    RoomWanted wanted;             ///< by what it has done so far
+    int rooms = 0;                 ///< how often room was made
+    bool ends = false;             ///< room is made at its end
+    bool is_full = false;          ///< no more room can be made
+    std::uint64_t room_asked = 0;  ///< number of the job that makes room for it; 0: none
   };
 
   /// From now on a cancel of that source reaches the stroke inside.
@@ -277,6 +320,7 @@ struct Document::State {
       so_far.push_back(point);
       engine.move(std::span(&point, 1));
       after_point();
+      take_cages();
       if (count > 100 && k % (count / 100) == 0)
         emit(Progressed{"stroke", static_cast<double>(k) / static_cast<double>(count)});
     }
@@ -286,6 +330,8 @@ struct Document::State {
 
   /// Each dab, just after it was made.
   void made(const Dab& dab, const DabResult& result) {
+    want_room(dab, result);
+    if (replaying) return;
     say(DabMade{dab});
     const Box3d reach = reach_of(open->stroke.brush, dab);
     open->box.add(reach.low);
@@ -305,7 +351,8 @@ struct Document::State {
 
   void after_point() {
     const StrokeResult& so_far = engine.so_far();
-    if (so_far.limited > 0 && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, so_far});
+    const bool ends = so_far.limited > 0 && !may_make_room();
+    if (ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, so_far});
     if (so_far.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
   }
 
@@ -324,16 +371,27 @@ struct Document::State {
       return;
     }
     const std::uint64_t start = dab_began = thread_cpu_ns();
-    const StrokeResult result = engine.end();
+    SnapshotPtr base = open->start;
+    open->ends = true;
+    if (open->rooms > 0) begin_again();
+    StrokeResult result = engine.end();
+    while (result.limited > 0 && make_room_at_end(base)) result = engine.end();
+    if (stop.load()) {
+      cancel_ended_stroke();
+      return;
+    }
+    if (!result.changed && open->rooms > 0) editor.set_head(open->start);
     after_end(result);
     StrokeFinished finished = finish(result, start);
     say(StrokeEnded{.kept = true, .changed = result.changed});
     publish();
     if (result.changed) keep(finished);
     finished.stroke = history.position();
+    if (open->room_asked != 0) worker.cancel(open->room_asked);
     open.reset();
     emit(finished);
     if (result.changed) tell_history();
+    take_ready_change();
   }
 
   /// What the last dab brought.
@@ -356,8 +414,14 @@ struct Document::State {
 
   void cancel_stroke() {
     set_open(kNobody);
-    const std::uint64_t start = thread_cpu_ns();
     engine.cancel();
+    cancel_ended_stroke();
+  }
+
+  void cancel_ended_stroke() {
+    const std::uint64_t start = thread_cpu_ns();
+    if (open->room_asked != 0) worker.cancel(open->room_asked);
+    editor.set_head(open->start);
     StrokeFinished finished = finish({}, start);
     finished.cancelled = true;
     finished.stroke = history.position();
@@ -366,9 +430,229 @@ struct Document::State {
     open.reset();
     stop.store(false);
     emit(finished);
+    take_ready_change();
   }
 
-  /// The stroke that has just ended becomes a step of the history.
+  // ---- Room under a stroke
+
+  /// Notes what a dab needs, and has room made where it ran out. With dabs that come again nobody is asked: who plays
+  /// them again looks at the end.
+  void want_room(const Dab& dab, const DabResult& result) {
+    if (!settings.make_room || note) return;
+    const Brush& brush = open->stroke.brush;
+    const ToolInfo& tool = relief::info(brush.tool);
+    if (tool.writes != Layer::Displacement) return;
+    if (tool.action == Action::Cut) {
+      const Vec3d centre = dab.cursor + dab.normal * (brush.radius + brush.resilience);
+      add_solid(open->wanted.cut, {dab.swept ? dab.from : centre, centre, brush.radius, normalized(dab.normal)});
+    } else if (result.limited > 0) {
+      // How much more will come nobody knows: as much again as the tool is wide.
+      const Vec3d up = normalized(dab.normal), way = up * (2 * brush.radius);
+      const bool sinks = tool.by_height && brush.height < 0;
+      if (!sinks) add_solid(open->wanted.fill, {dab.contact, dab.contact + way, brush.radius, up});
+      if (sinks || tool.action == Action::Even || (tool.action == Action::Plane && tool.lowers))
+        add_solid(open->wanted.cut, {dab.contact, dab.contact - way / 2, brush.radius / 2, up});
+    }
+    if (result.limited == 0) return;
+    if (replaying || open->ends || open->room_asked != 0 || !may_make_room()) return;
+    open->room_asked = worker.ask([make = settings.make_room, start = editor.start(), wanted = open->wanted](
+                                      const Progress& progress) { return make(start, wanted, progress); });
+    emit(RoomAsked{open->source});
+  }
+
+  [[nodiscard]] bool may_make_room() const {
+    return settings.make_room && !note && !open->is_full && open->rooms < kMostRooms && !open->wanted.empty();
+  }
+
+  /// The stroke from its beginning, on other fibres, up to where it is.
+  void play_again(const SnapshotPtr& base) {
+    replaying = true;
+    editor.set_head(base);
+    engine.begin(open->stroke.brush, open->stroke.tip);
+    open->wanted.cut.clear();  // they come again; fills do not, where there is room now
+    engine.move(open->stroke.points);
+    replaying = false;
+    open->box = {};
+  }
+
+  /// What was made while the stroke went on depends on when it was done. At the end it is forgotten, so that the same
+  /// points lead to the same model.
+  void begin_again() {
+    engine.cancel();
+    open->rooms = 0;
+    open->is_full = false;
+    open->wanted = {};
+    play_again(open->start);
+  }
+
+  /// Takes what was made; true where the stroke is to be played again on it.
+  bool take_room(const Result<Room>& made) {
+    open->room_asked = 0;
+    if (!made) {
+      open->is_full = true;
+      if (made.error().code != Errc::Cancelled) emit(Failed{made.error(), saver.unsaved()});
+      return false;
+    }
+    ++open->rooms;
+    open->is_full = !made->model;
+    emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved});
+    return made->model != nullptr;
+  }
+
+  /// Returns the ended stroke ran out on `base`: makes room and plays it again, all but its end. False where that is no
+  /// use.
+  bool make_room_at_end(SnapshotPtr& base) {
+    if (!may_make_room() || stop.load()) return false;
+    if (open->room_asked != 0) worker.cancel(open->room_asked);
+    if (open->rooms == 0 && open->room_asked == 0) emit(RoomAsked{open->source});
+    set_open(open->source);
+    const Result<Room> made = settings.make_room(base, open->wanted, progress_until(stop));
+    const bool again = take_room(made);
+    if (again) {
+      base = made->model;
+      play_again(base);
+    }
+    set_open(kNobody);
+    return again;
+  }
+
+  /// Cages that were made meanwhile.
+  void take_cages() {
+    while (true) {
+      std::optional<CageWorker::Done> done;
+      {
+        const std::scoped_lock lock(mutex);
+        if (cages.empty()) return;
+        done = std::move(cages.front());
+        cages.pop_front();
+      }
+      if (changing && done->number == changing->number) {
+        take_change(done->result);
+      } else if (open.has_value() && done->number == open->room_asked && take_room(done->result)) {
+        const std::uint64_t start = dab_began = thread_cpu_ns();
+        engine.cancel();
+        play_again(done->result->model);
+        publish();
+        open->cpu += thread_cpu_ns() - start;
+      }
+    }
+  }
+
+  // ---- Other changes of the cage
+
+  struct Change {
+    ChangeCage command;
+    SnapshotPtr from;
+    std::uint64_t number = 0;  ///< of the worker's job
+    int times = 0;
+    std::optional<Result<Room>> ready;  ///< waits for the end of the open stroke
+  };
+  std::deque<ChangeCage> changes;  ///< that wait for the one before
+  std::optional<Change> changing;
+
+  void take(ChangeCage& change) {
+    changes.push_back(std::move(change));
+    start_change();
+  }
+  void take(const CancelChanges&) {
+    stop_change.store(false);
+    drop_changes();
+  }
+
+  /// The one that is worked on ends when its worker tells so.
+  void drop_changes() {
+    for (const ChangeCage& change : std::exchange(changes, {}))
+      emit(CageChanged{.label = change.label, .cancelled = true, .stroke = history.position()});
+    if (changing) worker.cancel(changing->number);
+  }
+
+  void start_change() {
+    if (changing || changes.empty()) return;
+    changing.emplace();
+    changing->command = std::move(changes.front());
+    changes.pop_front();
+    ask_for_change();
+  }
+
+  [[nodiscard]] static Status watched() {
+    return fail(Errc::InvalidArgument, "the cage cannot change while a recording is being made");
+  }
+
+  void ask_for_change() {
+    if (note) {
+      end_change(watched());
+      return;
+    }
+    changing->from = history.at(history.position()).snapshot;
+    ++changing->times;
+    changing->number =
+        worker.ask([make = changing->command.make, from = changing->from](const Progress& progress) -> Result<Room> {
+          auto made = make(from, progress);
+          if (!made) return std::unexpected(made.error());
+          return Room{.model = *made};
+        });
+  }
+
+  void take_ready_change() {
+    if (!changing || !changing->ready) return;
+    const Result<Room> made = *std::exchange(changing->ready, std::nullopt);
+    take_change(made);
+  }
+
+  void take_change(const Result<Room>& made) {
+    if (!made) {
+      end_change(std::unexpected(made.error()));
+    } else if (note) {
+      end_change(watched());
+    } else if (open.has_value()) {
+      changing->ready = made;  // the stroke would lose its start
+    } else if (editor.head() == changing->from || !made->model) {
+      if (made->model) push_change(made->model);
+      end_change({}, made->model != nullptr);
+    } else if (changing->times < 2) {
+      ask_for_change();
+    } else {
+      change_now();
+    }
+  }
+
+  /// Whoever sculpts all the time waits for it.
+  void change_now() {
+    const auto made = changing->command.make(editor.head(), progress_until(stop_change));
+    if (!made) {
+      end_change(std::unexpected(made.error()));
+      return;
+    }
+    if (*made) push_change(*made);
+    end_change({}, *made != nullptr);
+  }
+
+  void push_change(const SnapshotPtr& model) {
+    const ChangeCage& command = changing->command;
+    editor.set_head(model);
+    const std::size_t number = history.push(model, command.label, command.details);
+    {
+      const std::scoped_lock lock(counted_mutex);
+      labels.resize(number - 1 - history.first());
+      labels.push_back(command.label);
+    }
+    if (has_file) saver.commit(history.at(number).serial, model, {.label = command.label, .details = command.details});
+    publish();
+    fit();
+    tell_history();
+  }
+
+  void end_change(const Status& status, bool changed = false) {
+    CageChanged ended{.label = changing->command.label, .changed = changed, .stroke = history.position()};
+    changing.reset();
+    ended.cancelled = !status && status.error().code == Errc::Cancelled;
+    ended.failed = !status && !ended.cancelled;
+    if (ended.failed) emit(Failed{status.error(), saver.unsaved()});
+    emit(ended);
+    start_change();
+  }
+
+  /// The stroke that has ended becomes a step of the history.
   void keep(const StrokeFinished& finished) {
     std::string text = journal_text(open->stroke, finished.result);
     StrokeRecord record{.label = finished.label, .details = text};
@@ -483,7 +767,7 @@ struct Document::State {
     has_file = true;
   }
 
-  /// Whether the file will have state `number`, if it must be made of what is in memory.
+  /// Returns whether the file will have state `number`, if it must be made of what is in memory.
   [[nodiscard]] bool may_keep(std::size_t number) const {
     return number >= kept_range.low && (number <= kept_range.high || history.at(number).serial > kept_range.newest);
   }
@@ -532,7 +816,7 @@ struct Document::State {
 
   // The edit thread's.
   bool has_file;
-  /// What went into the last SaveElsewhere: numbers, the serial number of `high`, and the newest that there was.
+  /// Holds what went into the last SaveElsewhere: numbers, the serial number of `high`, and the newest that there was.
   struct KeptRange {
     std::size_t low = 0, high = 0;
     std::uint64_t serial = 0, newest = 0;
@@ -544,17 +828,20 @@ struct Document::State {
   std::optional<OpenStroke> open;
   std::function<void(const EditNote&)> note;
   std::uint64_t dab_began = 0;  ///< thread CPU time
+  bool replaying = false;       ///< dabs come that have come before
   SnapshotChannel channel;
 
   mutable std::mutex mutex;
   std::condition_variable wake;
   std::deque<Order> orders;
   std::deque<Saver::Notice> notices;
+  std::deque<CageWorker::Done> cages;
   bool closing = false;
   SnapshotPtr published;  ///< written under the lock by the edit thread
 
-  std::int64_t open_source = kNobody;  ///< of the open stroke, as long as a cancel can reach it; under the lock
-  std::atomic<bool> stop{false};       ///< the open stroke is cancelled
+  std::int64_t open_source = kNobody;    ///< of the open stroke, as long as a cancel can reach it; under the lock
+  std::atomic<bool> stop{false};         ///< the open stroke is cancelled
+  std::atomic<bool> stop_change{false};  ///< what change_now() makes is cancelled
 
   mutable std::mutex counted_mutex;
   DocumentStatistics counted;
@@ -562,6 +849,7 @@ struct Document::State {
 
   Status closed;
   Saver saver;
+  CageWorker worker;
   std::thread thread;
 };
 

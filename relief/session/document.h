@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/core/model.h>
+#include <relief/core/room.h>
 #include <relief/core/snapshot_channel.h>
 #include <relief/edit/stroke.h>
 #include <relief/file/model_file.h>
@@ -27,54 +28,68 @@ using StrokeSource = std::uint32_t;
 
 /// Ends the stroke that the same source has open.
 struct BeginStroke {
-  Brush brush;
-  bool tip = false;   ///< see Stroke
-  std::string label;  ///< what people read; the tool's name where it is empty
-  StrokeSource source = 0;
+  Brush brush;              ///< with what
+  bool tip = false;         ///< see Stroke
+  std::string label;        ///< what people read; the tool's name where it is empty
+  StrokeSource source = 0;  ///< whose stroke it is
 };
 /// Points that are not finite or run back in time are left out, pressures are clamped.
 struct MoveStroke {
-  std::vector<StrokePoint> points;
-  StrokeSource source = 0;
+  std::vector<StrokePoint> points;  ///< in the order of time
+  StrokeSource source = 0;          ///< whose stroke it is
 };
+/// Ends a stroke and keeps it.
 struct EndStroke {
-  StrokeSource source = 0;
+  StrokeSource source = 0;  ///< whose stroke it is
 };
 /// Drops the stroke that the source has open, also where it is being worked on and its end waits: what is left of it is
 /// not done.
 struct CancelStroke {
-  StrokeSource source = 0;
+  StrokeSource source = 0;  ///< whose stroke it is
 };
 /// Fewer at the end of the history. An open stroke is ended first, and is the first one that is undone.
 struct Undo {
-  std::uint64_t steps = 1;
+  std::uint64_t steps = 1;  ///< how many strokes
 };
+/// Brings undone strokes back.
 struct Redo {
-  std::uint64_t steps = 1;
+  std::uint64_t steps = 1;  ///< how many strokes
 };
 /// Goes on in another file, which is replaced: a copy of the file so far with its whole history. Without a file, or
 /// where it cannot be read, a new one with what is in memory: the model and the steps that can be undone without it.
 struct SaveElsewhere {
-  std::filesystem::path file;
+  std::filesystem::path file;  ///< the new file
 };
 /// Another budget for the history, bytes.
 struct SetHistoryBytes {
-  std::size_t bytes = 0;
+  std::size_t bytes = 0;  ///< of snapshots held for undo
 };
-using Command =
-    std::variant<BeginStroke, MoveStroke, EndStroke, CancelStroke, Undo, Redo, SaveElsewhere, SetHistoryBytes>;
+/// Another cage for the model, or finer grids: `make` is called on a thread of the document's own with the newest
+/// state, while tools go on. What it makes becomes a step of the history, if the model is still that one when it is
+/// done; otherwise it is asked again, and the third time all wait for it. Null where there is nothing to change.
+struct ChangeCage {
+  std::string label;    ///< what people read
+  std::string details;  ///< of the journal, JSON; may be empty
+  /// makes the changed model; called on the worker
+  std::function<Result<SnapshotPtr>(const SnapshotPtr& model, const Progress&)> make;
+};
+/// Drops the changes of the cage that have not ended.
+struct CancelChanges {};
+using Command = std::variant<BeginStroke, MoveStroke, EndStroke, CancelStroke, Undo, Redo, SaveElsewhere,
+                             SetHistoryBytes, ChangeCage, CancelChanges>;
 
 // ---- Events
 
 /// A snapshot was published. What differs from the one before lies in the box, model units.
 struct SnapshotChanged {
   std::uint64_t number = 0;  ///< Snapshot::number()
-  Box3d box;
+  Box3d box;                 ///< what has changed, model units
 };
+/// A stroke is in the history.
 struct StrokeFinished {
-  StrokeSource source = 0;
-  Tool tool = Tool::Carve;
-  std::string label;
+  StrokeSource source = 0;   ///< whose stroke it was
+  Tool tool = Tool::Carve;   ///< its tool
+  std::string label;         ///< what the history shows
   StrokeResult result;       ///< changed: it is a step of the history
   bool cancelled = false;    ///< it has left nothing
   std::uint64_t stroke = 0;  ///< strokes that stand now
@@ -83,78 +98,105 @@ struct StrokeFinished {
 };
 /// A stroke was not begun, for another source had one open.
 struct StrokeRefused {
-  StrokeSource source = 0;
+  StrokeSource source = 0;  ///< whose stroke it was
 };
+/// Undo and redo have other steps.
 struct HistoryChanged {
+  /// how many there are
   std::uint64_t undo_steps = 0, redo_steps = 0;
-  std::string undo_label, redo_label;  ///< of the next ones; empty where there is none
+  /// of the next ones; empty where there is none
+  std::string undo_label, redo_label;
 };
 /// Old steps did not fit into the budget of a document without a file: they can no more be undone, or redone.
 struct HistoryDropped {
-  std::uint64_t steps = 0;
+  std::uint64_t steps = 0;  ///< the oldest ones, which went
 };
 /// Stroke `stroke` and all before it are on the disk.
 struct Saved {
-  std::uint64_t stroke = 0;
+  std::uint64_t stroke = 0;  ///< the last stroke in the file
 };
 /// The document goes on in this file.
 struct SavedElsewhere {
-  std::filesystem::path file;
-  bool whole = true;  ///< with all of the history; else with what was in memory
+  std::filesystem::path file;  ///< the new file
+  bool whole = true;           ///< with all of the history; else with what was in memory
 };
-/// The first time in a stroke that samples would have gone beyond their fibre's ends.
+/// The first time in a stroke that samples would have gone beyond their fibre's ends, and no room can be made.
 struct LimitReached {
-  StrokeSource source = 0;
-  StrokeResult so_far;
+  StrokeSource source = 0;  ///< whose stroke it is
+  StrokeResult so_far;      ///< what it did until now
 };
 /// The first time in a stroke that a point was farther from the surface than the radius, and left out.
 struct PointMissed {
-  StrokeSource source = 0;
+  StrokeSource source = 0;  ///< whose stroke it is
+};
+/// A stroke runs out of clay, or of the room above it: from now on room is made under it.
+struct RoomAsked {
+  StrokeSource source = 0;  ///< whose stroke it is
+};
+/// Room was made under a stroke, which continues as if it had always been; or could not be made.
+struct RoomEnded {
+  StrokeSource source = 0;   ///< whose stroke it is
+  std::size_t fibres = 0;    ///< that were moved; 0: none could be
+  std::size_t lacking = 0;   ///< that do not reach as far as the stroke
+  double surface_moved = 0;  ///< the farthest, model units
+};
+/// A ChangeCage has ended.
+struct CageChanged {
+  std::string label;     ///< what was done
+  bool changed = false;  ///< it is a step of the history
+  /// Failed has said why
+  bool cancelled = false, failed = false;
+  std::uint64_t stroke = 0;  ///< steps that stand now
 };
 /// The world failed. Strokes that are not saved are tried again every `retry_after`, with the next one, and by close();
 /// Saved tells that it went well.
 struct Failed {
-  Error error;
+  Error error;                ///< what went wrong
   std::uint64_t unsaved = 0;  ///< strokes that are in memory only
 };
 /// Of a long command.
 struct Progressed {
-  std::string phase;
-  double share = 0;  ///< 0..1
+  std::string phase;  ///< what is done
+  double share = 0;   ///< 0..1
 };
-using Event = std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved,
-                           SavedElsewhere, LimitReached, PointMissed, Failed, Progressed>;
+using Event =
+    std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved, SavedElsewhere,
+                 LimitReached, PointMissed, RoomAsked, RoomEnded, CageChanged, Failed, Progressed>;
 
 // ---- What a recorder must know to make the same snapshots again, in order
 
+/// A stroke has begun; for a recording.
 struct StrokeBegun {
-  Brush brush;
+  Brush brush;  ///< with what
 };
+/// A dab was applied; for a recording.
 struct DabMade {
-  Dab dab;
+  Dab dab;  ///< the dab
 };
+/// A stroke has ended; for a recording.
 struct StrokeEnded {
   bool kept = true;     ///< else it was cancelled
   bool changed = true;  ///< it is a step of the history
 };
 /// By this many steps of the history, back where negative.
 struct HistoryMoved {
-  std::int64_t steps = 0;
+  std::int64_t steps = 0;  ///< above 0: redone, below 0: undone
 };
-/// What the editor has after all that came before; told before any reader sees it.
+/// Holds what the editor has after all that came before; told before any reader sees it.
 struct HeadMade {
-  SnapshotPtr head;
+  SnapshotPtr head;  ///< the model now
 };
 using EditNote = std::variant<StrokeBegun, DabMade, StrokeEnded, HistoryMoved, HeadMade>;
 
-/// What a document has counted since it was opened.
+/// Holds what a document has counted since it was opened.
 struct DocumentStatistics {
   std::uint64_t strokes = 0;  ///< that changed the model
-  std::uint64_t dabs = 0;
+  std::uint64_t dabs = 0;     ///< dabs that were applied
   std::uint64_t samples = 0;  ///< changed by them
   std::uint64_t limited = 0;  ///< that would have gone beyond their fibre's ends
   std::uint64_t missed = 0;   ///< points that were left out
   TimeHistogram dab_time;     ///< thread CPU time of one dab, with finding its place, undo and publishing
+  /// steps of the history
   std::uint64_t undo_steps = 0, redo_steps = 0;
   std::size_t history_bytes = 0;     ///< of tiles that only the history holds in memory
   std::size_t history_held = 0;      ///< states in memory, the head included
@@ -162,18 +204,22 @@ struct DocumentStatistics {
   std::size_t waiting_commands = 0;  ///< that were posted and not begun
 };
 
+/// Holds what a document can be told at its start.
 struct DocumentSettings {
   /// Of tiles that only the history holds. The default holds some thousand strokes.
   std::size_t history_bytes = std::size_t{512} << 20U;
   /// Called by the edit thread, in the order in which things happen. It may post commands; strokes wait for it.
   std::function<void(const Event&)> on_event = {};
+  /// Makes room where a stroke would run out of clay; without it such strokes fade out. Strokes that are watched for a
+  /// recording (see Document::watch) get none.
+  RoomMaker make_room = {};
   /// After which what could not be saved is tried again.
   std::chrono::milliseconds retry_after = std::chrono::seconds(10);
 };
 
 /// One model, one history, one writer. Commands are values that an edit thread of the document's own carries out in
 /// their order; a saver thread writes finished strokes into the file, each with its text (stroke_text.h), and neither
-/// the edit thread nor any reader waits for it, but for an undo into steps that only the file holds.
+/// the edit thread nor any reader waits for it, except for an undo into steps that only the file holds.
 /// One history: steps stay in memory within a budget; of a document with a file older ones, and those that the file had
 /// when it was opened, are read back from it when they are needed. A stroke after an undo ends the redo.
 class Document {
@@ -183,6 +229,7 @@ class Document {
   /// Goes on with a file; `place` is its name. Errors: those of ModelFile::strokes().
   [[nodiscard]] static Result<Document> open(std::filesystem::path place, ModelFile file,
                                              DocumentSettings settings = {});
+  /// Takes over; the other one may only be destroyed.
   Document(Document&&) noexcept;
   Document& operator=(Document&&) = delete;
   /// close(). Readers must be gone.
@@ -190,17 +237,20 @@ class Document {
 
   /// Any thread but a servo's; takes a short lock. After close() nothing is done.
   void post(Command command);
-  /// Returns when all that was posted before has been done; not when it is on the disk. Any thread but that of events.
+  /// Returns when all that was posted before has been done, except for a ChangeCage; not when it is on the disk. Any
+  /// thread but that of events.
   void settle();
-  /// Ends an open stroke, does what was posted, writes what is not in the file yet, and ends both threads. Error: why
-  /// not all is in the file. One thread; again harmless.
+  /// Ends an open stroke, does what was posted, drops a ChangeCage that has not ended, writes what is not in the file
+  /// yet, and ends both threads. Error: why not all is in the file. One thread; again harmless.
   [[nodiscard]] Status close();
 
-  /// The newest published snapshot. Any thread but a servo's.
+  /// Returns the newest published snapshot. Any thread but a servo's.
   [[nodiscard]] SnapshotPtr head() const;
-  /// Where it is published: for a ServoThread, and for the readers of others.
+  /// Returns where it is published: for a ServoThread, and for the readers of others.
   [[nodiscard]] SnapshotChannel& channel() noexcept;
+  /// Returns a reader of the snapshots, for one thread.
   [[nodiscard]] SnapshotChannel::Reader reader();
+  /// Returns what is known of the model beside its surface.
   [[nodiscard]] const ModelInfo& info() const noexcept;
   /// Any thread.
   [[nodiscard]] DocumentStatistics statistics() const;

@@ -1,5 +1,5 @@
 // What ticks, settings and edits are made of, number by number: the one place that says what a recording holds.
-// A new field is one line here. Recordings without it read as its default; see docs/recordings.md.
+// A new field is one line here. Recordings without it read as its default; see docs/reference/recording.md.
 #pragma once
 
 #include <relief/edit/stroke.h>
@@ -37,7 +37,7 @@ inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
 static_assert(sizeof(DeviceState) == 184 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 208 &&
-              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 128 && sizeof(Dab) == 128);
+              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 136 && sizeof(Dab) == 128);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -105,13 +105,13 @@ void for_each_field(T& settings, Visit&& visit) {
   visit(Field{"centre", kUnits}, settings.clutch.centre);
 }
 
-/// One of the points of a rigid tool, in the tool's frame.
+/// Returns one of the points of a rigid tool, in the tool's frame.
 template <Is<Vec3d> T, typename Visit>
 void for_each_field(T& point, Visit&& visit) {
   visit(Field{"point", kUnits}, point);
 }
 
-/// What is text is a fact of the recording.
+/// Returns what is text is a fact of the recording.
 template <Is<DeviceInfo> T, typename Visit>
 void for_each_field(T& device, Visit&& visit) {
   visit(Field{"max_force", "N"}, device.max_force);
@@ -154,6 +154,7 @@ void for_each_field(T& brush, Visit&& visit) {
   visit(Field{"pressure_high", ""}, brush.pressure.high);
   visit(Field{"pressure_exponent", ""}, brush.pressure.exponent);
   visit(Field{"stabiliser", kUnits}, brush.stabiliser);
+  visit(Field{"detail", "radii"}, brush.detail);
   visit(Field{"symmetry", ""}, brush.symmetry);
   visit(Field{"mirror", kUnits}, brush.mirror);
 }
@@ -170,7 +171,7 @@ void for_each_field(T& dab, Visit&& visit) {
   visit(Field{"swept", ""}, dab.swept);
 }
 
-/// What a row without numbers is made of: the end of a stroke.
+/// Holds what a row without numbers is made of: the end of a stroke.
 struct Nothing {};
 template <Is<Nothing> T, typename Visit>
 void for_each_field(T& /*nothing*/, Visit&& /*visit*/) {}
@@ -295,7 +296,7 @@ class RowReader {
   }
   [[nodiscard]] const RecordingColumns& unknown() const noexcept { return unknown_; }
   [[nodiscard]] const RecordingColumns& missing() const noexcept { return missing_; }
-  /// Whether the recording has number k of columns_of<T>().
+  /// Returns whether the recording has number k of columns_of<T>().
   [[nodiscard]] bool has(std::size_t k) const noexcept { return places_[k] != kNowhere; }
 
  private:

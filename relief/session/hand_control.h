@@ -11,6 +11,7 @@ namespace relief {
 /// next flush() where its queue is full. One thread; forces() any.
 class HandControl {
  public:
+  /// of the workspace that fits the model
   static constexpr double kLeastScale = 0.1, kMostScale = 10;
 
   /// `settings` are those that the session was made with, its workspace the one of scale 1.
@@ -33,10 +34,15 @@ class HandControl {
   /// Tries again what found the queue full; whether all is with the session.
   bool flush();
 
+  /// Returns the greatest force, N.
   [[nodiscard]] double force_limit() const noexcept { return settings_.force.max_force; }
+  /// Returns whether the hand moves without the tool.
   [[nodiscard]] bool clutched() const noexcept { return settings_.clutch.held; }
+  /// Returns the scale that was requested.
   [[nodiscard]] double scale() const noexcept { return scale_; }
+  /// Returns whether forces are on.
   [[nodiscard]] bool forces() const noexcept { return forces_.load(std::memory_order_relaxed); }
+  /// Returns what the servo is given.
   [[nodiscard]] const ServoSettings& settings() const noexcept { return settings_; }
 
  private:

@@ -21,7 +21,7 @@ struct HandTick {
   float late = 0;           ///< s, wake-up after the due time
   float compute = 0;        ///< s, thread CPU time of the tick
   std::uint32_t flags = 0;  ///< ServoFault bits
-  bool contact = false;
+  bool contact = false;     ///< whether the tool touches
 };
 
 /// What the hand feels at the moment, in kinds; the sentences are the program's.
@@ -33,8 +33,9 @@ enum class HandState : std::uint8_t {
   NoForce    ///< the safe state, or a lost device: HandSafety::cause
 };
 
+/// Holds what a program shows of the hand's safety.
 struct HandSafety {
-  HandState state = HandState::Waiting;
+  HandState state = HandState::Waiting;  ///< what the hand is doing
   /// Of NoForce, what began it; of Limited, what limits.
   ServoFault cause = ServoFault::None;
   /// Of NoForce: the cause is over, and forces come back once the hand has left the solid.
@@ -44,22 +45,25 @@ struct HandSafety {
 
 /// A time without force.
 struct HandStop {
-  ServoFault cause = ServoFault::None;
-  double t = 0;        ///< s, when it began
-  double seconds = 0;  ///< how long so far
-  bool over = false;
+  ServoFault cause = ServoFault::None;  ///< why there is no force
+  double t = 0;                         ///< s, when it began
+  double seconds = 0;                   ///< how long so far
+  bool over = false;                    ///< whether the cause has passed
 };
 
 /// Judges ticks one after the other. No clock, no allocation.
 class SafetyWatch {
  public:
-  /// s for which a touch, or a limit, is told after its last tick: words that flicker cannot be read.
+  /// s for which a touch, or a limit, is reported after its last tick: words that flicker cannot be read.
   static constexpr double kHold = 0.3;
 
+  /// Takes a tick. The thread that drains the telemetry.
   void tick(const ServoSample& sample) noexcept;
+  /// Returns what holds now.
   [[nodiscard]] const HandSafety& now() const noexcept { return now_; }
   /// Times without force so far, the present one included.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
+  /// Returns the last time that the force ended.
   [[nodiscard]] const HandStop& last_stop() const noexcept { return last_stop_; }
 
  private:
@@ -89,12 +93,15 @@ class HandMonitor {
   std::size_t drain();
   /// Ticks that are kept, oldest first.
   [[nodiscard]] std::size_t size() const noexcept { return ring_.size(); }
+  /// Tick k, the oldest kept one first.
   [[nodiscard]] const HandTick& operator[](std::size_t k) const noexcept { return ring_[(oldest_ + k) % ring_.size()]; }
-  /// A copy of them, for a plot that stands still.
+  /// Returns a copy of them, for a plot that stands still.
   [[nodiscard]] std::vector<HandTick> freeze() const;
-  /// The newest tick, whole.
+  /// Returns the newest tick, whole.
   [[nodiscard]] const ServoSample& last() const noexcept { return last_; }
+  /// Returns the hand's safety.
   [[nodiscard]] const SafetyWatch& safety() const noexcept { return safety_; }
+  /// Ticks taken since the start.
   [[nodiscard]] std::uint64_t taken() const noexcept { return taken_; }
   /// Ticks that are missing, whoever dropped them.
   [[nodiscard]] std::uint64_t missing() const noexcept { return missing_; }
@@ -102,7 +109,7 @@ class HandMonitor {
   void clear();
 
  private:
-  /// What travels: no reading, no model.
+  /// Holds what travels: no reading, no model.
   struct Waiting {
     std::uint64_t number = 0, clock_ns = 0;
     ServoSample sample;

@@ -12,9 +12,9 @@ std::size_t bytes_of(const Tile& tile) {
   return tile.bytes() + Tile::kBeside + (tile.bounds_known() ? tile.bounds().bytes() : 0);
 }
 
-/// Of the tiles in `to` that `from` has not.
+/// Of the tiles in `to`, and of its cage, that `from` has not.
 std::size_t new_bytes(const Snapshot& from, const Snapshot& to) {
-  std::size_t sum = 0;
+  std::size_t sum = to.slab_mesh().bytes_beside(&from.slab_mesh());
   const Tile* before = nullptr;  // many slabs may have the same tile, as when a layer is made
   for_each_change(from, to, [&](Layer layer, SlabId s) {
     const Tile& tile = to.tile(layer, s);
@@ -164,9 +164,9 @@ void History::drop_after(std::size_t number) {
 }
 
 void History::count() {
-  tile_bytes_ = 0;
+  model_bytes_ = 0;
   for (const auto& [number, difference] : differences_)
-    tile_bytes_ += number < position_ ? difference.older : difference.newer;
+    model_bytes_ += number < position_ ? difference.older : difference.newer;
 }
 
 }  // namespace relief::detail

@@ -51,17 +51,17 @@ class History {
   void saved_up_to(std::uint64_t serial);
   /// Forgets the states before and after these two.
   void keep_only(std::size_t from, std::size_t to);
-  /// The held state nearest to a number that the file has, too; null where there is none.
+  /// Returns the held state nearest to a number that the file has, too; null where there is none.
   [[nodiscard]] std::pair<std::size_t, SnapshotPtr> nearest_saved(std::size_t number) const;
-  /// The range of states, the position among them, that are held without a gap: first and last number.
+  /// Returns the range of states, the position among them, that are held without a gap: first and last number.
   [[nodiscard]] std::pair<std::size_t, std::size_t> held_around() const;
 
   /// States that no file has.
   [[nodiscard]] std::uint64_t unsaved() const;
-  /// Bytes of tiles that only the history holds: all but those of the position; and of texts.
-  [[nodiscard]] std::size_t bytes() const noexcept { return tile_bytes_ + text_bytes_; }
+  /// Bytes of tiles and cages that only the history holds: all but those of the position; and of texts.
+  [[nodiscard]] std::size_t bytes() const noexcept { return model_bytes_ + text_bytes_; }
   [[nodiscard]] std::size_t held() const noexcept { return held_.size(); }
-  /// Lets go of the states farthest from the position until the others fit. With a file: of those that it has. Without:
+  /// Releases the states farthest from the position until the others fit. With a file: of those that it has. Without:
   /// they are gone, and so are the numbers beyond them; returns how many strokes can no more be undone or redone.
   std::size_t fit(std::size_t budget, bool has_file);
 
@@ -75,15 +75,15 @@ class History {
 
   std::deque<State> states_;
   std::size_t first_ = 0, position_ = 0;
-  /// Of two held states in a row: bytes of tiles that the first has and the second has not, and the other way round;
-  /// at the number of the first.
+  /// Of two held states in a row: bytes of tiles and cages that the first has and the second has not, and the other way
+  /// round; at the number of the first.
   struct Difference {
     std::size_t older = 0, newer = 0;
   };
   [[nodiscard]] Difference difference(std::size_t from, std::size_t to) const;
   std::set<std::size_t> held_;
   std::map<std::size_t, Difference> differences_;
-  std::size_t tile_bytes_ = 0, text_bytes_ = 0;
+  std::size_t model_bytes_ = 0, text_bytes_ = 0;
   std::uint64_t serial_ = 0;
 };
 

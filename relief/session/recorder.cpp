@@ -126,7 +126,7 @@ struct Recorder::State {
     edits.clear();
   }
 
-  /// The number of the newest head.
+  /// Returns the number of the newest head.
   [[nodiscard]] std::uint64_t newest() const noexcept { return model + heads.size() - 1; }
 
   void flush() {

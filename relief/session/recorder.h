@@ -13,7 +13,7 @@
 
 namespace relief {
 
-/// Where a recording comes from, as its head says it.
+/// Says where a recording comes from, as its head says it.
 struct RecordingOrigin {
   std::string program = {};          ///< name, version and commit
   std::filesystem::path model = {};  ///< the model's file
@@ -33,7 +33,9 @@ class Recorder {
   [[nodiscard]] static Result<Recorder> create(const std::filesystem::path& file, Pace pace,
                                                const RecordingOrigin& origin, const SnapshotPtr& model,
                                                const ServoSettings& settings, const DeviceInfo& device);
+  /// Takes over; the other one may only be destroyed or assigned to.
   Recorder(Recorder&&) noexcept;
+  /// Takes over; the other one may only be destroyed or assigned to.
   Recorder& operator=(Recorder&&) noexcept;
   ~Recorder();
 

@@ -106,7 +106,8 @@ struct Replay::State {
         if (tool_points.size() == TouchTool::kMostPoints) return recording.damaged("its tool has too many points");
         point_reader.read(event.row, tool_points.emplace_back());
       } else if (is(detail::kStream<Brush>)) {
-        Brush brush;
+        // Recordings that do not have it were made on the grid as it was.
+        Brush brush{.detail = 0};
         brush_reader.read(event.row, brush);
         const bool sound = static_cast<std::size_t>(brush.tool) < tools().size() && brush.falloff <= Falloff::Dome &&
                            check(Stroke{.brush = brush, .label = {}, .points = {}}).has_value();
@@ -353,7 +354,7 @@ class RecordedServo {
   Servo servo_;
 };
 
-/// The first output in which two rows of columns_of<RecordedTick>() differ.
+/// Returns the first output in which two rows of columns_of<RecordedTick>() differ.
 std::optional<Verification::Difference> difference(const RowReader<RecordedTick>& reader,
                                                    const RecordingColumns& columns, std::span<const std::byte> recorded,
                                                    std::span<const std::byte> now) {

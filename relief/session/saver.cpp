@@ -118,7 +118,7 @@ void Saver::write_next(std::unique_lock<std::mutex>& lock) {
   const auto* commit = std::get_if<Commit>(&job);
   const std::uint64_t serial = commit != nullptr ? commit->serial : 0;
   lock.lock();
-  Job finished;  // lets go of its snapshot after the lock
+  Job finished;  // releases its snapshot after the lock
   if (done) {
     finished = std::move(jobs_.front());
     jobs_.pop_front();

@@ -35,7 +35,7 @@ class Saver {
   struct Saved {
     std::uint64_t serial = 0;
   };
-  /// What was to be written was not; `unsaved` strokes wait.
+  /// Holds what was to be written was not; `unsaved` strokes wait.
   struct Failed {
     Error error;
     std::uint64_t unsaved = 0;

@@ -12,11 +12,11 @@
 
 namespace relief {
 
-/// What a session has counted; what its strokes did, the document's statistics say.
+/// Holds what a session has counted; what its strokes did, the document's statistics say.
 struct SessionStats {
-  ServoTimes servo;           ///< after stop()
-  std::uint64_t samples = 0;  ///< ticks with a reading that reached the session's thread
-  std::uint64_t contact_samples = 0;
+  ServoTimes servo;                   ///< after stop()
+  std::uint64_t samples = 0;          ///< ticks with a reading that reached the session's thread
+  std::uint64_t contact_samples = 0;  ///< ticks in contact
   std::uint64_t strokes = 0;          ///< begun
   std::uint64_t points = 0;           ///< of them
   double force_max = 0;               ///< N
@@ -26,12 +26,12 @@ struct SessionStats {
   ServoSample last = {};              ///< the newest tick's
 };
 
-/// How the hand's contact becomes strokes.
+/// Says how the hand's contact becomes strokes.
 struct SculptSettings {
   double points_per_second = 250;  ///< of contact; the paper's dabs came 10 times a second
   double full_depth = 0;           ///< model units: penetration that counts as pressure 1
   double light_depth = 0;          ///< up to this depth pressure is 0 (paper, Sec. 5)
-  StrokeSource source = 1;
+  StrokeSource source = 1;         ///< whose strokes the hand's are
 };
 
 /// Owns a servo thread, and a thread that makes commands for a document of what it felt. While button 0 of the device
@@ -40,10 +40,11 @@ struct SculptSettings {
 /// the servo goes into its safe state: in it the hand feels nothing, so it must not cut anything either.
 class Session {
  public:
+  /// Holds what a session can be told at its start.
   struct Settings {
-    ServoSettings servo = {};
-    SculptSettings sculpt = {};
-    LossSettings loss = {};
+    ServoSettings servo = {};    ///< for the servo
+    SculptSettings sculpt = {};  ///< for the strokes
+    LossSettings loss = {};      ///< for a device that drops out
     /// Called by the session's thread with each tick, in their order, also with those in which the device did not
     /// answer. It must not wait: strokes wait for it.
     std::function<void(const ServoTick&)> on_tick = {};
@@ -65,6 +66,7 @@ class Session {
   /// False: no force from the next tick on, and an open stroke ends; true again: forces come back once the hand has
   /// lifted off (ServoThread::set_forces). Any thread, wait-free.
   void set_forces(bool on) noexcept;
+  /// Returns whether the hand is read.
   [[nodiscard]] bool running() const noexcept;
   /// When the device did not answer. Any thread.
   [[nodiscard]] std::vector<DeviceLoss> losses() const;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -15,9 +16,9 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 15> kFields = {
+constexpr std::array<std::string_view, 16> kFields = {
     "tool",  "radius",         "strength",   "colour",   "points", "label",   "resilience", "height",
-    "exact", "pressure_curve", "stabiliser", "symmetry", "mirror", "falloff", "tip"};
+    "exact", "pressure_curve", "stabiliser", "symmetry", "mirror", "falloff", "tip",        "detail"};
 /// What the journal adds to them.
 constexpr std::string_view kLimited = "limited";
 constexpr std::string_view kAxes = "xyz";
@@ -40,6 +41,7 @@ class StrokeReader {
     RELIEF_TRY(brush.resilience, number(object_, "resilience", brush.resilience));
     RELIEF_TRY(brush.height, number(object_, "height", brush.height));
     RELIEF_TRY(brush.stabiliser, number(object_, "stabiliser", brush.stabiliser));
+    RELIEF_TRY(brush.detail, number(object_, "detail", brush.detail));
     RELIEF_TRY(brush.exact, flag("exact"));
     RELIEF_TRY(brush.falloff, falloff());
     RELIEF_TRY(brush.symmetry, symmetry());
@@ -63,7 +65,7 @@ class StrokeReader {
       if (key == kLimited || std::ranges::find(kFields, key) != kFields.end()) continue;
       std::string known;
       for (const std::string_view field : kFields) known.append(known.empty() ? "" : ", ").append(field);
-      return problem("has the unknown field " + in_quotes(key) + detail::did_you_mean(key, kFields) + "; known are " +
+      return problem("has the unknown field " + in_quotes(key) + detail::nearest_clause(key, kFields) + "; known are " +
                      known);
     }
     return {};
@@ -76,7 +78,7 @@ class StrokeReader {
     const auto& said = found->get_ref<const std::string&>();
     const auto known = tool_from_name(said);
     if (known) return *known;
-    return problem("names the unknown tool " + in_quotes(said) + detail::did_you_mean(said, tool_ids()) +
+    return problem("names the unknown tool " + in_quotes(said) + detail::nearest_clause(said, tool_ids()) +
                    "; known are " + std::string(tool_names()));
   }
 
@@ -86,7 +88,7 @@ class StrokeReader {
       if (fallback) return *fallback;
       return problem("needs a \"" + std::string(key) + '"');
     }
-    if (!value->is_number()) return problem("has a \"" + std::string(key) + "\" that is no number");
+    if (!value->is_number()) return problem("has a \"" + std::string(key) + "\" that is not a number");
     return value->get<double>();
   }
 
@@ -195,11 +197,15 @@ class StrokeReader {
 Result<json> parse(std::string_view text, std::string_view place) {
   try {
     return json::parse(text);
-  } catch (const json::exception& error) {
-    // The library's message starts with its own code in brackets.
-    std::string_view what = error.what();
-    if (const std::size_t end = what.find("] "); end != std::string_view::npos) what.remove_prefix(end + 2);
-    return fail(Errc::Corrupt, std::string(place) + ": no valid JSON: " + printable(what, 200));
+  } catch (const json::parse_error& error) {
+    // The byte is the last one that was read, from 1.
+    const std::string_view read = text.substr(0, std::max<std::size_t>(error.byte, 1) - 1);
+    const auto line = 1 + std::ranges::count(read, '\n');
+    const std::size_t column = read.size() - (read.find_last_of('\n') + 1) + 1;
+    return fail(Errc::Corrupt, std::string(place) + ": line " + std::to_string(line) + ", column " +
+                                   std::to_string(column) + ": not JSON");
+  } catch (const json::out_of_range&) {
+    return fail(Errc::Corrupt, std::string(place) + ": not JSON: a number is too large");
   }
 }
 
@@ -226,6 +232,7 @@ ordered_json json_of(const Stroke& stroke) {
     object["pressure_curve"] = {
         {"low", brush.pressure.low}, {"high", brush.pressure.high}, {"exponent", brush.pressure.exponent}};
   put("stabiliser", brush.stabiliser, plain.stabiliser);
+  put("detail", brush.detail, plain.detail);
   std::string axes;
   for (std::size_t k = 0; k < kAxes.size(); ++k)
     if ((static_cast<unsigned>(brush.symmetry) >> k & 1U) != 0) axes += kAxes[k];

@@ -42,7 +42,7 @@ inline Int128 dot(const Point& a, const Point& b) {
 }
 inline int sign(Int128 value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
-/// Whether a * a < b * c, in 256 bits.
+/// Returns whether a * a < b * c, in 256 bits.
 inline bool square_below_product(Int128 a, Int128 b, Int128 c) {
   struct Wide {
     Uint128 high, low;
@@ -81,7 +81,7 @@ class Predicates {
   }
   /// +1 where p lies above the plane of the triangle, seen with its corners counter-clockwise.
   [[nodiscard]] int side(const Triangle& t, const Point& p) const { return determinant(t.b - t.a, t.c - t.a, p - t.a); }
-  /// Whether two closed triangles of positive area have a point in common.
+  /// Returns whether two closed triangles of positive area have a point in common.
   [[nodiscard]] bool meet(const Triangle& s, const Triangle& t) const {
     const std::array<const Point*, 3> sp = {&s.a, &s.b, &s.c}, tp = {&t.a, &t.b, &t.c};
     std::array<int, 3> s_side{}, t_side{};
@@ -106,7 +106,7 @@ class Predicates {
   }
   static int turn(const Flat& a, const Flat& b, const Flat& c) { return sign(area(a, b, c)); }
 
-  /// An edge pq against a triangle; the ends lie on the given sides of its plane.
+  /// Returns an edge pq against a triangle; the ends lie on the given sides of its plane.
   [[nodiscard]] bool segment_meets(const Point& p, const Point& q, int p_side, int q_side, const Triangle& t) const {
     if (p_side == q_side && p_side != 0) return false;
     if (p_side == 0 && q_side == 0) return segment_meets_in_plane(p, q, t);
@@ -115,7 +115,7 @@ class Predicates {
     return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
   }
 
-  /// The two axes on which the triangle's plane is projected one to one.
+  /// Returns the two axes on which the triangle's plane is projected one to one.
   static std::array<std::size_t, 2> projection(const Triangle& t) {
     const Point n = cross(t.b - t.a, t.c - t.a);
     const std::size_t drop = n[0] != 0 ? 0 : n[1] != 0 ? 1 : 2;
@@ -220,7 +220,7 @@ class Tree {
     std::size_t first;                     // how many items the branches before it hold
     std::span<const std::uint32_t> items;  // in the order in which queries visit them
   };
-  /// The branches of at most `most` items, or of four, whose trunks hold more; in the order of queries.
+  /// Returns the branches of at most `most` items, or of four, whose trunks hold more; in the order of queries.
   [[nodiscard]] std::vector<Branch> branches(std::size_t most) const {
     std::vector<Branch> found;
     if (!nodes_.empty()) find_branches({0, 0, items_}, std::max<std::size_t>(most, 4), found);

@@ -22,7 +22,7 @@ Vector cross(const Vector& a, const Vector& b) {
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vector& a) { return std::sqrt(dot(a, a)); }
 
-/// A length to three digits, however small or large the model is.
+/// Returns a length to three digits, however small or large the model is.
 std::string length_text(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g", value);
@@ -33,7 +33,7 @@ std::string length_text(double value) {
 struct Fibre {
   Vector inner, along;
 
-  /// Whether it passes within a step of a box.
+  /// Returns whether it passes within a step of a box.
   [[nodiscard]] bool reaches(const Box& box) const {
     double from = 0, to = 1;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -65,8 +65,8 @@ double away(const Vector& p, const Vector& a, const Vector& b, const Vector& c) 
   return std::min({away(p, a, b), away(p, b, c), away(p, c, a)});
 }
 
-/// How far a surface lies from the source at most when its vertices are the source's, rounded to the lattice of the
-/// shell: half the diagonal of a cell, whatever the triangle. Nothing where the source lies on that lattice.
+/// Returns how far a surface lies from the source at most when its vertices are the source's, rounded to the lattice of
+/// the shell: half the diagonal of a cell, whatever the triangle. Nothing where the source lies on that lattice.
 double rounding_of(const Extent& shell, const Extent& source) {
   const int step = shell.likely_step();
   return source.lowest >= step ? 0 : std::ldexp(std::sqrt(0.75), step);
@@ -132,7 +132,7 @@ class SampleChecker {
     });
     return bound;
   }
-  /// Whether what a sample of the slab says could still be counted, or name the slab.
+  /// Returns whether what a sample of the slab says could still be counted, or name the slab.
   [[nodiscard]] bool wanted(std::size_t slab) {
     if (check_.off < kCounted || check_.slabs.back() != slab) return true;
     check_.at_least = true;
@@ -211,8 +211,9 @@ class SampleChecker {
     if (!wrong.empty()) note(slab, sample, name() + wrong);
   }
 
-  /// Whether the sample lies as near to the source as a surface must whose vertices are the source's, rounded. Along a
-  /// fibre that grazes them the two are further apart, by 1 / sine, and it may meet them in different triangles.
+  /// Returns whether the sample lies as near to the source as a surface must whose vertices are the source's, rounded.
+  /// Along a fibre that grazes them the two are further apart, by 1 / sine, and it may meet them in different
+  /// triangles.
   [[nodiscard]] bool lies_on_rounded(const Tree& tree, const Fibre& fibre, float value, double whole) const {
     if (rounding_ == 0) return false;
     Vector p = fibre.inner;
@@ -235,8 +236,8 @@ class SampleChecker {
   [[nodiscard]] bool marked(std::span<const SampleTile> tiles, std::size_t slab, std::size_t sample) const {
     return slab < tiles.size() && sample < tiles[slab].values.size() && tiles[slab].values[sample] > 0.5F;
   }
-  /// What is wrong with the mark of a sample of which the surface lies here, within `reach` along the fibre, or with
-  /// its absence; else nothing.
+  /// Returns what is wrong with the mark of a sample of which the surface lies here, within `reach` along the fibre, or
+  /// with its absence; else nothing.
   [[nodiscard]] std::string wrong_void(bool is_void, float value, double whole, double reach) {
     bool can_be = false, clear = true;
     std::size_t here = 0;
@@ -261,7 +262,7 @@ class SampleChecker {
     return is_void ? " is marked void, but its fibre meets the surface there"
                    : " is not marked void, but only what closes an opening is there";
   }
-  /// The same for the mark that its fibre, which leaves the source, does so several times.
+  /// Returns the same for the mark that its fibre, which leaves the source, does so several times.
   [[nodiscard]] std::string wrong_fold(bool folded, double whole) const {
     constexpr double kEnd = 1e-5;  // of the fibre: what meets it nearer to its ends may be beyond them
     struct Range {

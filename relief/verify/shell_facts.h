@@ -21,12 +21,13 @@ struct Extent {
   Extent();
   void add(const std::array<double, 3>& p);
   void add(const Extent& other);
-  /// The exponent of the coarsest lattice step; 0 when all coordinates are zero.
+  /// Returns the exponent of the coarsest lattice step; 0 when all coordinates are zero.
   [[nodiscard]] int step() const { return lowest == std::numeric_limits<int>::max() ? 0 : lowest; }
-  /// The exponent of the step to which the coordinates were rounded, as far as it shows: a few round numbers do not
-  /// make a coarse lattice, so it is 2^20 of the longest side at most, but no finer than doubles are so far out.
+  /// Returns the exponent of the step to which the coordinates were rounded, as far as it shows: a few round numbers do
+  /// not make a coarse lattice, so it is 2^20 of the longest side at most, but no finer than doubles are so far out.
   [[nodiscard]] int likely_step() const;
-  /// The longest side in steps of 2^step. A length of at most 2^30 steps has no rounding; a longer one stays longer.
+  /// Returns the longest side in steps of 2^step. A length of at most 2^30 steps has no rounding; a longer one stays
+  /// longer.
   [[nodiscard]] double span(int step) const;
 };
 
@@ -58,21 +59,27 @@ struct CommonLattice {
   bool moved = false;              ///< the source is not on it
 
   CommonLattice(const Extent& shell, const Extent& source);
-  /// The nearest lattice point.
+  /// Returns the nearest lattice point.
   [[nodiscard]] Point at(const std::array<double, 3>& p) const;
 };
 
-/// The extent of all coordinates of a shell.
+/// Returns the extent of all coordinates of a shell.
 [[nodiscard]] Extent extent_of(const Shell& shell);
-/// A sentence about the first number of the source that is not usable, or an empty one; fills `extent`.
+/// Returns a sentence about the first number of the source that is not usable, or an empty one; fills `extent`.
 [[nodiscard]] std::string source_fault(const Source& source, Extent& extent);
 
 /// An edge that two slabs share, as each of them counts its edges: edge k lies opposite corner k.
 struct SharedEdge {
   std::array<std::uint32_t, 2> slab, edge;
 };
-/// Tells of each, of a shell that passed C0. Takes 36 bytes per slab while it does.
-void for_each_shared_edge(const Shell& shell, const std::function<void(const SharedEdge&)>& told);
+/// One that a single slab has.
+struct LoneEdge {
+  std::uint32_t slab, edge;
+};
+/// Tells of each, of a shell that passed C0, and of the lone ones if that is asked for. Takes 36 bytes per slab while
+/// it does.
+void for_each_shared_edge(const Shell& shell, const std::function<void(const SharedEdge&)>& told,
+                          const std::function<void(const LoneEdge&)>& told_lone = {});
 /// Number in its tile of the sample t of n intervals along an edge.
 [[nodiscard]] std::size_t sample_on_edge(int n, std::uint32_t edge, int t);
 

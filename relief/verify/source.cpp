@@ -49,7 +49,7 @@ bool closer(const Point& p, const Point& q, const Point& a, const Point& b, std:
   return square_below_product(dot(r, n), Int128{margin} * margin, area);
 }
 
-/// Whether two disjoint triangles of positive area come nearer than `margin` steps.
+/// Returns whether two disjoint triangles of positive area come nearer than `margin` steps.
 bool closer(const Triangle& s, const Triangle& t, std::int64_t margin) {
   const std::array<Point, 3> sp = {s.a, s.b, s.c}, tp = {t.a, t.b, t.c};
   const Point sn = cross(s.b - s.a, s.c - s.a), tn = cross(t.b - t.a, t.c - t.a);
@@ -123,9 +123,9 @@ struct Block {
   std::array<Point, 3> inner, outer;
 };
 
-/// Whether a plane lies between the block's hull and the face with so much room for each coordinate, in the block's
-/// steps, `scale` of which make one of the face's. With coordinates up to 2^30, scaled up to 2^41, all sums stay below
-/// 2^126.
+/// Returns whether a plane lies between the block's hull and the face with so much room for each coordinate, in the
+/// block's steps, `scale` of which make one of the face's. With coordinates up to 2^30, scaled up to 2^41, all sums
+/// stay below 2^126.
 bool hull_misses(const Block& block, const Face& face, std::int64_t scale, std::int64_t room) {
   std::array<Point, 6> hull{};
   std::array<Point, 3> corners{};
@@ -209,7 +209,7 @@ class SourceChecker {
       box.widen(kMargin);
     }
   };
-  /// What is asked of a slab again and again; 1.5 KB.
+  /// Holds what is asked of a slab again and again; 1.5 KB.
   struct Slab {
     std::uint32_t number;
     std::array<Side, 2> sides;  // inner, outer
@@ -219,8 +219,8 @@ class SourceChecker {
     std::array<HalfSpace, 8> hull;  // planes with the whole slab below
     std::size_t hull_count = 0;
   };
-  /// What a source triangle fails. Ordered as they are told: by triangle, then by the order in which queries of the
-  /// tree visit slabs.
+  /// Holds what a source triangle fails. Ordered as they are told: by triangle, then by the order in which queries of
+  /// the tree visit slabs.
   struct Finding {
     enum class Kind : std::uint8_t { NoArea, NearInner, MeetsInner, NearOuter, MeetsOuter, Folded };
     std::uint32_t triangle, place, slab;
@@ -234,13 +234,13 @@ class SourceChecker {
     }
   };
 
-  /// What was found of one condition.
+  /// Holds what was found of one condition.
   struct OfOne {
     std::vector<Finding> first;  // in order, so many as are listed
     std::size_t count = 0;
     std::size_t unnamed = 0;  // slabs of the branch in which it is not known to fail
 
-    /// Whether what a triangle fails would still be listed or counted.
+    /// Returns whether what a triangle fails would still be listed or counted.
     [[nodiscard]] bool counts(std::size_t triangle) const {
       return count < kCounted || triangle <= first.back().triangle;
     }
@@ -387,7 +387,7 @@ class SourceChecker {
     return go_on;
   }
 
-  /// The k-th of so many branches. False when cancelled.
+  /// Returns the k-th of so many branches. False when cancelled.
   bool check_branch(const Tree::Branch& branch, std::size_t k, std::size_t branches, Findings& findings) {
     slabs_.clear();
     slabs_.reserve(branch.items.size());
@@ -477,8 +477,8 @@ class SourceChecker {
     return std::nullopt;
   }
 
-  /// Whether every fibre of the slab that meets the face leaves through its front: normal . direction > 0, which is
-  /// linear in the barycentric weights of the fibre, so where it fails is cut off by a straight line.
+  /// Returns whether every fibre of the slab that meets the face leaves through its front: normal . direction > 0,
+  /// which is linear in the barycentric weights of the fibre, so where it fails is cut off by a straight line.
   [[nodiscard]] bool section_holds(const Slab& slab, const Face& f) const {
     std::array<double, 3> value{};
     bool sure = true;
@@ -501,7 +501,7 @@ class SourceChecker {
     return bad == 0 || misses_bad_part(slab, f, facing, bad);
   }
 
-  /// The least of normal . d over all triangles whose corners are within the blur of the face's.
+  /// Returns the least of normal . d over all triangles whose corners are within the blur of the face's.
   [[nodiscard]] Int128 facing_of(const Point& d, const Face& f) const {
     const Int128 value = dot(f.normal, d);
     if (blur_ == 0) return value;
@@ -509,8 +509,8 @@ class SourceChecker {
     return value - 2 * turn - 8 * Int128{sum_norm(d)};
   }
 
-  /// Whether the face misses the fibres from which it is seen from behind; these end at a whole 2^-kCutBits of the
-  /// edges, towards the larger side.
+  /// Returns whether the face misses the fibres from which it is seen from behind; these end at a whole 2^-kCutBits of
+  /// the edges, towards the larger side.
   [[nodiscard]] bool misses_bad_part(const Slab& slab, const Face& f, const std::array<Int128, 3>& facing,
                                      std::size_t bad) const {
     const int scale_bits = bits_ - kHalvings;
@@ -550,8 +550,8 @@ class SourceChecker {
     return misses({to_j, corner(j), corner(k)}) && misses({to_j, corner(k), to_k});
   }
 
-  /// Whether the face misses the volume between three fibres, whose places and directions are scaled and may be less
-  /// than one off; halved along the fibres while its hull does not show it.
+  /// Returns whether the face misses the volume between three fibres, whose places and directions are scaled and may be
+  /// less than one off; halved along the fibres while its hull does not show it.
   template <typename Fibres>
   [[nodiscard]] bool column_misses(const Fibres& fibres, const Face& f, std::int64_t scale) const {
     const std::int64_t parts = std::int64_t{1} << static_cast<unsigned>(kHalvings);
@@ -599,7 +599,7 @@ class SourceChecker {
       const int turns = turns_around(v, spokes);
       if (turns == 0)
         report(Condition::C6, kNothing, t,
-               [&] { return "no direction sees the fronts of all triangles at " + vertex_name(v); });
+               [&] { return "no common front-facing direction for the triangles at " + vertex_name(v); });
       else if (turns != 1)
         report(Condition::C6, kNothing, t, [&] {
           return "the triangles at " + vertex_name(v) + " wind " + std::to_string(turns) + " times instead of once";
@@ -659,7 +659,7 @@ class SourceChecker {
     return true;
   }
 
-  /// How often the triangles wind around a direction that sees the fronts of them all; 0 where none is found.
+  /// Returns how often the triangles wind around a direction that sees the fronts of them all; 0 where none is found.
   int turns_around(std::uint32_t v, const std::vector<Spoke>& spokes) {
     const Point centre = point(v);
     rim_.clear();
@@ -686,8 +686,9 @@ class SourceChecker {
   [[nodiscard]] bool sees_all(const Point& d) const {
     return std::all_of(normals_.begin(), normals_.end(), [&](const Point& n) { return dot(n, d) > 0; });
   }
-  /// The mean of the normals and, again and again, whichever of them it sees worst added to it; then the fibres nearby.
-  /// Where some direction sees all fronts at a sine of g or more, that takes at most 1/g^2 steps (the perceptron).
+  /// Returns the mean of the normals and, again and again, whichever of them it sees worst added to it; then the fibres
+  /// nearby. Where some direction sees all fronts at a sine of g or more, that takes at most 1/g^2 steps (the
+  /// perceptron).
   [[nodiscard]] std::optional<Point> seeing_direction(std::uint32_t v) const {
     constexpr int kTries = 2500;  // g = 0.02
     std::array<double, 3> d{};
@@ -723,7 +724,7 @@ class SourceChecker {
 
   // ---- C7
 
-  /// Which vertices hang together by triangles: the lowest of each component.
+  /// Returns which vertices hang together by triangles: the lowest of each component.
   std::vector<std::uint32_t> find_parts() const {
     std::vector<std::uint32_t> parent(points_.size());
     std::iota(parent.begin(), parent.end(), 0U);
@@ -792,7 +793,7 @@ class SourceChecker {
     return count(Condition::C7) == 0;
   }
 
-  /// Whether a fibre passes through the triangle. The fibre is thought shifted sideways by (e, e^2, e^3) for a
+  /// Returns whether a fibre passes through the triangle. The fibre is thought shifted sideways by (e, e^2, e^3) for a
   /// vanishing e > 0, so it meets no edge and no vertex; by C6 this changes nothing in how often it meets the source.
   [[nodiscard]] bool crosses(const Point& p, const Point& q, const Triangle& t) const {
     const Point along = q - p;

@@ -205,7 +205,7 @@ class Checker {
   struct Corner {
     std::uint32_t slab, corner;
   };
-  /// The corners at a fibre, once fans_hold() has been there: counter-clockwise.
+  /// Returns the corners at a fibre, once fans_hold() has been there: counter-clockwise.
   [[nodiscard]] std::span<Corner> fan(std::size_t f) {
     return std::span(fans_).subspan(fan_begin_[f], fan_begin_[f + 1] - fan_begin_[f]);
   }
@@ -458,8 +458,8 @@ class Checker {
     return count(Condition::C4) == 0;
   }
 
-  /// How the ray from p along +x passes through the triangle: +1 out of it, -1 into it, 0 not at all. The ray is
-  /// thought shifted by (0, e, e^2) for a vanishing e > 0, so it meets no edge.
+  /// Returns how the ray from p along +x passes through the triangle: +1 out of it, -1 into it, 0 not at all. The ray
+  /// is thought shifted by (0, e, e^2) for a vanishing e > 0, so it meets no edge.
   [[nodiscard]] int ray_crossing(const Triangle& t, const Point& p) const {
     const auto turn = [&](const Point& a, const Point& b) {
       const std::int64_t area = (b[1] - a[1]) * (p[2] - a[2]) - (b[2] - a[2]) * (p[1] - a[1]);

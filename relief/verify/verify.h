@@ -20,15 +20,16 @@ namespace relief::verify {
 /// A shell as plain numbers: fibre i runs from inner[i] to outer[i]; each triangle names three fibres,
 /// counter-clockwise seen from outside.
 struct Shell {
+  /// ends of the fibres, model units
   Triples<double> inner, outer;
-  Triples<std::uint32_t> triangles;
+  Triples<std::uint32_t> triangles;  ///< the slabs, as three fibres each
 };
 
 /// The surface that the slabs are to hold: the mended source, or a clean original. Triangles counter-clockwise seen
 /// from outside; positions that no triangle names are ignored.
 struct Source {
-  Triples<double> positions;
-  Triples<std::uint32_t> triangles;
+  Triples<double> positions;         ///< corners, model units
+  Triples<std::uint32_t> triangles;  ///< three corners each
   /// The triangles from here on close openings of what was scanned; nothing where that is not known.
   std::optional<std::size_t> phantom_from = std::nullopt;
 };
@@ -47,18 +48,21 @@ inline constexpr std::size_t kShellConditionCount = 5;  ///< C0 to C4
 
 inline constexpr std::uint32_t kNothing = 0xffffffffU;
 
-/// Where a condition fails. C0, C1, C3, C4: a and b are slabs, b = a where there is only one, both kNothing where no
-/// slab is to blame. C2: a is the fibre. C5, C6: a is the slab, or kNothing where the source itself is at fault; b is
-/// the source triangle. C7: a is a slab of the part and b is kNothing, or a is kNothing and b a triangle of the source.
+/// Says where a condition fails. C0, C1, C3, C4: a and b are slabs, b = a where there is only one, both kNothing where
+/// no slab is to blame. C2: a is the fibre. C5, C6: a is the slab, or kNothing where the source itself is at fault; b
+/// is the source triangle. C7: a is a slab of the part and b is kNothing, or a is kNothing and b a triangle of the
+/// source.
 struct Failure {
-  Condition condition;
+  Condition condition;  ///< which of C0 to C7
+  /// the slabs or fibres that break it
   std::uint32_t a = 0, b = 0;
   std::string what;  ///< one sentence
 };
 
+/// Holds what was found of each condition.
 struct Certificate {
   std::array<bool, kConditionCount> holds{};  ///< by condition; false also when it could not be tested (below)
-  std::array<std::size_t, kConditionCount> failure_count{};
+  std::array<std::size_t, kConditionCount> failure_count{};  ///< failures per condition
   std::array<bool, kConditionCount> at_least{};  ///< there may be more than were counted: C3, C5, C6 beyond 10 000
   std::vector<Failure> failures;                 ///< the first 100 of each condition
   std::vector<std::uint8_t> failed;              ///< by slab: bit k says that condition k fails there; see failing()
@@ -68,18 +72,20 @@ struct Certificate {
   double source_moved = 0;       ///< model units; how far the furthest source vertex lay from that lattice
   std::size_t source_parts = 0;  ///< components of the source
 
-  /// How many of the conditions were asked for: 5 or 8.
+  /// Returns how many of the conditions were asked for: 5 or 8.
   [[nodiscard]] std::size_t asked() const noexcept { return with_source ? kConditionCount : kShellConditionCount; }
+  /// Returns whether every condition holds.
   [[nodiscard]] bool all() const noexcept {
     for (std::size_t k = 0; k < asked(); ++k)
       if (!holds[k]) return false;
     return true;
   }
+  /// Returns whether a slab fails a condition.
   [[nodiscard]] bool fails(Condition condition, std::size_t slab) const noexcept {
     return (failed[slab] >> static_cast<unsigned>(condition) & 1U) != 0;
   }
-  /// All slabs in which a condition fails, in rising order, however many failures are listed. C2: those around the
-  /// fibre. The volumes of C3, C4, C7: all slabs of the parts. What only the source is at fault for is in no slab.
+  /// Returns all slabs in which a condition fails, in rising order, however many failures are listed. C2: those around
+  /// the fibre. The volumes of C3, C4, C7: all slabs of the parts. What only the source is at fault for is in no slab.
   [[nodiscard]] std::vector<std::uint32_t> failing(Condition condition) const;
 };
 
@@ -103,8 +109,8 @@ struct Certificate {
 /// The displacement of one slab: (n+1)(n+2)/2 values, row by row, row j holding the samples (0..n-j, j), which lie at
 /// the barycentric weights (n-i-j, i, j)/n. Without values, but with its n: not to be looked at.
 struct SampleTile {
-  int intervals = 0;
-  std::span<const float> values;
+  int intervals = 0;              ///< n, along each edge
+  std::span<const float> values;  ///< the samples
 };
 
 /// What a slab's samples on an edge must be where the slab beyond it is coarser and lacks them: linear between the two
@@ -112,13 +118,14 @@ struct SampleTile {
 /// corner k+1 to corner k+2 along the edge opposite corner k.
 enum class Between : std::uint8_t { Linear, Nearer };
 
-/// How the tiles fit each other.
+/// Says how the tiles fit each other.
 struct TileFailure {
   std::uint32_t slab = 0, sample = 0;  ///< the number in its tile; kNothing where the tile as a whole is at fault
   std::string what;                    ///< one sentence
 };
+/// Holds what was found of the tiles.
 struct TileCheck {
-  std::size_t failure_count = 0;
+  std::size_t failure_count = 0;      ///< samples that are not what they must be
   std::vector<TileFailure> failures;  ///< the first 100
   std::vector<std::uint32_t> slabs;   ///< all that fail, in rising order
 };
@@ -132,18 +139,25 @@ using WasRead = std::function<void(std::uint32_t slab)>;
 [[nodiscard]] TileCheck check_tiles(const Shell& shell, std::span<const SampleTile> tiles, Between between,
                                     const WasRead& was_read = {});
 
-/// How the samples fit the source. Copies of shared samples count each.
+/// Returns the same of slabs that were cut: the tiles are those of `pieces`, whose edges may hang in the middle of
+/// others. A piece with two across an edge has an even n, at most twice theirs. Where no edge of the roots is open,
+/// none of the pieces may be. The roots must pass C0; whether the pieces are theirs is not asked.
+[[nodiscard]] TileCheck check_tiles(const Shell& roots, const Shell& pieces, std::span<const SampleTile> tiles,
+                                    Between between, const WasRead& was_read = {});
+
+/// Says how the samples fit the source. Copies of shared samples count each.
 struct SampleCheck {
-  std::size_t tested = 0;
-  std::size_t off = 0;                            ///< not where the fibre meets it, or wrongly marked
-  std::size_t single = 0, none = 0, several = 0;  ///< how often the fibres meet the source
+  std::size_t tested = 0;  ///< fibres that were tested
+  std::size_t off = 0;     ///< not where the fibre meets it, or wrongly marked
+  /// how often the fibres meet the source
+  std::size_t single = 0, none = 0, several = 0;
   bool at_least = false;  ///< beyond 10 000 that are off, a slab was left at its first: all numbers may be higher
   double worst = 0;       ///< model units; greatest distance of a sample from where its fibre meets the source
   std::vector<Failure> failures;     ///< the first 100 that are off: a is the slab, b the number in its tile
   std::vector<std::uint32_t> slabs;  ///< all that have one that is off, in rising order
 };
 
-/// What samples say of themselves beside where they are, as tiles like theirs: above 1/2 where it is so. Without
+/// Holds what samples say of themselves beside where they are, as tiles like theirs: above 1/2 where it is so. Without
 /// tiles none does.
 struct SampleMarks {
   std::span<const SampleTile> voids;   ///< there is no surface: an opening was closed
@@ -151,7 +165,7 @@ struct SampleMarks {
 };
 
 /// Compares each sample with the places where its fibre meets the source, within `tolerance` (model units, along the
-/// fibre), but for those on edges that a coarser neighbour lacks (see Between). In doubles. The shell must pass C0;
+/// fibre), except for those on edges that a coarser neighbour lacks (see Between). In doubles. The shell must pass C0;
 /// tiles of the wrong size and values out of 0..1 are off.
 ///
 /// Samples may be those of the source with its vertices rounded to the lattice of the shell, that is moved by at most

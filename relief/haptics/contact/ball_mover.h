@@ -29,22 +29,22 @@ constexpr double kBehind =
     1e-4;  // of the radius: by so much a sheet's back may be in the ball before it is let through
 constexpr double kWithin = 1e-9;  // of a triangle: how far within it the ball is taken to touch it
 constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
-// What a tick may take, in the time of a sample that is placed, some 25 ns; after which it looks no further.
+// What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
 constexpr int kWork = 480;
 constexpr int kListWork = 140;     // what the first list is taken to cost
-constexpr int kTriangleWork = 2;   // what a triangle takes that is near
+constexpr int kTriangleWork = 2;   // work units of a near triangle
 constexpr int kMostWork = 4000;    // and where the model has changed
 constexpr int kAheadWork = 430;    // up to which what may be near soon is made ready
 constexpr int kMostLate = 2;       // ticks that the ball may be late; each that follows may take twice as much
 constexpr int kMostDoubled = 3;    // but no more than that many times
 constexpr int kMostWaits = 2;      // ticks in which the ball may be left where it is, as it takes too long to see more;
 constexpr int kMostPatience = 10;  // each that follows may take twice as much for a look, but no more than so many
-constexpr int kStepWork = 8;       // what a step takes beside its look
+constexpr int kStepWork = 8;       // work units of a step beside its query
 constexpr double kMargin = 1.0;    // of the radius: how much farther than a look the list at the start goes at most
 constexpr double kAway = 0.3;      // the same, farther off
-constexpr double kSoon = 0.3;      // the same, of what a ball in the open may meet soon,
+constexpr double kSoon = 0.3;      // the same, of what a ball in free space may meet soon,
 constexpr double kTouchSoon = 0.15;  // and in the next tick
-constexpr double kLeap = 10;         // radii: how far a ball in the open goes at a time
+constexpr double kLeap = 10;         // radii: how far a ball in free space goes at a time
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
@@ -83,24 +83,24 @@ struct Around {
 inline Vec3d area(const NearTriangle& t) noexcept {
   return cross(t.relative[1] - t.relative[0], t.relative[2] - t.relative[0]);
 }
-/// Whether the point that was asked about lies on the triangle's inner side.
+/// Returns whether the point that was queried lies on the triangle's inner side.
 inline bool shows_its_back(const NearTriangle& t) noexcept { return dot(area(t), t.relative[0]) > 0; }
 
-/// What place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to. One that
-/// is within the ball asks for a share of what it is too near.
+/// Returns what place a triangle leaves to the ball's centre, relative to the place that the triangle is relative to.
+/// One that is within the ball asks for a share of what it is too near.
 inline HalfSpace beyond(const NearTriangle& t, double radius, double share) noexcept {
   const double distance = std::sqrt(t.distance2), room = radius - distance;
   const Vec3d normal = distance > kSlack * radius ? t.nearest / -distance : normalized(area(t));
   return {normal, room > 0 ? room * share : room};
 }
 
-/// The triangle relative to another place, `from` further on.
+/// Returns the triangle relative to another place, `from` further on.
 inline NearTriangle seen_from(NearTriangle t, Vec3d from) noexcept {
   for (Vec3d& p : t.relative) p -= from;
   return {t.slab, t.corners, t.relative};
 }
 
-/// How far a ball is driven into the surface.
+/// Returns how far a ball is driven into the surface.
 inline double overlap_in(const Around& around, double radius) noexcept {
   double most = 0;
   for (const NearTriangle& t : around.all())
@@ -108,8 +108,8 @@ inline double overlap_in(const Around& around, double radius) noexcept {
   return most;
 }
 
-/// Whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a ridge
-/// the two sides are equally near, and one of them shows its face.
+/// Returns whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a
+/// ridge the two sides are equally near, and one of them shows its face.
 inline bool is_behind(const Around& around, double radius) noexcept {
   double face2 = kAnywhere, back2 = radius * radius * (1 - kBehind);
   for (const NearTriangle& t : around.all()) {
@@ -132,7 +132,7 @@ inline const NearTriangle* that_pushes_most(const Around& around, Vec3d way, dou
   return found;
 }
 
-/// The triangles that stopped a step of late: they will stop the next, and need not be found anew by trying.
+/// The triangles that stopped a step of late: they will stop the next, and need not be found again by trying.
 class Stops {
  public:
   void forget() noexcept { count_ = 0; }
@@ -156,7 +156,7 @@ class Stops {
   std::size_t count_ = 0, next_ = 0;
 };
 
-/// What barred the ball from leaving a place, where it still is: it need not be found anew in the next tick.
+/// Holds what barred the ball from leaving a place, where it still is: it need not be found again in the next tick.
 struct Walls {
   double stride = 0;  ///< how far it was last to go from there at a time
 
@@ -178,7 +178,7 @@ struct Walls {
   std::size_t count_ = 0;
 };
 
-/// What a ball keeps, and what it works with in a tick.
+/// Holds what a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
   Neighbourhood home;                 ///< around where it is
@@ -190,7 +190,7 @@ struct Room {
   int look_work = 0;                                 ///< what the last look took at what is known
   int home_work = kListWork, away_work = kListWork;  ///< and the last list of either kind
   int waits = 0;                                     ///< for so many ticks it was left where it was
-  SlabId nearest = kNoSlab;                          ///< where to look first in the open
+  SlabId nearest = kNoSlab;                          ///< where to look first in free space
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
@@ -266,8 +266,8 @@ class Mover {
     bool cut = false;      ///< there was no time to see
     double slid = 0;       ///< how far it went along the surface
   };
-  /// Where an advance ends: at the end of its reach; where it would come to rest, the last place within reach being
-  /// kept; or where something is in the way, which it does not go along.
+  /// Where an advance ends. Reach: at the end of its reach. Rest: at rest, the last place within reach being kept.
+  /// Touch: at something in the way, which it does not go along.
   enum class Until { Reach, Rest, Touch };
   /// Towards the goal, in at most so many searches: straight where nothing is in the way, else by `reach` at most along
   /// what is. `push`: what is within the ball is pushed out first. `work`: what the tick may take by then as far as
@@ -315,8 +315,8 @@ class Mover {
       if (wanted > longest) *step *= longest / wanted;
       if (pushed) share_ = std::min(1.0, longest / wanted);
       const Vec3d next = whole && wanted <= longest ? goal : centre_ + *step;
-      // What takes too long can wait for the next tick; but for one look, so that each tick knows more than the last,
-      // and where that has found no more room, for none that needs a new list.
+      // What takes too long waits for the next tick. One query is always made, so that each tick knows more than the
+      // last. Where that one found no more room, no new list is made.
       const int most = !arrived || within ? work : ahead;
       const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
       const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
@@ -361,7 +361,7 @@ class Mover {
       std::swap(there_, from_within_);
     centre_ = centre;
   }
-  /// The part of a straight way that the half-spaces leave open.
+  /// Returns the part of a straight segment that the half-spaces leave open.
   [[nodiscard]] std::optional<Vec3d> open_part(Vec3d way) const noexcept {
     double share = 1;
     for (const HalfSpace& s : spaces())
@@ -371,13 +371,13 @@ class Mover {
   [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
     return std::span(spaces_).first(static_cast<std::size_t>(count_));
   }
-  /// Those that the last try has found.
+  /// Returns those that the last try has found.
   [[nodiscard]] std::span<const HalfSpace> found_bars() const noexcept {
     return spaces().last(static_cast<std::size_t>(barring_));
   }
-  /// Finds what is nearer to a place than the radius and the skin; where there is nothing, up to which distance there
-  /// is none, at most `far`. `most`: for a place that is only tried, of which nothing more is looked at once the ball
-  /// is deep enough in the surface to be barred, or once so much was done, which is to be taken up again: then false.
+  /// Finds what is nearer to a place than the radius and the skin. Where there is nothing, finds up to which distance
+  /// there is none, at most `far`. `most` limits the work for a place that is only tried: the query ends once the ball
+  /// is barred there, or returns false at its budget and continues in the next call.
   bool look_at(Vec3d at, double far, Around& found, std::optional<int> most = {}) noexcept {
     ++searches_;
     const double near = this->near();
@@ -433,18 +433,18 @@ class Mover {
     }
     if (list) here_->nearest = std::max(near(), list->clear_around(centre_, std::min(far, list->reach_at(centre_))));
   }
-  /// The same of a place in the open.
+  /// Returns the same of a place in free space.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
     return clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest, 0);
   }
   [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
-  /// How far a look goes.
+  /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
-  /// How much farther the list goes that may be made next.
+  /// Returns how much farther the list goes that may be made next.
   [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * room_.home.share(); }
-  /// Whether one list holds what is around a place and around the start.
+  /// Returns whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
-  /// A list of what is as near as that to a place.
+  /// Returns a list of what is as near as that to a place.
   [[nodiscard]] Neighbourhood* known(Vec3d at, double distance) const noexcept {
     if (room_.home.covers(at, distance)) return &room_.home;
     for (const std::size_t k : {room_.last_away, room_.last_away ^ 1U})
@@ -454,7 +454,7 @@ class Mover {
       }
     return nullptr;
   }
-  /// What one is taken to cost.
+  /// Returns what one is taken to cost.
   [[nodiscard]] int list_work(Vec3d at) const noexcept { return near_start(at) ? room_.home_work : room_.away_work; }
   /// Makes one, with what is around the start where that is not too far; none where there is too much. `before`: what
   /// was placed when it was found that none is known.
@@ -496,9 +496,9 @@ class Mover {
       if (space.room(step) < kRest * radius_) room_.stops.add(*triangle, centre_ + tried_);
     }
   }
-  /// Whether triangles around the next place bar the way there; they are minded from then on. One that shows its back
-  /// here and there is a sheet, or a nearer one stands for it; one that shows it only here is beyond a ridge, unless
-  /// the ball is in a sheet that it came to from behind.
+  /// Returns whether triangles around the next place bar the segment to it; they count from then on. A triangle that
+  /// shows its back at both ends is a sheet, or a nearer one stands for it. A triangle that shows its back only here is
+  /// beyond a ridge, unless the ball came to a sheet from behind.
   [[nodiscard]] bool bars() noexcept {
     bool barred = false;
     for (const NearTriangle& t : there_->all()) {
@@ -511,7 +511,7 @@ class Mover {
     }
     return barred;
   }
-  /// What a triangle around the place that is tried leaves, if it bars the way there.
+  /// Returns what a triangle around the place that is tried leaves, if it bars the way there.
   [[nodiscard]] std::optional<HalfSpace> bar(const NearTriangle& t) const noexcept {
     const double radius2 = radius_ * radius_;
     if (t.distance2 >= radius2) return std::nullopt;

@@ -43,17 +43,17 @@ bool BallProxy::step(const Snapshot& model, Vec3d cursor, double radius) noexcep
   MicroTriangles surface(model);
   if (changed) memory_->forget();
   if (changed || !settled_) {
-    const bool was_held = held_;
-    carry(surface, radius);
-    settling_ = was_held || held_;
+    const bool was_held = held_, felt = carry(surface, radius);
+    settling_ = felt && (was_held || held_);
   }
+  cage_ = surface.mesh().number();
   go(surface, cursor, radius);
   depth_ = length(centre_ - cursor);
   if (depth_ > 0) way_out_ = (centre_ - cursor) / depth_;
   return held_ && touches_;
 }
 
-void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
+bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   Mover ball(surface, *memory_, centre_, radius, 0, detail::kAnyWork);
   const double overlap = overlap_in(ball.around(), radius);
   rise_ = std::max(0.0, overlap - overlap_);
@@ -63,13 +63,11 @@ void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
     // Between samples that is not quite the surface of the micro-triangles: of those, only backs are left then.
     lost_ = (contact && contact->touching()) || is_behind(ball.around(), radius);
   }
-  // Where it touched, the material has moved.
-  Vec3d with_it;
-  if (touches_ && surface_.slab != kNoSlab) {
-    const auto now = point_at(surface, surface_.slab, surface_.u, surface_.v, normals_);
-    if (now) with_it = now->position - surface_.position;
-    touches_ = now.has_value();
-    surface_ = now.value_or(SurfacePoint{});
+  const bool recut = settled_ && cage_ != surface.mesh().number(), touched = touches_;
+  const Vec3d with_it = follow_surface(surface);
+  if (recut && touches_ == touched && detail::stays_unfelt(std::max(rise_, length(with_it)), depth_)) {
+    arrive(ball, radius);
+    return false;
   }
   const bool waits = held_ && past_the_middle(surface.model(), last_, radius);
   const Vec3d goal = waits ? centre_ + with_it : last_;
@@ -77,6 +75,24 @@ void BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   arrive(ball, radius);
   settled_ = overlap_ <= kTouching * radius && (way.settled || waits);
   ledger_.clear();  // what an edit gives is no gain of the hand
+  return true;
+}
+
+Vec3d BallProxy::follow_surface(MicroTriangles& surface) noexcept {
+  if (!touches_) return {};
+  const bool here = foothold_.is_in(surface.mesh());
+  const auto place =
+      here ? surface.place_at(surface_.slab, surface_.u, surface_.v)
+           : foothold_.find(surface, {surface_.slab, surface_.u, surface_.v, surface_.alpha}, surface_.position);
+  touches_ = place.has_value();
+  if (!place) {
+    surface_ = {};
+    return {};
+  }
+  const Vec3d was = surface_.position;
+  surface_ = point_of(surface, *place, normals_);
+  foothold_.stand_in(surface.mesh(), surface_.slab);
+  return surface_.position - was;
 }
 
 bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept {
@@ -92,7 +108,10 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
 void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
   const Vec3d move = cursor - std::exchange(last_, cursor);
   const bool free = !held_ || under_way_;
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled), work = kWork << doubled;
+  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
+  // What carrying took where the model has changed does not count.
+  const Limits limits = {surface.placed(), kWork << doubled};
+  const int work = limits.most();
   const Vec3d out = centre_ - last_;
   const double depth = length(out);
   Mover ball(surface, *memory_, centre_, radius, free ? depth : 0, work);
@@ -103,7 +122,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
     ledger_.clear();
   } else {
     if (past_the_middle(surface.model(), last_, radius)) {
-      go_along(ball, move, work);
+      go_along(ball, move, limits);
     } else {
       const double reach = std::max(detail::budget(length(move), depth), kRest * radius);
       static_cast<void>(ball.advance(last_, reach, Mover::Until::Reach, false, kSearches, work, work));
@@ -118,20 +137,21 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   work_ = surface.placed();
 }
 
-void BallProxy::go_along(Mover& ball, Vec3d move, int work) noexcept {
+void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept {
+  const int work = limits.most();
   const Vec3d out = centre_ - last_, own = detail::square_to(out, move);
   const double way = length(own), depth = length(out);
   const NearTriangle* barrier = that_pushes_most(ball.around(), out / depth, kAnywhere);
   if (barrier == nullptr) {
-    // The straight way leads into the air.
+    // The straight segment leads into the air.
     static_cast<void>(ball.advance(last_, kAnywhere, Mover::Until::Touch, false, kSearches, work, work));
     ledger_.clear();
     return;
   }
   if (!(way > 0)) return;
   const Vec3d up = -normalized(barrier->nearest), past = detail::past(up, move);
-  const Mover::Way ahead =
-      ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2, work / 2, work / 2);
+  const Mover::Way ahead = ball.advance(last_, detail::kToMinimum * way, Mover::Until::Rest, false, kSearches / 2,
+                                        limits.half(), limits.half());
   const Vec3d rest = ball.centre();
   const bool near = ahead.settled && ahead.slid <= detail::kNear * depth && rest != last_;
   if (near || length(rest - centre_ - own) <= detail::kOffMinimum * way) {
@@ -177,6 +197,7 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
     }
   }
   touches_ = surface_.slab != kNoSlab;
+  if (touches_) foothold_.stand_in(surface.mesh(), surface_.slab);
   late_ = held_ && !touches_ ? late_ + 1 : 0;
 }
 

@@ -16,7 +16,7 @@ std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const Ha
                                      Vec3d goal, double slack) noexcept {
   const Vec3d along = cross(a.normal, b.normal);
   const double sine = length(along);
-  const Vec3d way = along / sine, aside = cross(way, a.normal);  // aside: in the plane of a, square to the line
+  const Vec3d way = along / sine, aside = cross(way, a.normal);  // aside: in the plane of a, perpendicular to the line
   // First onto a, then in it onto b: where the planes are nearly parallel only that keeps to both.
   const Vec3d on_a = goal - a.normal * a.room(goal);
   const Vec3d start = on_a - aside * (b.room(on_a) / dot(b.normal, aside));

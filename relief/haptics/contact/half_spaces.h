@@ -16,10 +16,9 @@ struct HalfSpace {
   [[nodiscard]] double room(Vec3d x) const noexcept { return dot(normal, x) - offset; }
 };
 
-/// The point of the intersection nearest to the goal, on no half-space's wrong side by more than `slack`; empty where
-/// there is none, or it cannot be told in doubles. By increments over planes, lines and points (after Seidel 1991),
-/// among those half-spaces that were the most in the way of what was nearest among the others before; the cost grows
-/// with the number of all times those.
+/// Returns the point of the intersection nearest to the goal, at most `slack` beyond any half-space. Empty where there
+/// is none, or where doubles cannot tell. Incremental over planes, lines and points (after Seidel 1991); the cost grows
+/// with the half-spaces times the few that bar the goal most.
 [[nodiscard]] std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept;
 
 }  // namespace relief::detail

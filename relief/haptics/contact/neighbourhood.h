@@ -12,13 +12,12 @@
 
 namespace relief::detail {
 
-/// A list of the squares that come within a reach of a place. The triangles that are nearer to another place than a
-/// distance are in them as long as covers(). What a look finds of how near they are is kept, and lets the next one pass
-/// over most. Cost of a look: a few nanoseconds a square, some sixty for each that may be near and is not known to be
-/// farther, and what is done with the triangles of those.
+/// A list of the squares that come within a reach of a place. It holds all triangles nearer than a distance to another
+/// place as long as covers() says so. A query keeps the distances that it finds, so that the next one skips most
+/// squares. Cost of a query: a few nanoseconds per square, about 60 for each one that may be near.
 class Neighbourhood {
  public:
-  /// Makes the list anew, with a reach from `least` to `most`: the more squares there were in the last one, the less
+  /// Makes the list again, with a reach from `least` to `most`: the more squares there were in the last one, the less
   /// far. Where there is no room for those within `least`, it covers nothing. `flat`: see visit_near(). Cost: some
   /// fifty nanoseconds a square.
   void gather(MicroTriangles& surface, Vec3d centre, double least, double most, double flat) noexcept {
@@ -29,6 +28,8 @@ class Neighbourhood {
     reach_ = least + (most - least) * share_;
     surface.mesh().visit_tree([&](const Box3d& box) { return box.distance2(centre) < reach_ * reach_; },
                               [&](SlabId s) {
+                                const Box3d box = surface_box(surface.model(), s);
+                                if (!(box.distance2(centre) < reach_ * reach_)) return false;
                                 surface.enter(s);
                                 NearSlab(surface, s, centre, flat)
                                     .squares(reach_, kCoarse * least, scale_,
@@ -46,7 +47,7 @@ class Neighbourhood {
     reach_ = 0;
     share_ = kShare;
   }
-  /// What part of the difference between the least and the most reach the next list will have at most.
+  /// Returns what part of the difference between the least and the most reach the next list will have at most.
   [[nodiscard]] double share() const noexcept { return share_; }
 
   /// Everything that is nearer to a place than this is in the list.
@@ -68,7 +69,7 @@ class Neighbourhood {
                int most) const noexcept {
     prepare_in(list_, centre_, surface, patches, point, static_cast<float>(reach * scale_), soon, most);
   }
-  /// Up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
+  /// Returns up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
   [[nodiscard]] double clear_around(Vec3d point, double reach) const noexcept {
     auto clear = static_cast<float>(reach * scale_);
     list_.each_near(to_float((point - centre_) * scale_), clear,
@@ -84,7 +85,7 @@ class Neighbourhood {
   static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
   static constexpr float kSoon = 0.1F;  // of the least reach: how much farther it is found how near a square is
 
-  /// What is looked for.
+  /// Holds what is looked for.
   template <typename Visit>
   struct Look {
     MicroTriangles& surface;

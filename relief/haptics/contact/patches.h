@@ -20,8 +20,8 @@ struct Discs {
 
   void set_always_near(std::size_t lane) noexcept { set(lane, 0, 1e15F); }
   void set_never_near(std::size_t lane) noexcept { set(lane, 1e9F, 0); }
-  /// The triangles are no nearer to a place than the root of this: the way to its foot on the disc's plane or, where
-  /// that is outside, to the rim.
+  /// The triangles are no nearer to a place than the root of this: the way to its foot on the disc's plane or,
+  /// where that is outside, to the rim.
   [[nodiscard]] Four least2_from(Vec3f place) const noexcept {
     const FourVectors from = {middle.x - place.x, middle.y - place.y, middle.z - place.z};
     const Four height = dot(from, normal), height2 = height * height, none = {};
@@ -47,7 +47,7 @@ struct Plates {
   [[nodiscard]] Four least_from(Vec3f place) const noexcept { return root(discs.least2_from(place)) - off; }
 };
 
-/// How near the triangles of four squares are to a place at least, by what was found at others; as Sheets.
+/// Says how near the triangles of four squares are to a place at least, by what was found at others; as Sheets.
 struct Clearances {
   static constexpr float kUnknown = -1e9F, kRounding = 1e-5F, kRoundingFar = 1e-6F;
   FourVectors from;                ///< the place, for each
@@ -59,8 +59,9 @@ struct Clearances {
     clear[lane] = least;
     far[lane] = distance;
   }
-  /// A place that is so far from the centres of squares that reach so far from there. None of their points comes nearer
-  /// by more than the way between the places, nor by more than the centre does and the turn of the direction to it.
+  /// Returns a place that is so far from the centres of squares that reach so far from there. None of their points
+  /// comes nearer by more than the way between the places, nor by more than the centre does and the turn of the
+  /// direction to it.
   [[nodiscard]] Four least_from(Vec3f place, Four centre_far, Four wide) const noexcept {
     const FourVectors by = {from.x - place.x, from.y - place.y, from.z - place.z};
     const Four way = root(dot(by, by)), nearest = least(far, centre_far) - wide;
@@ -143,7 +144,7 @@ class Block {
   }
   using Parts = SquareList<NearSlab::kMostParts>;
   [[nodiscard]] Parts& parts() noexcept { return parts_; }
-  /// What its parts are relative to.
+  /// Returns what its parts are relative to.
   [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
 
  private:
@@ -166,7 +167,7 @@ class Patch {
     bounded_ = false;
     longest2_ = longest2();
   }
-  /// Whether its triangles are bounded yet.
+  /// Returns whether its triangles are bounded yet.
   [[nodiscard]] bool bounded() const noexcept { return bounded_; }
   /// Bounds its triangles where one may be nearer than `reach` to a place.
   void prepare(MicroTriangles& surface, Vec3d point, double reach) noexcept {
@@ -348,7 +349,7 @@ class Patch {
     for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)
       quarters_.discs.set_always_near(static_cast<std::size_t>(std::countr_zero(large)));
   }
-  /// The number of a quarter's first cell, and of its others from there.
+  /// Returns the number of a quarter's first cell, and of its others from there.
   [[nodiscard]] static constexpr std::size_t first_of(std::size_t quarter) noexcept {
     return (quarter / 2 * Samples::kRow + quarter % 2) * 2;
   }
@@ -365,7 +366,7 @@ class Patch {
   std::array<Discs, 2 * kLanes> discs_;  ///< of a quarter's triangles, then of those across from them
 };
 
-/// What was asked about of late, of one snapshot, for one distance and one unevenness: of each of so many sets of
+/// Holds what was queried of late, of one snapshot, for one distance and one unevenness: of each of so many sets of
 /// squares the last kWays.
 template <typename Item, unsigned kSets>
 class Recent {
@@ -405,11 +406,11 @@ class Recent {
   std::uint64_t asked_ = 0;
   std::uint32_t work_ = 0;
   OfSets<std::uint64_t> keys_{};  ///< of squares, 0: none yet
-  OfSets<std::uint64_t> used_{};  ///< when each was asked about last
+  OfSets<std::uint64_t> used_{};  ///< when each was queried last
   std::array<Item, kWays * kSets> items_;
 };
 
-/// Cost: a few nanoseconds for what was asked about of late, some three hundred for another, and a thousand where its
+/// Cost: a few nanoseconds for what was queried of late, some three hundred for another, and a thousand where its
 /// samples are not in the cache.
 struct Patches {
   Recent<Patch, 128> patches;

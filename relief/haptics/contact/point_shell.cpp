@@ -12,7 +12,7 @@ namespace {
 constexpr double kNorm = 16;
 constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
 constexpr std::uint32_t kLightTurn = 4;  // ticks in which such a point has one turn
-constexpr double kForesight = 3;         // lengths of its way for which a point is told at once that it is clear
+constexpr double kForesight = 3;         // lengths of its way for which a point is said at once that it is clear
 constexpr double kReach = 0.02;          // radii of the tool: and so far at least
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
@@ -76,6 +76,11 @@ bool PointShell::clear(const Snapshot& model, const ToolPose& pose) noexcept {
   return done;
 }
 
+bool PointShell::is_buried(const Snapshot& model, const ToolPose& pose) const noexcept {
+  LocateHint nothing;
+  return !points_.empty() && inside(model, pose.place(points_.front().own), nothing);
+}
+
 bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optional<SlabCoord>& risen) noexcept {
   if (point.old_model) {
     point.old_model = false;
@@ -129,12 +134,16 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
   work_ += kStep + samples * 4 / 3 + std::max(0, samples - kShortWay);
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
-  lost_ = lost_ || proxy.lost();
+  if (proxy.lost()) {
+    work_ += kCheck;
+    lost_ = lost_ || inside(surface.model(), point.now, hint_);
+  }
 }
 
 void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
   started_ = true;
   model_ = model.number();
+  cage_ = model.slab_mesh().number();
   most_depth_ = 0;
   for (Point& point : points_) {
     const Vec3d place = pose.place(point.own);
@@ -143,10 +152,13 @@ void PointShell::start(const Snapshot& model, const ToolPose& pose) noexcept {
 }
 
 void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
-  const bool other = model.number() != model_;
+  const bool other = model.number() != model_, other_cage = model.slab_mesh().number() != cage_;
   model_ = model.number();
+  cage_ = model.slab_mesh().number();
+  // Where the cage is another one each held point tells for itself whether that is felt.
+  settling_ = other && !other_cage;
   for (Point& point : points_) {
-    point.old_model = point.old_model || other;
+    point.old_model = point.old_model || (other && !(other_cage && point.held));
     if (other && !point.held) {
       if (length(point.now - point.last) < point.room) point.last = point.now;
       point.room = 0;
@@ -167,7 +179,6 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
     start(model, pose);
     return false;
   }
-  settling_ = model.number() != model_;
   move(model, pose);
   MicroTriangles surface(model);
   // From where the last tick came to its end, those first that push or have waited.

@@ -12,38 +12,38 @@ namespace relief::detail {
 constexpr double kFollow = 10;   // lengths of the cursor's way that what is held may go in a tick,
 constexpr double kRelax = 0.02;  // or this share of the depth, so that it settles under a resting cursor
 constexpr double kMiddle = 2;    // depths from it within which the line through the cursor comes out of the body
-// Past the middle, in lengths of the hand's own way: that it goes to a minimum near by, that such a one may be off
-// where the hand has gone, and that it goes with the hand.
+// Past the middle, in lengths of the hand's own way: how far it may go to a minimum, how far that minimum may lie off
+// the hand's way, and how far it goes along with the hand.
 constexpr double kToMinimum = 3, kOffMinimum = 2, kAlong = 2;
 constexpr double kNear = 0.5;  // depths of way within which a minimum is near by
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }
 
-/// How far what is held may go in a tick.
+/// Returns how far what is held may go in a tick.
 [[nodiscard]] inline double budget(double travel, double depth) noexcept {
   return std::max(kFollow * travel, kRelax * depth);
 }
-/// The part of a move that is square to a way.
+/// Returns the part of a move that is perpendicular to a way.
 [[nodiscard]] inline Vec3d square_to(Vec3d way, Vec3d move) noexcept {
   const double way2 = dot(way, way);
   return way2 > 0 ? move - way * (dot(move, way) / way2) : move;
 }
 
-/// The hand's way past a surface with the normal `up`: the part of its move that is square to that, as far as it is
-/// longer than the move into the surface. Pressed on, also aslant, or at rest, it is none.
+/// Returns the hand's way past a surface with the normal `up`: the part of its move that is perpendicular to that, as
+/// far as it is longer than the move into the surface. Pressed on, also aslant, or at rest, it is none.
 [[nodiscard]] inline Vec3d past(Vec3d up, Vec3d move) noexcept {
   const Vec3d sideways = square_to(up, move);
   const double aside = length(sideways), in = std::max(0.0, -dot(move, up));
   return aside > in ? sideways * (1 - in / aside) : Vec3d{};
 }
 
-/// Keeps what is held past the middle from making energy, and over the hand. Its own moves may take it no farther from
-/// the cursor than they have brought it nearer before, seen from the middle of the cursor's way in the tick: all of
-/// them together only take from the spring.
+/// Keeps what is held past the middle from generating energy. Its own moves take it no farther from the cursor than
+/// they brought it nearer before, seen from the middle of the cursor's way in the tick. All of them together only take
+/// from the spring.
 class Ledger {
  public:
   void clear() noexcept { *this = {}; }
-  /// Whether it may go from one place to another.
+  /// Returns whether it may go from one place to another.
   [[nodiscard]] bool allows(Vec3d from, Vec3d to, Vec3d middle) const noexcept {
     return distance2(to, middle) <= distance2(from, middle) + nearer2_;
   }
@@ -52,7 +52,7 @@ class Ledger {
     const double before2 = distance2(from, middle);
     nearer2_ = std::clamp(nearer2_ + before2 - distance2(to, middle), 0.0, before2);
   }
-  /// What of the hand's own way could not be followed, and is made up for when the hand comes back.
+  /// Returns what of the hand's own way could not be followed, and is made up for when the hand comes back.
   [[nodiscard]] Vec3d owed() const noexcept { return owed_; }
   void settle() noexcept { owed_ = {}; }
   /// `missing`: from where it is to where the hand has gone; `out`: unit.

@@ -15,20 +15,16 @@ using detail::distance2;
 using detail::kAnywhere;
 
 constexpr int kHeights = 3;      // times that the place that the hand has gone to is brought to the surface's height
-constexpr double kStill = 1e-9;  // of the depth: a way that is none, but for rounding
+constexpr double kStill = 1e-9;  // of the depth: a way that is none, except for rounding
 constexpr double kSteep = 0.25;  // squared cosine from a triangle to a normal that is followed into its plane
 constexpr double kGain = 1 - 1e-12;  // squared distance that a landing must win: above rounding
 constexpr double kClearWays = 16;    // ways like the last one for which a clear ball is looked for
 constexpr int kClearSamples = 64;    // that may be placed to find one
 constexpr double kFacing = 0.5;      // cosine from a normal to the way out, at least: so much of its force pushes out
 
-bool same(const SlabCorners& a, const SlabCorners& b) noexcept {
-  return a.inner == b.inner && a.outer == b.outer && a.order == b.order;
-}
-
-/// The interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest place
-/// stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from the
-/// normal at the place than the way out does.
+/// Returns the interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest
+/// place stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from
+/// the normal at the place than the way out does.
 Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& normals, Vec3d normal,
                      Vec3d goal) noexcept {
   const auto& [a, b, c] = place.triangle.positions;
@@ -50,7 +46,7 @@ Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& norm
   return turn2 <= most2 ? n : normalized(normal + (n - normal) * std::sqrt(most2 / turn2));
 }
 
-/// A normal, led towards the way out where it does not face it. All are unit.
+/// Returns a normal, led towards the way out where it does not face it. All are unit.
 Vec3d facing(Vec3d way_out, Vec3d normal) noexcept {
   const double cosine = dot(normal, way_out);
   if (cosine >= kFacing) return normal;
@@ -66,7 +62,7 @@ void Proxy::start(const SlabMesh& mesh, Vec3d place, const std::optional<SlabCoo
   known_ = true;
   last_ = place;
   model_ = 0;  // the surface may have risen
-  if (at) above_ = Above{*at, mesh.corners(at->slab)};
+  if (at) above_ = Above{*at, SlabOrigin(mesh, at->slab)};
 }
 
 bool Proxy::step(const Snapshot& model, Vec3d cursor) noexcept {
@@ -81,9 +77,8 @@ bool Proxy::step(const Snapshot& model, Vec3d cursor) noexcept {
   MicroTriangles surface(model);
   const bool changed = std::exchange(model_, model.number()) != model.number();
   if (changed || !settled_) {
-    const bool was_held = held_;
-    carry(surface);
-    settling_ = was_held || held_;
+    const bool was_held = held_, felt = carry(surface);
+    settling_ = felt && (was_held || held_);
   }
   const Vec3d move = cursor - last_;
   travel_ = length(move);
@@ -113,10 +108,11 @@ void Proxy::hold(MicroTriangles& surface, const SurfacePlace& place) noexcept {
 }
 
 void Proxy::know_corners(const SlabMesh& mesh) noexcept {
-  if (slab_ == place_.triangle.slab && cage_ == mesh.number()) return;
+  if (slab_ == place_.triangle.slab && foothold_.is_in(mesh)) return;
   slab_ = place_.triangle.slab;
-  cage_ = mesh.number();
+  foothold_.stand_in(mesh, slab_);
   corners_ = mesh.corners(slab_);
+  under_.slab = kNoSlab;
 }
 
 void Proxy::land(const SurfacePlace& place) noexcept {
@@ -124,34 +120,56 @@ void Proxy::land(const SurfacePlace& place) noexcept {
   ledger_.clear();
 }
 
-void Proxy::carry(MicroTriangles& surface) noexcept {
+bool Proxy::carry(MicroTriangles& surface) noexcept {
+  const bool recut = held_ && settled_ && !foothold_.is_in(surface.mesh());
+  const Vec3d was = place_.position;
   if (held_) {
     lost_ = !measure_again(surface);
     if (lost_) let_go();
   }
+  if (recut && held_ && detail::stays_unfelt(length(place_.position - was), depth_)) return false;
   if (!held_ && !risen_past(surface)) look_below(surface.model(), last_);
   ledger_.clear();  // what an edit gives is no gain of the hand
   settled_ = !held_ || pursue(surface, last_, {}, kAnywhere);
+  return true;
+}
+
+std::optional<SurfacePlace> Proxy::place_in(MicroTriangles& surface) const noexcept {
+  SurfacePlace now = place_;
+  if (foothold_.is_in(surface.mesh())) {
+    if (!surface.has(now.triangle)) return std::nullopt;
+    surface.measure(now.triangle);
+    now.position = now.triangle.point(now.weights);
+    return now;
+  }
+  SlabCoord at{.slab = now.triangle.slab, .alpha = 0.5};
+  for (std::size_t k = 0; k < 3; ++k) {
+    at.u += now.weights[k] * now.triangle.corners[k].i / foothold_.intervals();
+    at.v += now.weights[k] * now.triangle.corners[k].j / foothold_.intervals();
+  }
+  return foothold_.find(surface, at, now.position);
 }
 
 bool Proxy::measure_again(MicroTriangles& surface) noexcept {
-  const SlabMesh& mesh = surface.mesh();
-  const SlabId slab = place_.triangle.slab;
-  if (slab >= mesh.slab_count() || !same(mesh.corners(slab), corners_) || !surface.has(place_.triangle)) return false;
+  const auto now = place_in(surface);
+  if (!now) return false;
   const Vec3d was = place_.position;
-  surface.measure(place_.triangle);
-  place_.position = place_.triangle.point(place_.weights);
+  place_ = *now;
+  know_corners(surface.mesh());
   if (place_.position != was) rise_ = dot(place_.position - was, point_of(surface, place_, normals_).normal);
   return true;
 }
 
+std::optional<SlabCoord> Proxy::above_in(const SlabMesh& mesh) noexcept {
+  if (!above_) return std::nullopt;
+  if (const auto at = heir(above_->origin, mesh, above_->at)) return at;
+  return locate(mesh, last_, hint_);
+}
+
 bool Proxy::risen_past(MicroTriangles& surface) noexcept {
-  if (!above_) return false;
-  const SlabCoord at = above_->at;
-  if (at.slab >= surface.mesh().slab_count() || !same(surface.mesh().corners(at.slab), above_->corners) ||
-      !(displacement_at(surface.model(), at.slab, at.u, at.v) > at.alpha))
-    return false;
-  const auto place = surface.place_at(at.slab, at.u, at.v);
+  const auto at = above_in(surface.mesh());
+  if (!at || !(displacement_at(surface.model(), at->slab, at->u, at->v) > at->alpha)) return false;
+  const auto place = surface.place_at(at->slab, at->u, at->v);
   if (!place) return false;
   hold(surface, *place);
   rise_ = length(place->position - last_);
@@ -186,7 +204,7 @@ void Proxy::look_below(const Snapshot& model, Vec3d cursor) noexcept {
   above_.reset();
   const auto at = locate(model.slab_mesh(), cursor, hint_);
   if (at && !hole_at(model, at->slab, at->u, at->v) && at->alpha >= displacement_at(model, at->slab, at->u, at->v))
-    above_ = Above{*at, model.slab_mesh().corners(at->slab)};
+    above_ = Above{*at, SlabOrigin(model.slab_mesh(), at->slab)};
 }
 
 bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double budget) noexcept {
@@ -255,13 +273,8 @@ void Proxy::leave(MicroTriangles& surface, Vec3d cursor) noexcept {
 
 SurfacePoint Proxy::surface(const Snapshot& model) noexcept {
   MicroTriangles surface(model);
-  SurfacePlace now = place_;
-  if (model.number() != model_) {  // it has not yet been measured in this one
-    if (!surface.has(now.triangle)) return {};
-    surface.measure(now.triangle);
-    now.position = now.triangle.point(now.weights);
-  }
-  return point_of(surface, now, normals_);
+  const auto now = model.number() == model_ ? place_ : place_in(surface);
+  return now ? point_of(surface, *now, normals_) : SurfacePoint{};
 }
 
 Proxy::Description Proxy::describe(const Snapshot& model) noexcept {

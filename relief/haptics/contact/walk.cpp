@@ -16,13 +16,13 @@ constexpr double kHair = 1e-7;       // of the fibre
 
 double det(Vec3d a, Vec3d b, Vec3d c) noexcept { return dot(a, cross(b, c)); }
 
-/// The place of a triangle that is nearest to p.
+/// Returns the place of a triangle that is nearest to p.
 SurfacePlace nearest(const MicroTriangle& t, Vec3d p) noexcept {
   const Weights w = nearest_in_triangle(p, t.positions[0], t.positions[1], t.positions[2]);
   return {t, w, t.point(w)};
 }
 
-/// Which corners' weights are zero: none in the interior, one on an edge, two at a sample.
+/// Says which corners' weights are zero: none in the interior, one on an edge, two at a sample.
 struct Feature {
   int zeros = 0;
   std::size_t zero = 0;    ///< on an edge: the corner opposite

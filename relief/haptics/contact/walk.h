@@ -11,13 +11,12 @@ namespace relief::detail {
 inline constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 inline constexpr int kTries = 64;  ///< micro-triangles that one walk looks at
 
-/// Moves a place over the surface towards the goal, by `reach` at most (model units), triangle by triangle, as long as
-/// each step comes nearer. In a triangle the way to its point nearest to the goal is straight and the distance falls
-/// all along it; where all triangles that touch the place give the place itself, it is a minimum on the surface around.
-/// Returns the way's length. `tries` counts the triangles that it looks at down to 0, where it stops.
+/// Moves a place over the surface towards the goal, triangle by triangle, by `reach` at most (model units), while each
+/// step comes nearer. It ends at a minimum: the triangles around give the place itself. Returns the length of the path.
+/// `tries` counts the triangles down; the walk stops at 0.
 double walk(MicroTriangles& surface, SurfacePlace& place, Vec3d goal, double reach, int& tries) noexcept;
 
-/// Where a walk of any length from a place would come to rest.
+/// Says where a walk of any length from a place would come to rest.
 struct Descent {
   SurfacePlace rest;
   double way = 0;      ///< length of the walk
@@ -27,10 +26,11 @@ struct Descent {
 /// Moves a place along a descent from it, by `reach` at most.
 void follow(MicroTriangles& surface, SurfacePlace& place, const Descent& descent, Vec3d goal, double reach) noexcept;
 
-/// A hair above a place and below it, on its fibre.
+/// Returns a hair above a place and below it, on its fibre.
 [[nodiscard]] Vec3d above(MicroTriangles& surface, const SurfacePlace& place) noexcept;
 [[nodiscard]] Vec3d below(MicroTriangles& surface, const SurfacePlace& place) noexcept;
-/// Whether the straight way from a place to the goal leads off the surface at once: into the air, or past an open edge.
+/// Returns whether the straight segment from a place to the goal leads off the surface at once: into the air, or past
+/// an open edge.
 [[nodiscard]] bool leads_into_air(MicroTriangles& surface, const SurfacePlace& place, Vec3d goal) noexcept;
 
 }  // namespace relief::detail

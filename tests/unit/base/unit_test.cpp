@@ -10,7 +10,8 @@ namespace relief {
 namespace {
 
 TEST(Unit, NamesRoundTripAndOthersAreRefused) {
-  for (const Unit unit : {Unit::Millimetre, Unit::Centimetre, Unit::Metre}) EXPECT_EQ(unit_from_name(name(unit)), unit);
+  for (const Unit unit : {Unit::Millimetre, Unit::Centimetre, Unit::Metre, Unit::Inch})
+    EXPECT_EQ(unit_from_name(name(unit)), unit);
   for (const std::string_view text : {"", "MM", "mm ", "km", "inch"}) EXPECT_FALSE(unit_from_name(text)) << text;
 }
 
@@ -18,6 +19,7 @@ TEST(Unit, MetresAreThoseOfTheName) {
   EXPECT_EQ(metres(*unit_from_name("mm")), 1e-3);
   EXPECT_EQ(metres(*unit_from_name("cm")), 1e-2);
   EXPECT_EQ(metres(*unit_from_name("m")), 1.0);
+  EXPECT_EQ(metres(*unit_from_name("in")), 0.0254);
 }
 
 TEST(Progress, EmptyOneSaysNothingAndNeverCancels) {

@@ -55,12 +55,14 @@ TEST(SlabMesh, CopiesOfASampleAreOnePlace) {
           };
           bool met_itself = false;
           SlabId before = 0;
-          mesh->for_each_copy(s, 5, {i, j}, [&](const SampleCopy& copy) {
-            EXPECT_EQ(place(copy.slab, copy.at), place(s, {i, j})) << "not bit-identical";
-            EXPECT_GE(copy.slab, before);
-            before = copy.slab;
-            met_itself = met_itself || (copy.slab == s && copy.at == GridPoint{i, j});
-          });
+          mesh->for_each_copy(
+              s, [](SlabId) { return 5; }, {i, j},
+              [&](const SampleCopy& copy) {
+                EXPECT_EQ(place(copy.slab, copy.at), place(s, {i, j})) << "not bit-identical";
+                EXPECT_GE(copy.slab, before);
+                before = copy.slab;
+                met_itself = met_itself || (copy.slab == s && copy.at == GridPoint{i, j});
+              });
           EXPECT_TRUE(met_itself);
         }
 }

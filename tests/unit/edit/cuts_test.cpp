@@ -116,7 +116,8 @@ Figures cut(const Shape& shape, double radius, bool exact, int times) {
     dab.normal = {0, 1, 0};
     dab.cursor = at - Vec3d{0, 0.6 * radius, 0};
     Editor editor(plane);
-    const DabResult result = testing::apply(editor, {.tool = Tool::Carve, .radius = radius, .exact = exact}, dab);
+    const DabResult result =
+        testing::apply(editor, {.tool = Tool::Carve, .radius = radius, .detail = 0, .exact = exact}, dab);
     EXPECT_EQ(result.limited, 0U);
     EXPECT_TRUE(valid(*editor.head()));
     figures.look(*editor.head(), {dab.cursor + dab.normal * radius, radius}, shape.spacing);
@@ -196,7 +197,7 @@ TEST(Cuts, OfManyStrokesInOnePlaceShowNoSlabBorders) {
     Dab dab = dab_near(*editor.head(), corner, 0);
     dab.normal = {0, 1, 0};
     dab.cursor = corner - Vec3d{0, 0.6 * radius, 0};
-    for (int k = 0; k < strokes; ++k) testing::apply(editor, {.tool = Tool::Carve, .radius = radius}, dab);
+    for (int k = 0; k < strokes; ++k) testing::apply(editor, {.tool = Tool::Carve, .radius = radius, .detail = 0}, dab);
     const Ball ball = {dab.cursor + dab.normal * radius, radius};
     double worst = 0;
     std::size_t inside = 0;
@@ -263,7 +264,7 @@ void expect_groove(const Snapshot& model, double deep, const std::string& what) 
 TEST(Grooves, SweptDabsLeaveACylinder) {
   const double r = kGrooveRadius, deep = 0.3 * r;
   Editor editor(rough_sheet());
-  editor.begin_stroke({.tool = Tool::Carve, .radius = r});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = r, .detail = 0});
   Vec3d from;
   for (int k = 0; k <= 48; ++k) {
     Dab dab = dab_near(*editor.start(), {0.125 + k * r / 16, 0, 0.5}, 0);
@@ -284,7 +285,8 @@ TEST(Grooves, PlayedStrokesLeaveACylinder) {
   for (const double rough : {kRough, 0.0})
     for (const int count : {2, 61}) {
       Editor editor(rough_sheet(rough));
-      Stroke stroke{.brush = {.tool = Tool::Carve, .radius = r, .strength = 0.6}, .label = {}, .points = {}};
+      Stroke stroke{
+          .brush = {.tool = Tool::Carve, .radius = r, .detail = 0, .strength = 0.6}, .label = {}, .points = {}};
       for (int k = 0; k < count; ++k) {
         const double share = double(k) / (count - 1);
         stroke.points.push_back({0.2 * share, {0.125 + 0.75 * share, 0.01, 0.5}, 0.5});
@@ -313,7 +315,8 @@ std::vector<double> floor_of_round(const Snapshot& model) {
   return radii;
 }
 Stroke stroke_round(double radius, double strength) {
-  Stroke stroke{.brush = {.tool = Tool::Carve, .radius = radius, .strength = strength}, .label = {}, .points = {}};
+  Stroke stroke{
+      .brush = {.tool = Tool::Carve, .radius = radius, .detail = 0, .strength = strength}, .label = {}, .points = {}};
   for (int k = 0; k <= 300; ++k) stroke.points.push_back({0.002 * k, round_the_ball(0.005 * k), 1});
   return stroke;
 }
@@ -365,7 +368,7 @@ void expect_fade_out(const SnapshotPtr& before, Vec3d where, double radius, doub
   const SlabMesh& mesh = before->slab_mesh();
   Editor editor(before);
   const Dab dab = dab_near(*before, where, deep);
-  const DabResult told = testing::apply(editor, {.tool = Tool::Carve, .radius = radius}, dab);
+  const DabResult told = testing::apply(editor, {.tool = Tool::Carve, .radius = radius, .detail = 0}, dab);
   EXPECT_TRUE(valid(*editor.head()));
   const Vec3d centre = dab.cursor + dab.normal * radius;
   std::size_t beyond = 0;
@@ -406,7 +409,7 @@ TEST(FadeOut, ACutDeeperThanTheClayStaysABall) {
 TEST(FadeOut, AStrokeDeeperThanTheClayKeepsAnEvenFloor) {
   const auto mesh = testing::plane_shell(4, 32, 0.1);
   Editor editor(Snapshot::make(mesh));
-  const Stroke stroke{.brush = {.tool = Tool::Carve, .radius = 0.25, .strength = 1},
+  const Stroke stroke{.brush = {.tool = Tool::Carve, .radius = 0.25, .detail = 0, .strength = 1},
                       .label = {},
                       .points = {{0, {0.25, 0, 0.5}, 0.8}, {1, {0.75, 0, 0.5}, 0.8}}};
   EXPECT_GT(play(editor, stroke).limited, 100U);
@@ -445,7 +448,8 @@ TEST(FadeOut, ADepositLongerThanTheRoomIsRoundAtTheTop) {
     Editor editor(Snapshot::make(mesh));
     std::vector<StrokePoint> points;
     for (int k = 0; k <= 300; ++k) points.push_back({0.01 * k, {0.52, 0.05, 0.47}, 1});
-    const StrokeResult told = play(editor, {.brush = {.tool = tool, .radius = 0.3}, .label = {}, .points = points});
+    const StrokeResult told =
+        play(editor, {.brush = {.tool = tool, .radius = 0.3, .detail = 0}, .label = {}, .points = points});
     EXPECT_TRUE(valid(*editor.head()));
     std::size_t changed = 0, at_top = 0;
     double highest = 0;

@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Intervals, Reference, ::testing::Values(0, 1, 2, 15, 32
 TEST_P(Reference, CarveIsThePapersClip) {
   for (const Case& c : cases(GetParam())) {
     const SnapshotPtr model = displaced(c.mesh, bumps);
-    const Brush brush{.tool = Tool::Carve, .radius = c.radius, .resilience = 0.01, .exact = true};
+    const Brush brush{.tool = Tool::Carve, .radius = c.radius, .detail = 0, .resilience = 0.01, .exact = true};
     const Dab dab = dab_near(*model, c.at, c.depth);
     Editor editor(model);
     const DabResult result = apply(editor, brush, dab);
@@ -62,7 +62,7 @@ TEST_P(Reference, CarveIsThePapersClip) {
 TEST_P(Reference, DepositIsThePapersCone) {
   for (const Case& c : cases(GetParam())) {
     const SnapshotPtr model = displaced(c.mesh, bumps);
-    const Brush brush{.tool = Tool::Deposit, .radius = c.radius, .strength = 0.8};
+    const Brush brush{.tool = Tool::Deposit, .radius = c.radius, .detail = 0, .strength = 0.8};
     const Dab dab = dab_near(*model, c.at, 0, 1, 0.1);
     Editor editor(model);
     const DabResult result = apply(editor, brush, dab);
@@ -78,11 +78,12 @@ TEST_P(Reference, DepositIsThePapersCone) {
 TEST_P(Reference, PaintIsThePapersBlend) {
   for (const Case& c : cases(GetParam())) {
     Editor editor(displaced(c.mesh, bumps));
-    const Brush first{.tool = Tool::Paint, .radius = c.radius * 0.8, .strength = 0.9, .colour = {0.1F, 0.9F, 0.4F}};
+    const Brush first{
+        .tool = Tool::Paint, .radius = c.radius * 0.8, .detail = 0, .strength = 0.9, .colour = {0.1F, 0.9F, 0.4F}};
     apply(editor, first, dab_near(*editor.head(), c.at + Vec3d{0.05, 0.05, 0}, 0, 1, 0.1));
     const SnapshotPtr model = editor.head();
     if (!model->has(Layer::Colour)) continue;  // n = 1 may have no texel within the brush
-    const Brush brush{.tool = Tool::Paint, .radius = c.radius, .strength = 0.7, .colour = {1, 0.2F, 0}};
+    const Brush brush{.tool = Tool::Paint, .radius = c.radius, .detail = 0, .strength = 0.7, .colour = {1, 0.2F, 0}};
     const Dab dab = dab_near(*model, c.at, 0, 0.6, 0.02);
     apply(editor, brush, dab);
     for (int channel = 0; channel < 3; ++channel)
@@ -99,7 +100,7 @@ TEST(Carve, LeavesTheToolsSphereBehind) {
     Editor editor(Snapshot::make(mesh));
     const SnapshotPtr before = editor.head();
     const Dab dab = dab_near(*before, {0.4, 0.8, 0.3}, 0.03);
-    apply(editor, {.tool = Tool::Carve, .radius = radius, .exact = true}, dab);
+    apply(editor, {.tool = Tool::Carve, .radius = radius, .detail = 0, .exact = true}, dab);
     const Vec3d centre = dab.cursor + dab.normal * radius;
     std::size_t cut = 0;
     for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
@@ -114,7 +115,7 @@ TEST(Carve, LeavesTheToolsSphereBehind) {
 TEST(Carve, ResilientBandIsNotCut) {
   Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
   const SnapshotPtr before = editor.head();
-  const Brush brush{.tool = Tool::Carve, .radius = 0.3, .resilience = 0.05};
+  const Brush brush{.tool = Tool::Carve, .radius = 0.3, .detail = 0, .resilience = 0.05};
   const Vec3d at = {0.4, 0, 0.61};
   EXPECT_EQ(apply(editor, brush, dab_near(*before, at, 0.049)).samples, 0U);
   EXPECT_EQ(editor.head(), before);
@@ -127,7 +128,7 @@ TEST(Carve, FadesOutBeforeTheClayEnds) {
   const auto mesh = testing::plane_shell(3, 15);
   Editor editor(Snapshot::make(mesh));
   const DabResult told =
-      apply(editor, {.tool = Tool::Carve, .radius = 0.3}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0.25));
+      apply(editor, {.tool = Tool::Carve, .radius = 0.3, .detail = 0}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0.25));
   EXPECT_GT(told.limited, 0U);
   float least = 1;
   for_each_sample(
@@ -153,7 +154,7 @@ TEST(Carve, AStrokesDabsGiveTheSameBitsInAnyOrderAndHoweverOftenTheyCome) {
     std::optional<std::uint64_t> want;
     for (const int times : {1, 10, 100}) {
       Editor editor(model);
-      editor.begin_stroke({.tool = Tool::Carve, .radius = 0.4});
+      editor.begin_stroke({.tool = Tool::Carve, .radius = 0.4, .detail = 0});
       for (int round = 0; round < times; ++round) {
         std::ranges::shuffle(dabs, random);
         for (const Dab& dab : dabs) editor.dab(dab);
@@ -171,7 +172,7 @@ TEST(Carve, MoreStrokesInTheSamePlaceRoundTheRimByLessThanACell) {
   const auto mesh = testing::torus_shell(12, 8, 128);
   const SnapshotPtr before = displaced(mesh, bumps);
   const double radius = 0.4;
-  const Brush brush{.tool = Tool::Carve, .radius = radius};
+  const Brush brush{.tool = Tool::Carve, .radius = radius, .detail = 0};
   // Inside a slab, and on a corner of six.
   for (const Vec3d where : {Vec3d{2.6, 0.4, 0.3}, sample_position(*before, 40, {0, 0})}) {
     Editor editor(before);
@@ -207,7 +208,7 @@ TEST(Carve, MoreStrokesInTheSamePlaceRoundTheRimByLessThanACell) {
 TEST(Deposit, RaisesTheCentreAtStrengthTimesRadiusPerSecondAndStopsAtTheTop) {
   const auto mesh = testing::plane_shell(2, 32, 0.1);
   Editor editor(Snapshot::make(mesh));
-  const Brush brush{.tool = Tool::Deposit, .radius = 0.2, .strength = 0.5};
+  const Brush brush{.tool = Tool::Deposit, .radius = 0.2, .detail = 0, .strength = 0.5};
   apply(editor, brush, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 0.1));
   EXPECT_NEAR(closest_point(*editor.head(), {0.5, 0.05, 0.5}).position.y, 0.5 * 0.2 * 0.1, 1e-6);
   apply(editor, brush, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 1e6));
@@ -218,7 +219,7 @@ TEST(Deposit, RaisesTheCentreAtStrengthTimesRadiusPerSecondAndStopsAtTheTop) {
 TEST(Paint, MakesTheColourLayerAndFallsOffLinearly) {
   const auto mesh = testing::plane_shell(2, 15);
   Editor editor(Snapshot::make(mesh));
-  const Brush brush{.tool = Tool::Paint, .radius = 0.25, .strength = 1, .colour = {0, 0, 1}};
+  const Brush brush{.tool = Tool::Paint, .radius = 0.25, .detail = 0, .strength = 1, .colour = {0, 0, 1}};
   const Dab dab = dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 0.8, 0.05);
   apply(editor, brush, dab);
   const Snapshot& model = *editor.head();
@@ -237,7 +238,7 @@ TEST(Paint, MakesTheColourLayerAndFallsOffLinearly) {
 
 TEST(Paint, ColourGridIsCappedAt128) {
   Editor editor(Snapshot::make(testing::plane_shell(1, 100)));
-  apply(editor, {.tool = Tool::Paint, .radius = 0.3}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 0.1));
+  apply(editor, {.tool = Tool::Paint, .radius = 0.3, .detail = 0}, dab_near(*editor.head(), {0.5, 0, 0.5}, 0, 1, 0.1));
   ASSERT_TRUE(editor.head()->has(Layer::Colour));
   EXPECT_EQ(editor.head()->tile(Layer::Colour, 0).intervals(), 128);
 }
@@ -258,7 +259,7 @@ TEST(Mask, ProtectsInProportion) {
     const SnapshotPtr masked = draft.finish(), plain = Snapshot::make(mesh);
     const Dab dab = dab_near(*plain, {0.5, 0, 0.5}, 0.05, 1, 0.1);
     for (const Tool tool : {Tool::Carve, Tool::Deposit}) {
-      const Brush brush{.tool = tool, .radius = 0.7};
+      const Brush brush{.tool = tool, .radius = 0.7, .detail = 0};
       Editor a(masked), b(plain);
       apply(a, brush, dab);
       apply(b, brush, dab);
@@ -276,7 +277,7 @@ TEST(Mask, ProtectsInProportion) {
       });
     }
     Editor painter(masked);
-    apply(painter, {.tool = Tool::Paint, .radius = 0.7, .colour = {0, 0, 0}}, dab);
+    apply(painter, {.tool = Tool::Paint, .radius = 0.7, .detail = 0, .colour = {0, 0, 0}}, dab);
     EXPECT_LT(colour_at(*painter.head(), dab.slab, 0.3, 0.3).x, kClayColour.x);
     const SurfacePoint kept = closest_point(*painter.head(), {0.9, 0, 0.5});
     EXPECT_NEAR(double{colour_at(*painter.head(), kept.slab, kept.u, kept.v).x}, double{kClayColour.x}, 0.5 / 65535);
@@ -290,7 +291,7 @@ TEST(Holes, StayAsTheyAre) {
     const SnapshotPtr model = testing::with_hole(Snapshot::make(mesh), is_void);
     for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
       Editor editor(model);
-      apply(editor, {.tool = tool, .radius = 0.45, .colour = {0, 0, 0}},
+      apply(editor, {.tool = tool, .radius = 0.45, .detail = 0, .colour = {0, 0, 0}},
             dab_near(*model, {0.45, 0, 0.45}, 0.05, 1, 0.1));
       const Snapshot& after = *editor.head();
       EXPECT_TRUE(valid(after));
@@ -323,10 +324,10 @@ TEST(Dab, CountsChangedSamplesOncePerCopy) {
   for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
     const auto mesh = testing::sphere_shell(2, 15);
     Editor editor(displaced(mesh, bumps));
-    const Brush first{.tool = Tool::Paint, .radius = 0.4, .colour = {1, 0, 0}};
+    const Brush first{.tool = Tool::Paint, .radius = 0.4, .detail = 0, .colour = {1, 0, 0}};
     apply(editor, first, dab_near(*editor.head(), {0.3, 0.9, 0.2}, 0, 1, 0.1));
     const SnapshotPtr before = editor.head();
-    const DabResult result = apply(editor, {.tool = tool, .radius = 0.3, .colour = {0, 1, 0}},
+    const DabResult result = apply(editor, {.tool = tool, .radius = 0.3, .detail = 0, .colour = {0, 1, 0}},
                                    dab_near(*before, {0.3, 0.9, 0.2}, 0.05, 1, 0.1));
     const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
     std::size_t differ = 0;
@@ -353,7 +354,7 @@ TEST(Dab, HostileNumbersChangeNothing) {
   const Dab good = dab_near(*model, {0, 1, 0}, 0.05, 1, 0.1);
   for (const Tool tool : {Tool::Carve, Tool::Deposit, Tool::Paint}) {
     Editor editor(model);
-    editor.begin_stroke({.tool = tool, .radius = 0.3});
+    editor.begin_stroke({.tool = tool, .radius = 0.3, .detail = 0});
     for (const double bad : {nan, inf, -inf}) {
       std::vector<Dab> dabs(8, good);
       dabs[0].contact.x = bad;
@@ -379,7 +380,7 @@ TEST(Dab, HostileNumbersChangeNothing) {
   }
   for (const double radius : {1e-300, 1e-12, 1e12, 1e300}) {
     Editor editor(model);
-    editor.begin_stroke({.tool = Tool::Carve, .radius = radius});
+    editor.begin_stroke({.tool = Tool::Carve, .radius = radius, .detail = 0});
     editor.dab(good);
     editor.end_stroke();
     EXPECT_TRUE(valid(*editor.head()));
@@ -399,6 +400,7 @@ TEST(Dab, RandomDabsKeepEveryPromise) {
       const Vec3d p = Vec3d{both(random), both(random), both(random)} * 2.0;
       const Brush brush{.tool = tool,
                         .radius = 0.02 + unit(random),
+                        .detail = 0,
                         .strength = unit(random),
                         .colour = {float(unit(random)), float(unit(random)), float(unit(random))},
                         .resilience = 0.02 * unit(random),

@@ -58,7 +58,7 @@ SnapshotPtr bumpy_sheet() { return testing::displaced(testing::plane_shell(4, 32
 SnapshotPtr played(Tool tool, const std::vector<StrokePoint>& points, const SnapshotPtr& on) {
   Editor editor(on);
   const StrokeResult result =
-      play(editor, {.brush = {.tool = tool, .radius = 0.1, .strength = 0.7, .colour = {0.1F, 0.2F, 1}},
+      play(editor, {.brush = {.tool = tool, .radius = 0.1, .detail = 0, .strength = 0.7, .colour = {0.1F, 0.2F, 1}},
                     .label = {},
                     .points = points});
   EXPECT_TRUE(result.changed) << name(tool);
@@ -120,7 +120,7 @@ TEST_P(Events, OfARestingPenMayBeFewOrMany) {
 TEST_P(Events, MayComeInOneCallOrOneByOne) {
   const SnapshotPtr on = sheet();
   for (const double stabiliser : {0.0, 0.03}) {
-    const Brush brush{.tool = tool(), .radius = 0.1, .strength = 0.7, .stabiliser = stabiliser};
+    const Brush brush{.tool = tool(), .radius = 0.1, .detail = 0, .strength = 0.7, .stabiliser = stabiliser};
     const std::vector<StrokePoint> points = uneven_events(round_way, 100);
     Editor a(on), b(on);
     StrokeEngine one(a), many(b);
@@ -145,7 +145,7 @@ TEST(Ways, ADepositThatMovesLaysAnEvenRidge) {
   for (const double speed : {0.2, 1.0}) {
     Editor editor(Snapshot::make(testing::plane_shell(4, 64)));
     const double radius = 0.1, strength = 0.2 * speed, want = strength * radius * radius / speed;
-    play(editor, {.brush = {.tool = Tool::Deposit, .radius = radius, .strength = strength},
+    play(editor, {.brush = {.tool = Tool::Deposit, .radius = radius, .detail = 0, .strength = strength},
                   .label = {},
                   .points = {{0, {0.2, 0, 0.5}, 1}, {0.6 / speed, {0.8, 0, 0.5}, 1}}});
     for (double x = 0.32; x <= 0.68; x += 0.0043) {
@@ -170,7 +170,7 @@ std::vector<Vec3d> places(const Brush& brush, const std::vector<StrokePoint>& po
   return found;
 }
 
-constexpr Brush kTrailing{.tool = Tool::Paint, .radius = 0.08, .stabiliser = 0.1};
+constexpr Brush kTrailing{.tool = Tool::Paint, .radius = 0.08, .detail = 0, .stabiliser = 0.1};
 
 TEST(Stabiliser, TheWayIsTheSameForFewAndManyEvents) {
   const std::vector<Vec3d> few = places(kTrailing, events(line, 17)), many = places(kTrailing, events(line, 1711));
@@ -239,7 +239,7 @@ TEST(Pressure, DrivesTheDepthThroughTheCurve) {
   for (const double hand : {0.3, 0.5, 0.7, 1.0}) {
     Editor editor(plane);
     const PressureCurve curve{.low = 0.2, .high = 0.8, .exponent = 2};
-    play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.2, .strength = 0.4, .pressure = curve},
+    play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.2, .detail = 0, .strength = 0.4, .pressure = curve},
                   .label = {},
                   .points = {{0, {0.5, 0, 0.5}, hand}}});
     const double share = std::clamp((hand - 0.2) / 0.6, 0.0, 1.0);
@@ -251,9 +251,10 @@ TEST(Pressure, BelowTheCurveNothingHappens) {
   for (const ToolInfo& tool : tools()) {
     if (!tool.by_pressure) continue;
     Editor editor(bumpy_sheet());
-    Stroke stroke{.brush = {.tool = *tool_from_name(tool.id), .radius = 0.1, .pressure = {.low = 0.5, .high = 1}},
-                  .label = {},
-                  .points = events(line, 20)};
+    Stroke stroke{
+        .brush = {.tool = *tool_from_name(tool.id), .radius = 0.1, .detail = 0, .pressure = {.low = 0.5, .high = 1}},
+        .label = {},
+        .points = events(line, 20)};
     for (StrokePoint& p : stroke.points) p.pressure = 0.4;
     EXPECT_FALSE(play(editor, stroke).changed) << tool.id;
   }
@@ -283,9 +284,10 @@ TEST_P(Symmetry, GivesEachImageTheMirrorOfTheChange) {
     });
     if (layer == Layer::Mask) on = testing::with_layer(on, Layer::Mask, 16, [](Vec3d) { return 0.5; });
     // In the octant x, y, z > 0, too far from the planes to reach them.
-    Stroke stroke{.brush = {.tool = tool, .radius = 0.2, .strength = 0.8, .colour = {0, 0, 1}, .mirror = centre},
-                  .label = {},
-                  .points = {}};
+    Stroke stroke{
+        .brush = {.tool = tool, .radius = 0.2, .detail = 0, .strength = 0.8, .colour = {0, 0, 1}, .mirror = centre},
+        .label = {},
+        .points = {}};
     for (int k = 0; k <= 20; ++k)
       stroke.points.push_back(
           {0.02 * k, centre + normalized(Vec3d{0.5 + 0.01 * k, 0.55, 0.6 - 0.01 * k}), 0.3 + 0.02 * k});
@@ -332,7 +334,7 @@ TEST_P(Symmetry, GivesEachImageTheMirrorOfTheChange) {
 TEST(MirrorImages, OneOutOfReachIsLeftOutAlone) {
   const SnapshotPtr on = bumpy_sheet();
   Editor a(on), b(on);
-  Stroke stroke{.brush = {.tool = Tool::Carve, .radius = 0.1}, .label = {}, .points = events(line, 40)};
+  Stroke stroke{.brush = {.tool = Tool::Carve, .radius = 0.1, .detail = 0}, .label = {}, .points = events(line, 40)};
   const StrokeResult plain = play(a, stroke);
   // The mirror plane x = -1: its image lies beside the sheet.
   stroke.brush.symmetry = 1;
@@ -352,10 +354,11 @@ TEST(Tip, CutsDownToItsPoints) {
   for (const double band : {0.0, 0.01})
     for (const double deep : {0.02, 0.05}) {
       Editor editor(plane);
-      const Stroke stroke{.brush = {.tool = Tool::Carve, .radius = radius, .strength = 0.1, .resilience = band},
-                          .label = {},
-                          .tip = true,
-                          .points = {{0, {0.3, -deep, 0.5}, 0.1}, {1, {0.7, -deep, 0.5}, 0.9}}};
+      const Stroke stroke{
+          .brush = {.tool = Tool::Carve, .radius = radius, .detail = 0, .strength = 0.1, .resilience = band},
+          .label = {},
+          .tip = true,
+          .points = {{0, {0.3, -deep, 0.5}, 0.1}, {1, {0.7, -deep, 0.5}, 0.9}}};
       const StrokeResult result = play(editor, stroke);
       EXPECT_TRUE(result.changed);
       EXPECT_EQ(result.missed, 0U);
@@ -374,8 +377,10 @@ TEST(Tip, FewOrManyEventsCutAlike) {
   std::vector<SnapshotPtr> cuts;
   for (const int count : {17, 171, 1711}) {
     Editor editor(on);
-    Stroke stroke{
-        .brush = {.tool = Tool::Carve, .radius = 0.1}, .label = {}, .tip = true, .points = events(line, count)};
+    Stroke stroke{.brush = {.tool = Tool::Carve, .radius = 0.1, .detail = 0},
+                  .label = {},
+                  .tip = true,
+                  .points = events(line, count)};
     for (StrokePoint& p : stroke.points) p.position.y = -0.06;
     EXPECT_TRUE(play(editor, stroke).changed);
     cuts.push_back(editor.head());
@@ -387,7 +392,7 @@ TEST(Tip, FewOrManyEventsCutAlike) {
 
 TEST(Tip, AboveTheSurfaceItCutsNothing) {
   Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
-  EXPECT_FALSE(play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.1},
+  EXPECT_FALSE(play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.1, .detail = 0},
                              .label = {},
                              .tip = true,
                              .points = {{0, {0.4, 0.01, 0.5}, 1}, {1, {0.6, 0.01, 0.5}, 1}}})
@@ -403,7 +408,7 @@ TEST(Tip, DownARampItLeavesACylinder) {
       Editor editor(Snapshot::make(mesh));
       const double radius = 0.1, middle = -0.09;
       const Stroke stroke{
-          .brush = {.tool = Tool::Carve, .radius = radius, .exact = true},
+          .brush = {.tool = Tool::Carve, .radius = radius, .detail = 0, .exact = true},
           .label = {},
           .tip = true,
           .points = {{0, {0.3, middle + 0.2 * slope, 0.5}, 1}, {1, {0.7, middle - 0.2 * slope, 0.5}, 1}}};
@@ -422,7 +427,7 @@ TEST(Tip, DownARampItLeavesACylinder) {
 TEST(Tip, DeeperThanItsRadiusItStillCuts) {
   const auto mesh = testing::plane_shell(4, 64, 0.5);
   Editor editor(Snapshot::make(mesh));
-  const StrokeResult result = play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.1},
+  const StrokeResult result = play(editor, {.brush = {.tool = Tool::Carve, .radius = 0.1, .detail = 0},
                                             .label = {},
                                             .tip = true,
                                             .points = {{0, {0.5, 0.05, 0.5}, 1}, {1, {0.5, -0.25, 0.5}, 1}}});
@@ -439,8 +444,9 @@ TEST(OutOfReach, AStrokeThatLeavesAndComesBackWorksAtBothEnds) {
         tool.writes == Layer::Mask ? testing::with_layer(start, Layer::Mask, 32, [](Vec3d) { return 0.5; }) : start;
     const auto dab_count = [&](const std::vector<StrokePoint>& points, SnapshotPtr& after) {
       Editor editor(on);
-      const StrokeResult result =
-          play(editor, {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.08}, .label = {}, .points = points});
+      const StrokeResult result = play(
+          editor,
+          {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.08, .detail = 0}, .label = {}, .points = points});
       after = editor.head();
       return result;
     };
@@ -496,7 +502,7 @@ TEST(OutOfReach, EachOfManyPointsIsCounted) {
     above += y > 0.1 ? 1U : 0U;
   }
   const StrokeResult result =
-      play(editor, {.brush = {.tool = Tool::Paint, .radius = 0.1}, .label = {}, .points = points});
+      play(editor, {.brush = {.tool = Tool::Paint, .radius = 0.1, .detail = 0}, .label = {}, .points = points});
   EXPECT_TRUE(result.changed);
   // Points between two dabs, up to 8 ms apart, share what became of the first, at both crossings.
   EXPECT_NEAR(double(result.missed), double(above), 16);
@@ -509,7 +515,8 @@ TEST(OutOfReach, PointsAreCountedAndChangeNothing) {
     std::vector<StrokePoint> points = events(line, 9);
     for (StrokePoint& p : points) p.position.y += 5;
     const StrokeResult result =
-        play(editor, {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.1}, .label = {}, .points = points});
+        play(editor,
+             {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.1, .detail = 0}, .label = {}, .points = points});
     EXPECT_FALSE(result.changed) << tool.id;
     EXPECT_EQ(result.missed, 9U) << tool.id;
     EXPECT_EQ(result.dabs, 0U) << tool.id;
@@ -527,7 +534,7 @@ TEST(Stop, AnotherThreadEndsALongStroke) {
   std::atomic<bool> stop = false;
   engine.on_dab([&](const Dab&, const DabResult&) { dabs.fetch_add(1); });
   engine.stop_at(&stop);
-  engine.begin({.tool = Tool::Inflate, .radius = 0.05, .strength = 0.01});
+  engine.begin({.tool = Tool::Inflate, .radius = 0.05, .detail = 0, .strength = 0.01});
   std::thread other([&] {
     while (dabs.load() < 20) std::this_thread::yield();
     stop = true;
@@ -547,7 +554,7 @@ TEST(Stop, AnotherThreadEndsALongStroke) {
   EXPECT_EQ(editor.head(), before);
   // The next stroke is a new one.
   engine.stop_at(nullptr);
-  engine.begin({.tool = Tool::Carve, .radius = 0.1, .strength = 0.5});
+  engine.begin({.tool = Tool::Carve, .radius = 0.1, .detail = 0, .strength = 0.5});
   engine.move(events(line, 5));
   EXPECT_TRUE(engine.end().changed);
 }
@@ -561,10 +568,11 @@ TEST(Stop, ACancelledPlayLeavesTheHeadAsItWas) {
       Progress progress;
       progress.cancel = &cancel;
       progress.report = [&](std::string_view, double share) { cancel = cancel || share > 0.5; };
-      const StrokeResult result =
-          play(editor,
-               {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.1}, .label = {}, .points = events(line, 200)},
-               progress);
+      const StrokeResult result = play(editor,
+                                       {.brush = {.tool = *tool_from_name(tool.id), .radius = 0.1, .detail = 0},
+                                        .label = {},
+                                        .points = events(line, 200)},
+                                       progress);
       EXPECT_TRUE(cancel);
       EXPECT_FALSE(result.changed) << tool.id;
       EXPECT_EQ(editor.head(), before) << tool.id;
@@ -586,7 +594,9 @@ TEST(Stop, PlayTellsHowFarItHasCome) {
     ++calls;
   };
   EXPECT_TRUE(
-      play(editor, {.brush = {.tool = Tool::Paint, .radius = 0.1}, .label = {}, .points = events(line, 1000)}, progress)
+      play(editor,
+           {.brush = {.tool = Tool::Paint, .radius = 0.1, .detail = 0}, .label = {}, .points = events(line, 1000)},
+           progress)
           .changed);
   EXPECT_GT(calls, 50);
   EXPECT_LE(calls, 120);

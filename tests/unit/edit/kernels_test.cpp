@@ -97,7 +97,8 @@ TEST(Kernels, EveryBuildGivesTheSameBits) {
         protect.plane()[k] = std::max(0.0F, unit(random) - 0.3F);
       }
       const SlabCorners corners = mesh->corners(s);
-      const detail::SlabFrame frame(corners, corners.point({0.3, 0.3, 0.4}, 0.4), 0.3, grid, {0.05F, 0.1F, 0.2F});
+      const detail::SlabFrame frame(corners, corners.point({0.3, 0.3, 0.4}, 0.4), 0.3, grid.weights,
+                                    {.at_corners = {0.05F, 0.1F, 0.2F}, .order = corners.order});
       const auto one = everything(a, frame, n, from, protect), two = everything(b, frame, n, from, protect);
       ASSERT_EQ(one.size(), two.size());
       for (std::size_t k = 0; k < one.size(); ++k)
@@ -127,13 +128,13 @@ TEST(Kernels, ASharedSampleGetsTheSameBitsInBothSlabs) {
   std::vector<std::unique_ptr<Tile>> results;
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     results.push_back(std::make_unique<Tile>(32, 1, 0.0F));
-    const detail::SlabFrame frame(mesh->corners(s), origin, 0.8, grid, {0.02F, 0.02F, 0.02F});
+    const detail::SlabFrame frame(mesh->corners(s), origin, 0.8, grid.weights, {.at_corners = {0.02F, 0.02F, 0.02F}});
     const detail::Cutter cutter{{1, 0, 0}, {0, 0.2F, 0}, true};
     const detail::Start start{from.plane(), zeros.plane(), zeros.plane(), zeros.plane()};
     kernels.cut(frame, cutter, start, zeros.plane(), from.plane(), results.back()->plane(), from.size());
   }
   testing::for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
-    mesh->for_each_copy(s, 32, at, [&](SampleCopy copy) {
+    mesh->for_each_copy(s, at, [&](SampleCopy copy) {
       EXPECT_EQ(results[s]->plane()[k], results[copy.slab]->plane()[sample_index(32, copy.at)]);
     });
   });

@@ -31,7 +31,7 @@ TEST_P(Borders, EdgesAndCornersLeaveNoSeam) {
     Editor editor(Snapshot::make(mesh));
     const SnapshotPtr before = editor.head();
     const Dab dab = dab_near(*before, at, 0.05);
-    apply(editor, {.tool = Tool::Carve, .radius = 1.5}, dab);
+    apply(editor, {.tool = Tool::Carve, .radius = 1.5, .detail = 0}, dab);
     EXPECT_TRUE(valid(*editor.head()));
     expect_cut_everywhere(*mesh, *before, *editor.head(), dab.cursor + dab.normal * 1.5, 1.5);
   }
@@ -50,7 +50,7 @@ TEST_P(Valence, AllSlabsOfAFanTakePart) {
       Dab dab = dab_near(*editor.head(), at, 0, 1, 0.1);
       dab.normal = normalized(at);
       dab.cursor = dab.contact - dab.normal * 0.15;
-      EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.2, .colour = {0, 0, 0}}, dab).samples, 0U);
+      EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.2, .detail = 0, .colour = {0, 0, 0}}, dab).samples, 0U);
       EXPECT_TRUE(valid(*editor.head()));
     }
     const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
@@ -73,7 +73,7 @@ TEST(Reach, SharedSamplesReachSlabsThatTheToolDoesNot) {
   const SnapshotPtr before = editor.head();
   Dab dab = dab_near(*before, {0.9, 0.1, 0.1}, 0, 1, 0.01);
   dab.normal = {0, 1, 0};
-  EXPECT_GT(apply(editor, {.tool = Tool::Deposit, .radius = 0.3}, dab).samples, 0U);
+  EXPECT_GT(apply(editor, {.tool = Tool::Deposit, .radius = 0.3, .detail = 0}, dab).samples, 0U);
   EXPECT_TRUE(valid(*editor.head()));
   std::size_t changed_below = 0;
   for_each_sample(*mesh, [&](SlabId s, std::size_t k, GridPoint at) {
@@ -99,7 +99,7 @@ TEST(Reach, TheFarSideOfAThinWallStaysAsItIs) {
           dab.normal = {0, side, 0};
           dab.cursor = dab.contact - dab.normal * 0.01;
           ASSERT_EQ(dab.slab < upper, side > 0);
-          EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.2, .colour = {0, 0, 0}}, dab).samples, 0U);
+          EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.2, .detail = 0, .colour = {0, 0, 0}}, dab).samples, 0U);
           EXPECT_TRUE(valid(*editor.head()));
           const Layer layer = tool == Tool::Paint ? Layer::Colour : Layer::Displacement;
           for (SlabId s = 0; s < mesh->slab_count(); ++s) {
@@ -131,7 +131,7 @@ TEST(Reach, ALayerThatIsNotConnectedStaysAsItIs) {
   Editor editor(Snapshot::make(mesh));
   const Dab dab = {.slab = 0, .contact = {0.5, 0, 0.52}, .cursor = {0.5, -0.01, 0.52}, .normal = {0, 1, 0}};
   const SnapshotPtr before = editor.head();
-  EXPECT_EQ(apply(editor, {.tool = Tool::Carve, .radius = 0.3}, dab).slabs, 2U);
+  EXPECT_EQ(apply(editor, {.tool = Tool::Carve, .radius = 0.3, .detail = 0}, dab).slabs, 2U);
   for (const SlabId s : {0U, 1U, 2U, 3U})
     EXPECT_EQ(&editor.head()->tile(Layer::Displacement, s) == &before->tile(Layer::Displacement, s), s >= 2);
 }
@@ -144,7 +144,7 @@ TEST(Reach, TheRimOfAnOpenSheetCanBeWorked) {
       Dab dab = dab_near(*editor.head(), at, 0.03, 1, 0.1);
       dab.normal = {0, 1, 0};
       dab.cursor = dab.contact - dab.normal * 0.03;
-      EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.3, .colour = {0, 0, 0}}, dab).samples, 0U);
+      EXPECT_GT(apply(editor, {.tool = tool, .radius = 0.3, .detail = 0, .colour = {0, 0, 0}}, dab).samples, 0U);
       EXPECT_TRUE(valid(*editor.head()));
     }
 }
@@ -152,7 +152,7 @@ TEST(Reach, TheRimOfAnOpenSheetCanBeWorked) {
 TEST(Reach, ASmallBrushWorksInsideOneLargeSlab) {
   Editor editor(Snapshot::make(testing::plane_shell(1, 128)));
   const DabResult result =
-      apply(editor, {.tool = Tool::Carve, .radius = 0.02}, dab_near(*editor.head(), {0.7, 0, 0.3}, 0.005));
+      apply(editor, {.tool = Tool::Carve, .radius = 0.02, .detail = 0}, dab_near(*editor.head(), {0.7, 0, 0.3}, 0.005));
   EXPECT_EQ(result.slabs, 1U);
   EXPECT_GT(result.samples, 5U);
 }

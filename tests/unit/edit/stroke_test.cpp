@@ -7,7 +7,7 @@ namespace {
 using testing::valid;
 
 Stroke line(Tool tool, double radius, std::vector<StrokePoint> points, double strength = 1) {
-  return {.brush = {.tool = tool, .radius = radius, .strength = strength, .colour = {0, 0, 1}},
+  return {.brush = {.tool = tool, .radius = radius, .detail = 0, .strength = strength, .colour = {0, 0, 1}},
           .label = {},
           .points = std::move(points)};
 }

@@ -68,7 +68,7 @@ double wanted(const Snapshot& model, const Brush& brush, const Dab& dab, SlabId 
 void expect_as_surroundings_say(const SnapshotPtr& before, Vec3d where, double radius, const std::string& what) {
   const SlabMesh& mesh = before->slab_mesh();
   for (const Tool tool : {Tool::Smooth, Tool::Inflate}) {
-    const Brush brush{.tool = tool, .radius = radius, .strength = 0.9};
+    const Brush brush{.tool = tool, .radius = radius, .detail = 0, .strength = 0.9};
     Dab dab = dab_near(*before, where, 0, 0.8, tool == Tool::Smooth ? 0.002 : 0.02);
     dab.normal = normalized(where);
     Editor editor(before);
@@ -116,7 +116,7 @@ TEST(Neighbours, SmoothAndInflateSeeThemAcrossBordersOfAnyN) {
     for (const Vec3d where : {corner, edge, corners.point({0.3, 0.3, 0.4}, 0.5)}) {
       const Vec3d out = normalized(corners.fibre(0));
       for (const Tool tool : {Tool::Smooth, Tool::Inflate}) {
-        const Brush brush{.tool = tool, .radius = 0.5, .strength = 0.9};
+        const Brush brush{.tool = tool, .radius = 0.5, .detail = 0, .strength = 0.9};
         Dab dab = dab_near(*model, where, 0, 0.8, tool == Tool::Smooth ? 0.002 : 0.02);
         dab.normal = out;
         Editor editor(model);
@@ -163,7 +163,8 @@ SnapshotPtr leaning_plane(bool mixed) {
 }
 
 Stroke across(Tool tool, double radius, double strength, double seconds) {
-  Stroke stroke{.brush = {.tool = tool, .radius = radius, .strength = strength}, .label = {}, .points = {}};
+  Stroke stroke{
+      .brush = {.tool = tool, .radius = radius, .detail = 0, .strength = strength}, .label = {}, .points = {}};
   for (int k = 0; k <= 20; ++k) stroke.points.push_back({seconds * k / 20, {0.3 + 0.02 * k, 0, 0.45 + 0.005 * k}, 1});
   return stroke;
 }
@@ -221,7 +222,8 @@ double noise_at(Vec3d p) {
 }
 
 TEST(Smooth, TakesOutNoiseAndLeavesASphereWhereItIs) {
-  Stroke stroke{.brush = {.tool = Tool::Smooth, .radius = 0.3, .strength = 0.5}, .label = {}, .points = {}};
+  Stroke stroke{
+      .brush = {.tool = Tool::Smooth, .radius = 0.3, .detail = 0, .strength = 0.5}, .label = {}, .points = {}};
   for (int k = 0; k <= 40; ++k) {
     const double turn = -0.5 + k / 40.0;
     stroke.points.push_back({0.05 * k, {std::cos(turn), 0.1, std::sin(turn)}, 1});
@@ -253,7 +255,7 @@ TEST(Smooth, LowersABump) {
     const auto hit = raycast(*editor.head(), {{0.5, 1, 0.5}, {0, -1, 0}});
     ASSERT_TRUE(hit);
     heights.push_back(hit->point.position.y);
-    play(editor, {.brush = {.tool = Tool::Smooth, .radius = 0.15},
+    play(editor, {.brush = {.tool = Tool::Smooth, .radius = 0.15, .detail = 0},
                   .label = {},
                   .points = {{0, {0.5, 0.03, 0.5}, 1}, {0.3, {0.5, 0.03, 0.5}, 1}}});
   }
@@ -294,8 +296,9 @@ TEST(Flatten, BringsTheSurfaceToAPlane) {
   EXPECT_GT(before, 3e-4);
   const double first = before;
   for (int k = 0; k < 3; ++k) {
-    play(editor,
-         {.brush = {.tool = Tool::Flatten, .radius = 0.25}, .label = {}, .points = {{0, where, 1}, {0.2, where, 1}}});
+    play(editor, {.brush = {.tool = Tool::Flatten, .radius = 0.25, .detail = 0},
+                  .label = {},
+                  .points = {{0, where, 1}, {0.2, where, 1}}});
     const double after = rms_from_plane(*editor.head(), where, 0.12);
     EXPECT_LT(after, 0.6 * before);
     before = after;
@@ -310,7 +313,8 @@ TEST(Inflate, OfASphereGivesTheFallOffOnASphere) {
     Editor editor(sphere);
     Dab dab = dab_near(*sphere, {0.4, 0.8, 0.3}, 0, pressure, seconds);
     dab.normal = normalized(dab.contact);
-    apply(editor, {.tool = Tool::Inflate, .radius = radius, .strength = strength, .falloff = falloff}, dab);
+    apply(editor, {.tool = Tool::Inflate, .radius = radius, .detail = 0, .strength = strength, .falloff = falloff},
+          dab);
     double worst = 0, highest = 0;
     for_each_sample(sphere->slab_mesh(), [&](SlabId s, std::size_t, GridPoint at) {
       const double d = length(sample_position(*sphere, s, at) - dab.contact) / radius;
@@ -353,7 +357,8 @@ TEST(LayerTool, NeverGoesBeyondItsHeight) {
   const auto mesh = testing::plane_shell(4, 32);
   for (const double high : {0.03, -0.03, 0.0}) {
     const double want = high == 0 ? 0.1 * 0.12 : high;
-    Stroke stroke{.brush = {.tool = Tool::Layer, .radius = 0.12, .height = high}, .label = {}, .points = {}};
+    Stroke stroke{
+        .brush = {.tool = Tool::Layer, .radius = 0.12, .detail = 0, .height = high}, .label = {}, .points = {}};
     // Three times over itself, slowly.
     for (int k = 0; k <= 6; ++k)
       stroke.points.push_back({0.8 * k, {k % 2 == 0 ? 0.3 : 0.7, 0, k % 2 == 0 ? 0.45 : 0.55}, 1});
@@ -393,18 +398,18 @@ TEST(MaskTools, CoverAndUncoverByTheirRate) {
   };
   // Ten dabs of a hundredth of a second are one of a tenth.
   Editor editor(plane);
-  editor.begin_stroke({.tool = Tool::Mask, .radius = radius, .strength = 0.8});
+  editor.begin_stroke({.tool = Tool::Mask, .radius = radius, .detail = 0, .strength = 0.8});
   for (int k = 0; k < 10; ++k) editor.dab(dab);
   EXPECT_TRUE(editor.end_stroke().changed);
   values(*editor.head(), [&](double value, double d) { EXPECT_NEAR(value, share(d, 0.1), 1e-5) << d; });
   // The mask does not protect itself: what was masked is uncovered by the same rate.
-  editor.begin_stroke({.tool = Tool::Unmask, .radius = radius, .strength = 0.8});
+  editor.begin_stroke({.tool = Tool::Unmask, .radius = radius, .detail = 0, .strength = 0.8});
   for (int k = 0; k < 10; ++k) editor.dab(dab);
   EXPECT_TRUE(editor.end_stroke().changed);
   values(*editor.head(),
          [&](double value, double d) { EXPECT_NEAR(value, share(d, 0.1) * (1 - share(d, 0.1)), 1e-5) << d; });
   // Long enough, and nothing is left.
-  editor.begin_stroke({.tool = Tool::Unmask, .radius = radius, .strength = 0.8});
+  editor.begin_stroke({.tool = Tool::Unmask, .radius = radius, .detail = 0, .strength = 0.8});
   for (int k = 0; k < 500; ++k) editor.dab(dab);
   editor.end_stroke();
   values(*editor.head(), [&](double value, double d) {

@@ -39,8 +39,9 @@ std::vector<Ground> grounds(const ToolInfo& tool) {
 
 /// Along the outside of the torus, over its bumps.
 Stroke stroke_of(Tool tool) {
-  Stroke stroke{
-      .brush = {.tool = tool, .radius = 0.3, .strength = 0.6, .colour = {0, 0.2F, 1}}, .label = {}, .points = {}};
+  Stroke stroke{.brush = {.tool = tool, .radius = 0.3, .detail = 0, .strength = 0.6, .colour = {0, 0.2F, 1}},
+                .label = {},
+                .points = {}};
   for (int k = 0; k <= 40; ++k) {
     const double turn = -0.12 + 0.3 * k / 40;
     stroke.points.push_back({0.01 * k, {2.8 * std::cos(turn), 0.1, 2.8 * std::sin(turn)}, 0.3 + 0.01 * k});

@@ -16,6 +16,7 @@ using testing::Folder;
 using testing::read_file;
 using testing::saved_hash;
 using testing::stroke;
+using testing::with_cut;
 using testing::write_file;
 
 /// What the child tells: a state that the file is about to have, or has.
@@ -43,6 +44,9 @@ struct Report {
       tell(1, count - 2);
       if (file->model().head->content_hash() != head->content_hash()) ::_exit(4);
     } else {
+      const auto slab = static_cast<SlabId>((count * 17 + k) % head->slab_mesh().slab_count());
+      // Every third cuts, too.
+      if (k % 3 == 0 && head->slab_mesh().level(slab) < 2) head = with_cut(head, slab);
       head = stroke(head, count * 31 + k);
       history.push_back(head);
       tell(0, count + 1);

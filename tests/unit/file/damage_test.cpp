@@ -64,7 +64,7 @@ class Forger {
     const auto* bytes = static_cast<const std::byte*>(sqlite3_column_blob(row, column));
     hash.add_bytes({bytes, static_cast<std::size_t>(sqlite3_column_bytes(row, column))});
   }
-  /// Writes the checksums anew, as docs/file-format.md gives them.
+  /// Writes the checksums anew, as docs/reference/model-file.md gives them.
   void seal() {
     const auto each = [&](const char* select, const std::string& update, const Row& checksum) {
       if (sqlite3_table_column_metadata(handle_, nullptr, update.substr(7, update.find(' ', 7) - 7).c_str(), nullptr,
@@ -268,7 +268,7 @@ void expect_refused(const std::string& sql, Errc code, const char* word) {
 }
 
 TEST(ForgedFile, IsRefusedWithAReason) {
-  expect_refused("PRAGMA user_version = 4", Errc::NewerVersion, "newer");
+  expect_refused("PRAGMA user_version = 5", Errc::NewerVersion, "newer");
   expect_refused("PRAGMA user_version = 0", Errc::Corrupt, "version");
   expect_refused("PRAGMA application_id = 7", Errc::UnsupportedFormat, "not a .relief");
   expect_refused("DROP TABLE strokes", Errc::Corrupt, "table");
@@ -283,7 +283,7 @@ TEST(ForgedFile, IsRefusedWithAReason) {
   expect_refused("UPDATE meta SET value = 99 WHERE key = 'current'", Errc::Corrupt, "sense");
   expect_refused("UPDATE meta SET value = 99 WHERE key = 'last'", Errc::Corrupt, "gap");
   expect_refused("UPDATE meta SET value = -1 WHERE key = 'current'", Errc::Corrupt, "sense");
-  expect_refused("UPDATE meta SET value = 1000000000 WHERE key = 'slabs'", Errc::Corrupt, "claims more");
+  expect_refused("UPDATE meta SET value = 1000000000 WHERE key = 'slabs'", Errc::Corrupt, "number of slabs");
   expect_refused("UPDATE meta SET value = 9223372036854775807 WHERE key = 'slabs'", Errc::Corrupt, "sense");
   expect_refused("UPDATE meta SET value = 127 WHERE key = 'slabs'", Errc::Corrupt, "slabs");
   expect_refused("UPDATE meta SET value = 67 WHERE key = 'fibres'", Errc::Corrupt, "fibres");

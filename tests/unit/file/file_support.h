@@ -4,6 +4,7 @@
 #include <relief/file/model_file.h>
 
 #include <gtest/gtest.h>
+#include <support/cuts.h>
 #include <support/folder.h>
 #include <support/shells.h>
 
@@ -42,7 +43,8 @@ inline Model ball(int levels = 2, int n = 6) { return ball(sphere_shell(levels, 
 /// Sets all samples of a slab in a layer, together with their copies in its neighbours.
 inline void dab(SnapshotDraft& draft, Layer layer, SlabId slab, float value) {
   const SlabMesh& mesh = draft.base().slab_mesh();
-  const int n = draft.tile(layer, slab).intervals();
+  const auto intervals_of = [&](SlabId s) { return draft.tile(layer, s).intervals(); };
+  const int n = intervals_of(slab);
   std::set<SlabId> written;
   const auto write = [&](const SampleCopy& copy) {
     Tile& tile = draft.edit(layer, copy.slab);
@@ -51,13 +53,8 @@ inline void dab(SnapshotDraft& draft, Layer layer, SlabId slab, float value) {
     written.insert(copy.slab);
   };
   for (int j = 0; j <= n; ++j)
-    for (int i = 0; i + j <= n; ++i)
-      if (has_own_intervals(layer))
-        mesh.for_each_copy(slab, {i, j}, write);
-      else
-        mesh.for_each_copy(slab, n, {i, j}, write);
-  if (has_own_intervals(layer))
-    for (const SlabId s : written) constrain(mesh, layer, s, draft.edit(layer, s));
+    for (int i = 0; i + j <= n; ++i) mesh.for_each_copy(slab, intervals_of, {i, j}, write);
+  for (const SlabId s : written) constrain(mesh, layer, s, intervals_of, draft.edit(layer, s));
 }
 
 /// The model after stroke `number` of an endless series: each changes a slab and its neighbours.
@@ -66,6 +63,13 @@ inline SnapshotPtr stroke(const SnapshotPtr& before, std::uint64_t number) {
   const SlabId count = before->slab_mesh().slab_count();
   dab(draft, Layer::Displacement, static_cast<SlabId>(number * 37 % count), static_cast<float>(number % 97) / 97);
   return draft.finish();
+}
+
+/// A slab cut in four, and those before it that must be.
+inline SnapshotPtr with_cut(const SnapshotPtr& model, SlabId slab) {
+  RandomCuts cuts(model);
+  cuts.cut(slab);
+  return cuts.model();
 }
 
 /// The content hash of the model in a file; 0 and a failure where it does not open.

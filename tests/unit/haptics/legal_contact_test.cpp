@@ -55,21 +55,6 @@ TEST_P(LegalContact, OnASample) {
 INSTANTIATE_TEST_SUITE_P(Samples, LegalContact, ::testing::Values("bowl", "pumpkin", "head"),
                          [](const auto& test) { return std::string(test.param); });
 
-class LegalContactOnScans : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(LegalContactOnScans, InPreviewMode) {
-  RELIEF_DATA_FILE(file, std::string("a_models/") + GetParam() + ".ply");
-  const auto mesh = import_mesh(file);
-  ASSERT_TRUE(mesh) << mesh.error().message;
-  const auto made = convert(*mesh, {.slabs = 200, .intervals = 32, .mode = Mode::Preview});
-  ASSERT_TRUE(made) << made.error().message;
-  // The sheets of a preview may pass through each other, so inside and outside are not asked for.
-  judge(GetParam(), *made->model.head, false, wanted_ticks());
-}
-INSTANTIATE_TEST_SUITE_P(Scans, LegalContactOnScans,
-                         ::testing::Values("bunny", "visible_human_skin", "scallop_scan", "elephant_refined"),
-                         [](const auto& test) { return std::string(test.param); });
-
 /// As who converts a scan gets it: certified, with n per slab by the default error.
 class LegalContactAsConverted : public ::testing::TestWithParam<const char*> {};
 

@@ -407,13 +407,17 @@ TEST(Proxy, IsCaughtByASurfaceThatRisesPastARestingCursor) {
   EXPECT_TRUE(proxy.settling());
 }
 
-TEST(Proxy, OtherSlabsUnderItAreReported) {
+TEST(Proxy, OtherSlabsUnderItWithoutASurfaceNearItAreReported) {
   const SnapshotPtr one = displaced(sphere_shell(2, 8), [](Vec3d) { return 0.5; });
   const SnapshotPtr two = displaced(sphere_shell(2, 8, 0.7, 1.3), [](Vec3d) { return 0.5; });
   Proxy proxy;
   static_cast<void>(proxy.step(*one, {0, 0, 1.1}));
   ASSERT_TRUE(proxy.step(*one, {0, 0, 0.9}));
-  EXPECT_FALSE(proxy.step(*two, {0, 0, 0.9}));
+  EXPECT_TRUE(proxy.step(*two, {0, 0, 0.9}));
+  EXPECT_FALSE(proxy.lost());
+  EXPECT_NEAR(proxy.depth(), 0.1, 0.01);
+  const SnapshotPtr far = displaced(sphere_shell(2, 8, 2.7, 3.3), [](Vec3d) { return 0.5; });
+  EXPECT_FALSE(proxy.step(*far, {0, 0, 0.9}));
   EXPECT_TRUE(proxy.lost());
 }
 

@@ -198,27 +198,34 @@ TEST(Safety, AModelReplacedUnderTheToolLatches) {
   EXPECT_EQ(servo.step(*full, reading(t += 1e-3, {0, 0, 0.89})).force, Vec3d{});
 }
 
-/// Edits keep the cage, and a model with another one is none, also where nothing of it is seen to have risen.
-TEST(Safety, AnotherCageUnderAPressedToolLatchesWhateverItsShape) {
+/// As an edit does.
+TEST(Safety, AnotherCageUnderAPressedToolLatchesOnlyWhereItsSurfaceHasRisenFar) {
   constexpr double kRadius = 0.1;
   const auto ball = [](const std::shared_ptr<const SlabMesh>& mesh, double radius) {
     return displaced(mesh, [=](Vec3d p) { return (radius / length(p) - 0.8) / 0.4; });
   };
   const auto mesh = sphere_shell(2, 16);
+  enum class End { GoesOn, LetsGo, Latches, LatchesForGood };
   struct Case {
     std::string name;
     SnapshotPtr next;
-    bool latches;
+    End end;
   };
-  const Case cases[] = {{"the same", ball(mesh, 1), false},
-                        {"an edit, 1 mm higher", ball(mesh, 1.01), false},
-                        {"an edit, 2 mm lower", ball(mesh, 0.98), false},
-                        {"same shape, other cage", ball(sphere_shell(2, 16), 1), true},
-                        {"same shape, other n", ball(sphere_shell(2, 32), 1), true},
-                        {"same shape, other slabs", ball(sphere_shell(1, 16), 1), true},
-                        {"2.9 mm higher", ball(sphere_shell(2, 16), 1.029), true},
-                        {"2 mm lower", ball(sphere_shell(2, 16), 0.98), true},
-                        {"out of reach below", ball(sphere_shell(2, 16), 0.9), true}};
+  const Case cases[] = {
+      {"the same", ball(mesh, 1), End::GoesOn},
+      {"an edit, 1 mm higher", ball(mesh, 1.01), End::GoesOn},
+      {"an edit, 2 mm lower", ball(mesh, 0.98), End::GoesOn},
+      {"same shape, other cage", ball(sphere_shell(2, 16), 1), End::GoesOn},
+      {"same shape, other n", ball(sphere_shell(2, 32), 1), End::GoesOn},
+      {"same shape, other slabs", ball(sphere_shell(1, 16), 1), End::GoesOn},
+      {"2.9 mm higher", ball(sphere_shell(2, 16), 1.029), End::GoesOn},
+      {"3.1 mm higher", ball(sphere_shell(2, 16), 1.031), End::Latches},
+      {"the same but 3.1 mm higher", ball(mesh, 1.031), End::Latches},
+      {"2 mm lower", ball(sphere_shell(2, 16), 0.98), End::GoesOn},
+      {"an edit, out of reach below", ball(mesh, 0.9), End::GoesOn},
+      {"out of reach below", ball(sphere_shell(2, 16), 0.9), End::GoesOn},
+      {"beside it", displaced(sphere_shell(2, 16, 0.8, 1.2, {0, 0, 3}), [](Vec3d) { return 0.5; }), End::LetsGo},
+      {"all around it", displaced(sphere_shell(2, 16, 2.8, 3.2), [](Vec3d) { return 0.5; }), End::LatchesForGood}};
   for (const testing::HeldTool& held : testing::held_tools(kRadius))
     for (const Case& now : cases) {
       SCOPED_TRACE(now.name + held.name);
@@ -232,8 +239,15 @@ TEST(Safety, AnotherCageUnderAPressedToolLatchesWhateverItsShape) {
       for (int k = 0; k <= 50; ++k) to(model, 1.02 - 1e-3 * k);
       ASSERT_GT(felt.force.z, 0.5);
       to(now.next, 0.97);
-      if (!now.latches) {
-        ASSERT_EQ(felt.flags & (bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)), 0U);
+      if (now.end == End::GoesOn || now.end == End::LetsGo) {
+        for (int k = 0; k < 200; ++k) {
+          ASSERT_EQ(felt.flags & (bit(ServoFault::SurfaceJumped) | bit(ServoFault::Latched)), 0U);
+          ASSERT_TRUE(!felt.contact || felt.at.slab < now.next->slab_mesh().slab_count());
+          const Vec3d before = felt.force;
+          to(now.next, 0.97);
+          ASSERT_LE(length(felt.force - before), 0.15) << "N, with what was damped";
+          ASSERT_TRUE(now.end == End::GoesOn || felt.force == Vec3d{});
+        }
         continue;
       }
       ASSERT_EQ(felt.force, Vec3d{});
@@ -242,6 +256,7 @@ TEST(Safety, AnotherCageUnderAPressedToolLatchesWhateverItsShape) {
         to(now.next, 0.97);
         ASSERT_EQ(felt.force, Vec3d{});
       }
+      if (now.end == End::LatchesForGood) continue;
       for (int k = 0; k <= 30; ++k) to(now.next, 0.97 + 5e-3 * k);
       for (int k = 0; k <= 60; ++k) to(now.next, 1.12 - 5e-3 * k);
       EXPECT_GT(felt.force.z, 0.3);
@@ -360,7 +375,7 @@ TEST(Safety, LimitsHoldThroughAMillionHostileReadings) {
   };
   double t = 0, last = 0;
   Vec3d cursor = {0, 0, 1.1};
-  int forces = 0, faults = 0;
+  int forces = 0, faults = 0, changed = -kSteps;
   for (int k = 0; k < kSteps; ++k) {
     const double dt = chance(4) ? 1e-3 * (1 + unit(random)) : 1e-3;
     cursor += Vec3d{unit(random), unit(random), unit(random)} * (chance(10) ? 0.05 : 5e-3);
@@ -384,14 +399,17 @@ TEST(Safety, LimitsHoldThroughAMillionHostileReadings) {
     } else if (chance(300)) {
       servo.set(kSettings);
     }
-    const ServoSample felt = servo.step(chance(5000) ? *other : *model, state);
+    const bool in_other = chance(5000);
+    if (in_other) changed = k;
+    const ServoSample felt = servo.step(in_other ? *other : *model, state);
     const double force = length(felt.force);
     ASSERT_TRUE(std::isfinite(force)) << k;
     const double most = servo.settings().force.max_force;
     ASSERT_LE(force, std::min(device.max_force, most > 0 ? most : 0)) << k;
     const double rate = device.max_force_rate * (felt.flags == 0 ? std::min(dt, 0.05) : 0.05);
     ASSERT_LE(force, last + rate + 1e-12) << k;
-    ASSERT_GE(dot(felt.force, felt.normal), -1e-12) << k;
+    // What is led over from one surface to another may have pushed another way.
+    ASSERT_TRUE(dot(felt.force, felt.normal) >= -1e-12 || k - changed < 200) << k;
     ASSERT_TRUE(is_finite(felt.cursor) && is_finite(felt.contact_point) && is_finite(felt.velocity)) << k;
     if ((felt.flags & (bit(ServoFault::Latched) | bit(ServoFault::StartInside))) != 0) {
       ASSERT_EQ(felt.force, Vec3d{}) << k;

@@ -203,7 +203,7 @@ class RandomLevels : public ::testing::Test {
     std::vector<std::uint8_t> levels;
     for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s)
       levels.push_back(static_cast<std::uint8_t>(random() % 7));
-    detail::Detail made = cache.detail(levels);
+    detail::DrawnLevels made = cache.detail(levels);
     if (!stitched)
       for (SlabId s = 0; s < levels.size(); ++s) made.pattern[s] = cache.detail(levels[s]).pattern[s];
     const Camera camera = framing(surface_bounds(model), 33, 21, 16.0 / 9);

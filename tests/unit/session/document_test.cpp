@@ -2,6 +2,8 @@
 #include "document_support.h"
 #include "relief/session/stroke_text.h"
 
+#include <relief/core/detail.h>
+
 #include <sys/resource.h>
 
 #include <atomic>
@@ -102,8 +104,10 @@ std::size_t moved_inside(const Snapshot& a, const Snapshot& b, std::span<const S
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; i + j <= n; ++j) {
         const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
-        const Vec3d p = surface_point(a, s, u, v).position, q = surface_point(b, s, u, v).position;
-        if (p == q) continue;
+        const auto there = heir(a.slab_mesh(), b.slab_mesh(), {s, u, v, 0});
+        const Vec3d p = surface_point(a, s, u, v).position;
+        const Vec3d q = surface_point(b, there->slab, there->u, there->v).position;
+        if (length(p - q) < 1e-6) continue;  // finer grids move it by the rounding of a float
         ++moved;
         outside += inside(p) && inside(q) ? 0U : 1U;
       }
@@ -264,7 +268,9 @@ TEST(Document, TheHistoryKeepsToItsBudgetAndLosesNothing) {
   std::vector<std::weak_ptr<const Snapshot>> states = {document.head()};
   std::size_t all = 0;
   for (int k = 0; k < 60; ++k) {
-    post(document, stroke_over_ball(k));
+    Stroke stroke = stroke_over_ball(k);
+    stroke.brush.detail = 0;  // one cage of these alone would be more
+    post(document, stroke);
     document.settle();
     hashes.push_back(hash_of(document));
     const SnapshotPtr before = states.back().lock();
@@ -520,13 +526,24 @@ TEST(Document, AStepIsReadFromTheFileThatHasAnotherOneInPlaceOfAnUnsavedStroke) 
   const Folder folder;
   Events events;
   Document document = document_in(folder / "a.relief", ball(), events.settings(0));
-  const std::vector<std::uint64_t> hashes = draw(document, 5);
+  // Without finer grids the pages of a stroke fit into the cache, so none is written that cannot be rolled back.
+  const auto on_this_grid = [](int k) {
+    Stroke stroke = stroke_over_ball(k);
+    stroke.brush.detail = 0;
+    return stroke;
+  };
+  std::vector<std::uint64_t> hashes = {hash_of(document)};
+  for (int k = 0; k < 5; ++k) {
+    post(document, on_this_grid(k));
+    document.settle();
+    hashes.push_back(hash_of(document));
+  }
   while (document.statistics().unsaved > 0) std::this_thread::yield();
   document.post(Undo{2});
   document.settle();
   while (document.statistics().unsaved > 0) std::this_thread::yield();
   const FullDisk full(std::filesystem::file_size(folder / "a.relief") / 2);
-  post(document, stroke_over_ball(21));  // the fourth; the file still has the other fourth, and the fifth
+  post(document, on_this_grid(21));  // the fourth; the file still has the other fourth, and the fifth
   document.settle();
   while (events.of<Failed>().empty()) std::this_thread::yield();
   for (const std::size_t k : {3U, 2U, 1U, 0U}) {

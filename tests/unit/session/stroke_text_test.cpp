@@ -103,11 +103,11 @@ TEST(StrokeText, ProblemsNameTheStrokeAndTheField) {
       {"3", {"list", ""}},
       {"[3]", {"stroke 1", "no object"}},
       {"[" + good + R"(,{"radius":1}])", {"stroke 2", "needs a \"tool\", one of carve"}},
-      {R"([{"tool":"crave","radius":1}])", {"did you mean carve?", "known are carve, deposit"}},
+      {R"([{"tool":"crave","radius":1}])", {"; the nearest is carve", "known are carve, deposit"}},
       {R"([{"tool":"carve","radios":1}])",
-       {"unknown field \"radios\" (did you mean radius?)", "known are tool, radius"}},
+       {"unknown field \"radios\"; the nearest is radius", "known are tool, radius"}},
       {R"([{"tool":"carve",)" + points + "}]", {"needs a \"radius\"", ""}},
-      {R"([{"tool":"carve","radius":"2"}])", {"\"radius\" that is no number", ""}},
+      {R"([{"tool":"carve","radius":"2"}])", {"\"radius\" that is not a number", ""}},
       {R"([{"tool":"carve","radius":-2,)" + points + "}]", {"radius", "-2"}},
       {R"([{"tool":"paint","radius":1,)" + points + "}]", {"\"colour\"", "three numbers"}},
       {R"([{"tool":"paint","radius":1,"colour":[1,2,256]}])", {"\"colour\"", "outside"}},
@@ -122,8 +122,8 @@ TEST(StrokeText, ProblemsNameTheStrokeAndTheField) {
       {R"([{"tool":"carve","radius":1,"pressure_curve":{"hi":1}}])", {"\"hi\"", "known are low, high, exponent"}},
       {R"([{"tool":"carve","radius":1,"pressure_curve":{"low":1,"high":0},)" + points + "}]", {"pressure curve", ""}},
       {R"([{"tool":"carve","radius":1,"label":3}])", {"\"label\"", "no text"}},
-      {"[", {"no valid JSON", ""}},
-      {R"([{"tool":"carve","radius":1e999}])", {"no valid JSON", ""}},
+      {"[", {"line 1, column 2: not JSON", ""}},
+      {R"([{"tool":"carve","radius":1e999}])", {"a number is too large", ""}},
   };
   for (const auto& bad : cases) {
     const auto read = strokes_of(bad.text, "a.json");

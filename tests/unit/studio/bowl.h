@@ -25,7 +25,7 @@ inline const Model& bowl() {
 /// Carves where the model is nearest to the corner of its box, and waits until the window has heard of it.
 inline void dent(DocumentBridge& bridge, double pressure = 1) {
   const SnapshotPtr head = bridge.head();
-  const Box3d box = head->slab_mesh().bounds();
+  const Box3d box = bounds_of_surface(*head);
   BeginStroke begin;
   begin.brush.radius = 0.2 * diagonal(box);
   bridge.post(begin);

@@ -98,7 +98,7 @@ TEST_F(Exhibits, BadCaptionsAreNamedWithPlaceAndRemedy) {
   }
 }
 
-// The one in docs/studio-kiosk.md.
+// The one in docs/how-to/kiosk.md.
 TEST_F(Exhibits, TheExampleIsRead) {
   put_model("pumpkin.relief");
   QFile::copy(QStringLiteral(RELIEF_SOURCE_DIR "/examples/kiosk/pumpkin.json"), file("pumpkin.json"));

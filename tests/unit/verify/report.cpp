@@ -31,10 +31,10 @@ class Report final : public ::testing::Environment {
     std::string table = "| what is broken | fails | the verifier's first sentence about it |\n|---|---|---|\n";
     for (const Row& row : rows()) table += "| " + row.way + " | " + row.fails + " | " + row.sentence + " |\n";
     std::ofstream(file) << table;
-    std::ifstream page(RELIEF_SOURCE_DIR "/docs/verifier.md");
+    std::ifstream page(RELIEF_SOURCE_DIR "/docs/evidence/verifier.md");
     const std::string text{std::istreambuf_iterator<char>(page), {}};
     EXPECT_NE(text.find(table), std::string::npos)
-        << "docs/verifier.md does not hold the table that is now in " << file;
+        << "docs/evidence/verifier.md does not hold the table that is now in " << file;
   }
 };
 

@@ -1,0 +1,45 @@
+// Other fibres for the same surface: what tools ask of whoever makes cages, and what they get.
+#pragma once
+
+#include <relief/base/error.h>
+#include <relief/base/progress.h>
+#include <relief/core/snapshot.h>
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace relief {
+
+/// All within `radius` of the segment from a to b; model units.
+struct Capsule {
+  /// its ends, model units
+  Vec3d a, b;
+  double radius = 0;  ///< its radius, model units
+  /// Unit, from the surface towards where the tool comes from: slabs whose fibres point away from it stay as they are,
+  /// as the tools leave them. Zero: a slab is meant where its surface lies in the capsule.
+  Vec3d axis = {};
+};
+
+/// Holds what a stroke takes away and what it fills: fibres are to reach beyond both.
+struct RoomWanted {
+  /// where material will be taken away, and where it will be added
+  std::vector<Capsule> cut, fill;
+  /// Returns whether nothing is asked for.
+  [[nodiscard]] bool empty() const noexcept { return cut.empty() && fill.empty(); }
+};
+
+/// The same surface on a cage whose fibres were moved, certified again. Slabs keep their numbers, those beside which no
+/// fibre was moved their tiles, too.
+struct Room {
+  SnapshotPtr model = {};    ///< null where no fibre could be moved
+  std::size_t fibres = 0;    ///< that were moved
+  std::size_t lacking = 0;   ///< that still do not reach as far as was wanted
+  double surface_moved = 0;  ///< the farthest that the surface moved, model units
+};
+
+/// Makes room. Called on a thread of its own or on that of the edits, never on a servo's; takes 0.1 s and
+/// more. Errors: Cancelled, and what its maker says.
+using RoomMaker = std::function<Result<Room>(const SnapshotPtr& surface, const RoomWanted& wanted, const Progress&)>;
+
+}  // namespace relief

@@ -1,0 +1,262 @@
+// Strokes that need room, and other changes of the cage: steps of the one history like all others.
+#include "document_support.h"
+#include "support/longer_fibres.h"
+
+#include <relief/core/detail.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace relief {
+namespace {
+
+using testing::ball;
+using testing::Events;
+using testing::post;
+using testing::stroke_over_ball;
+using testing::with_longer_fibres;
+
+/// A tap deeper than the clay, which is 0.2 thick.
+Stroke deep_tap(double depth) {
+  Stroke stroke;
+  stroke.brush = {.tool = Tool::Carve, .radius = depth, .strength = 1};
+  stroke.label = "deep";
+  stroke.points = {{0, {0.6, 0, 0.8}, 1}, {0.1, {0.6, 0, 0.8}, 1}};
+  return stroke;
+}
+
+Stroke long_deposit() {
+  Stroke stroke;
+  stroke.brush = {.tool = Tool::Deposit, .radius = 0.3, .strength = 1};
+  stroke.label = "lump";
+  for (int k = 0; k <= 60; ++k) stroke.points.push_back({0.02 * k, {0.6, 0, 0.8}, 1});
+  return stroke;
+}
+
+double lowest(const Snapshot& model) {
+  double least = 9;
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+    const int n = model.slab_mesh().intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) least = std::min(least, length(sample_position(model, s, {i, j})));
+  }
+  return least;
+}
+
+Result<Room> twice_as_long(const SnapshotPtr& surface, const RoomWanted&, const Progress&) {
+  return Room{.model = with_longer_fibres(surface, 1, 2), .fibres = surface->slab_mesh().root_fibres().size()};
+}
+
+TEST(RoomUnderAStroke, ACutGoesAsDeepAsItWantsTo) {
+  Events without, with;
+  Document plain(ball(), without.settings());
+  post(plain, deep_tap(0.35));
+  plain.settle();
+  EXPECT_GE(lowest(*plain.head()), 0.79) << "the clay ends there";
+  EXPECT_GT(without.of<StrokeFinished>().back().result.limited, 0U);
+
+  DocumentSettings settings = with.settings();
+  settings.make_room = twice_as_long;
+  Document document(ball(), std::move(settings));
+  const std::uint64_t before = document.head()->content_hash();
+  post(document, deep_tap(0.35));
+  document.settle();
+  EXPECT_NEAR(lowest(*document.head()), 0.65, 0.02);
+  const std::uint64_t after = document.head()->content_hash();
+  EXPECT_EQ(with.of<StrokeFinished>().back().result.limited, 0U);
+  EXPECT_LE(with.of<RoomAsked>().size(), 2U) << "while the stroke goes on, and at its end";
+  ASSERT_GE(with.of<RoomEnded>().size(), 1U);
+  EXPECT_GT(with.of<RoomEnded>()[0].fibres, 0U);
+  EXPECT_TRUE(validate(*document.head()));
+  document.post(Undo{});
+  document.settle();
+  EXPECT_EQ(document.head()->content_hash(), before) << "one step takes back the stroke and its room";
+  document.post(Redo{});
+  document.settle();
+  EXPECT_EQ(document.head()->content_hash(), after);
+  document.post(Undo{});
+  post(document, stroke_over_ball(3));
+  document.settle();
+  EXPECT_TRUE(validate(*document.head()));
+}
+
+TEST(RoomUnderAStroke, ALumpGrowsOn) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = twice_as_long;
+  Document document(ball(), std::move(settings));
+  post(document, long_deposit());
+  document.settle();
+  EXPECT_EQ(events.of<StrokeFinished>().back().result.limited, 0U);
+  EXPECT_GE(events.of<RoomEnded>().size(), 1U);
+  const SurfacePoint top =
+      *raycast(*document.head(), {{6, 0, 8}, {-0.6, 0, -0.8}}).transform([](RayHit h) { return h.point; });
+  EXPECT_GT(length(top.position), 1.3) << "it could be 1.2 before";
+}
+
+TEST(RoomUnderAStroke, IsTheSameForAHandThatIsStillAtIt) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  settings.make_room = twice_as_long;
+  Document whole(ball(), settings), live(ball(), settings);
+  const Stroke stroke = long_deposit();
+  post(whole, stroke);
+  whole.settle();
+  live.post(BeginStroke{.brush = stroke.brush, .tip = stroke.tip, .label = stroke.label, .source = 0});
+  for (const StrokePoint& p : stroke.points) {
+    live.post(MoveStroke{{p}, 0});
+    live.settle();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  live.post(EndStroke{0});
+  live.settle();
+  EXPECT_EQ(live.head()->content_hash(), whole.head()->content_hash());
+}
+
+TEST(RoomUnderAStroke, CannotAlwaysBeMade) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  std::atomic<int> asked = 0;
+  settings.make_room = [&](const SnapshotPtr&, const RoomWanted& wanted, const Progress&) -> Result<Room> {
+    ++asked;
+    EXPECT_FALSE(wanted.cut.empty());
+    return Room{.model = nullptr, .lacking = 7};
+  };
+  Document document(ball(), std::move(settings));
+  post(document, deep_tap(0.35));
+  document.settle();
+
+  EXPECT_GE(asked, 1);
+  EXPECT_LE(asked, 2) << "while the stroke goes on, and at its end";
+  EXPECT_GT(events.of<StrokeFinished>().back().result.limited, 0U);
+  EXPECT_TRUE(events.of<StrokeFinished>().back().result.changed);
+  ASSERT_GE(events.of<RoomEnded>().size(), 1U);
+  EXPECT_EQ(events.of<RoomEnded>()[0].fibres, 0U);
+  EXPECT_EQ(events.of<RoomEnded>()[0].lacking, 7U);
+  // A stroke that has enough asks nobody.
+  post(document, stroke_over_ball(0));
+  document.settle();
+  EXPECT_LE(asked, 2);
+}
+
+TEST(RoomUnderAStroke, CanBeCancelled) {
+  Events events;
+  DocumentSettings settings = events.settings();
+  std::atomic<int> asked = 0;
+  settings.make_room = [&](const SnapshotPtr&, const RoomWanted&, const Progress& progress) -> Result<Room> {
+    ++asked;
+    while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return fail(Errc::Cancelled, "cancelled");
+  };
+  Document document(ball(), std::move(settings));
+  const std::uint64_t before = document.head()->content_hash();
+  const Stroke stroke = deep_tap(0.35);
+  document.post(BeginStroke{.brush = stroke.brush, .tip = false, .label = "deep", .source = 4});
+  document.post(MoveStroke{stroke.points, 4});
+  while (asked < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  document.post(CancelStroke{4});
+  document.settle();
+  EXPECT_EQ(document.head()->content_hash(), before);
+  EXPECT_TRUE(events.of<StrokeFinished>().back().cancelled);
+  post(document, stroke, 4);
+  // While room is made for it or at its end, whichever comes first.
+  while (events.of<StrokeFinished>().size() < 2) {
+    document.post(CancelStroke{4});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(events.of<StrokeFinished>().back().cancelled);
+  EXPECT_EQ(document.head()->content_hash(), before);
+  EXPECT_TRUE(document.close());
+}
+
+/// All slabs cut once.
+Result<SnapshotPtr> finer(const SnapshotPtr& model, const Progress&) {
+  Detail detail;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) detail.cuts.push_back(s);
+  return with_detail(model, detail);
+}
+
+TEST(ChangeOfTheCage, IsAStepOfTheHistory) {
+  Events events;
+  Document document(ball(), events.settings());
+  std::vector<std::uint64_t> hashes = {document.head()->content_hash()};
+  const auto next = [&] {
+    document.settle();
+    hashes.push_back(document.head()->content_hash());
+  };
+  post(document, stroke_over_ball(0));
+  next();
+  const SlabId before = document.head()->slab_mesh().slab_count();
+  document.post(ChangeCage{.label = "finer", .details = {}, .make = finer});
+  while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  next();
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(document.head()->slab_mesh().slab_count(), 4 * before);
+  post(document, stroke_over_ball(4));
+  next();
+  EXPECT_EQ(document.labels(), (std::vector<std::string>{"stroke 1", "finer", "stroke 5"}));
+  for (std::size_t k = hashes.size() - 1; k > 0; --k) {
+    document.post(Undo{});
+    document.settle();
+    EXPECT_EQ(document.head()->content_hash(), hashes[k - 1]);
+  }
+  for (std::size_t k = 1; k < hashes.size(); ++k) {
+    document.post(Redo{});
+    document.settle();
+    EXPECT_EQ(document.head()->content_hash(), hashes[k]);
+  }
+}
+
+TEST(ChangeOfTheCage, IsMadeAgainWhereTheModelHasChangedMeanwhile) {
+  Events events;
+  Document document(ball(), events.settings());
+  std::atomic<int> made = 0;
+  document.post(
+      ChangeCage{.label = "finer", .details = {}, .make = [&](const SnapshotPtr& model, const Progress& progress) {
+                   // Whoever asks first loses.
+                   if (made++ < 2) {
+                     post(document, stroke_over_ball(made));
+                     document.settle();
+                   }
+                   return finer(model, progress);
+                 }});
+  while (events.of<CageChanged>().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(made, 3);
+  EXPECT_TRUE(events.of<CageChanged>()[0].changed);
+  EXPECT_EQ(document.labels().back(), "finer");
+  EXPECT_EQ(document.labels().size(), 3U) << "no stroke was lost";
+  document.post(Undo{});
+  document.settle();
+  const SlabId before = document.head()->slab_mesh().slab_count();
+  document.post(Redo{});
+  document.settle();
+  EXPECT_EQ(document.head()->slab_mesh().slab_count(), 4 * before);
+}
+
+TEST(ChangeOfTheCage, ThatFailsOrIsCancelledLeavesNothing) {
+  Events events;
+  Document document(ball(), events.settings());
+  const std::uint64_t before = document.head()->content_hash();
+  document.post(
+      ChangeCage{.label = "no", .details = {}, .make = [](const SnapshotPtr&, const Progress&) -> Result<SnapshotPtr> {
+                   return fail(Errc::InvalidArgument, "it cannot be done");
+                 }});
+  std::atomic<bool> making = false;
+  document.post(ChangeCage{.label = "never",
+                           .details = {},
+                           .make = [&](const SnapshotPtr&, const Progress& progress) -> Result<SnapshotPtr> {
+                             making = true;
+                             while (!progress.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                             return fail(Errc::Cancelled, "cancelled");
+                           }});
+  while (!making) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  document.post(CancelChanges{});
+  while (events.of<CageChanged>().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(events.of<Failed>().size(), 1U) << "a cancelled one is no failure";
+  EXPECT_EQ(document.head()->content_hash(), before);
+  EXPECT_TRUE(document.labels().empty());
+}
+
+}  // namespace
+}  // namespace relief

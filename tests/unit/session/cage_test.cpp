@@ -1,0 +1,126 @@
+// Cages that change by strokes: what the history counts, and recordings on models that were cut.
+#include <relief/session/history.h>
+#include <relief/session/recorder.h>
+#include <relief/session/replay.h>
+
+#include <gtest/gtest.h>
+#include <support/cuts.h>
+#include <support/folder.h>
+#include <support/shells.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace relief {
+namespace {
+
+using detail::History;
+using testing::displaced;
+using testing::Folder;
+using testing::RandomCuts;
+using testing::sphere_shell;
+
+SnapshotPtr with_cut(const SnapshotPtr& model, SlabId slab) {
+  RandomCuts cuts(model);
+  cuts.cut(slab);
+  return cuts.model();
+}
+
+SnapshotPtr ball(int levels, int n) {
+  return displaced(sphere_shell(levels, n), [](Vec3d p) { return 0.5 + 0.02 * std::sin(9 * p.x); });
+}
+
+TEST(HistoryOfCages, CountsThoseThatOnlyItHolds) {
+  const SnapshotPtr first = ball(3, 8);
+  History history(first, {}, 0);
+  EXPECT_EQ(history.bytes(), 0U);
+  const SnapshotPtr cut = with_cut(first, 7);
+  history.push(cut, "cut", {});
+  // Of the state before: its cage, and the tile that the cut one has no more.
+  const std::size_t old_cage = first->slab_mesh().bytes_beside(&cut->slab_mesh());
+  EXPECT_GE(old_cage, first->slab_mesh().slab_count() * sizeof(Slab));
+  EXPECT_GE(history.bytes(), old_cage + first->tile(Layer::Displacement, 7).bytes());
+  EXPECT_LT(history.bytes(), old_cage + first->tile(Layer::Displacement, 7).bytes() + 4096);
+  history.move_to(0, first);
+  const std::size_t new_cage = cut->slab_mesh().bytes_beside(&first->slab_mesh());
+  EXPECT_GE(history.bytes(), new_cage + 4 * cut->tile(Layer::Displacement, 7).bytes());
+  EXPECT_EQ(history.fit(history.bytes(), true), 0U);
+  EXPECT_EQ(history.held(), 2U);
+  history.saved_up_to(2);
+  history.fit(history.bytes() - 1, true);
+  EXPECT_EQ(history.held(), 1U);
+  EXPECT_EQ(history.bytes(), 0U);
+}
+
+/// A cage with other grids alone shares what does not depend on them.
+TEST(HistoryOfCages, CountsSharedPartsOnce) {
+  const SnapshotPtr first = ball(3, 8);
+  const auto finer = with_detail(first, {.cuts = {}, .grids = {{Layer::Displacement, 3, 16}}});
+  ASSERT_TRUE(finer);
+  const SlabMesh &a = first->slab_mesh(), &b = (*finer)->slab_mesh();
+  EXPECT_LT(2 * b.bytes_beside(&a), b.bytes_beside(nullptr));
+  EXPECT_EQ(b.bytes_beside(&b), 0U);
+  EXPECT_GT(with_cut(first, 3)->slab_mesh().bytes_beside(&a), a.bytes_beside(nullptr));
+}
+
+/// Comes down on the ball, slides over it and lifts off.
+std::vector<DeviceState> motion() {
+  std::vector<DeviceState> readings;
+  for (int k = 0; k < 800; ++k) {
+    const double phase = k / 800.0, side = 1.2 * phase, reach = 1.25 - 0.32 * std::sin(std::numbers::pi * phase);
+    DeviceState reading;
+    reading.t = k * 1e-3;
+    reading.position = Vec3d{std::sin(side), 0.3 * std::cos(7 * side), std::cos(side)} * (reach * 0.05);
+    readings.push_back(reading);
+  }
+  return readings;
+}
+
+/// The model of a recording is found by its content among the strokes of its file, and the servo does the same on it.
+TEST(RecordingsOfCages, AModelThatWasCutComesBackBitForBit) {
+  const Folder folder;
+  RandomCuts cuts(ball(2, 16), 3);
+  auto file = ModelFile::create(folder / "a.relief", {.info = {}, .head = cuts.model()});
+  ASSERT_TRUE(file) << file.error().message;
+  const auto cut_some = [&] {
+    for (int k = 0; k < 5; ++k) cuts.cut_one(3);
+    const Status done = file->commit(cuts.model(), {.label = "cut"});
+    ASSERT_TRUE(done) << done.error().message;
+  };
+  cut_some();
+  cut_some();
+  const SnapshotPtr model = cuts.model();
+  const ServoSettings settings = {.workspace = {.metres_per_unit = 0.05}, .force = {.friction = 0.4}};
+  auto recorder = Recorder::create(folder / "a.rlog", Recorder::Pace::Path,
+                                   {.program = "test", .model = folder / "a.relief", .model_strokes = 2}, model,
+                                   settings, DeviceInfo{.name = "hand"});
+  ASSERT_TRUE(recorder) << recorder.error().message;
+  Servo servo(settings, DeviceInfo{});
+  std::uint64_t number = 0;
+  for (const DeviceState& reading : motion()) {
+    ServoTick tick;
+    tick.number = number++;
+    tick.model = model.get();
+    tick.reading = reading;
+    tick.sample = servo.step(*model, reading);
+    recorder->tick(tick);
+  }
+  ASSERT_TRUE(recorder->finish(nullptr));
+  cut_some();
+  EXPECT_NE(file->model().head->content_hash(), model->content_hash());
+  file = fail(Errc::NotFound, "closed");
+  auto replay = Replay::open(folder / "a.rlog");
+  ASSERT_TRUE(replay) << replay.error().message;
+  const auto found = find_model(*replay, folder / "a.relief");
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ((*found)->content_hash(), model->content_hash());
+  const auto verified = verify(*replay, *found);
+  ASSERT_TRUE(verified) << verified.error().message;
+  EXPECT_TRUE(verified->holds());
+  EXPECT_EQ(verified->checked, 800U);
+}
+
+}  // namespace
+}  // namespace relief
