@@ -1,7 +1,7 @@
-// Draws what holds the surface contact point: at an edge, past the middle of a thin part, and beside its edge. Each
-// picture is a section through a body that lies along z. Outlines, contact points and forces are the libraries' own
-// answers; grey is what another rule would do. Writes contact-*.svg into the folder that is named, or where it is
-// started.
+// Draws what holds the tool: a contact point at an edge, past the middle of a thin part and beside its edge, and a ball
+// over a groove. Each picture is a section through a body that lies along z. Outlines, contact points and forces are
+// the libraries' own answers; grey is what another rule would do. Writes contact-*.svg into the folder that is named,
+// or where it is started.
 #include <relief/convert/convert.h>
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
@@ -139,17 +139,23 @@ class Picture {
     dot_at(felt.cursor, kTool);
     if (felt.contact) dot_at(felt.contact_point, kPoint);
   }
+  /// The outline of a ball.
+  void ball(Vec3d centre, double radius, std::string_view colour) {
+    const auto [x, y] = pixel(centre);
+    add(fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="none" stroke="{}" stroke-width="1.6"/>)", x, y,
+                    radius * scale_, colour));
+  }
   /// Beginning at a place.
   void text(Vec3d place, std::string_view words) {
     const auto [x, y] = pixel(place);
     add(fmt::format(R"(<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>)", x, y, kInk, words));
   }
-  /// What the colours mean; `other` is grey.
-  void legend(std::string_view other) {
+  /// What the colours mean: `held` is red, `other` grey.
+  void legend(std::string_view other, std::string_view held = "contact point") {
     add(fmt::format(R"(<rect y="{}" width="{}" height="{}" fill="{}"/>)", kHigh - kFoot, kWide, kFoot, kPaper));
     double x = 18;
     for (const auto& [colour, words] : std::array<std::pair<std::string_view, std::string_view>, 4>{
-             {{kTool, "tool"}, {kPoint, "contact point"}, {kForce, "force on the hand"}, {kOther, other}}}) {
+             {{kTool, "tool"}, {kPoint, held}, {kForce, "force on the hand"}, {kOther, other}}}) {
       if (words.empty()) continue;
       circle(x, kHigh - kFoot / 2, 4.5, colour);
       add(fmt::format(R"(<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>)", x + 11, kHigh - kFoot / 2 + 5, kInk,
@@ -198,10 +204,13 @@ class Picture {
 };
 
 /// A hand without weight leads the tool along straight pieces, by `step` in each millisecond. What was felt in each.
-std::vector<relief::ServoSample> led(const relief::Snapshot& model, const std::vector<Vec3d>& corners, double step) {
+std::vector<relief::ServoSample> led(const relief::Snapshot& model, const std::vector<Vec3d>& corners, double step,
+                                     double radius = 0) {
   const relief::DeviceInfo device = {.max_force = 1000, .max_stiffness = 1000, .max_force_rate = 1e6};
   const relief::Workspace space = relief::fit_workspace(device, model.slab_mesh().bounds());
-  relief::Servo servo({.workspace = space, .force = {.damping = 0, .exact_normals = true, .guard = false}}, device);
+  relief::Servo servo(
+      {.workspace = space, .force = {.damping = 0, .exact_normals = true, .guard = false}, .tool = {.radius = radius}},
+      device);
   std::vector<relief::ServoSample> felt;
   double t = 0;
   for (std::size_t k = 0; k + 1 < corners.size(); ++k) {
@@ -293,9 +302,44 @@ bool side(const std::filesystem::path& folder) {
                       "Pressed near the middle the contact point holds; beside the edge it goes to the other side");
 }
 
+/// A groove that is too narrow at its foot for the ball of a tool.
+bool groove(const std::filesystem::path& folder) {
+  const SnapshotPtr block =
+      solid({{-0.5, -0.2}, {0.5, -0.2}, {0.5, 0.3}, {0.1, 0.3}, {0, 0.1}, {-0.1, 0.3}, {-0.5, 0.3}}, 0.3, 3);
+  if (!block) return false;
+  constexpr double kRadius = 0.06, kHigh = 0.2;
+  const auto felt = led(*block, {at(-0.3, 0.5), at(-0.3, kHigh), at(0.3, kHigh), at(0.3, 0.5)}, 4e-4, kRadius);
+  Picture picture(at(0, 0.28), 0.9);
+  picture.body(*block);
+  std::vector<Vec3d> tool, centres;
+  std::vector<std::array<Vec3d, 2>> touching;
+  for (const relief::ServoSample& now : felt) {
+    tool.push_back(now.cursor);
+    if (!now.contact) continue;
+    // Without friction and damping the force points from the hand's place to the centre of the ball.
+    const double size = length(now.force);
+    centres.push_back(size > 0 ? now.cursor + now.force * (now.depth / size) : now.cursor);
+    touching.push_back({now.cursor, centres.back()});
+  }
+  picture.line(tool, Picture::kTool, 1.6);
+  picture.line(centres, Picture::kPoint, 2.4);
+  constexpr std::size_t kMoments = 7;
+  for (std::size_t k = 0; k < kMoments && !touching.empty(); ++k) {
+    const auto [hand, centre] = touching[touching.size() * (2 * k + 1) / (2 * kMoments)];
+    if (length(centre - hand) > 0) picture.arrow(hand, centre - hand, 46, Picture::kForce);
+    picture.ball(centre, kRadius, Picture::kPoint);
+    picture.dot_at(centre, Picture::kPoint);
+    picture.dot_at(hand, Picture::kTool);
+  }
+  picture.legend("", "centre of the ball");
+  return picture.save(
+      folder / "contact-ball.svg",
+      "A ball is led over a groove: its centre stays a radius away from the surface, on both sides at once");
+}
+
 }  // namespace
 
 int main(int count, char** words) {
   const std::filesystem::path folder = count > 1 ? words[1] : ".";
-  return edge(folder) && thin(folder) && side(folder) ? 0 : 1;
+  return edge(folder) && thin(folder) && side(folder) && groove(folder) ? 0 : 1;
 }

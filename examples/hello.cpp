@@ -1,4 +1,5 @@
 // From nothing to a carved model: make a mesh, convert it, touch it, carve it, save it.
+// region begin
 #include <relief/convert/convert.h>
 #include <relief/core/query.h>
 #include <relief/edit/editor.h>
@@ -16,6 +17,8 @@ int failed(const relief::Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // end begin
+
   // region convert
   const auto mesh = argc > 1 ? relief::import_mesh(argv[1]) : relief::make_sample("pumpkin", 50'000);
   if (!mesh) return failed(mesh.error());  // one sentence that names the file and the place in it

@@ -23,6 +23,8 @@ def unpack(blob, width):
 def cage(part):
     return db.execute("SELECT data FROM cage WHERE part = ?", [part]).fetchone()[0]
 
+if db.execute("SELECT count(*) FROM cage WHERE part NOT IN ('fibres', 'slabs')").fetchone()[0]:
+    sys.exit("strokes have changed its cage, which this example does not follow")
 fibres = list(struct.iter_unpack("<6d", unpack(cage("fibres"), 8)))
 slabs = list(struct.iter_unpack("<4I", unpack(cage("slabs"), 4)))
 

@@ -18,34 +18,43 @@ struct FacePoint {
 };
 using Line = std::vector<FacePoint>;
 
-enum BrushNumber : std::uint32_t { Cutter, Builder, DarkPaint, LightPaint, Blush };
+enum BrushNumber : std::uint32_t { Cutter, Smoother, Builder, DarkPaint, LightPaint, Blush };
 
-/// Zigzag that fills a triangle from its top to its base in `rows` passes.
-Line fill_triangle(FacePoint top, FacePoint left, FacePoint right, int rows) {
+/// A hole of the face: a zigzag that fills it, then once around it, which leaves a clean rim.
+Line fill(const Line& top, const Line& bottom) {
   Line line;
-  for (int k = 0; k <= rows; ++k) {
-    const double t = static_cast<double>(k) / rows;
-    const FacePoint a = {std::lerp(top.x, left.x, t), std::lerp(top.y, left.y, t)};
-    const FacePoint b = {std::lerp(top.x, right.x, t), std::lerp(top.y, right.y, t)};
-    line.push_back(k % 2 == 0 ? a : b);
-    line.push_back(k % 2 == 0 ? b : a);
+  for (std::size_t k = 0; k < top.size(); ++k) {
+    line.push_back(k % 2 == 0 ? top[k] : bottom[k]);
+    line.push_back(k % 2 == 0 ? bottom[k] : top[k]);
   }
+  line.insert(line.end(), bottom.rbegin(), bottom.rend());
+  line.insert(line.end(), top.begin(), top.end());
   return line;
 }
 
-/// A grin with teeth: along the lower lip and back along a jagged upper one.
+/// A triangle that stands on its base, filled in `columns` passes.
+Line triangle(FacePoint tip, double half_width, double height, int columns) {
+  Line top, bottom;
+  for (int k = 0; k <= columns; ++k) {
+    const double side = 2.0 * k / columns - 1;
+    bottom.push_back({tip.x + side * half_width, tip.y - height});
+    top.push_back({tip.x + side * half_width, tip.y - height * std::abs(side)});
+  }
+  return fill(top, bottom);
+}
+
+/// A grin with two teeth.
 Line grin() {
-  Line line;
-  for (int k = 0; k <= 16; ++k) {
-    const double x = -0.5 + k / 16.0;
-    line.push_back({x, -0.62 + 1.15 * x * x});
+  constexpr int kColumns = 40;
+  Line top, bottom;
+  for (int k = 0; k <= kColumns; ++k) {
+    const double x = -0.5 + static_cast<double>(k) / kColumns, side = std::abs(x);
+    const bool tooth = side > 0.10 && side < 0.28;
+    const double lip = -0.72 + 1.85 * x * x;
+    bottom.push_back({x, lip});
+    top.push_back({x, std::max(lip, -0.46 + 0.75 * x * x - (tooth ? 0.11 : 0.0))});
   }
-  for (int k = 8; k >= 0; --k) {
-    const double x = -0.44 + 0.11 * k;
-    const double tooth = k % 2 == 0 ? 0.0 : 0.06;
-    line.push_back({x, -0.44 + 0.8 * x * x - tooth});
-  }
-  return line;
+  return fill(top, bottom);
 }
 
 Line arc(FacePoint from, FacePoint middle, FacePoint to) {
@@ -68,7 +77,7 @@ class Planner {
   /// or painted adds up over time, so the hand goes slowly there.
   void follow(const Line& line, double depth, std::uint32_t buttons) {
     const std::uint32_t brush = buttons >> 8U;
-    const double work = brush == Cutter ? kWork : brush == DarkPaint ? kPaint : kSlow;
+    const double work = brush <= Smoother ? kWork : brush == DarkPaint ? kPaint : kSlow;
     std::vector<std::optional<RayHit>> places;
     for (std::size_t k = 0; k < line.size(); ++k) {
       const FacePoint to = line[k], from = k > 0 ? line[k - 1] : to;
@@ -109,7 +118,7 @@ class Planner {
   [[nodiscard]] double scale() const { return scale_; }
 
  private:
-  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.04, kPaint = 0.01, kSlow = 0.012;  // m/s
+  static constexpr double kTravel = 0.2, kFeel = 0.08, kWork = 0.05, kPaint = 0.022, kSlow = 0.012;  // m/s
 
   std::optional<RayHit> cast(FacePoint f) const {
     const Vec3d half = box_.extent() * 0.5, centre = box_.centre();
@@ -150,39 +159,42 @@ Performance plan_face(const Snapshot& model, const Workspace& workspace, bool br
   const double d = plan.scale();
   const std::vector<Brush> brushes = {
       {.tool = Tool::Carve, .radius = 0.012 * d, .resilience = 0.002 * d},
+      {.tool = Tool::Smooth, .radius = 0.016 * d, .strength = 0.6},
       {.tool = Tool::Deposit, .radius = 0.024 * d, .strength = 1.0},
-      {.tool = Tool::Paint, .radius = 0.017 * d, .strength = 1.0, .colour = {0.23F, 0.11F, 0.05F}},
+      {.tool = Tool::Paint, .radius = 0.019 * d, .strength = 1.0, .colour = {0.23F, 0.11F, 0.05F}},
       {.tool = Tool::Paint, .radius = 0.018 * d, .strength = 1.0, .colour = {0.98F, 0.87F, 0.55F}},
-      {.tool = Tool::Paint, .radius = 0.045 * d, .strength = 0.3, .colour = {0.80F, 0.20F, 0.12F}}};
-  const Line left_eye = fill_triangle({-0.30, 0.42}, {-0.46, 0.12}, {-0.14, 0.12}, brief ? 3 : 9);
-  const Line right_eye = fill_triangle({0.30, 0.42}, {0.14, 0.12}, {0.46, 0.12}, 9);
-  const Line nose = fill_triangle({0, 0.06}, {-0.08, -0.12}, {0.08, -0.12}, 5);
+      {.tool = Tool::Paint, .radius = 0.035 * d, .strength = 0.3, .colour = {0.80F, 0.20F, 0.12F}}};
+  const Line left_eye = triangle({-0.30, 0.42}, 0.16, 0.30, brief ? 4 : 12);
+  const Line right_eye = triangle({0.30, 0.42}, 0.16, 0.30, 12);
+  const Line nose = triangle({0, 0.06}, 0.08, 0.18, 6);
   const Line mouth = grin();
 
   // Feel first.
   plan.follow(arc({-0.6, 0.1}, {0, 0.35}, {0.6, 0.1}), 0.004, 0);
   if (!brief) plan.follow(arc({0.5, -0.3}, {0, -0.55}, {-0.5, -0.3}), 0.004, 0);
-  // Carve.
-  constexpr double kCut = 0.015;
+  // Carve, and smooth the floor of what was carved.
+  constexpr double kCut = 0.015, kFloor = kCut + 0.004;
+  const Line left_brow = arc({-0.44, 0.48}, {-0.30, 0.66}, {-0.16, 0.52});
+  const Line right_brow = arc({0.16, 0.52}, {0.30, 0.66}, {0.44, 0.48});
   plan.follow(left_eye, kCut, press(Cutter));
+  plan.follow(left_eye, kFloor, press(Smoother));
   if (!brief) {
-    plan.follow(right_eye, kCut, press(Cutter));
-    plan.follow(nose, 0.8 * kCut, press(Cutter));
-    plan.follow(mouth, 0.9 * kCut, press(Cutter));
+    for (const Line& line : {right_eye, nose, mouth}) {
+      plan.follow(line, kCut, press(Cutter));
+      plan.follow(line, kFloor, press(Smoother));
+    }
     // Build brows.
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.012, press(Builder));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.012, press(Builder));
+    plan.follow(left_brow, 0.012, press(Builder));
+    plan.follow(right_brow, 0.012, press(Builder));
   }
   // Paint: into what was carved, on what was built, and the cheeks.
   plan.follow(left_eye, kCut + 0.007, press(DarkPaint));
   if (!brief) {
-    plan.follow(right_eye, kCut + 0.007, press(DarkPaint));
-    plan.follow(nose, 0.8 * kCut + 0.007, press(DarkPaint));
-    plan.follow(mouth, 0.9 * kCut + 0.007, press(DarkPaint));
-    plan.follow(arc({-0.52, 0.40}, {-0.36, 0.66}, {-0.16, 0.50}), 0.004, press(LightPaint));
-    plan.follow(arc({0.16, 0.50}, {0.36, 0.66}, {0.52, 0.40}), 0.004, press(LightPaint));
-    plan.follow(arc({-0.62, -0.12}, {-0.56, -0.2}, {-0.5, -0.12}), 0.010, press(Blush));
-    plan.follow(arc({0.5, -0.12}, {0.56, -0.2}, {0.62, -0.12}), 0.010, press(Blush));
+    for (const Line& line : {right_eye, nose, mouth}) plan.follow(line, kCut + 0.007, press(DarkPaint));
+    plan.follow(left_brow, 0.004, press(LightPaint));
+    plan.follow(right_brow, 0.004, press(LightPaint));
+    plan.follow(arc({-0.40, -0.06}, {-0.36, -0.10}, {-0.32, -0.06}), 0.010, press(Blush));
+    plan.follow(arc({0.32, -0.06}, {0.36, -0.10}, {0.40, -0.06}), 0.010, press(Blush));
   }
   return plan.finish(brushes);
 }

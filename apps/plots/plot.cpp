@@ -14,9 +14,7 @@ namespace {
 /// A drawing area with axes; x and y are data, mapped linearly.
 class Plot {
  public:
-  Plot(double x0, double x1, double y0, double y1) : x0_(x0), x1_(x1), y0_(y0), y1_(y1) {
-    body_ = fmt::format(R"(<svg viewBox="0 0 {} {}" role="img">)", kWidth, kHeight);
-  }
+  Plot(double x0, double x1, double y0, double y1) : x0_(x0), x1_(x1), y0_(y0), y1_(y1) {}
   [[nodiscard]] double x(double v) const { return kLeft + (v - x0_) / (x1_ - x0_) * (kWidth - kLeft - kRight); }
   [[nodiscard]] double y(double v) const {
     return kHeight - kBottom - (v - y0_) / (y1_ - y0_) * (kHeight - kTop - kBottom);
@@ -32,11 +30,11 @@ class Plot {
         y(v), kLeft, kWidth - kRight, kLeft - 6, y(v) + 4, label);
   }
   void add(std::string_view shape) { body_ += shape; }
-  std::string finish(std::string_view x_title, std::string_view y_title) {
-    body_ += fmt::format(
-        R"svg(<text class="mid" x="{}" y="{}">{}</text><text class="mid" transform="translate(14 {}) rotate(-90)">{}</text></svg>)svg",
-        (kLeft + kWidth - kRight) / 2, kHeight - 6, x_title, (kTop + kHeight - kBottom) / 2, y_title);
-    return body_;
+  [[nodiscard]] std::string finish(std::string_view x_title, std::string_view y_title) const {
+    return fmt::format(
+        R"svg(<svg viewBox="0 0 {} {}" role="img"><title>{} over {}</title>{}<text class="mid" x="{}" y="{}">{}</text><text class="mid" transform="translate(14 {}) rotate(-90)">{}</text></svg>)svg",
+        kWidth, kHeight, y_title, x_title, body_, (kLeft + kWidth - kRight) / 2, kHeight - 6, x_title,
+        (kTop + kHeight - kBottom) / 2, y_title);
   }
 
  private:
@@ -166,23 +164,28 @@ std::string times_row(std::string_view what, const TimeHistogram& h) {
                      static_cast<double>(h.max()) * 1e-3);
 }
 
-std::string page(std::string_view title, std::string_view body) {
+std::string page(std::string_view title, std::string_view body, std::string_view style) {
+  // Colours have names, so that the dark scheme is one line.
   static constexpr std::string_view kStyle = R"(
-:root{color-scheme:light}body{font:15px/1.5 system-ui,sans-serif;color:#2b2723;background:#faf8f5;max-width:960px;margin:0 auto;padding:24px}
-h1{font-size:28px;margin:0 0 4px}h2{font-size:19px;margin:32px 0 8px}p{margin:6px 0 12px;max-width:70ch}
-img{width:100%;border-radius:6px;display:block}figure{margin:0}figcaption{font-size:13px;color:#6d655c;margin:4px 0 14px}
-.pair{display:grid;grid-template-columns:1fr 1fr;gap:16px}table{border-collapse:collapse;margin:6px 0}
-th{font-weight:500;text-align:left;padding:3px 18px 3px 0;color:#6d655c}td{padding:3px 18px 3px 0;font-variant-numeric:tabular-nums}
-tr.head th{font-size:13px}svg{width:100%;background:#fff;border:1px solid #e6e0d8;border-radius:6px}
-svg text{font:12px system-ui,sans-serif;fill:#6d655c}.mid{text-anchor:middle}.end{text-anchor:end}
-.grid{stroke:#eee9e2}.trace{fill:#c96f2e;stroke:#c96f2e;stroke-width:.8}.ours{fill:#c96f2e}.null{fill:#8fa3b0}
-.key span{display:inline-block;width:11px;height:11px;border-radius:2px;margin:0 5px 0 14px}
-@media(max-width:640px){.pair{grid-template-columns:1fr}}
+:root{color-scheme:light dark;--ink:#2b2723;--soft:#655d55;--page:#faf8f5;--card:#fff;--line:#e3dcd3;--grid:#eee9e2;--mark:#c25f1d;--null:#7e94a3;--good:#1f7a45;--odd:#8a5a00;--bad:#b3261e}
+@media(prefers-color-scheme:dark){:root{--ink:#ece7e1;--soft:#b3aaa0;--page:#191715;--card:#22201d;--line:#3a3632;--grid:#2e2b28;--mark:#e58a4b;--null:#8fa3b0;--good:#6fcf97;--odd:#f2c14e;--bad:#ff8a80}}
+*{box-sizing:border-box}body{font:16px/1.55 system-ui,sans-serif;color:var(--ink);background:var(--page);max-width:1000px;margin:0 auto;padding:24px 20px 48px}
+h1{font-size:28px;line-height:1.2;margin:0 0 8px}h2{font-size:20px;margin:36px 0 8px}p{margin:6px 0 12px;max-width:70ch}
+img{width:100%;height:auto;border-radius:6px;display:block}figure{margin:0}figcaption{font-size:14px;color:var(--soft);margin:6px 0 16px;max-width:70ch}
+.pair{display:grid;grid-template-columns:1fr 1fr;gap:16px}.wide{overflow-x:auto}table{border-collapse:collapse;margin:6px 0}
+th{font-weight:500;text-align:left;vertical-align:top;padding:4px 18px 4px 0;color:var(--soft)}td{vertical-align:top;padding:4px 18px 4px 0;font-variant-numeric:tabular-nums}
+tr.head th{font-size:14px}svg{width:100%;min-width:520px;display:block;background:var(--card);border:1px solid var(--line);border-radius:6px}
+svg text{font:12px system-ui,sans-serif;fill:var(--soft)}.mid{text-anchor:middle}.end{text-anchor:end}
+.grid{stroke:var(--grid)}.trace{fill:var(--mark);stroke:var(--mark);stroke-width:.8}.ours{fill:var(--mark)}.null{fill:var(--null)}
+.key span{display:inline-block;width:11px;height:11px;border-radius:2px;margin:0 5px 0 14px}.key span:first-child{margin-left:0}
+summary{cursor:pointer;color:var(--soft);margin:24px 0 8px}:focus-visible{outline:3px solid var(--mark);outline-offset:2px}
+@media(max-width:640px){.pair{grid-template-columns:1fr}body{padding:16px 14px 40px}}
 )";
   return fmt::format(
       "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>{0}</title><style>{1}</style></head><body><h1>{0}</h1>{2}</body></html>\n",
-      escaped(title), kStyle, body);
+      "content=\"width=device-width,initial-scale=1\"><title>{0}</title><style>{1}{3}</style></"
+      "head><body><main><h1>{0}</h1>{2}</main></body></html>\n",
+      escaped(title), kStyle, body, style);
 }
 
 }  // namespace relief::plots

@@ -46,7 +46,7 @@ class Envelope {
 inline constexpr std::string_view kTimesHead =
     "<tr class=\"head\"><th>µs</th><th>count</th><th>median</th><th>p99</th><th>p99.9</th><th>max</th></tr>";
 
-/// The whole page; `body` is HTML.
-[[nodiscard]] std::string page(std::string_view title, std::string_view body);
+/// The whole page, light or dark as the reader's system is; `body` is HTML, `style` is CSS beyond that of all pages.
+[[nodiscard]] std::string page(std::string_view title, std::string_view body, std::string_view style = {});
 
 }  // namespace relief::plots

@@ -1,6 +1,8 @@
 // The relief command line: one function per command, all with the same frame around them.
 #pragma once
 
+#include "help.h"
+
 #include <relief/base/error.h>
 #include <relief/base/progress.h>
 #include <relief/core/model.h>
@@ -26,9 +28,12 @@ namespace relief::cli {
 /// `run`.
 struct Context {
   bool json = false;
-  int threads = 0;  ///< 0: as many as the machine has
+  bool quiet = false;           ///< nothing but errors, and JSON where that is asked for
+  bool progress_lines = false;  ///< a line per phase where standard error is no terminal
+  int threads = 0;              ///< 0: as many as the machine has
   Progress progress;
   std::function<Status()> run;
+  Catalogue catalogue;  ///< what the commands say of themselves
 };
 
 /// While it lives, the command has written nothing: where the work does not answer a Ctrl-C within a second, the
@@ -41,13 +46,32 @@ class NothingWritten {
   NothingWritten& operator=(const NothingWritten&) = delete;
 };
 
-/// Adds --json and --threads, and makes `action` what is run when the command is chosen.
-void finish_command(CLI::App& command, Context& context, std::function<Status()> action, bool has_json = true);
+/// Which of the options that commands share one has.
+struct SharedOptions {
+  bool json = true;
+  bool work = true;  ///< --quiet, --progress and --threads
+};
+/// Adds the shared options, and makes `action` what is run when the command is chosen.
+void finish_command(CLI::App& command, Context& context, std::function<Status()> action, SharedOptions shared = {});
+
+/// The names of all commands, in the order in which they were added.
+[[nodiscard]] std::vector<std::string> command_names(const CLI::App& app);
+/// "; the nearest is convert", or nothing where no word is like the text.
+[[nodiscard]] std::string nearest_of(std::string_view text, const std::vector<std::string>& words);
+/// Adds what failed to the JSON of a command: error.code, .message, .file (null where none is to blame) and
+/// .exit_status. Nothing where nothing failed.
+void add_error(nlohmann::ordered_json& json, const Status& ended);
+
+/// What `info` says of a file that is a mesh: what came in, and what of it was passed over.
+[[nodiscard]] Status run_mesh_info(const std::string& file, const Context& context);
 
 void add_convert(CLI::App& app, Context& context);
+/// After add_convert(), of which it takes the options of a conversion.
+void add_batch(CLI::App& app, Context& context);
 void add_verify(CLI::App& app, Context& context);
 void add_info(CLI::App& app, Context& context);
 void add_undo(CLI::App& app, Context& context);
+void add_refine(CLI::App& app, Context& context);
 void add_touch(CLI::App& app, Context& context);
 void add_sculpt(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
@@ -57,6 +81,8 @@ void add_bench(CLI::App& app, Context& context);
 void add_studio(CLI::App& app, Context& context);
 void add_devices(CLI::App& app, Context& context);
 void add_replay(CLI::App& app, Context& context);
+void add_help(CLI::App& app, Context& context);
+void add_completion(CLI::App& app, Context& context);
 
 /// --stiffness, --damping, --friction, --static-friction, --max-force, --exact-normals, --paper-contact, --guard and
 /// --no-guard.
@@ -71,11 +97,14 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 /// The names of the flags that are set.
 [[nodiscard]] std::vector<std::string> flag_names(std::uint32_t flags);
 /// "a, b, c".
-[[nodiscard]] std::string joined(const std::vector<std::string>& words);
+[[nodiscard]] std::string joined(const std::vector<std::string>& words, std::string_view between = ", ");
 /// A line that says how much of a recording is whole where its end is missing; empty where it is not.
 [[nodiscard]] std::string missing_end(const Recording& recording);
-/// A check for options that are real numbers: finite, and from low to high.
-[[nodiscard]] std::function<std::string(const std::string&)> in_range(double low, double high);
+/// Checks for options that are real or whole numbers from low to high, or one of some words. What they describe is in
+/// the help: the range, the words.
+[[nodiscard]] CLI::Validator in_range(double low, double high);
+[[nodiscard]] CLI::Validator whole_in_range(long low, long high);
+[[nodiscard]] CLI::Validator one_of(std::vector<std::string> choices);
 
 /// Refuses, before any work is done, an output that is one of the inputs or another output, a folder, or in a folder
 /// that is not there or is read-only. Empty names are skipped. Errors: InvalidArgument, Io.
@@ -85,8 +114,18 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 /// Refuses a file that holds strokes, or may hold them, for it cannot be read, or is of another kind: what it holds
 /// would be lost. Error: InvalidArgument.
 [[nodiscard]] Status check_strokes(const std::string& out, bool force);
-/// Refuses to write what is no model under the name of one (.relief), also through a link. Error: InvalidArgument.
-[[nodiscard]] Status check_no_model(std::initializer_list<std::string_view> outputs);
+/// An output that is not a model.
+struct OtherOutput {
+  std::string_view file;       ///< empty: not asked for
+  std::string_view kind;       ///< "forces"
+  std::string_view extension;  ///< that such files usually have
+};
+/// Refuses to write such an output under the name of a model (.relief), also through a link. Error: InvalidArgument.
+[[nodiscard]] Status check_no_model(std::initializer_list<OtherOutput> outputs);
+/// Refuses to write a model under another name than NAME.relief, unless it is changed in place. Error: InvalidArgument.
+[[nodiscard]] Status check_model_name(const std::string& out, const std::string& in = {});
+/// Whether a file, or what a link leads to, has the name of a model.
+[[nodiscard]] bool names_model(std::string_view file);
 /// Opens a model and warns on standard error where it has a doubt(). Errors: those of ModelFile::open(), Cancelled.
 [[nodiscard]] Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only = true);
 /// The warning alone, for a model that was opened otherwise. Error: Cancelled.
@@ -97,6 +136,8 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 /// Whether `file` has one of the extensions, whatever their case; the form that an option's check takes.
 [[nodiscard]] std::function<std::string(const std::string&)> has_extension(std::vector<std::string_view> extensions);
 
+/// Writes a warning on standard error, one line without "relief: warning: "; not with --quiet.
+void warn(std::string_view text);
 /// Text for standard output. A closed pipe is no error; any other failure makes the command fail at its end.
 void print(std::string_view text);
 void print_json(const nlohmann::ordered_json& object);

@@ -144,10 +144,6 @@ ordered_json to_json(const std::vector<OutputEnd>& outputs) {
   return json;
 }
 
-void add_error(ordered_json& json, const Status& ended) {
-  if (!ended) json["error"] = {{"code", name(ended.error().code)}, {"message", ended.error().message}};
-}
-
 Status end_of(const std::vector<OutputEnd>& outputs, const std::string& cancelled) {
   std::string rest;
   const OutputEnd* failed = nullptr;
@@ -255,96 +251,115 @@ std::vector<std::string> flag_names(std::uint32_t flags) {
 }
 
 void add_force_options(CLI::App& command, ForceSettings& force) {
-  command.add_option("--stiffness", force.stiffness, "N/m at the hand, at most the device's [default 400]")
+  const std::string section = "Force";
+  command.add_option("--stiffness", force.stiffness, "N/m at the hand, at most the device's")
       ->check(in_range(0, 1e6))
-      ->type_name("N");
-  command.add_option("--damping", force.damping, "N*s/m along the normal, at most the device's [default 1]")
+      ->type_name("K")
+      ->default_str("400")
+      ->group(section);
+  command.add_option("--damping", force.damping, "N*s/m along the normal, at most the device's")
       ->check(in_range(0, 1e4))
-      ->type_name("N");
-  command.add_option("--friction", force.friction, "Coulomb coefficient [0 to 4, default 0: off]")
+      ->type_name("B")
+      ->default_str("1")
+      ->group(section);
+  command.add_option("--friction", force.friction, "Coulomb coefficient")
       ->check(in_range(0, 4))
-      ->type_name("N");
-  command
-      .add_option("--static-friction", force.static_friction,
-                  "That of a tool at rest, never less than --friction [0 to 4, default: as --friction]")
+      ->type_name("MU")
+      ->default_str("0: off")
+      ->group(section);
+  command.add_option("--static-friction", force.static_friction, "that of a tool at rest, never less than --friction")
       ->check(in_range(0, 4))
-      ->type_name("N");
-  command.add_option("--max-force", force.max_force, "Largest force, N [default and at most: the device's]")
+      ->type_name("MU")
+      ->default_str("as --friction")
+      ->group(section);
+  command.add_option("--max-force", force.max_force, "largest force, N, at most the device's")
       ->check(in_range(0, 1e9))
-      ->type_name("N");
-  CLI::Option* exact =
-      command.add_flag("--exact-normals", force.exact_normals,
-                       "Push straight towards the contact point instead of along the interpolated normal");
+      ->type_name("NEWTONS")
+      ->default_str("the device's")
+      ->group(section);
+  CLI::Option* exact = command
+                           .add_flag("--exact-normals", force.exact_normals,
+                                     "push straight towards the contact point, not along the interpolated normal")
+                           ->group(section);
   command
       .add_flag("--paper-contact", force.paper_contact,
-                "Contact as the paper has it: a function of the tool's place alone, lost below the slabs")
-      ->excludes(exact);
-  CLI::Option* on = command.add_flag(
-      "--guard", force.guard,
-      "Passivity control, limits on lasting force, work and speed, gentle first contact [touch: live on]");
+                "contact as in the paper: of the tool's place alone, lost below the slabs")
+      ->excludes(exact)
+      ->group(section);
+  CLI::Option* on = command.add_flag("--guard", force.guard, "switch on passivity control and load limits")
+                        ->default_str("live")
+                        ->group(section);
   command
       .add_flag_callback(
-          "--no-guard", [&force] { force.guard = false; }, "Switch these off [touch: along a path off]")
-      ->excludes(on);
+          "--no-guard", [&force] { force.guard = false; }, "switch off passivity control and load limits")
+      ->default_str("along a path")
+      ->excludes(on)
+      ->group(section);
 }
 
 bool names_guard(const CLI::App& command) { return command.count("--guard") + command.count("--no-guard") > 0; }
 
 void add_live_options(CLI::App& c, LiveOptions& o) {
+  const std::string live = "Live", tool = "Tool";
   CLI::Option* device =
-      c.add_option(
-           "--device", o.device,
-           "A name that `relief devices` lists, such as sim:hand: live for --seconds, a recording also to its end")
-          ->type_name("NAME")
+      c.add_option("--device", o.device, "what touches the model, such as sim:hand; relief devices lists them")
+          ->type_name("DEVICE")
           ->check([](const std::string& name) -> std::string {
             if (name.empty()) return "takes the name of a device, and the one given is empty";
             return name == kReplayDevice ? names_file("") : std::string();
-          });
-  c.add_option("--seconds", o.seconds, "Live: how long [0.01 to 3600]")
+          })
+          ->group(live);
+  c.add_option("--seconds", o.seconds, "how long; a recording is also played to its end")
       ->check(in_range(0.01, 3600))
       ->type_name("SECONDS")
-      ->needs(device);
-  c.add_option("--metres-per-unit", o.metres_per_unit,
-               "Metres of the hand per model unit [default: the diagonal is 0.15 m, or what fits the device]")
+      ->needs(device)
+      ->group(live);
+  c.add_option("--metres-per-unit", o.metres_per_unit, "metres of the hand per model unit")
       ->check(in_range(1e-12, 1e12))
-      ->type_name("METRES");
-  c.add_option("--axes", o.axis_map,
-               "Which device axis is the model's x, y and z, such as y,-x,z; no mirror [default x,y,z]")
+      ->type_name("METRES")
+      ->default_str("the diagonal is 0.15 m, or what fits the device")
+      ->group(live);
+  c.add_option("--axes", o.axis_map, "which device axis is the model's x, y and z, such as y,-x,z; no mirror")
       ->type_name("MAP")
+      ->default_str("x,y,z")
       ->check([](const std::string& map) {
         const auto rotation = rotation_of_axes(map);
         return rotation ? std::string() : rotation.error().message;
-      });
-  add_force_options(c, o.force);
-  c.add_option("--debounce", o.readings.debounce,
-               "Live: how long a button must be up before it counts as released [0 to 1, default 0.02]")
-      ->check(in_range(0, 1))
-      ->type_name("SECONDS");
-  c.add_option("--clutch-button", o.clutch_button,
-               "Live: while this button is down, the device moves and the tool and its force stay [1 to 8]")
-      ->check([](const std::string& text) {
-        const bool known = text.size() == 1 && text[0] >= '1' && text[0] <= '8';
-        return known ? std::string() : "takes a button from 1 to 8, not \"" + printable(text, 40) + "\"";
       })
-      ->type_name("K");
-  c.add_option("--retry", o.loss.give_up_after,
-               "Live: how long a device that does not answer is tried again; it is reopened after 1 s [default 30]")
+      ->group(live);
+  c.add_option("--debounce", o.readings.debounce, "how long a button must be up before it counts as released")
+      ->check(in_range(0, 1))
       ->type_name("SECONDS")
-      ->check(in_range(0, 1e9));
-  c.get_option("--static-friction")->needs("--friction");
-  CLI::Option* radius =
-      c.add_option("--tool-radius", o.tool_radius,
-                   "A ball: its radius in model units, at most 5 % of the diagonal [default: a point]")
-          ->check(in_range(0, 1e300))
-          ->type_name("R");
-  c.add_option("--tool-points", o.tool_points,
-               "A rigid tool: a CSV file x,y,z of at most 1000 points, model units, 0,0,0 being the device's place")
-      ->type_name("FILE")
-      ->excludes(radius)
-      ->check(names_file);
-  c.add_option("--record", o.record, "Record every tick's input and output, REC.rlog, for relief replay")
+      ->default_str("0.02")
+      ->group(live);
+  c.add_option("--clutch-button", o.clutch_button, "while this button is down, the device moves and the tool stays")
+      ->check(whole_in_range(1, 8))
+      ->type_name("K")
+      ->default_str("none")
+      ->group(live);
+  c.add_option("--retry", o.loss.give_up_after, "how long a device that does not answer is tried again")
+      ->type_name("SECONDS")
+      ->check(in_range(0, 1e9))
+      ->default_str("30")
+      ->group(live);
+  c.add_option("--record", o.record, "record every tick for relief replay")
       ->check(names_file)
-      ->type_name("FILE");
+      ->type_name("REC.rlog")
+      ->group(live);
+  CLI::Option* radius =
+      c.add_option("--tool-radius", o.tool_radius, "a ball of this radius, model units, at most 5 % of the diagonal")
+          ->check(in_range(0, 1e300))
+          ->type_name("R")
+          ->default_str("0: a point")
+          ->group(tool);
+  c.add_option("--tool-points", o.tool_points,
+               "a rigid tool: x,y,z of at most 1000 points, model units; 0,0,0 is the device's place")
+      ->type_name("FILE.csv")
+      ->excludes(radius)
+      ->check(names_file)
+      ->group(tool);
+  add_force_options(c, o.force);
+  c.get_option("--static-friction")->needs("--friction");
 }
 
 void complete(const CLI::App& command, LiveOptions& o, bool guarded) {

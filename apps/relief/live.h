@@ -96,8 +96,6 @@ void say_losses(const std::vector<DeviceLoss>& losses, std::size_t& told);
 [[nodiscard]] OutputEnd end_of(const LiveOptions& o, const Recorder& recorder, Status status);
 /// What the run ends in, each output for itself: the first that failed, with what the others hold.
 [[nodiscard]] Status end_of(const std::vector<OutputEnd>& outputs, const std::string& cancelled);
-/// Into the JSON of a run that failed, or was stopped, and left something all the same.
-void add_error(nlohmann::ordered_json& json, const Status& ended);
 [[nodiscard]] Summary summary_of(const SessionStats& stats);
 [[nodiscard]] nlohmann::ordered_json to_json(const Summary& s);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<OutputEnd>& outputs);

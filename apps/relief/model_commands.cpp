@@ -5,6 +5,8 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/core/clay.h>
+#include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
 #include <relief/file/model_file.h>
 #include <relief/mesh/export.h>
@@ -33,10 +35,13 @@ std::size_t distinct_samples(const SlabMesh& mesh) {
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const auto n = static_cast<std::size_t>(mesh.intervals(s));
     count += (n - 1) * (n - 2) / 2;
-    for (int edge = 0; edge < 3; ++edge)
-      if (const SlabId other = mesh.slabs()[s].neighbours[static_cast<std::size_t>(edge)];
-          other == kNoSlab || other > s)
-        count += static_cast<std::size_t>(mesh.edge_intervals(s, edge)) - 1;
+    for (std::size_t edge = 0; edge < 3; ++edge) {
+      const SlabId other = mesh.slabs()[s].neighbours[edge];
+      const EdgeShare share = mesh.slabs()[s].shares[edge];
+      // Where edges hang, the finer side counts.
+      if (share == EdgeShare::Whole ? other == kNoSlab || other > s : share != EdgeShare::Halves)
+        count += static_cast<std::size_t>(mesh.edge_intervals(s, static_cast<int>(edge))) - 1;
+    }
   }
   return count;
 }
@@ -89,7 +94,7 @@ struct TileFaults {
 };
 TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& certificate, const Progress& progress) {
   if (!certificate.holds[0] || progress.cancelled()) return {};
-  const PlainCage shell(head.slab_mesh());
+  const PlainCage roots(head.slab_mesh()), pieces = PlainCage::of_pieces(head.slab_mesh());
   for (const auto& [layer, between] :
        {std::pair{Layer::Displacement, verify::Between::Linear}, std::pair{Layer::Void, verify::Between::Nearer},
         std::pair{Layer::Folded, verify::Between::Nearer}}) {
@@ -101,8 +106,10 @@ TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& cert
       tiles.push_back({tile.intervals(), {tile.plane(), tile.size()}});
       tile.rest();
     }
-    const verify::TileCheck found =
-        verify::check_tiles(view(shell), tiles, between, [&](SlabId s) { head.tile(layer, s).rest(); });
+    const auto was_read = [&](SlabId s) { head.tile(layer, s).rest(); };
+    const verify::TileCheck found = head.slab_mesh().is_cut()
+                                        ? verify::check_tiles(view(roots), view(pieces), tiles, between, was_read)
+                                        : verify::check_tiles(view(pieces), tiles, between, was_read);
     if (found.failure_count > 0)
       return {fmt::format("the tiles of {}: {}", name(layer), found.failures.front().what), found.slabs};
   }
@@ -110,16 +117,20 @@ TileFaults faults_of_tiles(const Snapshot& head, const verify::Certificate& cert
 }
 
 bool claims(Mode mode, verify::Condition condition) { return relief::claims(mode).contains(verify::name(condition)); }
-bool claim_holds(Mode mode, const verify::Certificate& c) {
-  for (std::size_t k = 0; k < c.asked(); ++k)
+/// How many conditions are claimed of a shell: those with the source only where it is as it was made.
+std::size_t claimed(const verify::Certificate& c, bool as_made = true) {
+  return as_made ? c.asked() : verify::kShellConditionCount;
+}
+bool claim_holds(Mode mode, const verify::Certificate& c, bool as_made = true) {
+  for (std::size_t k = 0; k < claimed(c, as_made); ++k)
     if (claims(mode, static_cast<verify::Condition>(k)) && !c.holds[k]) return false;
   return true;
 }
 /// The first sentence about something that the mode claims.
-std::string first_reason(Mode mode, const verify::Certificate& c) {
+std::string first_reason(Mode mode, const verify::Certificate& c, bool as_made = true) {
   for (const verify::Failure& f : c.failures)
-    if (claims(mode, f.condition)) return f.what;
-  for (std::size_t k = 0; k < c.asked(); ++k)
+    if (claims(mode, f.condition) && static_cast<std::size_t>(f.condition) < claimed(c, as_made)) return f.what;
+  for (std::size_t k = 0; k < claimed(c, as_made); ++k)
     if (const auto condition = static_cast<verify::Condition>(k); claims(mode, condition) && !c.holds[k])
       return std::string(verify::name(condition)) + " could not be tested";
   return "no reason given";
@@ -180,10 +191,31 @@ class MendedFile {
   std::filesystem::path target_, temporary_;
 };
 
+/// How deep tools may cut and how high they may build, for a person.
+std::string to_text(const Clay& clay) {
+  const auto side = [](const ClaySide& s) {
+    return fmt::format("{:.2g} % at least, in nine fibres of ten {:.2g} % or more", 100 * s.least, 100 * s.tenth);
+  };
+  return "below the surface " + side(clay.below) + "; above it " + side(clay.above) + " (of the diagonal)";
+}
+
+ordered_json to_json(const Clay& clay) {
+  const auto side = [](const ClaySide& s) {
+    return ordered_json{{"least", s.least},
+                        {"tenth", s.tenth},
+                        {"median", s.median},
+                        {"thin_fibres", s.thin_fibres},
+                        {"thin_samples", s.thin_samples},
+                        {"least_near", {s.least_at.x, s.least_at.y, s.least_at.z}}};
+  };
+  return {{"fibres", clay.fibres}, {"below", side(clay.below)}, {"above", side(clay.above)}};
+}
+
 ordered_json to_json(const Conversion& made, const verify::Certificate& certificate,
                      const std::vector<std::string>& notes, double seconds, double wall_seconds) {
   const ConvertReport& r = made.report;
   ordered_json json;
+  json["verdict"] = verdict(r, made.model.info);
   json["mode"] = name(made.model.info.mode);
   json["slabs"] = r.slabs;
   json["slabs_asked"] = r.slabs_asked;
@@ -191,6 +223,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["wall_seconds"] = wall_seconds;
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};
   json["fibres"] = r.fibres_cast;
+  const ConvertReport::Coverage& coverage = r.coverage;
+  json["coverage"] = {
+      {"visible_share", coverage.share}, {"farthest", coverage.farthest}, {"hidden_share", coverage.hidden}};
+  if (coverage.share < 1)
+    json["coverage"]["missing_near"] = {coverage.missing_near.x, coverage.missing_near.y, coverage.missing_near.z};
   json["samples"] = distinct_samples(made.model.head->slab_mesh());
   json["source_triangles"] = r.source_triangles;
   json["certificate"] = to_json(certificate);
@@ -215,17 +252,30 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
                                           {"near", {part.near.x, part.near.y, part.near.z}},
                                           {"reason", part.reason}});
   if (r.remesh)
-    json["remesh"] = {{"voxel", r.remesh->voxel}, {"sheets", r.remesh->sheets}, {"crumbs", r.remesh->crumbs}};
-  json["mended"] = {{"moved_vertices", r.moved_vertices},   {"moved_most", r.moved_most},
-                    {"parted_vertices", r.parted_vertices}, {"replaced_triangles", r.replaced_triangles},
-                    {"vanished_parts", r.vanished_parts},   {"specks", r.specks},
-                    {"dropped_parts", r.dropped_parts},     {"dropped_slabs", r.dropped_slabs},
-                    {"closed_openings", r.closed_openings}, {"phantom_triangles", r.phantom_triangles}};
+    json["remesh"] = {{"voxel", r.remesh->voxel},     {"sheets", r.remesh->sheets},
+                      {"crumbs", r.remesh->crumbs},   {"lost", r.remesh->lost},
+                      {"to_skin", r.remesh->to_skin}, {"from_skin", r.remesh->from_skin},
+                      {"smooth", r.remesh->is_smooth}};
+  if (r.skin)
+    json["skin"] = {{"dropped", r.skin->dropped},       {"cut", r.skin->cut},
+                    {"coincident", r.skin->coincident}, {"repaired", r.skin->repaired},
+                    {"moved_most", r.skin->moved_most}, {"crossing", r.skin->crossing},
+                    {"specks", r.skin->specks}};
+  json["mended"] = {{"moved_vertices", r.moved_vertices},      {"moved_most", r.moved_most},
+                    {"parted_vertices", r.parted_vertices},    {"replaced_triangles", r.replaced_triangles},
+                    {"vanished_parts", r.vanished_parts},      {"specks", r.specks},
+                    {"dropped_parts", r.dropped_parts},        {"closed_openings", r.closed_openings},
+                    {"phantom_triangles", r.phantom_triangles}};
+  if (r.strays.components > 0)
+    json["mended"]["strays"] = {{"parts", r.strays.components},
+                                {"triangles", r.strays.triangles},
+                                {"near", {r.strays.near.x, r.strays.near.y, r.strays.near.z}}};
   if (r.replaced_triangles > 0) {
     json["mended"]["replaced_widest"] = r.replaced_widest;
     json["mended"]["replaced_near"] = {r.replaced_near.x, r.replaced_near.y, r.replaced_near.z};
   }
   json["thickness"] = {{"min", r.thickness_min}, {"median", r.thickness_median}};
+  json["clay"] = to_json(r.clay);
   const RepairReport& f = r.repair;
   json["repair"] = {{"welded_vertices", f.welded_vertices},
                     {"sewn_vertices", f.sewn_vertices},
@@ -260,12 +310,27 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
 /// What a conversion may take at its peak.
 std::size_t memory_limit(const TriangleMesh& source) { return (std::size_t{64} << 20) + 300 * source.triangles.size(); }
 
+/// A file that does not say its unit counts as mm. Scans in metres show by their size: less than 5 mm across, or more
+/// than 20 m, is rarely what stood before the scanner.
+void add_doubt_of_size(const TriangleMesh& mesh, std::vector<std::string>& notes) {
+  constexpr double kSmall = 5, kLarge = 20'000;  // mm
+  Box3d box;
+  for (const Vec3d p : mesh.positions) box.add(p);
+  const double across = mesh.empty() ? kSmall : diagonal(box);
+  if (across >= kSmall && across <= kLarge) return;
+  notes.push_back(
+      fmt::format("the file does not say its unit, and {:.3g} mm across would be {}: give --unit m, cm or in if it is "
+                  "another",
+                  across, across < kSmall ? "small" : "large"));
+}
+
 Status run_convert(ConvertOptions& o, const Context& context) {
   const Stopwatch whole;
   o.settings.mode = mode_from_name(o.mode);
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
-  RELIEF_CHECK(check_no_model({o.mended}));
+  RELIEF_CHECK(check_model_name(o.out));
+  RELIEF_CHECK(check_no_model({{o.mended, "meshes", ".ply"}}));
   RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
   context.progress("import", 0);
@@ -282,6 +347,9 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   };
   const auto convert_and_verify = [&]() -> Status {
     made = {};
+    if (names_model(o.in))
+      return fail(Errc::InvalidArgument,
+                  printable(o.in) + ": is a model already; relief refine or relief export takes it");
     RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
     phase_done("import");
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
@@ -289,6 +357,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
         o.unit.empty() ? source.unit.value_or(Unit::Millimetre) : unit_from_name(o.unit).value_or(Unit::Millimetre);
     o.settings.sample_memory = memory_limit(source) / 6;
     notes = std::move(source.notes);
+    if (o.unit.empty() && !source.unit) add_doubt_of_size(source, notes);
     auto converted = convert(std::move(source), o.settings, context.progress);
     // The library does not know the file's name, the user's sentence needs it.
     if (!converted) return fail(converted.error().code, printable(o.in) + ": " + converted.error().message);
@@ -315,15 +384,12 @@ Status run_convert(ConvertOptions& o, const Context& context) {
         certificate.holds[static_cast<std::size_t>(verify::Condition::C5)]) {
       made.model.info.mode = Mode::Tolerant;
       made.report.parts.certified = 0;
-    } else if (o.mode.empty()) {
-      o.settings.mode = Mode::Preview;
-      RELIEF_CHECK(convert_and_verify());
     }
     made.report.not_certified = why;
   }
   // What might have been given up was not.
   if (made.model.info.mode == Mode::Tolerant && claim_holds(Mode::Certified, certificate) &&
-      made.report.hits_none == 0 && made.report.hits_several == 0) {
+      made.report.hits_none == 0 && made.report.hits_several == 0 && is_of_the_source(made.report)) {
     made.model.info.mode = Mode::Certified;
     made.report.parts.certified = made.report.parts.count;
   }
@@ -346,6 +412,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   if (context.json) {
     print_json(to_json(made, certificate, notes, seconds, whole.wall()));
   } else {
+    print(verdict(made.report, made.model.info) + ".\n");
     for (const std::string& note : notes) print(note + "\n");
     print(fmt::format("{}{}: {} slabs, {} mode, {:.2f} CPU s\n", to_string(made.report), o.out, made.report.slabs,
                       name(made.model.info.mode), seconds));
@@ -356,23 +423,61 @@ Status run_convert(ConvertOptions& o, const Context& context) {
 /// The share of the slabs' diagonal within which a sample must lie from where its fibre meets the source.
 constexpr double kSampleTolerance = 1e-6;
 
-/// Compares the samples of all slabs that no stroke has changed.
-verify::SampleCheck compare_samples(const Snapshot& head, const Snapshot& first, const PlainCage& shell,
-                                    const PlainSource& source, const Progress& progress) {
-  constexpr std::array kJudged = {Layer::Displacement, Layer::Void, Layer::Folded};
-  std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
-  for (SlabId s = 0; s < head.slab_mesh().slab_count(); ++s) {
-    const bool as_sampled = std::ranges::all_of(kJudged, [&](Layer layer) {
-      return head.has(layer) == first.has(layer) &&
-             (!head.has(layer) || head.tile(layer, s).same_values(first.tile(layer, s)));
+/// Of each root, whether its fibres are where they were when the model was made.
+std::vector<bool> roots_in_place(const SlabMesh& now, const SlabMesh& made) {
+  std::vector<bool> in_place(now.roots().size());
+  if (!std::ranges::equal(now.roots(), made.roots(), {}, &Slab::fibres, &Slab::fibres)) return in_place;
+  for (std::size_t s = 0; s < in_place.size(); ++s)
+    in_place[s] = std::ranges::all_of(now.roots()[s].fibres, [&](FibreId f) {
+      return now.root_fibres()[f].inner == made.root_fibres()[f].inner &&
+             now.root_fibres()[f].outer == made.root_fibres()[f].outer;
     });
+  return in_place;
+}
+
+constexpr std::array kJudged = {Layer::Displacement, Layer::Void, Layer::Folded};
+
+/// Of each root in place, whether no stroke changed a sample of it: the pieces that it was cut into have what follows
+/// from the samples it had.
+std::vector<bool> roots_as_sampled(const Snapshot& head, const SnapshotPtr& first, std::vector<bool> in_place) {
+  const SlabMesh &mesh = head.slab_mesh(), &made = first->slab_mesh();
+  const auto none = [&] { return std::vector<bool>(in_place.size()); };
+  if (mesh.cuts().size() < made.cuts().size() ||
+      !std::ranges::equal(mesh.cuts().first(made.cuts().size()), made.cuts()) ||
+      mesh.roots().size() != made.roots().size())
+    return none();
+  Detail detail;
+  const auto cuts = mesh.cuts().subspan(made.cuts().size());
+  detail.cuts.assign(cuts.begin(), cuts.end());
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) detail.grids.push_back({Layer::Displacement, s, mesh.intervals(s)});
+  const auto expected = with_detail(first, detail);
+  if (!expected) return none();
+  for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    const bool same = std::ranges::all_of(kJudged, [&](Layer layer) {
+      return head.has(layer) == (*expected)->has(layer) &&
+             (!head.has(layer) || head.tile(layer, s).same_values((*expected)->tile(layer, s)));
+    });
+    if (!same || (s < in_place.size() && made.level(s) > 0)) in_place[mesh.root_place(s).root] = false;
+  }
+  return in_place;
+}
+
+/// Compares the samples of all roots that no stroke has changed.
+verify::SampleCheck compare_samples(const Snapshot& head, const SnapshotPtr& first, const std::vector<bool>& in_place,
+                                    const PlainCage& shell, const PlainSource& source, const Progress& progress) {
+  const std::vector<bool> as_sampled = roots_as_sampled(head, first, in_place);
+  std::array<std::vector<verify::SampleTile>, kJudged.size()> tiles;
+  for (SlabId s = 0; s < as_sampled.size(); ++s)
     for (std::size_t k = 0; k < kJudged.size(); ++k) {
       if (!head.has(kJudged[k])) continue;
-      const Tile& tile = head.tile(kJudged[k], s);
-      tiles[k].push_back(
-          {tile.intervals(), as_sampled ? std::span(tile.plane(), tile.size()) : std::span<const float>()});
+      if (!as_sampled[s]) {
+        const bool was_there = s < first->slab_mesh().roots().size();
+        tiles[k].push_back({was_there ? first->slab_mesh().intervals(s) : head.slab_mesh().roots()[s].intervals, {}});
+        continue;
+      }
+      const Tile& tile = first->tile(kJudged[k], s);
+      tiles[k].push_back({tile.intervals(), std::span(tile.plane(), tile.size())});
     }
-  }
   return verify::check_samples(view(shell), source.view(), tiles[0],
                                kSampleTolerance * diagonal(head.slab_mesh().bounds()),
                                verify::SampleMarks{.voids = tiles[1], .folded = tiles[2]}, progress);
@@ -408,34 +513,48 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   // Opening checks the tiles, too; the verifier does it in its own way.
   RELIEF_TRY(const ModelFile model, ModelFile::open(file, true, context.progress));
   const Mode mode = model.model().info.mode;
-  const PlainCage shell(model.model().head->slab_mesh());
+  const SlabMesh& mesh = model.model().head->slab_mesh();
+  const PlainCage shell(mesh);
+  RELIEF_TRY(const SnapshotPtr first, model.at(0, context.progress));
+  const std::vector<bool> in_place = roots_in_place(mesh, first->slab_mesh());
+  const auto moved = static_cast<std::size_t>(std::ranges::count(in_place, false));
   verify::Certificate certificate;
   verify::SampleCheck samples;
   std::optional<std::size_t> phantoms;  // of the source
   if (source_file.empty()) {
     certificate = verify::check(view(shell), context.progress);
   } else {
-    RELIEF_TRY(TriangleMesh mesh, import_mesh(source_file));
-    const PlainSource source(std::move(mesh));
+    RELIEF_TRY(TriangleMesh triangles, import_mesh(source_file));
+    const PlainSource source(std::move(triangles));
     if (source.phantom_from) phantoms = source.triangles.size() - *source.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);
-    if (certificate.holds[0] && !context.progress.cancelled()) {
-      RELIEF_TRY(const SnapshotPtr first, model.at(0, context.progress));
-      samples = compare_samples(*model.model().head, *first, shell, source, context.progress);
-    }
+    if (certificate.holds[0] && !context.progress.cancelled())
+      samples = compare_samples(*model.model().head, first, in_place, shell, source, context.progress);
   }
-  const bool shell_holds = claim_holds(mode, certificate);
+  const bool shell_holds = claim_holds(mode, certificate, moved == 0);
   const TileFaults tiles = faults_of_tiles(*model.model().head, certificate, context.progress);
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "verification was cancelled.");
   nothing_written.reset();
   // Preview says nothing of where the samples lie.
   const bool samples_hold = mode == Mode::Preview || samples.off == 0;
   const bool holds = shell_holds && tiles.first.empty() && samples_hold;
+  Status verdict_status;
+  if (!holds) {
+    const std::string reason = !shell_holds           ? first_reason(mode, certificate, moved == 0)
+                               : !tiles.first.empty() ? tiles.first
+                                                      : samples.failures.front().what;
+    verdict_status = fail(
+        Errc::Corrupt,
+        fmt::format("{}: it does not hold what {} mode claims ({}); convert it again{}", printable(file), name(mode),
+                    reason, source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
+  }
   if (context.json) {
     ordered_json json;
     json["mode"] = name(mode);
     json["holds"] = holds;
     json["slabs"] = shell.triangles.size();
+    json["pieces"] = mesh.slab_count();
+    json["moved_slabs"] = moved;
     json["certificate"] = to_json(certificate, true);
     json["tiles"] = certificate.holds[0] ? ordered_json(tiles.first.empty()) : ordered_json();
     if (!tiles.first.empty()) json["failed_tiles"] = {{"what", tiles.first}, {"slabs", tiles.slabs}};
@@ -458,6 +577,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
       for (const auto& f : samples.failures)
         json["failed_samples"].push_back({{"slab", f.a}, {"sample", f.b}, {"what", f.what}});
     }
+    add_error(json, verdict_status);
     print_json(json);
   } else {
     for (std::size_t k = 0; k < certificate.asked(); ++k)
@@ -473,16 +593,11 @@ Status run_verify(const std::string& file, const std::string& source_file, const
           samples.tested, samples.at_least ? "at least " : "", samples.off, in_slabs(samples.slabs), samples.worst,
           certificate.source_parts, certificate.source_parts == 1 ? "" : "s", certificate.lattice_step,
           certificate.source_moved));
+    if (moved > 0)
+      print(fmt::format("strokes moved the fibres of {} slab{}: C0 to C4 are claimed\n", moved, moved == 1 ? "" : "s"));
     print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
   }
-  if (holds) return {};
-  const std::string reason = !shell_holds           ? first_reason(mode, certificate)
-                             : !tiles.first.empty() ? tiles.first
-                                                    : samples.failures.front().what;
-  return fail(
-      Errc::Corrupt,
-      fmt::format("{}: it does not hold what {} mode claims ({}); convert it again{}", printable(file), name(mode),
-                  reason, source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
+  return verdict_status;
 }
 
 /// What a stroke's own text says of samples that would have gone beyond their fibre; nothing where it says nothing.
@@ -520,6 +635,7 @@ struct HistoryLine {
 
 Status run_salvage(const std::string& file, const std::string& out, bool force, const Context& context) {
   RELIEF_CHECK(check_outputs({out}, {file}));
+  RELIEF_CHECK(check_model_name(out));
   RELIEF_CHECK(check_strokes(out, force));
   RELIEF_TRY(const Salvaged saved, ModelFile::salvage(file, out, context.progress));
   const std::uint64_t strokes = saved.current - saved.first, redo = saved.last - saved.current;
@@ -535,8 +651,18 @@ Status run_salvage(const std::string& file, const std::string& out, bool force, 
   return {};
 }
 
+int finest_grid(const Snapshot& model, Layer layer) {
+  int finest = 1;
+  for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) finest = std::max(finest, model.intervals(layer, s));
+  return finest;
+}
+
 Status run_info(const std::string& file, bool list_strokes, const Context& context) {
-  RELIEF_TRY(const ModelFile model, open_model(file, context));
+  auto opened = open_model(file, context);
+  // A file of another kind may be a mesh, unless its name says that it was a model.
+  if (!opened && opened.error().code == Errc::UnsupportedFormat && !list_strokes && !names_model(file))
+    return run_mesh_info(file, context);
+  RELIEF_TRY(const ModelFile model, std::move(opened));
   RELIEF_TRY(const std::vector<DamagedStrokes> damage, model.damage(context.progress));
   const ModelInfo& info = model.model().info;
   const Snapshot& head = *model.model().head;
@@ -550,6 +676,7 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
         damage, [&](const DamagedStrokes& lost) { return lost.first <= s.number && s.number <= lost.last; });
     return HistoryLine{s, s.number > model.stroke_count(), damaged};
   };
+  const Clay clay = measure_clay(head, source_diagonal(model.model()));
   int n_min = kMaxIntervals, n_max = 1;
   for (const Slab& s : mesh.slabs()) {
     n_min = std::min(n_min, s.intervals);
@@ -561,8 +688,9 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
   if (context.json) {
     ordered_json json;
     json["mode"] = name(info.mode);
-    json["slabs"] = mesh.slab_count();
-    json["fibres"] = mesh.fibres().size();
+    json["slabs"] = mesh.roots().size();
+    json["pieces"] = mesh.slab_count();
+    json["fibres"] = mesh.root_fibres().size();
     json["samples"] = distinct_samples(mesh);
     json["intervals"] = {{"min", n_min}, {"max", n_max}};
     json["strokes"] = model.stroke_count();
@@ -570,12 +698,13 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
     json["damaged"] = ordered_json::array();
     for (const auto& [first, last] : damage) json["damaged"].push_back({{"first", first}, {"last", last}});
     json["layers"] = layers;
-    if (head.has(Layer::Colour)) json["colour_intervals"] = head.tile(Layer::Colour, 0).intervals();
+    if (head.has(Layer::Colour)) json["colour_intervals"] = finest_grid(head, Layer::Colour);
     json["unit"] = name(info.unit);
     json["source"] = info.source;
     json["source_diagonal"] = info.source_diagonal;
     const Box3d box = mesh.bounds();
     json["bounds"] = {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}};
+    json["clay"] = to_json(clay);
     json["tile_bytes"] = head.bytes();
     json["content_hash"] = fmt::format("{:016x}", head.content_hash());
     if (list_strokes) {
@@ -590,11 +719,12 @@ Status run_info(const std::string& file, bool list_strokes, const Context& conte
   std::string layer_text;
   for (const std::string& layer : layers) layer_text += (layer_text.empty() ? "" : ", ") + layer;
   print(fmt::format(
-      "mode     {}\nsource   {} ({}, diagonal {:.6g})\nslabs    {} of n = {}\nsamples  {} distinct, {:.1f} MiB of "
-      "tiles\nlayers   {}\nstrokes  {}{}\n",
-      name(info.mode), printable(info.source), name(info.unit), info.source_diagonal, mesh.slab_count(),
+      "mode     {}\nsource   {} ({}, diagonal {:.6g})\nslabs    {}{} of n = {}\nsamples  {} distinct, {:.1f} MiB of "
+      "tiles\nclay     {}\nlayers   {}\nstrokes  {}{}\n",
+      name(info.mode), printable(info.source), name(info.unit), info.source_diagonal, mesh.roots().size(),
+      mesh.is_cut() ? fmt::format(", cut into {} pieces", mesh.slab_count()) : "",
       n_min == n_max ? std::to_string(n_min) : fmt::format("{} to {}", n_min, n_max), distinct_samples(mesh),
-      static_cast<double>(head.bytes()) / (1 << 20), layer_text, model.stroke_count(),
+      static_cast<double>(head.bytes()) / (1 << 20), to_text(clay), layer_text, model.stroke_count(),
       model.redo_count() > 0 ? fmt::format(" ({} undone)", model.redo_count()) : ""));
   for (const StrokeRecord& s : strokes) print(line_of(s).text());
   return {};
@@ -624,41 +754,50 @@ Status run_undo(const std::string& file, std::uint64_t strokes, bool forward, co
 
 void add_convert(CLI::App& app, Context& context) {
   auto o = std::make_shared<ConvertOptions>();
-  CLI::App* c = app.add_subcommand("convert", "Make a model from a triangle mesh (PLY, OBJ, STL, OFF, glTF, GLB, 3MF)");
-  c->add_option("IN", o->in, "The mesh")->required()->check(names_file);
-  c->add_option("-o,--output", o->out, "The model, MODEL.relief")->required()->check(names_file);
-  c->add_option("--slabs", o->settings.slabs, "Slabs to aim for (default 200)")->check(CLI::Range(4, 1'000'000));
+  CLI::App* c =
+      app.add_subcommand("convert", "Make a model from a triangle mesh (PLY, OBJ, STL, OFF, glTF, GLB, 3MF, DRC)");
+  context.catalogue[c] = {
+      .group = "Make",
+      .examples = {{"relief convert scan.ply -o scan.relief"},
+                   {"relief convert scan.ply -o fine.relief --slabs 500 --samples 31"},
+                   {"relief convert broken.stl -o solid.relief --remesh", "self-intersecting or open"},
+                   {"relief convert scan.ply -o scan.relief --unit cm --mended mended.ply"}}};
+  c->add_option("MESH", o->in, "the mesh")->required()->check(names_file);
+  c->add_option("-o,--output", o->out, "where to write the model")
+      ->required()
+      ->check(names_file)
+      ->type_name("MODEL.relief");
+  c->add_option("--slabs", o->settings.slabs, "slabs to aim for")
+      ->check(whole_in_range(4, 1'000'000))
+      ->type_name("N")
+      ->default_str("200");
   auto* samples = c->add_option("--samples", o->settings.intervals,
-                                "Intervals n per slab edge, 1 to 128, the same in every slab (the paper used 15); "
-                                "without it chosen per slab, see --error");
-  samples->check(CLI::Range(1, kMaxIntervals));
-  c->add_option(
-       "--error", o->settings.error,
-       "How far the surface may lie from the mended source, share of the diagonal, 1e-7 to 1; slabs get the smallest "
-       "power of two for n that keeps to it, at most 128 (default 1e-4, with samples no finer than the source asks "
-       "for)")
+                                "intervals per slab edge, the same in every slab; the paper used 15");
+  samples->check(whole_in_range(1, kMaxIntervals))->type_name("n")->default_str("per slab");
+  c->add_option("--error", o->settings.error, "allowed distance to the mended mesh, share of the diagonal")
       ->check(in_range(1e-7, 1))
-      ->excludes(samples);
-  c->add_option(
-       "--mode", o->mode,
-       "certified: proven, with more slabs where it takes them, or exit 1; tolerant: the slabs asked for, with samples "
-       "marked whose fibre does not meet the surface once, and on a solid made anew where the surface itself takes "
-       "more; certified where that takes none; "
-       "preview: quick, single slabs are sound; without it certified, else preview")
-      ->check(CLI::IsMember({"certified", "tolerant", "preview"}));
-  c->add_option("--thickness", o->settings.thickness, "Longest fibre, share of the diagonal, 1e-4 to 1 (default 0.1)")
-      ->check(in_range(1e-4, 1));
-  c->add_flag(
-       "--remesh{auto}", o->remesh,
-       "Make the source a solid anew first, for sources that meet themselves or are open; --remesh=VOXEL sets the "
-       "edge of a voxel, share of the diagonal, 1e-5 to 0.1")
-      ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); });
-  c->add_option("--unit", o->unit,
-                "What a model unit is: mm, cm or m, kept for 3MF and glTF (default: what the file says, else mm)")
-      ->check(CLI::IsMember({"mm", "cm", "m"}));
-  c->add_option("--mended", o->mended, "Also write the repaired source, MENDED.ply (double coordinates)")
-      ->check(has_extension({".ply"}));
-  c->add_flag("--force", o->force, "Replace a model that has strokes, or a file that is no model");
+      ->excludes(samples)
+      ->type_name("E")
+      ->default_str("1e-4, no finer than the mesh");
+  c->add_option("--mode", o->mode, "certified: proven, exit 1 if not; tolerant: N slabs, bad samples marked")
+      ->check(one_of({"certified", "tolerant"}))
+      ->type_name("MODE")
+      ->default_str("best that can be proved");
+  c->add_option("--thickness", o->settings.thickness, "longest fibre, share of the diagonal")
+      ->check(in_range(1e-4, 1))
+      ->type_name("T")
+      ->default_str("0.2");
+  c->add_flag("--remesh{auto}", o->remesh,
+              "rebuild the mesh as a solid first; VOXEL: edge of a voxel, share of the diagonal, 1e-5 to 0.1")
+      ->check([](const std::string& text) { return text == "auto" ? std::string() : in_range(1e-5, 0.1)(text); })
+      ->type_name("VOXEL");
+  c->add_option("--unit", o->unit, "what one model unit is")
+      ->check(one_of({"mm", "cm", "m", "in"}))
+      ->default_str("the file's, else mm");
+  c->add_option("--mended", o->mended, "also write the mended mesh, in double precision")
+      ->check(has_extension({".ply"}))
+      ->type_name("FILE.ply");
+  c->add_flag("--force", o->force, "replace a model that has strokes, or a file that is not a model");
   finish_command(*c, context, [o, &context] { return run_convert(*o, context); });
 }
 
@@ -666,11 +805,14 @@ void add_verify(CLI::App& app, Context& context) {
   auto file = std::make_shared<std::string>();
   auto source = std::make_shared<std::string>();
   CLI::App* c = app.add_subcommand("verify", "Check a model with the independent verifier");
-  c->add_option("MODEL", *file, "The model")->required()->check(names_file);
+  context.catalogue[c] = {.group = "Check",
+                          .examples = {{"relief verify scan.relief"},
+                                       {"relief verify scan.relief --source mended.ply", "its fibres, too"}}};
+  c->add_option("MODEL", *file, "the model")->required()->check(names_file);
   c->add_option("--source", *source,
-                "Also prove that every fibre meets this mesh exactly once: what convert --mended wrote, or a clean "
-                "original")
-      ->check(names_file);
+                "prove that every fibre meets this mesh exactly once: what convert --mended wrote, or a clean original")
+      ->check(names_file)
+      ->type_name("MESH.ply");
   finish_command(*c, context, [=, &context] { return run_verify(*file, *source, context); });
 }
 
@@ -680,14 +822,20 @@ void add_info(CLI::App& app, Context& context) {
     bool strokes = false, salvage = false, force = false;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* c = app.add_subcommand("info", "Say what a model holds, and save what is whole of a damaged one");
-  c->add_option("MODEL", o->file, "The model")->required()->check(names_file);
-  auto* strokes = c->add_flag("--strokes", o->strokes, "List the history: every stroke, undone ones at the end");
+  CLI::App* c =
+      app.add_subcommand("info", "Say what a model or a mesh holds, and save what is whole of a damaged model");
+  context.catalogue[c] = {.group = "Check",
+                          .examples = {{"relief info scan.ply", "triangles, unit, size of a mesh"},
+                                       {"relief info scan.relief --strokes", "with the history"},
+                                       {"relief info damaged.relief --salvage -o saved.relief"}}};
+  c->add_option("MODEL", o->file, "the model, or a mesh")->required()->check(names_file);
+  auto* strokes = c->add_flag("--strokes", o->strokes, "list every stroke, undone ones at the end");
   auto* salvage = c->add_flag("--salvage", o->salvage,
-                              "Write the newest whole state of a damaged model, with the strokes that follow it "
-                              "without a gap, and say what is lost");
-  auto* out = c->add_option("-o,--output", o->out, "Where --salvage writes, OUT.relief")->check(names_file);
-  auto* force = c->add_flag("--force", o->force, "Replace a model that has strokes, or a file that is no model");
+                              "write the newest whole state of a damaged model, with the strokes that follow it, and "
+                              "say what is lost");
+  auto* out =
+      c->add_option("-o,--output", o->out, "where --salvage writes")->check(names_file)->type_name("OUT.relief");
+  auto* force = c->add_flag("--force", o->force, "replace a model that has strokes, or a file that is not a model");
   salvage->excludes(strokes)->needs(out);
   out->needs(salvage);
   force->needs(salvage);
@@ -700,10 +848,16 @@ void add_undo(CLI::App& app, Context& context) {
   for (const bool forward : {false, true}) {
     auto file = std::make_shared<std::string>();
     auto strokes = std::make_shared<std::uint64_t>(1);
-    CLI::App* c =
-        app.add_subcommand(forward ? "redo" : "undo", forward ? "Bring undone strokes back" : "Take strokes back");
-    c->add_option("MODEL", *file, "The model, changed in place")->required()->check(names_file);
-    c->add_option("--strokes", *strokes, "How many (default 1)")->check(CLI::Range(1, 1'000'000'000));
+    const std::string name = forward ? "redo" : "undo";
+    CLI::App* c = app.add_subcommand(name, forward ? "Bring undone strokes back" : "Take strokes back");
+    context.catalogue[c] = {.group = "Shape",
+                            .examples = {{"relief " + name + " scan.relief", "the last one"},
+                                         {"relief " + name + " scan.relief --strokes 3"}}};
+    c->add_option("MODEL", *file, "the model, changed in place")->required()->check(names_file);
+    c->add_option("--strokes", *strokes, "how many")
+        ->check(whole_in_range(1, 1'000'000'000))
+        ->type_name("N")
+        ->default_str("1");
     finish_command(*c, context, [=, &context] { return run_undo(*file, *strokes, forward, context); });
   }
 }

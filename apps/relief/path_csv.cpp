@@ -69,7 +69,7 @@ Status for_each_row(const std::filesystem::path& file, std::string_view what,
     for (std::string_view left = line;; ++count) {
       const std::size_t comma = std::min(left.find(','), left.size());
       if (count < values.size() && !parse_number(left.substr(0, comma), values[count]))
-        return fail(Errc::Corrupt, fmt::format("{}: line {}: \"{}\" is no number", shown, line_number,
+        return fail(Errc::Corrupt, fmt::format("{}: line {}: \"{}\" is not a number", shown, line_number,
                                                printable(left.substr(0, comma), 60)));
       if (comma == left.size()) break;
       left.remove_prefix(comma + 1);

@@ -2,8 +2,10 @@
 #include "commands.h"
 
 #include <relief/base/try.h>
+#include <relief/convert/convert.h>
 #include <relief/core/query.h>
 #include <relief/file/model_file.h>
+#include <relief/mesh/import.h>
 #include <relief/render/frame.h>
 
 #include <fmt/format.h>
@@ -25,6 +27,8 @@ constexpr double kLeastWidth = 1e-9;  // model units
 struct RenderOptions {
   std::string model, out, size = "1280x720", view = "front", camera, at, look_at, look = "studio", matcap, map, colour,
                           background;
+  std::string stage;
+  bool remesh = false;
   std::vector<std::string> overlays;
   double tool_radius = 0, width = 0, parallel = 0;
   int supersample = 0;
@@ -132,7 +136,7 @@ Status read_look(const RenderOptions& o, double mm_per_unit, Frame& frame) {
 }
 
 /// Where the options have the picture taken from.
-Result<Camera> find_camera(const RenderOptions& o, const Snapshot& head) {
+Result<Camera> find_camera(const RenderOptions& o, const Box3d& box, const Snapshot* head) {
   const double aspect = static_cast<double>(o.frame.width) / o.frame.height;
   Camera camera;
   if (!o.camera.empty()) {
@@ -140,10 +144,11 @@ Result<Camera> find_camera(const RenderOptions& o, const Snapshot& head) {
     camera = {.eye = {n[0], n[1], n[2]}, .target = {n[3], n[4], n[5]}, .up = {n[6], n[7], n[8]}, .field_of_view = n[9]};
   } else {
     RELIEF_TRY(const auto angles, parse_view(o.view));
-    camera = framing(head, angles.first, angles.second, aspect);
+    camera = head != nullptr ? framing(*head, angles.first, angles.second, aspect)
+                             : framing(box, angles.first, angles.second, aspect);
     if (!o.look_at.empty()) {
       RELIEF_TRY(const Vec3d point, parse_vector("--look-at", o.look_at));
-      camera = looking_at(point, o.width, head.slab_mesh().bounds(), angles.first, angles.second, aspect);
+      camera = looking_at(point, o.width, box, angles.first, angles.second, aspect);
     }
   }
   if (o.parallel > 0) {
@@ -164,9 +169,55 @@ nlohmann::ordered_json camera_json(const Camera& camera) {
   return json;
 }
 
-Status run_render(RenderOptions& o, const Context& context) {
+/// What a conversion of a mesh shows at a stage.
+Result<TriangleMesh> stage_of(const std::string& file, Stage wanted, bool remesh, const Context& context) {
+  RELIEF_TRY(TriangleMesh source, import_mesh(file));
+  std::optional<TriangleMesh> seen;
+  ConvertSettings settings;
+  settings.intervals = 1;
+  if (remesh) settings.remesh = 0.0;
+  settings.show = [&](Stage stage, TriangleMesh mesh) {
+    if (stage == wanted) seen = std::move(mesh);
+  };
+  const auto made = convert(std::move(source), settings, context.progress);
+  if (seen) return std::move(*seen);
+  // A conversion that fails shows how far it came.
+  if (!made) return fail(made.error().code, printable(file) + ": " + made.error().message);
+  return fail(Errc::InvalidArgument,
+              fmt::format("{}: its conversion has no stage \"{}\": {}.", printable(file), name(wanted),
+                          wanted == Stage::Skin ? "no parts overlap" : "it was not made anew; --remesh does that"));
+}
+
+/// A stage of the conversion of a mesh, in the sculpting look.
+Status run_stage(RenderOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
-  RELIEF_CHECK(check_no_model({o.out}));
+  RELIEF_CHECK(check_no_model({{o.out, "pictures", ".png"}}));
+  RELIEF_CHECK(parse_size(o.size, o.frame));
+  std::optional<NothingWritten> nothing_written(std::in_place);
+  RELIEF_TRY(const TriangleMesh mesh, stage_of(o.model, *stage_from_name(o.stage), o.remesh, context));
+  o.look = "matcap";
+  RELIEF_CHECK(read_look(o, 1, o.frame));
+  RELIEF_TRY(o.frame.camera, find_camera(o, bounds(mesh), nullptr));
+  RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
+  RELIEF_TRY(const Picture picture, renderer.picture(MeshView{mesh.positions, mesh.triangles, mesh.colours}, o.frame,
+                                                     context.progress.cancel));
+  nothing_written.reset();
+  RELIEF_CHECK(save_png(picture, o.out, context.progress.cancel));
+  if (context.json)
+    print_json({{"file", o.out},
+                {"stage", o.stage},
+                {"width", picture.width},
+                {"height", picture.height},
+                {"triangles", mesh.triangles.size()}});
+  else
+    print(fmt::format("{}: stage {}, {} triangles\n", o.out, o.stage, mesh.triangles.size()));
+  return {};
+}
+
+Status run_render(RenderOptions& o, const Context& context) {
+  if (!o.stage.empty()) return run_stage(o, context);
+  RELIEF_CHECK(check_outputs({o.out}, {o.model}));
+  RELIEF_CHECK(check_no_model({{o.out, "pictures", ".png"}}));
   Frame& frame = o.frame;
   RELIEF_CHECK(parse_size(o.size, frame));
   std::optional<NothingWritten> nothing_written(std::in_place);
@@ -187,7 +238,7 @@ Status run_render(RenderOptions& o, const Context& context) {
     }
     frame.hand = hand;
   }
-  RELIEF_TRY(frame.camera, find_camera(o, head));
+  RELIEF_TRY(frame.camera, find_camera(o, head.slab_mesh().bounds(), &head));
   context.progress("render", 0.1);
   RELIEF_TRY(FrameRenderer renderer, FrameRenderer::create());
   RELIEF_TRY(const Picture picture, renderer.picture(head, frame, context.progress.cancel));
@@ -217,75 +268,127 @@ Status run_render(RenderOptions& o, const Context& context) {
 void add_render(CLI::App& app, Context& context) {
   auto o = std::make_shared<RenderOptions>();
   CLI::App* c = app.add_subcommand("render", "Draw a picture of a model, without a screen");
-  c->footer(
-      "Examples:\n"
-      "  relief render pumpkin.relief -o pumpkin.png --size 1920x1080 --view corner\n"
-      "  relief render pumpkin.relief -o wart.png --view 20,10 --look-at 2.5,40,54 --width 30\n"
-      "  relief render pumpkin.relief -o clay.png --look matcap --matcap \"red wax\"");
-  c->add_option("MODEL", o->model, "The model")->required()->check(names_file);
-  c->add_option("-o,--output", o->out, "The picture, OUT.png")->required()->check(has_extension({".png"}));
-  c->add_option("--size", o->size, "Width x height in pixels (default 1280x720)")->check([](const std::string& text) {
-    Frame ignored;
-    const Status parsed = parse_size(text, ignored);
-    return parsed ? std::string() : parsed.error().message;
-  });
+  context.catalogue[c] = {
+      .group = "Share",
+      .examples = {{"relief render scan.relief -o scan.png --size 1920x1080 --view corner"},
+                   {"relief render scan.relief -o wart.png --view 20,10 --look-at 2.5,40,54 --width 30"},
+                   {"relief render scan.relief -o clay.png --look matcap --matcap \"red wax\""},
+                   {"relief render scan.ply -o skin.png --debug skin", "a stage of the conversion"}}};
+  const std::string camera = "Camera", look = "Look", quality = "Quality";
+  const auto vector_check = [](const char* option) {
+    return [option](const std::string& text) { return is_vector(option, text); };
+  };
+  c->add_option("MODEL", o->model, "the model; with --debug the mesh")->required()->check(names_file);
+  c->add_option("-o,--output", o->out, "the picture")->required()->check(has_extension({".png"}))->type_name("OUT.png");
+  std::vector<std::string> stages;
+  for (const Stage stage : kStages) stages.emplace_back(name(stage));
+  CLI::Option* debug = c->add_option("--debug", o->stage, "draw a stage of the conversion of a mesh")
+                           ->check(one_of(stages))
+                           ->type_name("STAGE");
+  c->add_flag("--remesh", o->remesh, "with --debug: rebuild the mesh as a solid first")->needs(debug);
+  c->add_option("--size", o->size, "width and height in pixels, 16 to 8192 each")
+      ->check([](const std::string& text) {
+        Frame ignored;
+        const Status parsed = parse_size(text, ignored);
+        return parsed ? std::string() : parsed.error().message;
+      })
+      ->type_name("WxH")
+      ->default_str("1280x720");
   c->add_option("--view", o->view,
-                "front (from +z, the default), back, left, right, top, bottom, corner, or azimuth,elevation in degrees "
-                "(azimuth 0 from +z, 90 from +x; y is up)")
+                "front (from +z), back, left, right, top, bottom, corner, or AZIMUTH,ELEVATION in degrees; y is up")
       ->check([](const std::string& text) {
         const auto parsed = parse_view(text);
         return parsed ? std::string() : parsed.error().message;
-      });
-  CLI::Option* look_at =
-      c->add_option("--look-at", o->look_at, "Look at x,y,z (model units) instead of the whole model; needs --width")
-          ->check([](const std::string& text) { return is_vector("--look-at", text); });
-  CLI::Option* width = c->add_option("--width", o->width,
-                                     "Model units across the picture's width, at the distance of the point looked at")
-                           ->check(in_range(kLeastWidth, 1e12));
+      })
+      ->type_name("VIEW")
+      ->default_str("front")
+      ->group(camera);
+  CLI::Option* look_at = c->add_option("--look-at", o->look_at, "look at this point, model units")
+                             ->check(vector_check("--look-at"))
+                             ->type_name("X,Y,Z")
+                             ->default_str("the whole model")
+                             ->group(camera);
+  CLI::Option* width = c->add_option("--width", o->width, "model units across the picture at the point looked at")
+                           ->check(in_range(kLeastWidth, 1e12))
+                           ->type_name("WIDTH")
+                           ->group(camera);
   look_at->needs(width);
   width->needs(look_at);
   c->add_option("--camera", o->camera,
-                "The camera itself: eye x,y,z, target x,y,z, up x,y,z and vertical field of view in degrees, all with "
-                "commas between them; --json says the one used")
+                "eye x,y,z, target x,y,z, up x,y,z and vertical field of view in degrees; --json says the one used")
       ->check([](const std::string& text) { return are_numbers<10>("--camera", text); })
-      ->excludes(look_at);
-  c->add_option("--parallel", o->parallel, "A parallel camera with so many model units from edge to edge of the height")
-      ->check(in_range(kLeastWidth, 1e12));
-  c->add_option("--look", o->look, "studio (soft light with shadows, the default), matcap (light for sculpting)")
-      ->check(CLI::IsMember({"studio", "matcap"}));
-  std::vector<std::string> materials(matcaps().begin(), matcaps().end());
-  c->add_option("--matcap", o->matcap, "The material of --look matcap (default clay)")->check(CLI::IsMember(materials));
-  c->add_option("--map", o->map, "What colour shows: displacement, depth (clay left), slabs, stretch")
-      ->check(CLI::IsMember(std::vector<std::string>(kMaps.begin(), kMaps.end())));
-  c->add_option("--overlay", o->overlays, "slabs (wires), heat (as --map displacement); may be given more than once")
-      ->check(CLI::IsMember({"slabs", "heat"}))
-      ->delimiter(',');
-  c->add_option("--colour", o->colour, "Colour where the model has none: r,g,b, 0 to 1")
-      ->check([](const std::string& text) { return are_numbers<3>("--colour", text); });
-  c->add_option("--background", o->background, "Upper and lower colour of --look matcap: r,g,b,r,g,b, 0 to 1")
-      ->check([](const std::string& text) { return are_numbers<6>("--background", text); });
-  c->add_flag("--no-cavity", o->no_cavity, "Do not darken hollows");
-  c->add_flag("--no-colours", o->no_colours, "Leave out the colour layer");
-  c->add_flag("--no-mask", o->no_mask, "Do not darken what the mask protects");
-  c->add_flag("--no-legend", o->no_legend, "Leave out the map's legend");
-  c->add_flag("--no-ground", o->no_ground, "No floor under --look studio");
-  c->add_option("--at", o->at,
-                "Show the hand with its cursor at x,y,z (model units), in studio light: tool, contact point, force")
-      ->check([](const std::string& text) { return is_vector("--at", text); });
-  c->add_option("--tool-radius", o->tool_radius, "Radius of the shown tool sphere, model units")
-      ->check(in_range(0, 1e12));
-  c->add_option("--level", o->frame.level, "Level of detail: every 2^k-th sample (default 0)")->check(CLI::Range(0, 7));
-  c->add_option("--tau", o->frame.tau,
-                "Coarser samples where their distance stays within so many pixels (default 1; 0: all)")
-      ->check(in_range(0, 1e6));
+      ->excludes(look_at)
+      ->type_name("NUMBERS")
+      ->group(camera);
+  c->add_option("--parallel", o->parallel, "no perspective; model units across the picture's height")
+      ->check(in_range(kLeastWidth, 1e12))
+      ->type_name("HEIGHT")
+      ->group(camera);
+  c->add_option("--look", o->look, "studio: soft light with shadows; matcap: light for sculpting")
+      ->check(one_of({"studio", "matcap"}))
+      ->default_str("studio")
+      ->group(look);
+  c->add_option("--matcap", o->matcap, "the material of --look matcap")
+      ->check(one_of({matcaps().begin(), matcaps().end()}))
+      ->type_name("MATERIAL")
+      ->default_str("clay")
+      ->group(look);
+  c->add_option("--map", o->map, "what colour shows; depth is the clay that is left")
+      ->check(one_of({kMaps.begin(), kMaps.end()}))
+      ->type_name("MAP")
+      ->default_str("none")
+      ->group(look);
+  c->add_option("--overlay", o->overlays, "slabs: wires; heat: as --map displacement; may be given more than once")
+      ->check(one_of({"slabs", "heat"}))
+      ->delimiter(',')
+      ->group(look);
+  c->add_option("--colour", o->colour, "colour where the model has none, 0 to 1 each")
+      ->check([](const std::string& text) { return are_numbers<3>("--colour", text); })
+      ->type_name("R,G,B")
+      ->group(look);
+  c->add_option("--background", o->background, "upper and lower colour of --look matcap, 0 to 1 each")
+      ->check([](const std::string& text) { return are_numbers<6>("--background", text); })
+      ->type_name("R,G,B,R,G,B")
+      ->group(look);
+  c->add_flag("--no-cavity", o->no_cavity, "do not darken hollows")->group(look);
+  c->add_flag("--no-colours", o->no_colours, "leave out the colour layer")->group(look);
+  c->add_flag("--no-mask", o->no_mask, "do not darken what the mask protects")->group(look);
+  c->add_flag("--no-legend", o->no_legend, "leave out the map's legend")->group(look);
+  c->add_flag("--no-ground", o->no_ground, "no floor under --look studio")->group(look);
+  c->add_option("--at", o->at, "show the hand with its cursor here, model units: tool, contact point, force")
+      ->check(vector_check("--at"))
+      ->type_name("X,Y,Z")
+      ->group(look);
+  c->add_option("--tool-radius", o->tool_radius, "radius of the ball that --at shows, model units")
+      ->check(in_range(0, 1e12))
+      ->type_name("R")
+      ->default_str("0")
+      ->group(look);
+  c->add_option("--level", o->frame.level, "every 2^L-th sample only")
+      ->check(whole_in_range(0, 7))
+      ->type_name("L")
+      ->default_str("0")
+      ->group(quality);
+  c->add_option("--tau", o->frame.tau, "coarser samples where their distance stays within so many pixels; 0: all")
+      ->check(in_range(0, 1e6))
+      ->type_name("PIXELS")
+      ->default_str("1")
+      ->group(quality);
   o->frame.samples = 0;
-  CLI::Option* samples = c->add_option("--samples", o->frame.samples, "Per pixel: 1, 4, 9 or 16 (default 16; studio 4)")
-                             ->check(CLI::IsMember({1, 4, 9, 16}));
-  c->add_option("--supersample", o->supersample, "The same by the edge: 1 to 4")
-      ->check(CLI::Range(1, 4))
-      ->excludes(samples);
-  c->add_option("--lights", o->frame.look.lights, "Lights of the soft box, 1 to 256 (default 64)")
-      ->check(CLI::Range(1, 256));
+  CLI::Option* samples = c->add_option("--samples", o->frame.samples, "samples per pixel")
+                             ->check(one_of({"1", "4", "9", "16"}))
+                             ->default_str("16; studio 4")
+                             ->group(quality);
+  c->add_option("--supersample", o->supersample, "the same, by the edge of a pixel")
+      ->check(whole_in_range(1, 4))
+      ->excludes(samples)
+      ->type_name("N")
+      ->group(quality);
+  c->add_option("--lights", o->frame.look.lights, "lights of the soft box")
+      ->check(whole_in_range(1, 256))
+      ->type_name("N")
+      ->default_str("64")
+      ->group(quality);
   finish_command(*c, context, [o, &context] { return run_render(*o, context); });
 }
 

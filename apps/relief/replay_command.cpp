@@ -160,7 +160,8 @@ void say(const Comparison& c) {
 
 Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.csv, o.mcap, o.report}, {o.recording, o.model}));
-  RELIEF_CHECK(check_no_model({o.csv, o.mcap, o.report}));
+  RELIEF_CHECK(
+      check_no_model({{o.csv, "tables", ".csv"}, {o.mcap, "recordings", ".mcap"}, {o.report, "pages", ".html"}}));
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
   ModelInfo info;
@@ -181,7 +182,12 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone));
   if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone));
   replay.rewind();
-  if (!o.report.empty()) RELIEF_CHECK(write_replay_page(replay, o.report));
+  if (!o.report.empty()) {
+    RELIEF_CHECK(write_replay_page(replay, o.report));
+    if (!context.json)
+      print(fmt::format("{}: a page with the curves of {} ticks\n", printable(o.report),
+                        replay.recording().tick_count()));
+  }
   const bool only_shown = !o.verify && !o.change && o.csv.empty() && o.mcap.empty() && o.report.empty();
   if (only_shown && !context.json) say_summary(json);
 
@@ -191,10 +197,12 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
     json["verification"] = to_json(result);
     failed = complaint(result);
     if (!context.json && failed.empty())
-      print(fmt::format("{} ticks, all the same bit for bit{}\n", result.ticks,
-                        result.missing.empty() ? ""
-                                               : fmt::format("; not compared, because it was not recorded: {}",
-                                                             printable(joined(result.missing), 400))));
+      print(result.ticks == 0
+                ? std::string("no whole tick, so there was nothing to check\n")
+                : fmt::format("{} ticks, all the same bit for bit{}\n", result.ticks,
+                              result.missing.empty() ? ""
+                                                     : fmt::format("; not compared, because it was not recorded: {}",
+                                                                   printable(joined(result.missing), 400))));
   }
   if (o.change) {
     RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
@@ -204,9 +212,10 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
     json["comparison"] = to_json(result);
     if (!context.json) say(result);
   }
+  const Status ended = failed.empty() ? Status() : fail(Errc::Corrupt, printable(o.recording) + ": " + failed);
+  add_error(json, ended);
   if (context.json) print_json(json);
-  if (!failed.empty()) return fail(Errc::Corrupt, printable(o.recording) + ": " + failed);
-  return {};
+  return ended;
 }
 
 }  // namespace
@@ -225,25 +234,33 @@ std::string missing_end(const Recording& recording) {
 
 void add_replay(CLI::App& app, Context& context) {
   auto o = std::make_shared<ReplayOptions>();
-  CLI::App* c = app.add_subcommand(
-      "replay",
-      "Look into a recording made with touch --record; check it, export it, or play its motion with other settings.\n"
-      "Without options: what it holds. With a setting (--stiffness and so on): the same motion under that setting, "
-      "compared\nwith the recorded ones; the hand does not answer to the other force.");
-  c->add_option("REC", o->recording, "The recording (.rlog)")->required()->check(names_file);
-  c->add_option("--model", o->model, "The model, where it is not where it was recorded, nor beside the recording")
-      ->check(names_file);
-  c->add_flag("--verify", o->verify,
-              "Repeat every tick and compare bit for bit; exit status 1 when one differs or cannot be checked.\n"
-              "Of a recording whose end is missing, all that is whole; a line says how much that is");
-  c->add_option("--csv", o->csv, "Write every tick as a line; units stand in the header")->check(names_file);
-  c->add_option("--mcap", o->mcap, "Write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)")
-      ->check(names_file);
-  c->add_option("--report", o->report, "Write one page (HTML) with force, depth, work, times and the worst ticks")
-      ->check(names_file);
+  CLI::App* c = app.add_subcommand("replay", "Look into a recording, check it, or feel its motion with other settings");
+  context.catalogue[c] = {
+      .group = "Feel",
+      .examples = {{"relief replay touch.rlog", "what it holds"},
+                   {"relief replay touch.rlog --verify", "repeat every tick, compare bit for bit"},
+                   {"relief replay touch.rlog --report touch.html", "a page with the worst ticks"},
+                   {"relief replay touch.rlog --stiffness 800", "the same motion, a stiffer surface"}},
+      .notes = "With a setting, the forces are compared with the recorded ones. The hand does not answer to them.\n"};
+  c->add_option("REC", o->recording, "the recording (.rlog)")->required()->check(names_file);
+  c->add_option("--model", o->model, "the model, where it has moved since and is not beside the recording")
+      ->check(names_file)
+      ->type_name("MODEL.relief");
+  c->add_flag("--verify", o->verify, "repeat every tick and compare bit for bit; exit status 1 where one differs");
+  c->add_option("--csv", o->csv, "write every tick as a line; the header has the units")
+      ->check(names_file)
+      ->type_name("FILE.csv");
+  c->add_option("--mcap", o->mcap, "write an MCAP file of JSON messages (Foxglove, PlotJuggler, Rerun)")
+      ->check(names_file)
+      ->type_name("FILE.mcap");
+  c->add_option("--report", o->report, "write a page with force, depth, work, times and the worst ticks")
+      ->check(names_file)
+      ->type_name("FILE.html");
   add_force_options(*c, o->force);
-  c->add_option("--tool-radius", o->tool_radius, "A ball of that radius for a tip, model units; 0: a point")
-      ->check(in_range(0, 1e300));
+  c->add_option("--tool-radius", o->tool_radius, "a ball of this radius, model units; 0: a point")
+      ->check(in_range(0, 1e300))
+      ->type_name("R")
+      ->group("Force");
   finish_command(*c, context, [o, &context] { return run_replay(*o, context); });
   c->parse_complete_callback([o, c] {
     const auto given = [c](const char* option) { return c->count(option) > 0; };

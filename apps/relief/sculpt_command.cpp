@@ -1,14 +1,15 @@
 // sculpt: strokes from a file, or of a hand at a device, one transaction each.
 #include "live.h"
 
-#include <relief/base/nearest_word.h>
 #include <relief/base/try.h>
+#include <relief/convert/room.h>
 #include <relief/session/document.h>
 #include <relief/session/stroke_text.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <condition_variable>
@@ -44,6 +45,12 @@ class Listener {
       const std::scoped_lock lock(mutex_);
       if (const auto* finished = std::get_if<StrokeFinished>(&event)) strokes_.push_back(*finished);
       if (const auto* failed = std::get_if<Failed>(&event)) failure_ = failed->error;
+      if (const auto* room = std::get_if<RoomEnded>(&event)) {
+        room_.fibres += room->fibres;
+        room_.lacking = std::max(room_.lacking, room->lacking);
+        room_.surface_moved = std::max(room_.surface_moved, room->surface_moved);
+        ++rooms_;
+      }
       if (const auto* progressed = std::get_if<Progressed>(&event)) share_ = progressed->share;
       changed_.notify_all();
     };
@@ -62,6 +69,11 @@ class Listener {
     const std::scoped_lock lock(mutex_);
     return failure_ ? fail(failure_->code, failure_->message) : Status();
   }
+  /// Fibres moved in all, the most slabs that lacked at a time, and how often room was made or could not be.
+  [[nodiscard]] std::pair<RoomEnded, int> room() const {
+    const std::scoped_lock lock(mutex_);
+    return {room_, rooms_};
+  }
   [[nodiscard]] double share() const {
     const std::scoped_lock lock(mutex_);
     return share_;
@@ -73,7 +85,26 @@ class Listener {
   std::vector<StrokeFinished> strokes_;
   std::optional<Error> failure_;
   double share_ = 0;
+  RoomEnded room_;
+  int rooms_ = 0;
 };
+
+ordered_json json_of(const std::pair<RoomEnded, int>& room) {
+  return {{"asked", room.second},
+          {"fibres", room.first.fibres},
+          {"lacking", room.first.lacking},
+          {"surface_moved", room.first.surface_moved}};
+}
+
+/// What became of the slabs under the strokes; empty where all had room.
+std::string said_of(const std::pair<RoomEnded, int>& room) {
+  const auto& [made, times] = room;
+  if (times == 0) return {};
+  if (made.fibres == 0) return "the clay ended under a stroke, and the form leaves no room for longer fibres there\n";
+  std::string text = fmt::format("room was made: {} fibres reach further", made.fibres);
+  if (made.lacking > 0) text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
+  return text + '\n';
+}
 
 ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
   ordered_json json = ordered_json::array();
@@ -119,7 +150,10 @@ void say_strokes(const std::string& out, const std::vector<StrokeFinished>& stro
 
 Result<std::vector<Stroke>> read_strokes(const std::string& file) {
   RELIEF_TRY(const std::string text, read_text(file, std::uintmax_t{1} << 30U));
-  return strokes_of(text, printable(file));
+  auto strokes = strokes_of(text, printable(file));
+  if (!strokes && strokes.error().message.contains(": not JSON"))
+    strokes.error().message += "; --strokes takes a strokes file (relief help strokes)";
+  return strokes;
 }
 
 /// Whether a record of a journal is of this stroke.
@@ -191,6 +225,7 @@ Result<std::pair<ModelFile, std::size_t>> open_out(const SculptOptions& o, const
   std::error_code ignored;
   const bool in_place = std::filesystem::equivalent(o.model, o.out, ignored);
   const bool resumes = o.resume && std::filesystem::exists(o.out, ignored);
+  RELIEF_CHECK(check_model_name(o.out, o.model));
   if (!in_place && !resumes) {
     if (const Status free = check_strokes(o.out, o.force); !free)
       return fail(
@@ -234,7 +269,9 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   auto& [file, done] = opened;
   Listener listener;
   const std::size_t before = done;
-  RELIEF_TRY(Document document, Document::open(o.out, std::move(file), {.on_event = listener.sink()}));
+  RoomMaker make_room = room_maker(source_diagonal(file.model()));
+  RELIEF_TRY(Document document,
+             Document::open(o.out, std::move(file), {.on_event = listener.sink(), .make_room = std::move(make_room)}));
   Status ended = play_all(document, listener, o, std::span(strokes).subspan(before), context);
   const Status saved = document.close();
   const std::vector<StrokeFinished> told = listener.strokes();
@@ -244,6 +281,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   if (context.json) {
     ordered_json json;
     json["strokes"] = json_of(told);
+    json["room"] = json_of(listener.room());
     if (o.resume) json["resumed_after"] = before;
     json["total"] = total;
     print_json(json);
@@ -252,6 +290,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   if (before > 0)
     print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
   if (!told.empty() || before == 0) say_strokes(o.out, told, total);
+  print(said_of(listener.room()));
   return {};
 }
 
@@ -325,13 +364,9 @@ Status apply(Brush& brush, const SettingInfo& setting, const std::string& text) 
 
 /// The brush that the options ask for; a radius that they do not say is 3 % of the model's diagonal.
 Result<Brush> brush_of(const SculptOptions& o, double diagonal) {
-  const auto tool = tool_from_name(o.tool);
-  if (!tool) {
-    return fail(Errc::InvalidArgument, fmt::format("there is no tool \"{}\"{}; known are {}", printable(o.tool, 40),
-                                                   relief::detail::did_you_mean(o.tool, tool_ids()), tool_names()));
-  }
-  Brush brush{.tool = *tool, .radius = 0.03 * diagonal};
-  const ToolInfo& known = info(*tool);
+  const Tool tool = tool_from_name(o.tool).value_or(Tool::Carve);  // --tool takes no other name
+  Brush brush{.tool = tool, .radius = 0.03 * diagonal};
+  const ToolInfo& known = info(tool);
   for (const SettingInfo& setting : all_settings()) {
     const auto said = o.settings.find(std::string(setting.id));
     if (said == o.settings.end()) continue;
@@ -352,7 +387,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   SculptOptions o = given;
   if (o.out.empty()) o.out = o.model;
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.tool_points, played_recording(o)}));
-  RELIEF_CHECK(check_no_model({o.record}));
+  RELIEF_CHECK(check_no_model({{o.record, "recordings", ".rlog"}}));
   RELIEF_TRY(auto out, open_out(o, {}, context));
   ModelFile& file = out.first;
   RELIEF_TRY(const Brush brush, brush_of(o, diagonal(file.model().head->slab_mesh().bounds())));
@@ -366,7 +401,9 @@ Status run_live(const SculptOptions& given, const Context& context) {
   RELIEF_TRY(std::optional<Recorder> recorder,
              recorder_for(o, Recorder::Pace::Live, file, settings.servo, opened.device->info()));
   Listener listener;
-  RELIEF_TRY(Document document, Document::open(o.out, std::move(file), {.on_event = listener.sink()}));
+  RoomMaker make_room = room_maker(source_diagonal(file.model()));
+  RELIEF_TRY(Document document,
+             Document::open(o.out, std::move(file), {.on_event = listener.sink(), .make_room = std::move(make_room)}));
   Status ended;
   std::vector<OutputEnd> outputs;
   SessionStats stats;
@@ -409,38 +446,46 @@ std::string help_of_tools() {
   return text;
 }
 
+/// "radius of carve, clay".
+std::string meaning_of(const SettingInfo& setting) {
+  std::vector<std::string> of;
+  for (const ToolInfo& tool : tools())
+    if (std::ranges::find(tool.settings, setting.id, &SettingInfo::id) != tool.settings.end()) of.emplace_back(tool.id);
+  std::string text(setting.title);
+  text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  constexpr std::size_t kFew = 3;  // more names than these fill the line
+  if (of.size() <= kFew) text += " of " + joined(of);
+  return text;
+}
+
 /// An option for each setting that some tool has.
-void add_settings(CLI::App& c, SculptOptions& o) {
+void add_settings(CLI::App& c, SculptOptions& o, const std::string& section) {
   for (const SettingInfo& setting : all_settings()) {
-    const std::string id(setting.id), option = "--" + option_of(setting);
-    std::vector<std::string> of;
-    for (const ToolInfo& tool : tools())
-      if (std::ranges::find(tool.settings, setting.id, &SettingInfo::id) != tool.settings.end())
-        of.emplace_back(tool.id);
-    std::string help = "Live: " + std::string(setting.title);
-    if (of.size() < tools().size()) help += " of " + joined(of);
+    const std::string id(setting.id), option = "--" + option_of(setting), meaning = meaning_of(setting);
     const auto take = [&o, id](const std::string& text) { o.settings[id] = text; };
-    const bool length = setting.unit == SettingInfo::Unit::Length;
+    const auto add = [&](const std::string& placeholder, const std::string& more) {
+      return c.add_option_function<std::string>(option, take, meaning + more)->type_name(placeholder)->group(section);
+    };
     switch (setting.kind) {
       case SettingInfo::Kind::Switch:
-        c.add_flag_callback(option, [take] { take("1"); }, help);
+        c.add_flag_callback(option, [take] { take("1"); }, meaning)->group(section);
         break;
       case SettingInfo::Kind::Value:
-        c.add_option_function<std::string>(option, take, help + (length ? ", model units" : ", 0 to 1"))
-            ->type_name("N");
+        if (setting.unit == SettingInfo::Unit::Length)
+          add("LENGTH", ", model units")->default_str(id == "radius" ? "3 % of the diagonal" : "0");
+        else
+          add("SHARE", "")->default_str(fmt::format("{}", setting.preset))->check(in_range(setting.min, setting.max));
         break;
       case SettingInfo::Kind::Choice:
-        c.add_option_function<std::string>(
-             option, take,
-             help + ": " + joined(std::vector<std::string>(setting.choices.begin(), setting.choices.end())))
-            ->type_name("NAME");
+        add("NAME", "")
+            ->check(one_of({setting.choices.begin(), setting.choices.end()}))
+            ->default_str(std::string(setting.choices.front()));
         break;
       case SettingInfo::Kind::Colour:
-        c.add_option_function<std::string>(option, take, help + ", 0 to 255")->type_name("R,G,B");
+        add("R,G,B", ", 0 to 255 each");
         break;
       case SettingInfo::Kind::Curve:
-        c.add_option_function<std::string>(option, take, help + ": where it begins, where it is full, exponent")
-            ->type_name("LOW,HIGH,E");
+        add("LOW,HIGH,E", ": where the tool begins, where it works fully, exponent")->default_str("0,1,1");
         break;
     }
   }
@@ -451,34 +496,40 @@ void add_settings(CLI::App& c, SculptOptions& o) {
 void add_sculpt(CLI::App& app, Context& context) {
   auto o = std::make_shared<SculptOptions>();
   CLI::App* c = app.add_subcommand("sculpt", "Play strokes on a model, or sculpt it live with a device");
-  c->footer(
-      "Examples:\n"
-      "  relief sculpt pumpkin.relief --strokes grin.json -o grinning.relief\n"
-      "  relief sculpt pumpkin.relief --strokes grin.json -o grinning.relief --resume\n"
-      "  relief sculpt pumpkin.relief --device sim:hand --tool clay --radius 8 --seconds 5 -o lumpy.relief\n\n" +
-      help_of_tools() +
-      "\nS.json: [{\"tool\": \"carve\", \"radius\": r, \"strength\": s, \"colour\": [r, g, b], \"points\": [[t, x, y, "
-      "z, "
-      "pressure], ...]}, ...];\n"
-      "lengths in model units, t in seconds, strength and pressure 0..1, colour 0..255; more fields in "
-      "docs/command-line.md.\n"
-      "OUT holds every finished stroke at every moment; it may be MODEL, and live it is MODEL unless another is "
-      "named.");
-  c->add_option("MODEL", o->model, "The model")->required()->check(names_file)->type_name("");
-  CLI::Option* strokes =
-      c->add_option("--strokes", o->strokes, "S.json: the strokes")->check(names_file)->type_name("FILE");
-  c->add_option("-o,--output", o->out, "The model with the strokes")->check(names_file)->type_name("FILE");
+  context.catalogue[c] = {
+      .group = "Shape",
+      .examples = {{"relief sculpt scan.relief --strokes face.json -o new.relief"},
+                   {"relief sculpt scan.relief --strokes face.json -o new.relief --resume", "the missing strokes"},
+                   {"relief sculpt scan.relief --device sim:hand --tool clay --radius 8 --seconds 5 -o new.relief"}},
+      .notes = help_of_tools() + "\nThe strokes file: relief help strokes. Every finished stroke is in OUT at once.\n"};
+  c->add_option("MODEL", o->model, "the model")->required()->check(names_file);
+  CLI::Option* strokes = c->add_option("--strokes", o->strokes, "play the strokes of this file")
+                             ->check(names_file)
+                             ->type_name("STROKES.json");
+  c->add_option("-o,--output", o->out, "the model with the strokes; may be MODEL, and live is MODEL without it")
+      ->check(names_file)
+      ->type_name("OUT.relief");
   CLI::Option* force =
-      c->add_flag("--force", o->force, "Replace another model that has strokes, or a file that is no model");
-  c->add_flag("--resume", o->resume, "Where OUT has the first of these strokes already, go on with the others")
+      c->add_flag("--force", o->force, "replace another model that has strokes, or a file that is not a model");
+  c->add_flag("--resume", o->resume, "where OUT has the first of these strokes, continue with the others")
       ->needs(strokes)
       ->excludes(force);
-  c->add_option("--tool", o->tool, "Live: the tool, while the device's first button is down")->type_name("NAME");
-  add_settings(*c, *o);
-  c->add_option("--mirror", o->mirror, "Live: a point on the planes of --symmetry [default 0,0,0]")->type_name("X,Y,Z");
-  c->add_option("--full-force", o->full_force, "Live: the force that counts as pressure 1 [0.01 to 100 N, default 1.5]")
+  const std::string brush = "Brush, with --device";
+  const std::vector<std::string_view> ids = tool_ids();
+  c->add_option("--tool", o->tool, "what happens while the first button is down")
+      ->check(one_of({ids.begin(), ids.end()}))
+      ->type_name("TOOL")
+      ->group(brush);
+  add_settings(*c, *o, brush);
+  c->add_option("--mirror", o->mirror, "a point on the planes of --symmetry")
+      ->type_name("X,Y,Z")
+      ->default_str("0,0,0")
+      ->group(brush);
+  c->add_option("--full-force", o->full_force, "the force that counts as pressure 1")
       ->check(in_range(0.01, 100))
-      ->type_name("N");
+      ->type_name("NEWTONS")
+      ->default_str("1.5")
+      ->group(brush);
   add_live_options(*c, *o);
   strokes->excludes("--device")->excludes("--tool");
   finish_command(*c, context,

@@ -31,13 +31,15 @@ Status run_studio(std::vector<std::string> arguments) {
 
 void add_studio(CLI::App& app, Context& context) {
   CLI::App* c = app.add_subcommand("studio", "Open the window: see, feel, carve and paint a model");
-  c->footer(
-      "Examples:\n"
-      "  relief studio\n"
-      "  relief studio scan.ply\n"
-      "  relief studio head.relief --theme light\n"
-      "  relief studio --kiosk models/\n"
-      "All options: relief-studio --help");
+  context.catalogue[c] = {
+      .group = "Shape",
+      .examples = {{"relief studio"},
+                   {"relief studio scan.ply"},
+                   {"relief studio head.relief --theme light"},
+                   {"relief studio --kiosk models/", "for visitors, without a keyboard"}},
+      .notes =
+          "Options of the window: --theme dark|light, --text PERCENT, --language en|de, --device NAME,\n"
+          "--kiosk MODEL|FOLDER..., --new-settings. relief-studio --help says what each does.\n"};
   c->prefix_command();
   c->callback([c, &context] { context.run = [words = c->remaining()] { return run_studio(words); }; });
 }

@@ -29,6 +29,16 @@ ordered_json to_json(const Freedom& f) {
   return {{"position", f.position}, {"rotation", f.rotation}, {"gripper", f.gripper}};
 }
 
+constexpr std::string_view kDeviceNames =
+    "--device takes a name that relief devices lists.\n"
+    "\n"
+    "  sim:hand             a simulated hand; no device is needed\n"
+    "  sim:hand:NAME        the same on a device like the one named, such as sim:hand:falcon-like\n"
+    "  sim:hand:FILE.json   the same on a device with the figures of a file\n"
+    "  replay:REC.rlog      a recording, played as the device that it was made with\n"
+    "\n"
+    "A device of your own is a C++ class: docs/how-to/own-device.md.\n";
+
 /// Numbers that are not known are null.
 ordered_json to_json(const DeviceInfo& d) {
   const Box3d room = workspace_of(d);
@@ -127,6 +137,9 @@ Status run_bench(const std::string& what, bool thorough, const Context& context)
 
 void add_devices(CLI::App& app, Context& context) {
   CLI::App* c = app.add_subcommand("devices", "List what can touch a model, with what each can do");
+  context.catalogue[c] = {.group = "Check",
+                          .examples = {{"relief devices"}, {"relief devices --json", "every figure of each"}},
+                          .notes = std::string(kDeviceNames)};
   finish_command(*c, context, [&context] { return run_devices(context); });
 }
 
@@ -134,14 +147,17 @@ void add_bench(CLI::App& app, Context& context) {
   auto what = std::make_shared<std::string>();
   auto thorough = std::make_shared<bool>(false);
   CLI::App* c = app.add_subcommand("bench", "Measure this build on this machine");
-  c->add_option(
-       "WHAT", *what,
-       "convert, query, touch and dab (each goal beside its figure, peers on the same surfaces), render, paper "
-       "(the paper's own table), or all")
+  context.catalogue[c] = {
+      .group = "Measure",
+      .examples = {{"relief bench touch", "time of a tick, beside its goal"}, {"relief bench all --long"}}};
+  c->add_option("WHAT", *what,
+                "convert, query, touch, dab: goals and peers; render; paper: the paper's own table; or all")
       ->required()
-      ->check(CLI::IsMember({"convert", "query", "touch", "dab", "render", "paper", "all"}));
-  c->add_flag("--long", *thorough, "Take the time that steady figures need");
-  finish_command(*c, context, [what, thorough, &context] { return run_bench(*what, *thorough, context); });
+      ->check(one_of({"convert", "query", "touch", "dab", "render", "paper", "all"}));
+  c->add_flag("--long", *thorough, "take the time that steady figures need");
+  // The benchmark programs print by themselves, with as many threads as each measurement says.
+  finish_command(*c, context, [what, thorough, &context] { return run_bench(*what, *thorough, context); },
+                 {.work = false});
 }
 
 }  // namespace relief::cli

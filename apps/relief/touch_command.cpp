@@ -26,6 +26,13 @@ struct TouchOptions : LiveOptions {
   std::string path, out;
 };
 
+/// A path that is meant for another model, or in other units, is not felt anywhere.
+void say_far_away(const std::string& path, const Box3d& box) {
+  warn(fmt::format(
+      "{}: no place is near the model, which reaches from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g})",
+      printable(path), box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
+}
+
 Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
@@ -78,6 +85,8 @@ Status run_path(const TouchOptions& o, const Context& context) {
     Status recorded = recorder->finish(nullptr);
     outputs.push_back(end_of(o, *recorder, std::move(recorded)));
   }
+  if (summary.ticks > 0 && summary.flagged == summary.ticks && (summary.flags & bit(ServoFault::BadPosition)) != 0)
+    say_far_away(o.path, file.model().head->slab_mesh().bounds());
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = settings.workspace.metres_per_unit;
   json["outputs"] = to_json(outputs);
@@ -135,7 +144,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
 Status run_touch(const TouchOptions& o, const Context& context) {
   const std::string played = played_recording(o);
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, o.tool_points, played}));
-  RELIEF_CHECK(check_no_model({o.out, o.record}));
+  RELIEF_CHECK(check_no_model({{o.out, "forces", ".csv"}, {o.record, "recordings", ".rlog"}}));
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }
@@ -145,26 +154,20 @@ Status run_touch(const TouchOptions& o, const Context& context) {
 void add_touch(CLI::App& app, Context& context) {
   auto o = std::make_shared<TouchOptions>();
   CLI::App* c = app.add_subcommand("touch", "Feel a model along a path, or live with a device");
-  c->footer(
-      "Examples:\n"
-      "  relief touch pumpkin.relief --path press.csv -o force.csv\n"
-      "  relief touch pumpkin.relief --device sim:hand --seconds 5 -o live.csv --record live.rlog\n"
-      "  relief touch pumpkin.relief --device replay:live.rlog -o again.csv\n\n"
-      "P.csv: header t,x,y,z (s; model units), one row per tick, each a reading of the device.\n"
-      "F.csv: a row per row: position as read, contact 0/1, slab,u,v,alpha and depth (model units), contact point p,\n"
-      "unit normal n outwards, force f on the hand (N), and flags, a sum of:\n"
-      "  1 bad position, 2 bad time, 4 too fast, 8 latched, 16 force clamped, 32 rate clamped,\n"
-      "  64 stiffness clamped, 128 start inside, 256 device lost, 512 overrun, 1024 sample dropped,\n"
-      "  2048 surface jumped, 4096 passivity, 8192 load limited, 16384 speed limited, 32768 stalled,\n"
-      "  65536 late ticks, 131072 no news, 262144 looks uncalibrated, 524288 reconnected, 1048576 forces off");
-  c->add_option("MODEL", o->model, "The model")->required()->check(names_file)->type_name("");
-  CLI::Option* path = c->add_option("--path", o->path,
-                                    "The tool's path, P.csv, felt with the limits of --device; with --tool-points its "
-                                    "header may be t,x,y,z,qw,qx,qy,qz, and F.csv ends in the torque tx,ty,tz (N*m)")
+  context.catalogue[c] = {
+      .group = "Feel",
+      .examples = {{"relief touch scan.relief --path press.csv -o force.csv"},
+                   {"relief touch scan.relief --path press.csv -o force.csv --tool-radius 2", "a ball; in model units"},
+                   {"relief touch scan.relief --device sim:hand --seconds 5 -o live.csv --record live.rlog"},
+                   {"relief touch scan.relief --device replay:live.rlog -o again.csv"}},
+      .notes = "The files: relief help path-csv. The column flags: relief help flags. Devices: relief help devices.\n"};
+  c->add_option("MODEL", o->model, "the model")->required()->check(names_file);
+  CLI::Option* path = c->add_option("--path", o->path, "the tool's path, felt with the limits of --device")
                           ->check(names_file)
-                          ->type_name("FILE");
-  CLI::Option* out =
-      c->add_option("-o,--output", o->out, "Where the forces go, F.csv")->check(names_file)->type_name("FILE");
+                          ->type_name("PATH.csv");
+  CLI::Option* out = c->add_option("-o,--output", o->out, "where the forces go, a row per tick")
+                         ->check(names_file)
+                         ->type_name("FORCE.csv");
   add_live_options(*c, *o);
   path->excludes("--seconds")->needs(out);
   finish_command(*c, context, [o, &context] { return run_touch(*o, context); });

@@ -7,6 +7,9 @@
 #include "widgets/icons.h"
 #include "widgets/theme.h"
 
+#include <relief/base/try.h>
+#include <relief/convert/refine.h>
+
 #include <QApplication>
 #include <QDockWidget>
 #include <QMenuBar>
@@ -49,6 +52,14 @@ void MainWindow::build_actions() {
 
   add("undo", tr("Undo"), QKeySequence::Undo, [this] { bridge_.post(Undo{}); });
   add("redo", tr("Redo"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_Z), [this] { bridge_.post(Redo{}); });
+
+  const auto add_refine = [this](const char* id, const QString& title, RefineWhere where) {
+    add(QLatin1String(id), title, {}, [this, title, where] { refine_model(title, where); });
+  };
+  add_refine("refine-saturated", tr("Make &room where the clay has run out"), RefineWhere::Saturated);
+  add_refine("refine-all", tr("Make everything &finer"), RefineWhere::All);
+  add_refine("refine-model", tr("Make &new slabs for the model"), RefineWhere::Model);
+  add("stop-refining", tr("Stop making slabs"), {}, [this] { bridge_.post(CancelChanges{}); });
 
   tool_group_ = new QActionGroup(this);
   for (const QString& id : ToolState::ids()) {
@@ -191,8 +202,9 @@ void MainWindow::build_menus() {
   });
   fill(file, {"-", "save", "save-as", "export", "picture", "turntable", "report", "-", "close-model", "quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  fill(edit, {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry",
-              "pick-colour", "-", "preferences", "-"});
+  fill(edit,
+       {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour",
+        "-", "refine-saturated", "refine-all", "refine-model", "stop-refining", "-", "preferences", "-"});
   QMenu* tool = edit->addMenu(tr("&Tools"));
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));
@@ -225,6 +237,24 @@ void MainWindow::build_menus() {
   fill(view, {"panels", "-", "redraw", "fullscreen", "theme"});
   QMenu* help = menuBar()->addMenu(tr("&Help"));
   help->addAction(palette_->open_action());
+}
+
+void MainWindow::refine_model(const QString& title, RefineWhere where) {
+  Document* const document = bridge_.document();
+  if (document == nullptr) return;
+  changing_cage_ = true;
+  QString label = title;
+  label.remove(QLatin1Char('&'));
+  say(tr("%1 … You can go on sculpting.").arg(label));
+  ModelInfo info = document->info();
+  bridge_.post(
+      ChangeCage{.label = label.toStdString(),
+                 .details = {},
+                 .make = [info, where](const SnapshotPtr& model, const Progress& progress) -> Result<SnapshotPtr> {
+                   RELIEF_TRY(const Refined refined, relief::refine({info, model}, where, progress));
+                   return refined.model.head;
+                 }});
+  refresh();
 }
 
 void MainWindow::use_look(const Look& look) { views_->set_look(look); }

@@ -3,6 +3,7 @@
 #include "text.h"
 
 #include <relief/base/try.h>
+#include <relief/convert/room.h>
 
 #include <utility>
 
@@ -19,6 +20,7 @@ DocumentBridge::~DocumentBridge() {
 Status DocumentBridge::open(const std::filesystem::path& place, ModelFile file) {
   RELIEF_CHECK(close());
   DocumentSettings settings;
+  settings.make_room = room_maker(source_diagonal(file.model()));
   settings.on_event = [this](const Event& event) { take(event); };
   RELIEF_TRY(Document made, Document::open(place, std::move(file), std::move(settings)));
   document_ = std::make_unique<Document>(std::move(made));
@@ -83,6 +85,10 @@ void DocumentBridge::deliver() {
     }
     if (const auto* e = std::get_if<LimitReached>(&event)) emit limitReached(e->so_far);
     if (std::holds_alternative<PointMissed>(event)) emit pointMissed();
+    if (std::holds_alternative<RoomAsked>(event)) emit roomAsked();
+    if (const auto* e = std::get_if<RoomEnded>(&event)) emit roomEnded(*e);
+    if (const auto* e = std::get_if<CageChanged>(&event)) emit cageChanged(*e);
+    if (const auto* e = std::get_if<Progressed>(&event)) emit progressed(text(e->phase), e->share);
     if (const auto* e = std::get_if<Failed>(&event)) emit failed(text(e->error.message), e->unsaved);
   }
 }

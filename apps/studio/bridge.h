@@ -44,6 +44,10 @@ class DocumentBridge : public QObject {
   void savedElsewhere(const QString& file, bool whole);
   void limitReached(const relief::StrokeResult& so_far);
   void pointMissed();
+  void roomAsked();
+  void roomEnded(const relief::RoomEnded& room);
+  void cageChanged(const relief::CageChanged& change);
+  void progressed(const QString& phase, double share);
   void failed(const QString& message, quint64 unsaved);
 
  private:

@@ -10,7 +10,7 @@
 
 namespace relief::studio {
 
-/// A model and what stands beside it, in NAME.json beside NAME.relief (see docs/studio-kiosk.md).
+/// A model and what stands beside it, in NAME.json beside NAME.relief (see docs/how-to/kiosk.md).
 struct Exhibit {
   struct Caption {
     QString title;

@@ -38,7 +38,7 @@ FileDesk::FileDesk(DocumentBridge& bridge, QObject* parent) : QObject(parent), b
 }
 
 QString FileDesk::filters() {
-  return tr("Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf)") + QStringLiteral(";;") +
+  return tr("Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)") + QStringLiteral(";;") +
          tr("Relief models (*.relief)") + QStringLiteral(";;") + tr("All files (*)");
 }
 

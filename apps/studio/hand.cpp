@@ -6,6 +6,7 @@
 #include "text.h"
 
 #include <relief/base/try.h>
+#include <relief/core/query.h>
 #include <relief/devices/open_device.h>
 #include <relief/session/replay.h>
 
@@ -125,7 +126,7 @@ Result<std::unique_ptr<Hand::Live>> Hand::make_live(Document& document, const QS
   const Model model = {document.info(), document.head()};
   if (id_ == kMouse) {
     const Workspace space = fit_workspace({.workspace_radius = 0}, model);
-    const Box3d& box = model.head->slab_mesh().bounds();
+    const Box3d box = bounds_of_surface(*model.head);
     const Ray3d ahead = {box.centre() + Vec3d{0, 0, 2 * diagonal(box)}, {0, 0, -1}};
     PointerPlace start = pointer_place(*model.head, has_ray_ ? ray_ : ahead, space, hint_);
     start.depth = -kHover;
@@ -335,7 +336,7 @@ void Hand::recentre(const Ray3d& view) {
   const SnapshotPtr model = bridge_.head();
   const Vec3d along = normalized(view.direction);
   const auto hit = raycast(*model, view, hint_);
-  const Vec3d place = hit ? hit->point.position : model->slab_mesh().bounds().centre();
+  const Vec3d place = hit ? hit->point.position : bounds_of_surface(*model).centre();
   live_->control->recentre(place - along * (kInFront / metres_per_unit()));
 }
 

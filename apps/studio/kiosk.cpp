@@ -11,6 +11,7 @@
 #include "widgets/theme.h"
 
 #include <relief/base/try.h>
+#include <relief/core/query.h>
 
 #include <QApplication>
 #include <QDir>
@@ -220,7 +221,7 @@ void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {
   }
   copy_ = made.file;
   const SnapshotPtr head = bridge_.head();
-  const Box3d box = head->slab_mesh().bounds();
+  const Box3d box = bounds_of_surface(*head);
   tools_.set_diagonal(diagonal(box));
   tools_.set_mirror(box.centre());
   stage_->set_exhibit(exhibits_[exhibit]);

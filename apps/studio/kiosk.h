@@ -28,7 +28,7 @@ class KioskStage;
 
 /// Full screen. Visitors work on a private copy of each model, without its history; the original is only read. When
 /// nobody is there for the exhibit's patience, the copy is given up, and the models turn slowly until somebody comes.
-/// Nothing closes the window but the keys and the code for it (docs/studio-kiosk.md).
+/// Nothing closes the window but the keys and the code for it (docs/how-to/kiosk.md).
 class Kiosk : public QWidget {
   Q_OBJECT
  public:

@@ -25,7 +25,7 @@ void use_language(QApplication& application, const QString& code);
 /// marked by & and patterns of file names (*.ply) stay as they are. Shows words that were forgotten or do not fit.
 [[nodiscard]] QString invented(const QString& words);
 
-/// Accessible names that tests drive the program by (see docs/studio.md), in English.
+/// Accessible names that tests drive the program by (see docs/reference/studio.md), in English.
 [[nodiscard]] const QStringList& test_names();
 
 }  // namespace relief::studio

@@ -28,6 +28,7 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QPushButton>
+#include <QScreen>
 #include <QStackedWidget>
 #include <QStatusBar>
 #include <QToolBar>
@@ -78,7 +79,7 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   connect_view();
   build_preferences();
   actions_.at("tool-" + tools_.id())->setChecked(true);
-  resize(settings_.value("window/size", QSize(1500, 940)).toSize());
+  resize(settings_.value("window/size", QSize(1500, 940)).toSize().boundedTo(screen()->availableGeometry().size()));
   if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
   refresh();
   if (!desk_.shelf().complaint().isEmpty()) say(desk_.shelf().complaint());
@@ -199,6 +200,9 @@ void MainWindow::refresh() {
   actions_.at("redo")->setEnabled(statistics.redo_steps > 0);
   for (const char* id : {"save", "save-as", "export", "picture", "turntable", "report", "close-model", "pick-colour"})
     actions_.at(id)->setEnabled(open);
+  for (const char* id : {"refine-saturated", "refine-all", "refine-model"})
+    actions_.at(id)->setEnabled(open && !changing_cage_);
+  actions_.at("stop-refining")->setEnabled(open && changing_cage_);
   for (QAction* tool : tool_group_->actions()) tool->setEnabled(open || !desk_.opening());
   radius_->setEnabled(open);
   strength_->setEnabled(open && tools_.tool());

@@ -7,6 +7,8 @@
 #include "tool_state.h"
 #include "viewport.h"
 
+#include <relief/convert/refine.h>
+
 #include <QActionGroup>
 #include <QMainWindow>
 #include <QPointer>
@@ -92,6 +94,7 @@ class MainWindow : public QMainWindow {
   QAction* add(const QString& id, const QString& title, const QKeySequence& key, std::function<void()> call);
   void build_menus();
   void use_look(const Look& look);
+  void refine_model(const QString& title, RefineWhere where);
 
   // preference_actions.cpp
   void build_preferences();
@@ -174,6 +177,7 @@ class MainWindow : public QMainWindow {
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;
   bool limit_told_ = false;
+  bool changing_cage_ = false;  ///< the document works on other slabs
 };
 
 }  // namespace relief::studio

@@ -26,7 +26,6 @@ constexpr std::array kBands = {
     Band{"check", QT_TRANSLATE_NOOP("OpenJob", "Checking the slabs"), 0.9, 1},
     Band{"remesh", QT_TRANSLATE_NOOP("OpenJob", "Mending the scan"), 0.06, 0.1},
     Band{"shell", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: a thin shell"), 0.06, 0.14},
-    Band{"decimate", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: a coarse form"), 0.1, 0.2},
     Band{"reduce", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: slabs"), 0.14, 0.78},
     Band{"sample", QT_TRANSLATE_NOOP("OpenJob", "Preparing the surface: samples"), 0.78, 0.88},
     Band{"measure", QT_TRANSLATE_NOOP("OpenJob", "Measuring the distance to the scan"), 0.88, 0.94},
@@ -170,11 +169,8 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
     removed.append(Words::tr("%n opening(s) stay open", nullptr, static_cast<int>(report.closed_openings)));
   if (report.dropped_parts > 0)
     removed.append(Words::tr("%n small part(s) were left out", nullptr, static_cast<int>(report.dropped_parts)));
-  if (report.dropped_slabs > 0)
-    removed.append(
-        Words::tr("%n slab(s) had no room and were left out", nullptr, static_cast<int>(report.dropped_slabs)));
   if (report.specks > 0)
-    removed.append(Words::tr("%n speck(s) were left out", nullptr, static_cast<int>(report.specks)));
+    removed.append(Words::tr("%n tiny component(s) were left out", nullptr, static_cast<int>(report.specks)));
   if (report.replaced_triangles > 0)
     removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
   verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.")

@@ -4,6 +4,8 @@
 #include "text.h"
 #include "widgets/theme.h"
 
+#include <relief/core/query.h>
+
 #include <QAccessible>
 #include <QApplication>
 #include <QJsonArray>
@@ -87,7 +89,7 @@ void Viewport::set_scene(Scene scene, Unit unit, bool frame_it) {
   scene_ = std::move(scene);
   unit_ = unit;
   hint_ = {};
-  box_ = scene_.model ? scene_.model->slab_mesh().bounds() : scene_.mesh ? bounds(*scene_.mesh) : Box3d{};
+  box_ = scene_.model ? bounds_of_surface(*scene_.model) : scene_.mesh ? bounds(*scene_.mesh) : Box3d{};
   diagonal_ = has_scene() ? diagonal(box_) : 1;
   look_.mm_per_unit = 1000 * metres(unit_);
   if (frame_it) frame_all();

@@ -17,7 +17,7 @@ class QTouchEvent;
 
 namespace relief::studio {
 
-/// Which buttons and keys turn the camera (see docs/studio.md).
+/// Which buttons and keys turn the camera (see docs/reference/studio.md).
 enum class NavigationMap : std::uint8_t { Blender, Industry, Pen };
 
 /// Shows pictures that a render thread draws: while nothing changes, nothing is drawn.

@@ -54,6 +54,30 @@ void MainWindow::connect_document() {
     if (std::exchange(limit_told_, true)) return;
     say(tr("The clay ends here: no further in this direction."));
   });
+  connect(&bridge_, &DocumentBridge::closed, this, [this] { changing_cage_ = false; });
+  connect(&bridge_, &DocumentBridge::roomAsked, this, [this] { say(tr("Making room under the stroke …")); });
+  connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
+    if (room.fibres == 0)
+      say(tr("The clay ends here: no further in this direction."));
+    else if (room.lacking == 0)
+      say(tr("There is room again."));
+    else
+      say(tr("There is more room now, but not everywhere as much as the stroke wants."));
+  });
+  connect(&bridge_, &DocumentBridge::cageChanged, this, [this](const CageChanged& change) {
+    changing_cage_ = false;
+    const QString label = text(change.label);
+    if (change.changed)
+      say(tr("%1: done").arg(label));
+    else if (change.cancelled)
+      say(tr("%1: stopped").arg(label));
+    else if (!change.failed)
+      say(tr("%1: nothing to do").arg(label));
+    refresh();
+  });
+  connect(&bridge_, &DocumentBridge::progressed, this, [this](const QString&, double share) {
+    if (changing_cage_) say(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
+  });
   connect(&bridge_, &DocumentBridge::strokeRefused, this,
           [this] { say(tr("The other hand is at work; the stroke was not begun.")); });
   connect(&bridge_, &DocumentBridge::historyDropped, this, [this](quint64 steps) {

@@ -306,10 +306,6 @@
         <translation>Oberfläche vorbereiten: dünne Schale</translation>
     </message>
     <message>
-        <source>Preparing the surface: a coarse form</source>
-        <translation>Oberfläche vorbereiten: grobe Form</translation>
-    </message>
-    <message>
         <source>Preparing the surface: slabs</source>
         <translation>Oberfläche vorbereiten: Platten</translation>
     </message>
@@ -360,14 +356,7 @@
         </translation>
     </message>
     <message numerus="yes">
-        <source>%n slab(s) had no room and were left out</source>
-        <translation>
-            <numerusform>%n Platte hatte keinen Platz und wurde weggelassen</numerusform>
-            <numerusform>%n Platten hatten keinen Platz und wurden weggelassen</numerusform>
-        </translation>
-    </message>
-    <message numerus="yes">
-        <source>%n speck(s) were left out</source>
+        <source>%n tiny component(s) were left out</source>
         <translation>
             <numerusform>%n Splitter wurde weggelassen</numerusform>
             <numerusform>%n Splitter wurden weggelassen</numerusform>
@@ -1049,8 +1038,8 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>%1 konnte nicht geöffnet werden</translation>
     </message>
     <message>
-        <source>Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf)</source>
-        <translation>Modelle und Scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf)</translation>
+        <source>Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)</source>
+        <translation>Modelle und Scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)</translation>
     </message>
     <message>
         <source>Relief models (*.relief)</source>
@@ -1834,6 +1823,54 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Force meter</source>
         <translation>Kraftmesser</translation>
+    </message>
+    <message>
+        <source>Make &amp;room where the clay has run out</source>
+        <translation>&amp;Raum schaffen, wo der Ton zu Ende ist</translation>
+    </message>
+    <message>
+        <source>Make everything &amp;finer</source>
+        <translation>Alles &amp;feiner machen</translation>
+    </message>
+    <message>
+        <source>Make &amp;new slabs for the model</source>
+        <translation>&amp;Neue Platten für das Modell machen</translation>
+    </message>
+    <message>
+        <source>Stop making slabs</source>
+        <translation>Arbeit an den Platten abbrechen</translation>
+    </message>
+    <message>
+        <source>%1 … You can go on sculpting.</source>
+        <translation>%1 … Sie können weiterarbeiten.</translation>
+    </message>
+    <message>
+        <source>Making room under the stroke …</source>
+        <translation>Unter dem Strich wird Raum geschaffen …</translation>
+    </message>
+    <message>
+        <source>There is room again.</source>
+        <translation>Jetzt ist wieder Raum.</translation>
+    </message>
+    <message>
+        <source>There is more room now, but not everywhere as much as the stroke wants.</source>
+        <translation>Jetzt ist mehr Raum, aber nicht überall so viel, wie der Strich braucht.</translation>
+    </message>
+    <message>
+        <source>%1: done</source>
+        <translation>%1: fertig</translation>
+    </message>
+    <message>
+        <source>%1: stopped</source>
+        <translation>%1: abgebrochen</translation>
+    </message>
+    <message>
+        <source>%1: nothing to do</source>
+        <translation>%1: nichts zu tun</translation>
+    </message>
+    <message>
+        <source>Working on the slabs: %1 %. You can go on sculpting.</source>
+        <translation>Arbeit an den Platten: %1 %. Sie können weiterarbeiten.</translation>
     </message>
 </context>
 <context>

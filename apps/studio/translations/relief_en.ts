@@ -18,17 +18,10 @@
         </translation>
     </message>
     <message numerus="yes">
-        <source>%n slab(s) had no room and were left out</source>
+        <source>%n tiny component(s) were left out</source>
         <translation>
-            <numerusform>%n slab had no room and was left out</numerusform>
-            <numerusform>%n slabs had no room and were left out</numerusform>
-        </translation>
-    </message>
-    <message numerus="yes">
-        <source>%n speck(s) were left out</source>
-        <translation>
-            <numerusform>%n speck was left out</numerusform>
-            <numerusform>%n specks were left out</numerusform>
+            <numerusform>%n tiny component was left out</numerusform>
+            <numerusform>%n tiny components were left out</numerusform>
         </translation>
     </message>
     <message numerus="yes">
