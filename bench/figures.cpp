@@ -61,7 +61,7 @@ ordered_json to_json(const Machine& machine) {
 }
 
 std::string figures_table(const ordered_json& figures) {
-  std::vector<std::vector<std::string>> rows = {{"", "on", "is", "", "goal", "clock", "p50/p99/p99.9/max"}};
+  std::vector<std::vector<std::string>> rows = {{"", "on", "is", "", "goal", "clock", "p50/p90/p99/p99.9/max"}};
   for (const ordered_json& f : figures)
     rows.push_back({f["name"].get<std::string>(), f["surface"].get<std::string>(), value_text(f),
                     f["unit"].get<std::string>(), goal_text(f), f["clock"].get<std::string>(), percentiles_text(f),

@@ -21,11 +21,8 @@ inline nlohmann::ordered_json percentiles(std::vector<double> values, double sca
                : values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))] *
                      scale;
   };
-  return {{"count", values.size()},
-          {"p50", at(0.5)},
-          {"p99", at(0.99)},
-          {"p999", at(0.999)},
-          {"max", values.empty() ? 0.0 : values.back() * scale}};
+  return {{"count", values.size()}, {"p50", at(0.5)},    {"p90", at(0.9)},
+          {"p99", at(0.99)},        {"p999", at(0.999)}, {"max", values.empty() ? 0.0 : values.back() * scale}};
 }
 
 /// Times single calls on the clock of the thread's CPU time, which stands still while another thread has the core. What

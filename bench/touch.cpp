@@ -122,7 +122,7 @@ class TouchBench {
   void time(const std::string& name, const std::string& surface, const ordered_json& ns, const char* which, Goal goal,
             const char* clock = "thread CPU") {
     ordered_json us;
-    for (const char* each : {"p50", "p99", "p999", "max"}) us[each] = ns[each].get<double>() / 1000;
+    for (const char* each : {"p50", "p90", "p99", "p999", "max"}) us[each] = ns[each].get<double>() / 1000;
     figure(name, surface, us[which].get<double>(), "us", goal, us, clock);
   }
 

@@ -187,7 +187,7 @@ class Cut {
 
   [[nodiscard]] Error by_tool(const SnapshotPtr& start, const SurfacePoint& at, bool exact) const {
     Editor editor(start);
-    editor.begin_stroke({.tool = Tool::Carve, .radius = ball_.radius, .exact = exact});
+    editor.begin_stroke({.tool = Tool::Carve, .radius = ball_.radius, .detail = 0, .exact = exact});
     editor.dab({.slab = at.slab,
                 .contact = at.position,
                 .cursor = at.position - ball_.axis * ball_.depth,

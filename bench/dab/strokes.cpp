@@ -48,7 +48,7 @@ Sized find_radius(double wanted, double guess, const std::function<double(double
 }
 
 Brush brush_of(Tool tool, double radius) {
-  return {.tool = tool, .radius = radius, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
+  return {.tool = tool, .radius = radius, .detail = 0, .strength = 0.3, .colour = {0.8F, 0.2F, 0.1F}};
 }
 
 Vec3d aside(Vec3d normal) noexcept {

@@ -7,6 +7,7 @@
 #include <relief/base/cpu_time.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
+#include <relief/core/detail.h>
 #include <relief/core/query.h>
 #include <relief/edit/editor.h>
 #include <relief/mesh/samples.h>
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace relief::bench {
 
@@ -54,6 +56,7 @@ class FrameBench {
     RELIEF_CHECK(small_model());
     RELIEF_CHECK(large_model());
     RELIEF_CHECK(following_dabs());
+    for (const int levels : form_ ? std::vector{1} : std::vector{2, 5}) RELIEF_CHECK(following_cuts(levels));
     out_["machine"]["load_average_after"] = load_average();
     out_["repeats"] = repeats_;
     out_["extent"] = form_ ? "form only: the figures mean nothing" : "figures of this machine";
@@ -226,6 +229,34 @@ class FrameBench {
         fmt::format("ball, {} slabs, n = {}", model->slab_mesh().slab_count(), model->slab_mesh().intervals(0));
     add("display follows a dab, normals included", surface, 1e3 * median(seconds), "ms", at_most(0.5), "thread CPU");
     figures_.back()["more"] = {{"samples", median(samples)}, {"tiles", median(tiles)}};
+    return {};
+  }
+
+  /// The display cache alone, when 20 slabs where a tool is are cut, so 60 are added, and when that is taken back.
+  Status following_cuts(int levels) {
+    RELIEF_TRY(const auto context, detail::GlContext::create());
+    const detail::GlContext::Scope scope(*context);
+    const SnapshotPtr model = rough_ball(levels, levels < 5 ? 32 : 16);
+    const SlabMesh& mesh = model->slab_mesh();
+    std::vector<SlabId> nearest(mesh.slab_count());
+    std::iota(nearest.begin(), nearest.end(), 0U);
+    std::ranges::sort(nearest, {}, [&](SlabId s) { return length(mesh.box(s).centre() - Vec3d{0.2, 0.1, 1}); });
+    nearest.resize(20);
+    RELIEF_TRY(const SnapshotPtr cut, with_detail(model, {.cuts = nearest, .grids = {}}));
+    detail::DisplayCache kept;
+    static_cast<void>(kept.update(*model));
+    std::vector<double> cuts, undone, anew;
+    const CallTimer timer;
+    for (int k = 0; k < 2 * repeats_; ++k) {
+      cuts.push_back(timer([&] { static_cast<void>(kept.update(*cut)); }));
+      undone.push_back(timer([&] { static_cast<void>(kept.update(*model)); }));
+      detail::DisplayCache fresh;
+      anew.push_back(timer([&] { static_cast<void>(fresh.update(*cut)); }));
+    }
+    const std::string surface = fmt::format("ball, {} slabs, n = {}", mesh.slab_count(), mesh.intervals(0));
+    add("display follows 20 slabs cut in four", surface, 1e3 * median(cuts), "ms", {}, "thread CPU");
+    add("the same, taken back", surface, 1e3 * median(undone), "ms", {}, "thread CPU");
+    add("display rebuilt", surface, 1e3 * median(anew), "ms", {}, "thread CPU");
     return {};
   }
 

@@ -27,6 +27,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace relief::acceptance {
@@ -56,16 +57,16 @@ ServoSettings with(const testing::HeldTool& held) { return {.workspace = kSpace,
 /// A servo that presses a tool 3 mm into the top of the ball at t = 1.010 s.
 struct Pressed {
   testing::HeldTool held;
-  SnapshotPtr model = ball();
+  SnapshotPtr model;
   Servo servo{with(held), DeviceInfo{}};
   double start = 1;
   int ticks = 0;
   ServoSample felt;
 
   [[nodiscard]] double t() const { return start + 1e-3 * ticks; }
-  explicit Pressed(testing::HeldTool tool) : held(std::move(tool)) {
-    at(1.02);
-    for (int k = 1; k <= 10; ++k) at(1.02 - 5e-3 * k);
+  explicit Pressed(testing::HeldTool tool, SnapshotPtr on = ball(), double top = 1)
+      : held(std::move(tool)), model(std::move(on)) {
+    for (int k = static_cast<int>(std::lround((top + 0.05 - 0.97) / 5e-3)) - 6; k >= 0; --k) at(0.97 + 5e-3 * k);
   }
   /// Where the tool's surface is at such a height.
   [[nodiscard]] DeviceState reading_at(double time, double z) const { return reading(time, {0, 0, z + held.radius}); }
@@ -175,14 +176,31 @@ void safe_state(Report& report, const testing::HeldTool& held) {
     int n;
     double radius;
   };
-  for (const auto& [what, n, radius] :
-       {Other{"of the same shape", 16, 1}, Other{"of the same shape, other n", 32, 1}, Other{"2 mm lower", 16, 0.98},
-        Other{"2.9 mm higher", 16, 1.029}, Other{"6 mm higher", 16, 1.06}}) {
+  // Another cage is an edit like any other: a surface that stays within reach is felt on, and the force blends over.
+  for (const auto& [what, n, radius] : {Other{"of the same shape", 16, 1}, Other{"of the same shape, other n", 32, 1},
+                                        Other{"2 mm lower", 16, 0.98}, Other{"2.9 mm higher", 16, 1.029}}) {
+    const std::string name = std::string("another model under the tip, ") + what + held.name;
+    const SnapshotPtr other = ball_in(testing::sphere_shell(2, n), radius);
+    // The hand rests first, so that all of a step is the model's doing.
+    Pressed hand(held), on_other(held, other, radius);
+    hand.ticks_with_force(100);
+    on_other.ticks_with_force(300);
+    hand.model = other;
+    double step = 0;
+    for (int k = 0; k < 200; ++k) {
+      const Vec3d before = hand.felt.force;
+      hand.at(0.97);
+      step = std::max(step, length(hand.felt.force - before));
+    }
+    report.at_most(name + ": force step", step, 0.045 + 1e-9, "N");
+    report.at_most(name + ": off the force of one who pressed the other model from the start",
+                   length(hand.felt.force - on_other.felt.force), 0.05, "N");
+  }
+  {
     Pressed hand(held);
-    hand.model = ball_in(testing::sphere_shell(2, n), radius);
+    hand.model = ball_in(testing::sphere_shell(2, 16), 1.06);
     hand.at(0.97);
-    judge(report, std::string("another model under the tip, ") + what + held.name,
-          answer_to(hand, ServoFault::SurfaceJumped));
+    judge(report, "another model under the tip, 6 mm higher" + held.name, answer_to(hand, ServoFault::SurfaceJumped));
   }
   {
     Pressed hand(held);

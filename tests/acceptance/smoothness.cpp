@@ -286,9 +286,9 @@ void ground_taken_away(const SnapshotPtr& model, Report& report) {
           std::string(exact ? ", exact normals, " : ", ") + (deep < 0.01 ? "0.3 % deep" : "1.5 % deep");
       report.at_least("ground carved away on a rough model" + what, edits, places / 2);
       if (deep < 0.01)
-        report.at_least("tips that then stood in the open" + what, freed, places / 2);
+        report.at_least("tips that then stood in free space" + what, freed, places / 2);
       else
-        report.shown("tips that then stood in the open" + what, freed);
+        report.shown("tips that then stood in free space" + what, freed);
       report.at_most("its largest jump in a tick" + what, step, 0.05, "N");
     }
 }

@@ -1,8 +1,10 @@
 """The command line as a user meets it: exit statuses, one line per failure, files that are whole or absent, real work."""
 
 import array
+import base64
 import contextlib
 import csv
+import html
 import itertools
 import json
 import math
@@ -28,7 +30,7 @@ SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
 
 
 def hash_64(parts):
-    """The checksum of a row, as docs/file-format.md gives it: of numbers and of bytes, as SQLite keeps it."""
+    """The checksum of a row, as docs/reference/model-file.md gives it: of numbers and of bytes, as SQLite keeps it."""
     mask = 2**64 - 1
     state = 0x243f6a8885a308d3
 
@@ -158,7 +160,7 @@ class Contract(Case):
         gone = self.folder / "gone.ply"
         self.assert_failed(Run("convert", gone, "-o", self.folder / "x.relief"), 1, "gone.ply")
         self.assert_failed(Run("info", gone), 1, "gone.ply")
-        self.assert_failed(Run("info", self.scan), 1, "pumpkin.ply")
+        self.assert_failed(Run("info", self.scan, "--strokes"), 1, "pumpkin.ply")
         self.assert_failed(Run("info", self.folder), 1, self.folder.name)
         self.assert_failed(Run("convert", self.scan, "-o", self.folder / "no" / "where.relief"), 1, "where.relief")
         self.assert_failed(Run("export", self.model, self.folder / "x.ply", "--level", "7"), 1, "--level")
@@ -178,20 +180,24 @@ class Contract(Case):
 
     def test_modes_that_cannot_be_reached_leave_no_output(self):
         out = self.folder / "certified.relief"
-        cross = self.folder / "cross.obj"
-        cross.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.1\nf 1 2 3\nf 2 4 3\n"
-                         "v 0.5 0 -1\nv 0.5 0 1\nv 0.5 1 -1\nv 0.5 1 1\nf 5 6 7\nf 6 8 7\n")
-        run = Run("convert", cross, "-o", out, "--mode", "certified")
-        self.assert_failed(run, 1, "cross.obj", "certified", "near (", "--remesh", "--mode tolerant")
+        # A star of so many points that those around a tip cannot be compared with each other.
+        points, star, lines = 6000, self.folder / "star.obj", ["v 0 1 0", "v 0 -1 0"]
+        for k in range(points):
+            turn, out_by = 2 * math.pi * k / points, 1 + 0.1 * (k % 2)
+            lines.append(f"v {out_by * math.cos(turn)} {0.1 * (k % 2)} {out_by * math.sin(turn)}")
+        for k in range(points):
+            here, there = k + 3, (k + 1) % points + 3
+            lines += [f"f 1 {there} {here}", f"f 2 {here} {there}"]
+        star.write_text("\n".join(lines) + "\n")
+        run = Run("convert", star, "-o", out, "--mode", "certified")
+        self.assert_failed(run, 1, "star.obj", "certified", "near (", "--remesh", "--mode tolerant")
         self.assertFalse(out.exists())
-        report = self.ok("convert", cross, "-o", out, "--json").json()
-        self.assertEqual(report["mode"], "preview")
-        self.assertEqual((report["parts"]["count"], report["parts"]["certified"]), (2, 0))
-        for part in report["parts"]["obstacles"]:
-            self.assertIn(part["part"], (0, 1))
-            self.assertEqual(part["triangles"], 2)
-            self.assertIn("triangles", part["reason"])
+        report = self.ok("convert", star, "-o", out, "--samples", 8, "--json").json()
+        self.assertIn("voxel", report["remesh"])
+        self.assertIn("solid rebuilt", report["verdict"])
+        self.assertEqual(report["hits"]["none"] > 0, report["coverage"]["visible_share"] < 1)
         self.assertIn("near (", report["not_certified"])
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
 
     def test_tolerant_mode_claims_all_that_the_verifier_proves(self):
         """Of a ball, the steps that may fold part of it lead to fewer slabs, and fold nothing."""
@@ -210,13 +216,24 @@ class Contract(Case):
                 a, b, c, d = number(row, k), number(row + 1, k), number(row + 1, k + 1), number(row, k + 1)
                 faces += [(a, b, c), (a, c, d)]
         ball.write_text("".join("v %.17g %.17g %.17g\n" % p for p in points) + "".join("f %d %d %d\n" % f for f in faces))
-        report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 30, "--json").json()
+        report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 30, "--unit", "mm", "--json").json()
         self.assertEqual((report["mode"], report["slabs"], report["notes"]), ("certified", 30, []))
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         self.assertEqual(self.ok("info", out, "--json").json()["mode"], "certified")
         report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 8, "--json").json()
         self.assertGreater(report["slabs"], 8)
         self.assertIn("--thickness", " ".join(report["notes"]), "what may lead to fewer")
+
+    def test_info_of_a_mesh_says_what_was_passed_over(self):
+        mesh = self.folder / "mesh.stl"
+        mesh.write_text("solid a\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 0\nendloop\nendfacet\n")
+        info = self.ok("info", mesh, "--json").json()
+        self.assertEqual((info["kind"], info["vertices"], info["triangles"], info["unit"], info["colours"]),
+                         ("mesh", 3, 1, None, []))
+        self.assertEqual(info["bounds"], [[0, 0, 0], [1, 2, 0]])
+        self.assertEqual(len(info["notes"]), 1)
+        self.assertIn("endsolid", self.ok("info", mesh).out)
+        self.assertEqual(self.ok("info", self.scan, "--json").json()["notes"], [])
 
     def test_an_error_that_is_not_kept_is_said(self):
         out = self.folder / "error.relief"
@@ -234,8 +251,7 @@ class Contract(Case):
                          "v 0.5 0 -1\nv 0.5 0 1\nv 0.5 1 -1\nv 0.5 1 1\nf 5 6 7\nf 6 8 7\n")
         report = self.ok("convert", cross, "-o", out, "--mode", "tolerant", "--mended", mended, "--json").json()
         self.assertLessEqual(report["slabs"], 200)
-        self.assertIn("voxel", report["remesh"])
-        self.assertTrue(any("solid" in note for note in report["notes"]), report["notes"])
+        self.assertTrue(report["verdict"].lower().startswith(report["mode"]), report["verdict"])
         self.ok("verify", out, "--source", mended)
 
     def test_an_open_sheet_is_certified_and_stays_open(self):
@@ -259,9 +275,7 @@ class Contract(Case):
         self.assertEqual([c["holds"] for c in report["certificate"].values()], [True] * len(report["certificate"]))
         self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
-        preview = self.ok("convert", self.scan, "-o", out, "--mode", "preview", "--samples", 8, "--json").json()
-        self.assertEqual(preview["mode"], "preview")
-        self.assertNotIn("not_certified", preview)
+        self.assert_failed(Run("convert", self.scan, "-o", out, "--mode", "preview"), 2, "preview")
 
     def test_the_input_is_never_overwritten(self):
         before = self.scan.read_bytes()
@@ -319,7 +333,7 @@ class Contract(Case):
                      ["replay", rec, "--csv", new], ["replay", rec, "--mcap", new], ["replay", rec, "--report", new],
                      ["convert", self.scan, "-o", self.folder / "not.relief", "--mended", link],
                      ["sample", "torus", "-o", link]):
-            self.assert_failed(Run(*args), 1, "is the name of a model")
+            self.assert_failed(Run(*args), 1, "does not end in .relief")
         self.assertEqual([name for name in ("new.RELIEF", "not.csv", "not.relief") if (self.folder / name).exists()], [])
 
     def test_an_empty_name_of_a_file_is_said(self):
@@ -341,10 +355,11 @@ class Contract(Case):
         self.assertEqual(list(self.folder.glob("not.*")), [])
 
     def test_a_file_that_is_no_model_is_not_lost(self):
-        other, empty = self.folder / "other.obj", self.folder / "empty.obj"
-        self.ok("sample", "torus", "-o", other, "--triangles", 1000)
+        mesh, other, empty = (self.folder / name for name in ("other.obj", "other.relief", "empty.relief"))
+        self.ok("sample", "torus", "-o", mesh, "--triangles", 1000)
+        mesh.rename(other)
         before = other.read_bytes()
-        self.assert_failed(Run("convert", self.scan, "-o", other), 1, "other.obj", "--force")
+        self.assert_failed(Run("convert", self.scan, "-o", other), 1, "other.relief", "--force")
         self.assertEqual(other.read_bytes(), before)
         empty.touch()
         for out, force in ((empty, []), (other, ["--force"])):
@@ -400,6 +415,11 @@ class Contract(Case):
         distance = report["distance"]
         for way in (distance, *(distance[w] for w in ("to_mended", "from_mended", "to_source", "from_source"))):
             self.assertTrue(0 < way["rms"] < way["max"] < 0.1)
+        clay = report["clay"]
+        for side in ("below", "above"):
+            self.assertTrue(0 < clay[side]["least"] <= clay[side]["tenth"] <= clay[side]["median"] <= 0.14, side)
+            self.assertTrue(0 <= clay[side]["thin_fibres"] <= 1 and 0 <= clay[side]["thin_samples"] <= 1, side)
+        self.assertGreater(clay["fibres"], 3)
         self.assertTrue(0 < report["thickness"]["min"] <= report["thickness"]["median"] <= 0.2)
         self.assertEqual([(k, c["holds"]) for k, c in report["certificate"].items()], [(f"C{k}", True) for k in range(8)])
         self.assertEqual({k: n for k, n in report["repair"].items() if n != 0}, {"parts": 1})
@@ -493,10 +513,10 @@ class Contract(Case):
         model, mended, picture = (self.folder / name for name in ("fine.relief", "fine.ply", "i.png"))
         self.ok("convert", self.scan, "-o", model, "--samples", 128, "--mended", mended)
         again, other = self.folder / "i.relief", self.folder / "i.ply"
-        for args, phase in ((["verify", model, "--source", mended], b"compare"),
-                            (["convert", self.scan, "-o", again, "--slabs", 100_000, "--mended", other], b"verify"),
+        for args, phase in ((["verify", model, "--source", mended], b"comparing"),
+                            (["convert", self.scan, "-o", again, "--slabs", 100_000, "--mended", other], b"verifying"),
                             (["render", model, "--size", "4000x4000", "--supersample", "1", "--lights", "1", "-o", picture],
-                             b"save")):
+                             b"writing")):
             # On a terminal the phase is said.
             terminal, side = pty.openpty()
             started = subprocess.Popen([str(BIN / "relief"), *map(str, args)], stdout=subprocess.PIPE, stderr=side)
@@ -613,11 +633,11 @@ class Workflow(Case):
         lines += ["f " + " ".join(f"{c}/{c}" for c in face.split()) for face in faces]
         (folder / "cube.obj").write_text("\n".join(lines) + "\n")
         model = folder / "cube.relief"
-        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--json").json()
+        bare = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--unit", "mm", "--json").json()
         self.assertEqual(len(bare["notes"]), 1)
         self.assertNotIn("colour", self.layers(model))
         (folder / "skin.png").write_bytes(png)
-        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--json").json()
+        made = self.ok("convert", folder / "cube.obj", "-o", model, "--slabs", 12, "--samples", 32, "--unit", "mm", "--json").json()
         self.assertEqual(made["notes"], [])
         self.assertIn("colour", self.layers(model))
         self.ok("export", model, folder / "out.obj")
@@ -799,7 +819,7 @@ class Workflow(Case):
         folder = self.folder / "pages"
         folder.mkdir()
         hashes = set()
-        for mode in ("certified", "preview"):
+        for mode in ("certified", "tolerant"):
             for threads in (1, 2):
                 json_out = Run("convert", mesh, "-o", model, "--slabs", 1000, "--samples", 90, "--mode", mode, "--force",
                                "--json", "--threads", threads, env={"TMPDIR": str(folder)}).json()
@@ -821,10 +841,10 @@ class Workflow(Case):
         self.assert_failed(Run("sculpt", self.model, "--strokes", strokes, "-o", model), 1, "--force")
         path = self.folder / "short.csv"
         path.write_text("t,x,y,z\n0,0,0,100\n0.001,0,0,100\n")
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 1, "name of a model")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 1, "does not end in .relief")
         forces = self.folder / "F.csv"
         self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 1,
-                           "name of a model")
+                           "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         # What cannot be read may hold strokes, too.
         cut = self.folder / "cut.relief"
@@ -835,7 +855,7 @@ class Workflow(Case):
         # Nor is a model replaced through a link.
         link = self.folder / "link.csv"
         link.symlink_to(model)
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 1, "name of a model")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 1, "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("sculpt", self.model, "--strokes", strokes, "-o", model, "--force")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
@@ -1046,7 +1066,7 @@ class Touch(Case):
             for value in wrong:
                 forces = self.folder / "refused.csv"
                 run = Run(*self.live("--seconds", 0.05, "-o", forces, f"{name}={value}")[1:])
-                self.assert_failed(run, 2, name, *words, f'"{value}"')
+                self.assert_failed(run, 2, name, *words, str(value))
                 self.assertFalse(forces.exists())
 
     def test_ctrl_c_is_stop_and_save(self):
@@ -1294,7 +1314,7 @@ class Replay(Case):
         # The strokes are taken back: a carved copy still is the model that was recorded.
         self.ok("replay", self.rec, "--verify", "--model", other)
         fresh = self.folder / "fresh.relief"
-        self.ok("convert", self.scan, "-o", fresh, "--slabs", 120, "--samples", 8, "--mode", "preview")
+        self.ok("convert", self.scan, "-o", fresh, "--slabs", 120, "--samples", 8)
         self.assert_failed(Run("replay", self.rec, "--verify", "--model", fresh), 1, "fresh.relief", "--model")
         moved = self.folder / "elsewhere"
         moved.mkdir()
@@ -1421,7 +1441,7 @@ class Replay(Case):
             self.assertNotIn("taken over", said)
             self.assertEqual(used, tool)
         other, small = self.folder / "coarse.relief", self.folder / "small.ply"
-        self.ok("convert", self.scan, "-o", other, "--slabs", 120, "--samples", 8, "--mode", "preview")
+        self.ok("convert", self.scan, "-o", other, "--slabs", 120, "--samples", 8)
         small.write_text("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                          "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
                          "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n")
@@ -1482,7 +1502,7 @@ class Replay(Case):
             ticks = len(table.read_text().splitlines()) - 1
             self.assertIn(f"its end is missing, the file was cut at {len(sound) * part // 13} of {len(sound)} bytes", run.out)
             self.assertIn(f"{ticks} ticks are whole", run.out)
-            self.assertIn(f"{ticks} ticks, all the same", run.out)
+            self.assertIn(f"{ticks} ticks, all the same" if ticks else "nothing to check", run.out)
             self.assertGreaterEqual(ticks, last)
             last = ticks
         self.assertGreater(last, 500)
@@ -1720,8 +1740,9 @@ class Sculpt(Case):
         with contextlib.closing(sqlite3.connect(out)) as database:
             texts = [json.loads(row[0]) for row in database.execute("SELECT details FROM strokes WHERE number > 0 ORDER BY number")]
         self.assertTrue(all(text["tip"] and text["symmetry"] == "x" and text["radius"] == 6 for text in texts))
-        self.ok("sculpt", self.model, "--strokes", self.strokes(texts), "-o", again)
-        self.assertEqual(self.hash(again), self.hash(out))
+        played = self.ok("sculpt", self.model, "--strokes", self.strokes(texts), "-o", again, "--json").json()
+        if played["room"]["asked"] == 0:  # recorded strokes get none
+            self.assertEqual(self.hash(again), self.hash(out))
         if report["servo"]["dropped"] == 0:
             self.ok("replay", record, "--verify", "--model", self.model)
         # The recorded hand on the recorded model, with another tool, into the model itself.
@@ -1732,10 +1753,14 @@ class Sculpt(Case):
 
     def test_wrong_settings_of_a_live_tool_are_told(self):
         live = ["sculpt", self.model, "--device", "sim:hand", "--seconds", 1, "-o", self.folder / "none.relief"]
-        for options, word in ((["--tool", "crave"], "did you mean carve?"), (["--tool", "carve", "--colour", "1,2,3"], "no setting of carve"),
+        for options, word in ((["--tool", "carve", "--colour", "1,2,3"], "no setting of carve"),
                               (["--tool", "paint"], "--colour"), (["--tool", "carve", "--radius", "x"], "--radius"),
-                              (["--tool", "carve", "--radius", "-3"], "radius"), (["--tool", "clay", "--falloff", "cubic"], "own, linear")):
+                              (["--tool", "carve", "--radius", "-3"], "radius")):
             self.assert_failed(Run(*live, *options), 1, word)
+        for options, word in ((["--tool", "crave"], "the nearest is carve"),
+                              (["--tool", "clay", "--falloff", "cubic"], "own, linear"),
+                              (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1")):
+            self.assert_failed(Run(*live, *options), 2, word)
         for options in ([], ["--strokes", "S.json", "--tool", "carve"]):
             self.assert_failed(Run(*live, *options), 2)
 
@@ -1748,7 +1773,8 @@ class Sculpt(Case):
         before = self.surface(self.model)
         for tool, sign in (("carve", -1), ("deposit", 1)):
             out = self.folder / "tool.relief"
-            stroke = {"tool": tool, "radius": 8, "strength": 0.5, "points": [[0, 2.5, 40, 60, 1], [0.5, 2.5, 40, 60, 1]]}
+            stroke = {"tool": tool, "radius": 8, "strength": 0.5, "detail": 0,
+                      "points": [[0, 2.5, 40, 60, 1], [0.5, 2.5, 40, 60, 1]]}
             self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", out, "--force")
             moved = [(a, b) for a, b in zip(before, self.surface(out)) if math.dist(a, b) > 1e-5]
             self.assertGreater(len(moved), 20)
@@ -1787,6 +1813,78 @@ class Sculpt(Case):
             if info.json()["strokes"] > 0:
                 self.ok("undo", out, "--strokes", 1000)
             self.assertEqual(self.hash(out), self.hash(self.model))
+
+
+class Refine(Case):
+    DEEP = [{"tool": "carve", "radius": 45, "strength": 1, "points": [[0, 0, 50, 60, 1]]}]
+
+    def deep(self, name):
+        """A model with a cut that is deeper than its clay was."""
+        strokes, out = self.folder / "deep.json", self.folder / name
+        strokes.write_text(json.dumps(self.DEEP))
+        self.ok("sculpt", self.model, "--strokes", strokes, "-o", out, "--force")
+        return out
+
+    def hash(self, model):
+        return Run("info", model, "--json").json()["content_hash"]
+
+    def test_twice_the_samples_everywhere_and_the_surface_stays(self):
+        out = self.folder / "all.relief"
+        told = self.ok("refine", self.model, "-o", out, "--where", "all", "--json").json()
+        self.assertTrue(told["changed"])
+        self.assertGreater(told["samples"]["after"], 3.5 * told["samples"]["before"])
+        self.assertEqual(told["surface_moved"], {"rms": 0.0, "max": 0.0})
+        info = Run("info", out, "--strokes", "--json").json()
+        self.assertEqual(info["journal"][-1]["label"], "refine all")
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+        fine, coarse = self.folder / "fine.slabs", self.folder / "coarse.slabs"
+        self.ok("export", out, fine)
+        self.ok("export", self.model, coarse)
+        self.assertEqual(fine.read_bytes(), coarse.read_bytes(), "the certificate speaks of the same slabs")
+        self.ok("undo", out)
+        self.assertEqual(self.hash(out), self.hash(self.model))
+
+    def test_a_deep_cut_is_given_room(self):
+        out = self.deep("room.relief")
+        info = Run("info", out, "--json").json()
+        self.assertEqual(info["strokes"], 1, "room is part of the stroke")
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+        before = self.hash(self.model)
+        after = self.hash(out)
+        self.ok("undo", out)
+        self.assertEqual(self.hash(out), before)
+        self.ok("redo", out)
+        self.assertEqual(self.hash(out), after)
+
+    def test_room_where_it_has_run_out_in_place(self):
+        out = self.deep("saturated.relief")
+        before = Run("info", out, "--json").json()
+        told = self.ok("refine", out, "-o", out, "--json").json()
+        self.assertLessEqual(told["saturated"]["after"], told["saturated"]["before"])
+        if told["changed"]:
+            self.assertGreater(told["fibres"]["moved"], 0)
+        self.assertEqual(Run("info", out, "--json").json()["strokes"], before["strokes"] + (1 if told["changed"] else 0))
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+
+    def test_new_slabs_for_what_was_sculpted_only(self):
+        out = self.folder / "model.relief"
+        said = self.ok("refine", self.model, "-o", out, "--where", "model").out
+        self.assertIn("no stroke has changed the model", said)
+        self.assertEqual(Run("info", out, "--json").json()["strokes"], 0)
+        deep = self.deep("sculpted.relief")
+        told = self.ok("refine", deep, "-o", out, "--where", "model", "--force", "--json").json()
+        self.assertTrue(told["changed"])
+        self.assertGreater(told["surface_moved"]["max"], 0)
+        info = Run("info", out, "--json").json()
+        self.assertLess(told["surface_moved"]["rms"], 1e-3 * info["source_diagonal"])
+        self.assertTrue(Run("verify", out, "--json").json()["holds"])
+        self.ok("undo", out)
+        self.assertEqual(self.hash(out), self.hash(deep))
+
+    def test_what_it_refuses(self):
+        self.assert_failed(Run("refine", self.folder / "none.relief", "-o", self.folder / "x.relief"), 1, "none.relief")
+        self.assert_failed(Run("refine", self.model, "-o", self.folder / "x.relief", "--where", "nowhere"), 2, "--where")
+        self.assertFalse((self.folder / "x.relief").exists())
 
 
 class Render(Case):
@@ -1857,28 +1955,104 @@ class BadFiles(Case):
 
 
 class Demo(Case):
-    def test_quick_demo_on_our_model_and_on_a_scan(self):
-        for scan in ([], [str(self.scan)]):
-            out = self.folder / f"out{len(scan)}"
-            run = subprocess.run([str(BIN / "relief-demo"), "--quick", "--out", str(out), *scan], capture_output=True, timeout=600)
-            self.assertEqual(run.returncode, 0, run.stderr.decode())
-            if not scan:
-                seen, of = map(int, re.search(r"colours are seen .* at (\d+) of (\d+) places", run.stdout.decode()).groups())
-                self.assertGreater(of, 10)
-                self.assertGreaterEqual(seen, 0.9 * of)
-            names = {p.name for p in out.iterdir()}
-            self.assertLessEqual({"before.png", "after.png", "model.relief", "report.html", "after.ply"}, names)
-            self.assertNotEqual((out / "before.png").read_bytes(), (out / "after.png").read_bytes())
-            self.assertGreater(Run("info", out / "model.relief", "--json").json()["strokes"], 0)
-            page = (out / "report.html").read_text()
-            self.assertNotIn('src="http', page)
-            self.assertNotIn("href=", page)
-            self.assertIn("<svg", page)
-            # What the hand did and felt, edits and all, from the model as it was before them.
-            recorded = self.ok("replay", out / "session.rlog", "--json").json()
-            self.assertGreater(recorded["ticks"], 500)
-            if not recorded["gaps"]:
-                self.ok("replay", out / "session.rlog", "--verify")
+    """The machine may be busy, or watched by a sanitizer: what only time decides gets wide limits."""
+    PATIENT = ["--limit", "touch=1e6", "--limit", "missed=100"]
+
+    def demo(self, *args, folder=None):
+        return subprocess.run([str(BIN / "relief-demo"), *map(str, args)], capture_output=True, timeout=600, text=True, cwd=folder)
+
+    def assert_one_verdict(self, run, out):
+        """Standard output, the page and the JSON say the same, and it follows from the figures."""
+        page, verdict = (out / "report.html").read_text(), json.loads((out / "report.json").read_text())
+        self.assertEqual(len(verdict["claims"]), 9)
+        for claim in verdict["claims"]:
+            with self.subTest(claim=claim["id"]):
+                self.assertEqual(claim["verdict"] == "pass", claim["value"] <= claim["limit"])
+                self.assertEqual(claim["verdict"] == "pass", "why" not in claim)
+                row = re.search(f'<tr id="claim-{claim["id"]}">(.*?)</tr>', page).group(1)
+                self.assertTrue(row.endswith(f'{claim["verdict"].upper()}</td>'), row)
+                self.assertIn(html.escape(claim["measured"], quote=False), row)
+                self.assertIn(f'{claim["verdict"].upper()}  {claim["claim"]}', run.stdout)
+        found = {claim["verdict"] for claim in verdict["claims"]}
+        self.assertEqual(verdict["verdict"], next(v for v in ("fail", "warn", "pass") if v in found))
+        self.assertIn(verdict["summary"], run.stdout)
+        self.assertIn(verdict["summary"], page)
+        self.assertEqual(run.returncode, 1 if verdict["verdict"] == "fail" else 0, run.stderr)
+        return {claim["id"]: claim for claim in verdict["claims"]}
+
+    def assert_alone(self, page):
+        """Nothing outside the page is asked for, and who cannot see or point is told what is there."""
+        self.assertLess(len(page.encode()), 8_000_000)
+        for word in ("http://", "https://", "href=", "@import", "url(", "fetch(", "XMLHttpRequest", "import("):
+            self.assertNotIn(word, page)
+        for source in re.findall(r'src="([^"]{0,20})', page):
+            self.assertTrue(source.startswith("data:image/png;base"), source)
+        for tag in re.findall(r"<(?:img|canvas|svg)\b[^>]{0,300}", page):
+            self.assertRegex(tag, r'alt="[^"]+"|aria-label="[^"]+"|role="img"')
+        self.assertEqual(page.count("<svg"), page.count('role="img"><title>'))
+        self.assertIn("prefers-color-scheme:dark", page)
+        for button in re.findall(r"<button\b[^>]*>[^<]*", page):
+            self.assertRegex(button, r'aria-label="[^"]+"|>[A-Z]')
+
+    def assert_mesh(self, page):
+        """The model of the 3D view: whole arrays, corners that exist, and a difference between before and after."""
+        view = json.loads(re.search(r'id="meshes">(.*?)</script>', page).group(1))
+        for mesh in (view["before"], view["after"]):
+            data = {key: base64.b64decode(text) for key, text in mesh.items()}
+            vertices = len(data["places"]) // 6
+            self.assertGreater(vertices, 1000)
+            self.assertEqual({key: len(data[key]) for key in ("places", "normals", "colours")},
+                             {"places": 6 * vertices, "normals": 3 * vertices, "colours": 3 * vertices})
+            self.assertEqual(len(data["corners"]) % 6, 0)
+            self.assertEqual(max(struct.unpack(f"<{len(data['corners']) // 2}H", data["corners"])), vertices - 1)
+        self.assertNotEqual(view["before"]["colours"], view["after"]["colours"])
+        self.assertLess(max(view["low"]), min(view["high"]))
+
+    def test_quick_demo_on_our_model(self):
+        out = self.folder / "out"
+        run = self.demo("--quick", "--out", out, *self.PATIENT)
+        claims = self.assert_one_verdict(run, out)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        for claim in ("certified", "distance", "force", "undo", "saved", "paint"):
+            self.assertEqual(claims[claim]["verdict"], "pass", claims[claim])
+        self.assertGreater(int(re.search(r"at \d+ of (\d+) places", claims["paint"]["measured"]).group(1)), 10)
+        names = {p.name for p in out.iterdir()}
+        self.assertLessEqual({"before.png", "after.png", "model.relief", "report.html", "report.json", "after.ply"}, names)
+        self.assertNotEqual((out / "before.png").read_bytes(), (out / "after.png").read_bytes())
+        self.assertGreater(Run("info", out / "model.relief", "--json").json()["strokes"], 0)
+        page = (out / "report.html").read_text()
+        self.assert_alone(page)
+        self.assert_mesh(page)
+        # What the hand did and felt, edits and all, from the model as it was before them.
+        recorded = self.ok("replay", out / "session.rlog", "--json").json()
+        self.assertGreater(recorded["ticks"], 500)
+        if not recorded["gaps"]:
+            self.ok("replay", out / "session.rlog", "--verify")
+
+    def test_a_scan_from_another_folder_and_a_limit_that_is_passed(self):
+        folder = self.folder / "a folder"
+        folder.mkdir()
+        shutil.copy(self.scan, folder / "my scan.ply")
+        run = self.demo("my scan.ply", "--quick", "--out", "my results", "--limit", "distance=0", *self.PATIENT, folder=folder)
+        claims = self.assert_one_verdict(run, folder / "my results")
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertEqual(claims["distance"]["verdict"], "fail")
+        self.assertGreater(claims["distance"]["value"], 0)
+        # What it proposes to try works as it stands.
+        proposed = run.stdout[run.stdout.index("Try next:"):].splitlines()[1:4]
+        self.assertIn(" studio 'my results/model.relief'", proposed[0])
+        for line in proposed[1:]:
+            self.assertEqual(subprocess.run(line, shell=True, cwd=folder, capture_output=True, timeout=300).returncode, 0, line)
+
+    def test_what_cannot_be_run_is_said_in_one_sentence(self):
+        garbage = self.folder / "garbage.ply"
+        garbage.write_text("no mesh at all")
+        for args, word in (([self.folder / "none.ply"], "none.ply"), ([garbage], "garbage.ply"), (["--limit", "feel=1"], "feel=1")):
+            run = self.demo("--quick", "--out", self.folder / "refused", *args)
+            self.assertEqual(run.returncode, 1)
+            self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
+            self.assertIn(word, run.stderr)
+            self.assertNotIn("Try next", run.stdout)
 
 
 if __name__ == "__main__":

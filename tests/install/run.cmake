@@ -43,4 +43,12 @@ endif()
 if(EXISTS "${BUILD}/bin/relief")
   run("${FOLDER}/moved/bin/relief" info "${FOLDER}/torus.relief")
 endif()
+# What docs/tutorials/cpp.md has its reader do, with the same files.
+file(COPY "${SOURCE}/examples/project/CMakeLists.txt" "${SOURCE}/examples/hello.cpp" "${SOURCE}/examples/servo_loop.cpp"
+     DESTINATION "${FOLDER}/first-steps")
+run("${CMAKE_COMMAND}" -S "${FOLDER}/first-steps" -B "${FOLDER}/first-steps/build" -G "${GENERATOR}"
+    "-DCMAKE_PREFIX_PATH=${FOLDER}/moved" "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_BUILD_TYPE=${TYPE}")
+run("${CMAKE_COMMAND}" --build "${FOLDER}/first-steps/build")
+run("${CMAKE_COMMAND}" -E chdir "${FOLDER}/first-steps" build/hello)
+run("${CMAKE_COMMAND}" -E chdir "${FOLDER}/first-steps" build/servo_loop)
 file(REMOVE_RECURSE "${FOLDER}")

@@ -34,7 +34,7 @@ TEST(PaperSec4_1, TheSurfaceIsClippedAtTheSphere) {
   const SnapshotPtr before = displaced(plane_shell(4, 15, 0.3), [](Vec3d) { return 0.5; });
   Editor editor(before);
   const double r = 0.2, k = 0.01, depth = 0.08;
-  editor.begin_stroke({.tool = Tool::Carve, .radius = r, .resilience = k, .exact = true});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = r, .detail = 0, .resilience = k, .exact = true});
   const Dab dab = dab_at(*before, {0.52, 0, 0.47}, depth);
   editor.dab(dab);
   editor.end_stroke();
@@ -55,7 +55,7 @@ TEST(PaperSec4_1, TheSurfaceIsClippedAtTheSphere) {
 TEST(PaperSec4_1, ResilientBandYieldsWithoutBeingCut) {
   const SnapshotPtr before = displaced(plane_shell(4, 15, 0.3), [](Vec3d) { return 0.5; });
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.2, .resilience = 0.02, .exact = true});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.2, .detail = 0, .resilience = 0.02, .exact = true});
   EXPECT_EQ(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.019)).samples, 0U);
   EXPECT_GT(editor.dab(dab_at(*before, {0.5, 0, 0.5}, 0.03)).samples, 0U);
   EXPECT_TRUE(editor.end_stroke().changed);
@@ -66,7 +66,7 @@ TEST(PaperSec4_1, TheFillCrossesSlabEdgesWithoutASeam) {
   // On a fibre where several slabs meet.
   const SlabCorners c = before->slab_mesh().corners(17);
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.35, .exact = true});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.35, .detail = 0, .exact = true});
   const DabResult done = editor.dab(dab_at(*before, (c.inner[0] + c.outer[0]) * 0.5, 0.1));
   EXPECT_GE(done.slabs, 4U);
   EXPECT_TRUE(editor.end_stroke().changed);
@@ -79,7 +79,7 @@ TEST(PaperSec4_2, MaterialIsAddedInAConeAtConstantSpeedRegardlessOfPressure) {
   std::vector<std::uint64_t> results;
   for (const double pressure : {0.1, 1.0}) {
     Editor editor(before);
-    editor.begin_stroke({.tool = Tool::Deposit, .radius = r, .strength = strength});
+    editor.begin_stroke({.tool = Tool::Deposit, .radius = r, .detail = 0, .strength = strength});
     Dab dab = dab_at(*before, {0.5, 0, 0.5}, 0.01);
     dab.pressure = pressure;
     dab.seconds = seconds;
@@ -99,7 +99,7 @@ TEST(PaperSec4_3, AHeightFieldIsNeverUndercut) {
   const SnapshotPtr before =
       displaced(plane_shell(4, 15, 0.4), [](Vec3d p) { return 0.3 + 0.5 * std::exp(-40 * (p.x - 0.5) * (p.x - 0.5)); });
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15, .exact = true});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15, .detail = 0, .exact = true});
   Dab dab = dab_at(*before, {0.40, 0.1, 0.5}, 0.1);
   dab.normal = normalized(Vec3d{-1, 0.2, 0});
   editor.dab(dab);
@@ -118,7 +118,7 @@ TEST(PaperSec5, ColourIsBlendedByPressureAndDistance) {
   Editor editor(before);
   const double r = 0.2, pressure = 0.6;
   const Vec3f paint = {1.0F, 0.5F, 0.0F};
-  editor.begin_stroke({.tool = Tool::Paint, .radius = r, .strength = 1, .colour = paint});
+  editor.begin_stroke({.tool = Tool::Paint, .radius = r, .detail = 0, .strength = 1, .colour = paint});
   Dab dab = dab_at(*before, {0.5, 0, 0.5}, 0.01);
   dab.pressure = pressure;
   dab.seconds = 0.05;
@@ -144,7 +144,7 @@ TEST(PaperSec5, LightTouchLeavesNoColour) {
   draft.add_layer(Layer::Colour, 32, 0.25F);
   const SnapshotPtr before = draft.finish();
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Paint, .radius = 0.2, .colour = {1, 0, 0}});
+  editor.begin_stroke({.tool = Tool::Paint, .radius = 0.2, .detail = 0, .colour = {1, 0, 0}});
   Dab dab = dab_at(*before, {0.5, 0, 0.5}, 0.001);
   dab.pressure = 0;
   dab.seconds = 1;

@@ -21,7 +21,7 @@ using testing::sphere_shell;
 TEST(PaperSec6, OnlyModifiedSlabsNeedANewDisplayList) {
   const SnapshotPtr before = Snapshot::make(sphere_shell(3, 15));
   Editor editor(before);
-  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15});
+  editor.begin_stroke({.tool = Tool::Carve, .radius = 0.15, .detail = 0});
   const SurfacePoint p = closest_point(*before, {0, 0, 1});
   editor.dab({.slab = p.slab, .contact = p.position, .cursor = p.position - p.normal * 0.05, .normal = p.normal});
   editor.end_stroke();

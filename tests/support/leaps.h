@@ -31,9 +31,9 @@ inline std::vector<SnapshotPtr> rough_models(int n) {
 /// Leaps through a model: to beside its surface, and from one corner of its box to another.
 class Leaps {
  public:
-  explicit Leaps(const Snapshot& model) : model_(model), size_(diagonal(model.slab_mesh().bounds())) {}
+  explicit Leaps(const Snapshot& model) : model_(model), size_(diagonal(bounds_of_surface(model))) {}
   Vec3d next() {
-    const Vec3d centre = model_.slab_mesh().bounds().centre(), any = {unit_(random_), unit_(random_), unit_(random_)};
+    const Vec3d centre = bounds_of_surface(model_).centre(), any = {unit_(random_), unit_(random_), unit_(random_)};
     if (++count_ % 5 == 0) return centre + normalized(any) * (0.55 * size_);
     const SurfacePoint near = closest_point(model_, centre + any * (0.4 * size_));
     return near.position + near.normal * (0.01 * size_ * unit_(random_));
