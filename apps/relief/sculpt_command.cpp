@@ -49,6 +49,10 @@ class Listener {
         room_.fibres += room->fibres;
         room_.lacking = std::max(room_.lacking, room->lacking);
         room_.surface_moved = std::max(room_.surface_moved, room->surface_moved);
+        if (room->bar != RoomBar::None) {
+          room_.bar = room->bar;
+          room_.bar_distance = room->bar_distance;
+        }
         ++rooms_;
       }
       if (const auto* progressed = std::get_if<Progressed>(&event)) share_ = progressed->share;
@@ -89,21 +93,51 @@ class Listener {
   int rooms_ = 0;
 };
 
+std::string_view name(RoomBar bar) {
+  switch (bar) {
+    case RoomBar::None:
+      return "none";
+    case RoomBar::FarSide:
+      return "far_side";
+    case RoomBar::OtherPart:
+      return "other_part";
+    case RoomBar::Fibres:
+      return "fibres";
+  }
+  return {};
+}
+
 ordered_json json_of(const std::pair<RoomEnded, int>& room) {
-  return {{"asked", room.second},
-          {"fibres", room.first.fibres},
-          {"lacking", room.first.lacking},
-          {"surface_moved", room.first.surface_moved}};
+  return {{"asked", room.second},          {"fibres", room.first.fibres},
+          {"lacking", room.first.lacking}, {"surface_moved", room.first.surface_moved},
+          {"bar", name(room.first.bar)},   {"bar_distance", room.first.bar_distance}};
+}
+
+/// Why a stroke could not go on, one sentence; empty where nothing barred its way.
+std::string said_of(RoomBar bar, double distance, Unit unit) {
+  const std::string away = fmt::format("{:.3g} {}", distance, name(unit));
+  switch (bar) {
+    case RoomBar::None:
+      return {};
+    case RoomBar::FarSide:
+      return "the form is " + away + " thick there, and a stroke goes to about its middle; slabs hold no holes\n";
+    case RoomBar::OtherPart:
+      return "another part of the form is " + away + " away there, and a stroke grows to about the middle\n";
+    case RoomBar::Fibres:
+      return "the form leaves no room for longer fibres there\n";
+  }
+  return {};
 }
 
 /// What became of the slabs under the strokes; empty where all had room.
-std::string said_of(const std::pair<RoomEnded, int>& room) {
+std::string said_of(const std::pair<RoomEnded, int>& room, Unit unit) {
   const auto& [made, times] = room;
   if (times == 0) return {};
-  if (made.fibres == 0) return "the clay ended under a stroke, and the form leaves no room for longer fibres there\n";
-  std::string text = fmt::format("room was made: {} fibres reach further", made.fibres);
-  if (made.lacking > 0) text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
-  return text + '\n';
+  std::string text = made.fibres == 0 ? "the clay ended under a stroke"
+                                      : fmt::format("room was made: {} fibres reach further", made.fibres);
+  if (made.fibres > 0 && made.lacking > 0)
+    text += fmt::format("; {} slabs still end before the stroke does", made.lacking);
+  return text + '\n' + said_of(made.bar, made.bar_distance, unit);
 }
 
 ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
@@ -290,7 +324,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   if (before > 0)
     print(fmt::format("{}: has the first {} of {} strokes already\n", printable(o.out), before, strokes.size()));
   if (!told.empty() || before == 0) say_strokes(o.out, told, total);
-  print(said_of(listener.room()));
+  print(said_of(listener.room(), document.info().unit));
   return {};
 }
 

@@ -57,7 +57,13 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::closed, this, [this] { changing_cage_ = false; });
   connect(&bridge_, &DocumentBridge::roomAsked, this, [this] { say(tr("Making room under the stroke …")); });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
-    if (room.fibres == 0)
+    if (room.bar == RoomBar::FarSide)
+      say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs hold no holes.")
+              .arg(length_text(room.bar_distance, unit_)));
+    else if (room.bar == RoomBar::OtherPart)
+      say(tr("Another part of the form is %1 away. A stroke grows to about the middle.")
+              .arg(length_text(room.bar_distance, unit_)));
+    else if (room.fibres == 0)
       say(tr("The clay ends here: no further in this direction."));
     else if (room.lacking == 0)
       say(tr("There is room again."));

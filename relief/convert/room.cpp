@@ -138,6 +138,30 @@ Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) 
   });
 }
 
+RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal, double& distance) {
+  distance = 0;
+  if (made.after.empty()) return RoomBar::None;
+  const RoomLack& worst = *std::ranges::max_element(made.after, {}, &RoomLack::lack);
+  const Vec3d along = normalized(worst.way);
+  // Fibres of both sides share what lies between them, so each side has about half of it.
+  const double reach = 2 * length(worst.way);
+  // The ray starts on the surface. A cut ends where the ray leaves the form, a fill where it enters it; the crossing at
+  // the start is of the other kind, or behind it.
+  constexpr double kStep = 1e-6;  // of the diagonal, past a crossing of the other kind
+  for (double from = 0; from < reach;) {
+    const auto met = raycast(surface, {worst.near + along * from, along});
+    if (!met) break;
+    from += met->distance;
+    if (from > reach) break;
+    if ((dot(met->point.normal, along) > 0) == worst.cuts) {
+      distance = from;
+      return worst.cuts ? RoomBar::FarSide : RoomBar::OtherPart;
+    }
+    from += kStep * diagonal;
+  }
+  return RoomBar::Fibres;
+}
+
 RoomMaker room_maker(double diagonal) {
   return [diagonal](const SnapshotPtr& surface, const RoomWanted& wanted, const Progress& progress) -> Result<Room> {
     RELIEF_TRY(const RoomMade made, make_room(*surface, wanted, {.diagonal = diagonal}, progress));
@@ -145,6 +169,7 @@ RoomMaker room_maker(double diagonal) {
     room.fibres = made.moved.size();
     room.lacking = made.after.size();
     room.surface_moved = made.surface_moved;
+    room.bar = room_bar(*surface, made, diagonal, room.bar_distance);
     if (!made.moved.empty()) {
       RELIEF_TRY(room.model, with_room(surface, made));
     }

@@ -45,6 +45,9 @@ struct RoomLack {
   SlabId slab = kNoSlab;  ///< which slab
   Vec3d near;             ///< where the surface lies there
   double lack = 0;        ///< how much longer the fibre there would have to be, model units
+  /// From `near` along the fibre to where it would have to end at least, model units.
+  Vec3d way = {};
+  bool cuts = true;  ///< the lack is below the surface, else above it
 };
 
 /// Holds what was made for a wish. Nothing has moved where there was room before, or nothing could be made that passes
@@ -75,6 +78,10 @@ struct RoomMade {
 /// Returns the snapshot with the fibres and tiles that make_room() made from it; it shares all other tiles. O(slabs).
 /// The same snapshot where nothing has moved. Errors: Corrupt (not made from this snapshot).
 [[nodiscard]] Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made);
+
+/// Returns what bars the way of the slab that lacks most, and sets how far from the surface that is in model units (0
+/// for fibres). `surface` is what the room was made from. One ray.
+[[nodiscard]] RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal, double& distance);
 
 /// Both together, for a document (see DocumentSettings::make_room).
 [[nodiscard]] RoomMaker room_maker(double diagonal);

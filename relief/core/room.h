@@ -6,6 +6,7 @@
 #include <relief/core/snapshot.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -29,13 +30,23 @@ struct RoomWanted {
   [[nodiscard]] bool empty() const noexcept { return cut.empty() && fill.empty(); }
 };
 
+/// Says what a stroke meets before its end, where most is lacking.
+enum class RoomBar : std::uint8_t {
+  None,       ///< nothing is lacking
+  FarSide,    ///< the far side of the form: slabs hold no holes, and each side has clay to about the middle
+  OtherPart,  ///< another part of the form that stands opposite: each has room to about the middle
+  Fibres,     ///< neither: the fibres beside it leave no space, or would meet the surface twice
+};
+
 /// The same surface on a cage whose fibres were moved, certified again. Slabs keep their numbers, those beside which no
 /// fibre was moved their tiles, too.
 struct Room {
-  SnapshotPtr model = {};    ///< null where no fibre could be moved
-  std::size_t fibres = 0;    ///< that were moved
-  std::size_t lacking = 0;   ///< that still do not reach as far as was wanted
-  double surface_moved = 0;  ///< the farthest that the surface moved, model units
+  SnapshotPtr model = {};       ///< null where no fibre could be moved
+  std::size_t fibres = 0;       ///< that were moved
+  std::size_t lacking = 0;      ///< that still do not reach as far as was wanted
+  double surface_moved = 0;     ///< the farthest that the surface moved, model units
+  RoomBar bar = RoomBar::None;  ///< why those do not
+  double bar_distance = 0;      ///< from the surface to the far side or the other part, model units; else 0
 };
 
 /// Makes room. Called on a thread of its own or on that of the edits, never on a servo's; takes 0.1 s and

@@ -495,7 +495,7 @@ struct Document::State {
     }
     ++open->rooms;
     open->is_full = !made->model;
-    emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved});
+    emit(RoomEnded{open->source, made->fibres, made->lacking, made->surface_moved, made->bar, made->bar_distance});
     return made->model != nullptr;
   }
 

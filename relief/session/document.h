@@ -135,10 +135,12 @@ struct RoomAsked {
 };
 /// Room was made under a stroke, which continues as if it had always been; or could not be made.
 struct RoomEnded {
-  StrokeSource source = 0;   ///< whose stroke it is
-  std::size_t fibres = 0;    ///< that were moved; 0: none could be
-  std::size_t lacking = 0;   ///< that do not reach as far as the stroke
-  double surface_moved = 0;  ///< the farthest, model units
+  StrokeSource source = 0;      ///< whose stroke it is
+  std::size_t fibres = 0;       ///< that were moved; 0: none could be
+  std::size_t lacking = 0;      ///< that do not reach as far as the stroke
+  double surface_moved = 0;     ///< the farthest, model units
+  RoomBar bar = RoomBar::None;  ///< why those do not
+  double bar_distance = 0;      ///< from the surface to what bars the way, model units; 0 for fibres
 };
 /// A ChangeCage has ended.
 struct CageChanged {

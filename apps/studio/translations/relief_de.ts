@@ -1872,6 +1872,14 @@ berühren, um weiterzumachen</translation>
         <source>Working on the slabs: %1 %. You can go on sculpting.</source>
         <translation>Arbeit an den Platten: %1 %. Sie können weiterarbeiten.</translation>
     </message>
+    <message>
+        <source>The form is %1 thick here. A stroke goes to about its middle, for slabs hold no holes.</source>
+        <translation>Die Form ist hier %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten halten keine Löcher.</translation>
+    </message>
+    <message>
+        <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
+        <translation>Ein anderer Teil der Form ist %1 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>

@@ -188,7 +188,8 @@ class Work {
       overhang = std::max(overhang, l.overhang * lattice.step);
       const double lack = l.short_of * lattice.step;
       if (!(lack > kNegligible * goals_.diagonal)) return;
-      const RoomLack worst = {slabs[l.face], lattice.to_model(snap(l.near)), lack};
+      const RoomLack worst = {slabs[l.face], lattice.to_model(snap(l.near)), lack, l.way * lattice.step,
+                              l.side == kInner};
       if (all.empty() || all.back().slab != worst.slab)
         all.push_back(worst);
       else if (lack > all.back().lack)

@@ -126,7 +126,7 @@ ReachWanted::Need ReachWanted::need_at(const FaceWish& face, const std::array<En
   }
   if (!(depth > 0)) return {};
   const double least = std::max(depth + fade_spacings_ * face.spacing, depth / (1 - fade_share_));
-  return {now, least, std::max(least, depth + margin_), overhang, axis};
+  return {now, least, std::max(least, depth + margin_), overhang, axis, d};
 }
 
 }  // namespace relief::detail

@@ -25,6 +25,7 @@ struct Lacking {
   double overhang =
       0;       ///< from the surface to a solid that lies beside it and is met nevertheless: a tool cuts this too
   Vec3d axis;  ///< of the solid that reaches furthest there
+  Vec3d way;   ///< from the surface along the fibre to where it is to end at least
 };
 
 /// The surface of some slabs, and the solids that its fibres may meet. Lattice coordinates.
@@ -67,12 +68,13 @@ class ReachWanted {
       for (const Side side : {kInner, kOuter})
         if (const Need need = need_at(faces_[f], ends, place, side); need.wanted > need.now || need.overhang > 0)
           visit(Lacking{f, side, place.weights, place.at, std::max(need.wanted - need.now, 0.0), need.least - need.now,
-                        need.overhang, need.axis});
+                        need.overhang, need.axis, need.along * need.least});
   }
   struct Need {
     double now = 0, least = 0, wanted = 0;  // reach from the surface along the fibre
     double overhang = 0;
     Vec3d axis = {};
+    Vec3d along = {};  // the fibre, unit, towards the side that is to be longer
   };
   [[nodiscard]] Need need_at(const FaceWish& face, const std::array<Ends, 3>& ends, const Place& place,
                              Side side) const noexcept;

@@ -286,6 +286,64 @@ TEST(Room, SaysWhatItCouldNotReach) {
   }
 }
 
+/// What bars the way of a wish, and how far from the surface.
+std::pair<RoomBar, double> bar_of(const SnapshotPtr& model, const RoomWanted& wanted, const RoomGoals& with = goals()) {
+  const Result<RoomMade> made = make_room(*model, wanted, with);
+  EXPECT_TRUE(made) << made.error().message;
+  double distance = -1;
+  const RoomBar bar = room_bar(*model, *made, kDiagonal, distance);
+  return {bar, distance};
+}
+
+TEST(Room, TellsAHoleFromFibresThatHaveNoSpace) {
+  const SnapshotPtr model = bumpy_ball();
+  const SurfacePoint on = surface_point(*model, 17, 0.3, 0.3);
+  // Out at the other side of a ball of radius 1, a diameter away.
+  const auto hole = bar_of(model, {.cut = {{on.position, on.position * -1.2, 0.4, on.normal}}, .fill = {}});
+  EXPECT_EQ(hole.first, RoomBar::FarSide);
+  EXPECT_NEAR(hole.second, 2, 0.1);
+  // Less than a hole, but past the middle: the other half is the other side's.
+  EXPECT_EQ(bar_of(model, {.cut = {{on.position, on.position * -0.2, 0.4, on.normal}}, .fill = {}}).first,
+            RoomBar::FarSide);
+  // Deep, and far from the other side: fibres that may not be longer bar it.
+  RoomGoals with = goals();
+  with.longest = 0.075;
+  const auto deep = bar_of(model, place_at(*model, 17, 0.3, 0.25).cut(), with);
+  EXPECT_EQ(deep.first, RoomBar::Fibres);
+  EXPECT_EQ(deep.second, 0);
+  // There is room already.
+  EXPECT_EQ(bar_of(model, place_at(*model, 17, 0.3, 0.01).cut()).first, RoomBar::None);
+}
+
+TEST(Room, TellsAPartThatStandsOpposite) {
+  // A ring: a lump across its hole grows into the other side.
+  ConvertSettings settings;
+  settings.slabs = 300;
+  settings.intervals = 16;
+  const Result<Conversion> converted = convert(*make_sample("torus", 20000), settings);
+  ASSERT_TRUE(converted) << converted.error().message;
+  const SnapshotPtr model = converted->model.head;
+  RoomGoals with;
+  with.diagonal = converted->model.info.source_diagonal;
+  int told = 0;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) {
+    const SurfacePoint on = surface_point(*model, s, 0.3, 0.3);
+    const auto opposite = raycast(*model, {on.position + on.normal * (1e-3 * with.diagonal), on.normal});
+    if (!opposite || dot(opposite->point.normal, on.normal) > 0) continue;
+    const Vec3d end = on.position + on.normal * opposite->distance;
+    const Result<RoomMade> made =
+        make_room(*model, {.cut = {}, .fill = {{on.position, end, 0.15 * with.diagonal, on.normal}}}, with);
+    ASSERT_TRUE(made) << made.error().message;
+    double distance = 0;
+    if (room_bar(*model, *made, with.diagonal, distance) != RoomBar::OtherPart) continue;
+    ++told;
+    EXPECT_GT(distance, 0);
+    EXPECT_LT(distance, 1.2 * opposite->distance);
+    if (told == 3) return;
+  }
+  FAIL() << "told only " << told << " times";
+}
+
 TEST(Room, KeepsFibresAsShortAsAsked) {
   const SnapshotPtr model = bumpy_ball();
   RoomGoals with = goals();
