@@ -6,6 +6,7 @@
 #include <relief/convert/report.h>
 #include <relief/convert/sample/coverage.h>
 #include <relief/convert/sample/distance.h>
+#include <relief/convert/sample/resolution.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/stage_meshes.h>
@@ -19,6 +20,7 @@
 #include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -88,14 +90,14 @@ std::span<const Face> scanned(const Ground& ground) {
   return std::span(ground.mesh.get().triangles).first(ground.phantom_from);
 }
 
-/// A given n is held against what would be aimed at without it.
-void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, const ConvertSettings& settings,
-                   double of_diagonal, ConvertReport& report) {
+/// `finest`: of each slab, the n up to which the source has detail; only with a given n, which may lose it.
+void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, std::span<const int> finest,
+                   const ConvertSettings& settings, double of_diagonal, ConvertReport& report) {
   const double aim = settings.error.value_or(kUsualError);
   if (settings.intervals == 0) report.error = aim;
   for (std::size_t s = 0; s < there.size(); ++s) {
     const double most = std::max(there[s].distance, back[s].distance) * of_diagonal;
-    if (most <= aim * kAsGood) continue;
+    if (most <= aim * kAsGood || (settings.intervals > 0 && settings.intervals >= finest[s])) continue;
     ++report.slabs_too_coarse;
     report.too_coarse_most = std::max(report.too_coarse_most, most);
   }
@@ -248,12 +250,14 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   {
     report.coverage = measure_coverage(places, ground.mesh.get(), *surface, lattice, across, progress);
     const Measured there = made.to(*surface, samples, progress);
+    std::vector<int> finest;
+    if (settings.intervals > 0) finest = finest_intervals(result.model.head->slab_mesh(), sampled.source);
     surface.reset();
     const Measured back = made.from(ground.mesh.get().positions, scanned(ground), progress);
     if (progress.cancelled()) return cancelled();
     report.to_mended = relative(there);
     report.from_mended = relative(back);
-    report_coarse(there.slabs, back.slabs, settings, share, report);
+    report_coarse(there.slabs, back.slabs, finest, settings, share, report);
   }
   const std::size_t mended_triangles = ground.mesh.get().triangles.size();
   ground.mesh.rest();

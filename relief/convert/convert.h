@@ -68,8 +68,8 @@ struct ConvertReport {
   std::size_t hits_none = 0;     ///< filled from their neighbours, or missing with the slab
   std::size_t hits_several = 0;  ///< the crossing that agrees with the neighbours was taken
   /// The error that was requested, or else is aimed at, share of the diagonal; 0 where n was given. Slabs that do not
-  /// keep to it, or with a given n to 1e-4, of the displaced surface to the mended source or back; the greatest
-  /// distance in them, share of the diagonal.
+  /// keep to it, of the displaced surface to the mended source or back; with a given n, those that do not keep to 1e-4
+  /// and for which the source has more detail than n. The greatest distance in them, share of the diagonal.
   double error = 0;
   bool error_asked = false;          ///< whether an error was requested, rather than n
   std::size_t slabs_too_coarse = 0;  ///< slabs that miss it

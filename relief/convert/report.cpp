@@ -256,7 +256,7 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
   if (settings.intervals > 0 && report.slabs_too_coarse > 0)
     note("--samples " + std::to_string(settings.intervals) + " loses detail in " +
          percent(double(report.slabs_too_coarse) / double(report.slabs)) + " of the slabs, which lie up to " +
-         rounded(report.too_coarse_most) + " of the diagonal off; more --samples, or none, keep it");
+         rounded(report.too_coarse_most) + " of the diagonal off; give more, or leave it out");
   return notes;
 }
 

@@ -191,7 +191,7 @@ class Contract(Case):
             lines += [f"f 1 {there} {here}", f"f 2 {here} {there}"]
         star.write_text("\n".join(lines) + "\n")
         run = Run("convert", star, "-o", out, "--mode", "certified")
-        self.assert_failed(run, 1, "star.obj", "certified", "near (", "--remesh", "--mode tolerant")
+        self.assert_failed(run, 1, "star.obj", "no certificate", "near (", "--remesh", "--mode tolerant")
         self.assertFalse(out.exists())
         report = self.ok("convert", star, "-o", out, "--samples", 8, "--json").json()
         self.assertIn("voxel", report["remesh"])

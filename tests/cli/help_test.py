@@ -150,6 +150,7 @@ class Help(Case):
         for words, wanted in ((["conv"], ["convert"]), (["convert", "--sl"], ["--slabs"]),
                               (["convert", "--mode", ""], ["certified", "tolerant"]), (["convert", "--slabs", ""], []),
                               (["batch", "--mode", ""], ["certified", "tolerant"]), (["batch", "--unit", "c"], ["cm"]),
+                              (["batch", "-o", "/et"], ["/etc"]),
                               (["completion", "f"], ["fish"]), (["help", "fl"], ["flags"]),
                               (["render", "--matcap", "r"], ["red\\ wax"])):
             line = " ".join(shlex.quote(word) for word in ["relief", *words])
