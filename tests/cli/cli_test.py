@@ -861,9 +861,9 @@ class Workflow(Case):
         self.assert_failed(Run("sculpt", self.model, "--strokes", strokes, "-o", model), 1, "--force")
         path = self.folder / "short.csv"
         path.write_text("t,x,y,z\n0,0,0,100\n0.001,0,0,100\n")
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 1, "does not end in .relief")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 2, "does not end in .relief")
         forces = self.folder / "F.csv"
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 1,
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 2,
                            "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         # What cannot be read may hold strokes, too.
@@ -875,7 +875,7 @@ class Workflow(Case):
         # Nor is a model replaced through a link.
         link = self.folder / "link.csv"
         link.symlink_to(model)
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 1, "does not end in .relief")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 2, "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("sculpt", self.model, "--strokes", strokes, "-o", model, "--force")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
@@ -1663,7 +1663,7 @@ class Sculpt(Case):
         for wrong in (["--salvage"], ["-o", saved], ["--salvage", "--strokes", "-o", saved], ["--force"]):
             self.assert_failed(Run("info", out, *wrong), 2)
         self.assert_failed(Run("info", out, "--salvage", "-o", out), 1, "input itself")
-        self.assert_failed(Run("info", out, "--salvage", "-o", self.scan), 1, "pumpkin.ply")
+        self.assert_failed(Run("info", out, "--salvage", "-o", self.scan), 2, "pumpkin.ply")
         report = self.ok("info", out, "--salvage", "-o", saved, "--json").json()
         self.assertEqual(report["salvaged"], {"first": 0, "current": 1, "last": 1})
         self.assertEqual((report["strokes"], report["redo"]), (1, 0))
