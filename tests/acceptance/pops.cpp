@@ -93,7 +93,7 @@ void pops(Report& report) {
                  double(done.deeper) / double(std::max(done.compared, 1L)));
   }
   report.shown("pressed frames that were judged", frames);
-  report.at_least("    of those wanted in this run", frames / wanted, 1);
+  report.at_least("pressed frames that were judged, of those wanted", frames / wanted, 1);
   report.at_least("of these, outside thin places", compared / frames, 0.2);
   report.at_most("of those, over 1.05 times as deep as a god-object", deeper / std::max(compared, 1.0), 1e-3);
 
@@ -111,7 +111,7 @@ void pops(Report& report) {
       report.shown("    most that it was in a triangle, of its radius", done.overlap);
     }
   report.shown("pressed frames of balls that were judged", frames);
-  report.at_least("    of those wanted for balls in this run", frames / (wanted / 4), 1);
+  report.at_least("pressed frames of balls that were judged, of those wanted", frames / (wanted / 4), 1);
 }
 
 }  // namespace relief::acceptance

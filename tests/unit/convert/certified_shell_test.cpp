@@ -356,7 +356,7 @@ TEST(Tolerant, StandsOnASolidWhereTheSourceTakesMore) {
   const auto result = convert(parts, settings);
   expect_tolerant(result, 40);
   ASSERT_TRUE(result->report.remesh);
-  EXPECT_TRUE(has_note(result->report, "was made a solid anew")) << to_string(result->report);
+  EXPECT_TRUE(has_note(result->report, "was rebuilt as a solid")) << to_string(result->report);
   EXPECT_LT(result->report.to_source.max, 2 * result->report.remesh->voxel);
 }
 
