@@ -76,8 +76,7 @@ class Bench {
  private:
   /// Median over repeats of the CPU seconds of all threads.
   Status convert_times() {
-    for (const Subject& s : paper_subjects(thorough_ ? 300'000 : 100'000))
-      RELIEF_CHECK(convert_time(s));
+    for (const Subject& s : paper_subjects(thorough_ ? 300'000 : 100'000)) RELIEF_CHECK(convert_time(s));
     return {};
   }
 
@@ -267,7 +266,15 @@ int main_inner(int argc, char** argv) {
   app.add_flag("--form", form, "With touch, dab and render: next to nothing, to see the form of what it says")
       ->excludes("--long");
   app.add_flag("--json", json, "One JSON object on standard output");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "relief-bench: %s; relief-bench --help lists the options\n", error.what());
+    return 2;
+  }
   Bench bench(form ? Extent::Form : thorough ? Extent::Long : Extent::Usual);
   if (const Status status = bench.run(what); !status) {
     std::fputs(("relief-bench: " + status.error().message + "\n").c_str(), stderr);

@@ -179,9 +179,8 @@ Status add_limit(Limits& limits, std::string_view text) {
   const double value = std::strtod(number.c_str(), &end);
   if (std::ranges::find(claims, id, &Claim::id) == claims.end() || number.empty() || *end != '\0' ||
       !std::isfinite(value))
-    return fail(
-        Errc::InvalidArgument,
-        fmt::format("--limit {}: NAME=NUMBER is expected, for example touch=50; the names are {}.", text, claim_ids()));
+    return fail(Errc::InvalidArgument,
+                fmt::format("{}: NAME=NUMBER is expected, for example touch=50; the names are {}.", text, claim_ids()));
   limits[id] = value;
   return {};
 }

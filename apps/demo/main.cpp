@@ -510,13 +510,28 @@ int main_inner(int argc, char** argv) {
   Options options;
   CLI::App app(
       "Converts a model, lets a simulated hand feel, carve and paint it, saves it, checks what was promised, and draws "
-      "pictures and a report. Exit status: 0 where every claim holds or is excused (WARN), 1 where one fails.");
+      "pictures and a report. Exit status: 0 where every claim holds or is excused (WARN), 1 where one fails, 2 wrong "
+      "usage.");
   app.add_option("SCAN", options.scan, "A triangle mesh (default: Relief's own pumpkin)");
   app.add_option("--out", options.out, "Folder for the results (default: out)");
   app.add_flag("--quick", options.quick, "Small model, small pictures, one eye: for tests");
   app.add_option("--limit", options.limits,
-                 "Judge by another limit, NAME=NUMBER in the unit of the report. Names: " + claim_ids());
-  CLI11_PARSE(app, argc, argv);
+                 "Judge by another limit, NAME=NUMBER in the unit of the report. Names: " + claim_ids())
+      ->check([](const std::string& text) {
+        Limits ignored;
+        const Status known = add_limit(ignored, text);
+        return known ? std::string() : known.error().message;
+      });
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "relief-demo: %s; relief-demo --help lists the options\n",
+                 printable(error.what(), 360).c_str());
+    return 2;
+  }
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   Demo demo(options);

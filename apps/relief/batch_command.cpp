@@ -149,6 +149,7 @@ class Batch {
   /// Begins with the next scan, or passes over it where its record says that nothing is left to do.
   Status begin(const Scan& scan);
   [[nodiscard]] Result<bool> is_settled(const Scan& scan, const Inputs& inputs);
+  [[nodiscard]] Status keep_place(Record& record, const Inputs& now) const;
   /// Takes what a process left. Returns whether the job goes on.
   Result<bool> go_on(Job& job, const Ended& ended);
   Status finish(Job& job);
@@ -173,8 +174,7 @@ class Batch {
   std::size_t next_ = 0, done_ = 0, skipped_ = 0;
   std::vector<Record> failed_;
   std::size_t failed_before_ = 0;
-  std::size_t others_ = 0;               ///< files that are not meshes
-  std::vector<std::string> unreadable_;  ///< folders
+  Seen seen_;
   double bytes_all_ = 0, bytes_skipped_ = 0, bytes_done_ = 0;
   Clock::time_point started_ = Clock::now(), page_written_ = Clock::now();
 };
@@ -183,9 +183,8 @@ Result<std::vector<Scan>> Batch::scans_of_shard() {
   RELIEF_TRY(const Shard shard, parse_shard(o_.shard));
   RELIEF_TRY(FoundScans found, find_scans(o_.from, out_));
   std::vector<Scan>& scans = found.scans;
-  others_ = found.others;
-  unreadable_ = std::move(found.unreadable);
-  for (const std::string& folder : unreadable_) warn(folder + "; its scans are left out");
+  seen_ = Seen::of(found);
+  for (const std::string& folder : seen_.unreadable) warn(folder + "; its scans are left out");
   RELIEF_CHECK(prepare_folder(out_));
   RELIEF_TRY(before_, read_records(out_));
   name_scans(scans, before_, out_);
@@ -202,7 +201,7 @@ Status Batch::run() {
   for (const Scan& scan : scans_) bytes_all_ += weight(Inputs::of(scan.file, {}));
   const Status worked = work();
   stop_all();
-  const Status listed = write_batch_page(out_, waiting());
+  const Status listed = write_batch_page(out_, waiting(), seen_);
   RELIEF_CHECK(worked);  // of a full disk, the work says more than the page
   RELIEF_CHECK(listed);
   const std::string page = (out_ / "index.html").string();
@@ -212,9 +211,9 @@ Status Batch::run() {
   if (failed > 0)
     ended = fail(Errc::Io, fmt::format("{}: {} of {} scans failed{}; index.html lists them", printable(o_.out), failed,
                                        scans_.size(), remedy));
-  else if (!unreadable_.empty())
-    ended = fail(Errc::Io, fmt::format("{} folder{} cannot be read, the first is {}", unreadable_.size(),
-                                       unreadable_.size() == 1 ? "" : "s", unreadable_.front()));
+  else if (const auto& folders = seen_.unreadable; !folders.empty())
+    ended = fail(Errc::Io, fmt::format("{} folder{} cannot be read, the first is {}", folders.size(),
+                                       folders.size() == 1 ? "" : "s", folders.front()));
   if (context_.json) {
     ordered_json json = {{"scans", scans_.size()},
                          {"shard", o_.shard},
@@ -222,8 +221,8 @@ Status Batch::run() {
                          {"skipped", skipped_},
                          {"failed", failed},
                          {"failed_before", failed_before_},
-                         {"other_files", others_},
-                         {"unreadable", unreadable_},
+                         {"other_files", seen_.others.size()},
+                         {"unreadable", seen_.unreadable},
                          {"seconds", std::chrono::duration<double>(Clock::now() - started_).count()},
                          {"index", page},
                          {"failures", ordered_json::array()}};
@@ -233,8 +232,9 @@ Status Batch::run() {
     add_error(json, ended);
     print_json(json);
   } else {
+    const std::size_t passed = seen_.others.size();
     const std::string others =
-        others_ > 0 ? fmt::format("; {} other file{} passed over", others_, others_ == 1 ? "" : "s") : std::string();
+        passed > 0 ? fmt::format("; {} other file{} passed over", passed, passed == 1 ? "" : "s") : std::string();
     print(fmt::format("{} scan{}: {} done, {} done before, {} failed{}; see {}\n", scans_.size(),
                       scans_.size() == 1 ? "" : "s", done_, skipped_, failed, others,
                       printable(o_.out + "/index.html")));
@@ -265,12 +265,20 @@ Status Batch::work() {
     }
     show_progress();
     if (Clock::now() - page_written_ > kPageInterval) {
-      RELIEF_CHECK(write_batch_page(out_, waiting()));
+      RELIEF_CHECK(write_batch_page(out_, waiting(), seen_));
       page_written_ = Clock::now();
     }
     std::this_thread::sleep_for(kPause);
   }
   return {};
+}
+
+/// Takes down where a scan lies now, when it was moved.
+Status Batch::keep_place(Record& record, const Inputs& now) const {
+  if (record.inputs.scan == now.scan) return {};
+  record.message = record.reason();  // which stands without the place
+  record.inputs.scan = now.scan;
+  return save(record, out_);
 }
 
 Result<bool> Batch::is_settled(const Scan& scan, const Inputs& inputs) {
@@ -279,6 +287,7 @@ Result<bool> Batch::is_settled(const Scan& scan, const Inputs& inputs) {
   if (!before->done) {
     if (o_.retry) return false;
     ++failed_before_;
+    RELIEF_CHECK(keep_place(*before, inputs));
     return true;
   }
   const fs::path model = output(scan.name, ".relief");
@@ -287,9 +296,7 @@ Result<bool> Batch::is_settled(const Scan& scan, const Inputs& inputs) {
                                      opened.error().code == Errc::UnsupportedFormat);
   if (!is_broken) {
     ++skipped_;
-    if (before->inputs.scan == inputs.scan) return true;
-    before->inputs.scan = inputs.scan;
-    RELIEF_CHECK(save(*before, out_));
+    RELIEF_CHECK(keep_place(*before, inputs));
     return true;
   }
   // It may hold strokes that can be salvaged.
@@ -438,6 +445,7 @@ void add_batch(CLI::App& app, Context& context) {
   for (std::size_t k = 0; k < kConvertOptions.size(); ++k)
     c->add_option(kConvertOptions[k].name, o->values[k], "as for relief convert")
         ->type_name(kConvertOptions[k].placeholder)
+        ->check(*convert->get_option(kConvertOptions[k].name)->get_validator(0))
         ->group("Conversion");
   c->add_flag("--remesh{auto}", o->remesh, "as for relief convert; --remesh=VOXEL")->group("Conversion");
   c->add_flag("--force", o->force, "replace models that have strokes");

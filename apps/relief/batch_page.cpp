@@ -13,6 +13,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace relief::cli {
@@ -37,7 +39,7 @@ article{{background:var(--card);border:1px solid var(--line);border-radius:8px;o
 article img,.none{{display:block;width:100%;height:auto;aspect-ratio:4/3;object-fit:cover;background:var(--line)}}.none{{display:grid;place-items:center;color:var(--soft)}}
 article div{{padding:10px 12px 12px}}h3{{font-size:15px;margin:0 0 4px;overflow-wrap:anywhere}}article p{{font-size:13px;overflow-wrap:anywhere}}
 .scroll{{overflow-x:auto}}table{{border-collapse:collapse;width:100%;background:var(--card);border:1px solid var(--line)}}
-th,td{{text-align:left;vertical-align:top;padding:7px 12px;border-top:1px solid var(--line);overflow-wrap:anywhere}}th{{font-weight:500;white-space:nowrap;color:var(--soft)}}td.end{{white-space:nowrap;font-variant-numeric:tabular-nums}}
+li{{overflow-wrap:anywhere}}th,td{{text-align:left;vertical-align:top;padding:7px 12px;border-top:1px solid var(--line);overflow-wrap:anywhere}}th{{font-weight:500;white-space:nowrap;color:var(--soft)}}td.end{{white-space:nowrap;font-variant-numeric:tabular-nums}}
 </style></head><body>
 )";
 
@@ -85,7 +87,7 @@ std::string failure_row(const Record& r) {
       how_it_ended(r), minutes(r.seconds));
 }
 
-std::string card(const Record& r) {
+std::string card(const Record& r, bool is_scan_gone) {
   const std::string name = escaped(printable(r.name));
   const std::string picture =
       r.picture.empty()
@@ -94,10 +96,11 @@ std::string card(const Record& r) {
                 "<a href=\"{0}\"><img src=\"{0}\" alt=\"{1}\" loading=\"lazy\" width=\"400\" height=\"300\"></a>",
                 address(r.name + ".png"), name);
   return fmt::format(
-      "<article data-scan=\"{}\">{}<div><h3>{}</h3><p>{}</p><p>{} slabs, {}, {:.0f} MiB. <a href=\"{}\">model</a> "
+      "<article data-scan=\"{}\">{}<div><h3>{}</h3><p>{}</p>{}<p>{} slabs, {}, {:.0f} MiB. <a href=\"{}\">model</a> "
       "<a href=\"{}\">report</a></p></div></article>\n",
-      escaped(r.inputs.scan), picture, name, escaped(r.report.value("verdict", "")), r.report.value("slabs", 0),
-      minutes(r.seconds), r.peak_mib, address(r.name + ".relief"), address(r.name + std::string(kRecord)));
+      escaped(r.inputs.scan), picture, name, escaped(r.report.value("verdict", "")),
+      is_scan_gone ? "<p class=\"failed\">The scan is gone.</p>" : "", r.report.value("slabs", 0), minutes(r.seconds),
+      r.peak_mib, address(r.name + ".relief"), address(r.name + std::string(kRecord)));
 }
 
 /// The groups of the page, weakest claim first: mode, heading.
@@ -116,19 +119,59 @@ std::string group_of(const Record& r) {
   return patched || (remesh != r.report.end() && !remesh->is_null()) ? "repaired" : mode;
 }
 
+/// Whether neither this run nor a look at its place finds the scan of a record.
+bool is_gone(const Record& r, const Seen& seen) {
+  if (seen.scans.contains(r.inputs.scan)) return false;
+  std::error_code error;
+  return !std::filesystem::exists(r.inputs.scan, error) && !error;
+}
+
+std::string gone_row(const Record& r) {
+  return fmt::format("<tr data-scan=\"{0}\"><td><a href=\"{1}\">{2}</a></td><td>{0}</td><td>{3}</td></tr>\n",
+                     escaped(r.inputs.scan), address(r.name + std::string(kRecord)), escaped(printable(r.name)),
+                     r.done ? fmt::format("<a href=\"{}\">model</a>", address(r.name + ".relief"))
+                            : "no model: " + escaped(r.reason()));
+}
+
+/// A list with its heading; nothing where it is empty. Long ones are cut short.
+std::string list_of(std::string_view id, std::string_view heading, const std::vector<std::string>& lines) {
+  constexpr std::size_t kShown = 500;  // rows: a folder of photographs may hold many thousands
+  if (lines.empty()) return {};
+  std::string html = fmt::format("<h2 id=\"{0}\">{1}: {2}</h2><ul>\n", id, heading, lines.size());
+  for (const std::string& line : std::span(lines).first(std::min(lines.size(), kShown)))
+    html += fmt::format("<li>{}</li>\n", escaped(line));
+  if (lines.size() > kShown) html += fmt::format("<li>and {} more</li>\n", lines.size() - kShown);
+  return html + "</ul>\n";
+}
+
 }  // namespace
 
-std::string batch_page(std::string_view title, std::span<const Record> records, std::size_t waiting) {
+Seen Seen::of(const FoundScans& found) {
+  Seen seen{.scans = {}, .others = found.others, .unreadable = found.unreadable};
+  for (const Scan& scan : found.scans) seen.scans.insert(Inputs::of(scan.file, {}).scan);
+  return seen;
+}
+
+std::string batch_page(std::string_view title, std::span<const Record> records, std::size_t waiting, const Seen& seen) {
   const auto count = [&](auto&& has) { return std::ranges::count_if(records, has); };
-  const auto failed = count([](const Record& r) { return !r.done; });
+  std::set<const Record*> gone;  // in the order of the records
+  for (const Record& r : records)
+    if (is_gone(r, seen)) gone.insert(&r);
+  const auto failed = count([&](const Record& r) { return !r.done && !gone.contains(&r); });
   std::string html = fmt::format(fmt::runtime(kHead), escaped(title));
   html += fmt::format("<header><h1>{}</h1><span class=\"count\">{} scan{}</span>", escaped(title), records.size(),
                       records.size() == 1 ? "" : "s");
   if (waiting > 0) html += fmt::format("<span class=\"count failed\">{} still to do</span>", waiting);
   if (failed > 0) html += fmt::format("<a class=\"count failed\" href=\"#failed\">{} failed</a>", failed);
+  const auto link = [&](std::string_view id, std::size_t n, std::string_view what) {
+    if (n > 0) html += fmt::format("<a class=\"count\" href=\"#{}\">{} {}</a>", id, n, what);
+  };
   for (const auto& [mode, heading] : kGroups)
     if (const auto n = count([&](const Record& r) { return r.done && group_of(r) == mode; }); n > 0)
       html += fmt::format("<a class=\"count {0}\" href=\"#{0}\">{1} {0}</a>", mode, n);
+  link("gone", gone.size(), "gone");
+  link("unreadable", seen.unreadable.size(), seen.unreadable.size() == 1 ? "unreadable folder" : "unreadable folders");
+  link("others", seen.others.size(), "passed over");
   html += "<input type=\"search\" placeholder=\"Find a scan\" aria-label=\"Find a scan\"></header>\n";
   if (failed > 0) {
     html += fmt::format(
@@ -136,22 +179,35 @@ std::string batch_page(std::string_view title, std::span<const Record> records, 
         "<th>why</th><th>how it ended</th><th>time</th></tr>\n",
         failed);
     for (const Record& r : records)
-      if (!r.done) html += failure_row(r);
+      if (!r.done && !gone.contains(&r)) html += failure_row(r);
     html += "</table></div>\n";
   }
   for (const auto& [mode, heading] : kGroups) {
     std::string cards;
     for (const Record& r : records)
-      if (r.done && group_of(r) == mode) cards += card(r);
+      if (r.done && group_of(r) == mode) cards += card(r, gone.contains(&r));
     if (!cards.empty())
       html +=
           fmt::format("<h2 id=\"{0}\" class=\"{0}\">{1}</h2><div class=\"cards\">\n{2}</div>\n", mode, heading, cards);
   }
+  if (!gone.empty()) {
+    html += fmt::format(
+        "<h2 id=\"gone\">Gone: {}</h2><p>These scans were deleted or moved after Relief worked on them. Delete the "
+        "files "
+        "of a name, and it leaves this page.</p>\n<div class=\"scroll\"><table><tr><th>name</th><th>scan</th><th>what "
+        "is "
+        "left</th></tr>\n",
+        gone.size());
+    for (const Record* r : gone) html += gone_row(*r);
+    html += "</table></div>\n";
+  }
+  html += list_of("unreadable", "Folders that cannot be read", seen.unreadable);
+  html += list_of("others", "Passed over, not meshes", seen.others);
   html += kFilter;
   return html + "</body></html>\n";
 }
 
-Status write_batch_page(const std::filesystem::path& out, std::size_t waiting) {
+Status write_batch_page(const std::filesystem::path& out, std::size_t waiting, const Seen& seen) {
   // Where the file system has no locks, the pages of two runs that end together may list one scan less.
   const int folder = ::open(out.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return io_error(out.string(), "the folder cannot be read", errno);
@@ -159,7 +215,7 @@ Status write_batch_page(const std::filesystem::path& out, std::size_t waiting) {
   const Status written = [&]() -> Status {
     RELIEF_TRY(const std::vector<Record> records, read_records(out));
     RELIEF_TRY(AtomicFile file, AtomicFile::create(out / "index.html"));
-    RELIEF_CHECK(file.write(batch_page(printable(out.filename().string()), records, waiting)));
+    RELIEF_CHECK(file.write(batch_page(printable(out.filename().string()), records, waiting, seen)));
     return file.commit();
   }();
   ::close(folder);

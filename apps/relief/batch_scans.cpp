@@ -58,7 +58,7 @@ std::error_code search(const fs::path& folder, const fs::path& out, FoundScans& 
     } else if (is_mesh(at->path())) {
       found.scans.push_back({.file = at->path(), .name = {}});
     } else {
-      ++found.others;
+      found.others.push_back(printable(at->path().string(), kLongestPath));
     }
   }
   return error;
@@ -75,8 +75,15 @@ Result<std::vector<Scan>> listed(const std::string& list) {
     if (line.empty() || line.starts_with('#')) continue;
     if (line.size() > kLongestPath || line.contains('\0'))
       return fail(Errc::InvalidArgument, fmt::format("{}: line {}: is not a path; a list is a text file with one path "
-                                                     "on each line, and an archive must be unpacked",
+                                                     "on each line; unpack archives first",
                                                      printable(list), number));
+    // A mesh that is missing fails alone, other text is no list at all.
+    std::error_code ignored;
+    if (!is_mesh(line) && !fs::exists(line, ignored))
+      return fail(
+          Errc::InvalidArgument,
+          fmt::format("{}: line {}: \"{}\" is no file; a list is a text file with one path of a mesh on each line",
+                      printable(list), number, printable(line, 60)));
     found.push_back({.file = fs::absolute(line).lexically_normal(), .name = {}});
   }
   return found;
@@ -170,6 +177,7 @@ Result<FoundScans> find_scans(const std::string& from, const fs::path& out) {
     RELIEF_TRY(scans, listed(from));
     if (scans.empty()) return fail(Errc::NotFound, shown + ": names no scans; a list has one path on each line");
   }
+  std::ranges::sort(found.others);
   std::ranges::sort(scans, {}, &Scan::file);
   scans.erase(std::ranges::unique(scans, {}, &Scan::file).begin(), scans.end());
   return found;

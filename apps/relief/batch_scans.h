@@ -22,13 +22,14 @@ struct Scan {
 /// What was found where a collection was looked for.
 struct FoundScans {
   std::vector<Scan> scans;
-  std::size_t others = 0;               ///< files that are not meshes
+  std::vector<std::string> others;      ///< printable paths of files that are not meshes
   std::vector<std::string> unreadable;  ///< folders, each with why
 };
 
 /// Returns the scans of `from` sorted by path, each once: the meshes of a folder and of the folders in it, except below
 /// `out` and where a name begins with a dot; or the lines of a text file ("-": of standard input). Errors name the
-/// place: NotFound, Io, InvalidArgument (no scans, a folder that is `out` itself, a mesh for a list).
+/// place: NotFound, Io, InvalidArgument (no scans, a folder that is `out` itself, a mesh for a list, a text with a line
+/// that is neither a file nor the name of a mesh).
 [[nodiscard]] Result<FoundScans> find_scans(const std::string& from, const std::filesystem::path& out);
 
 /// What a scan and its options were when it was worked on.

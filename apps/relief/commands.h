@@ -120,10 +120,13 @@ struct OtherOutput {
   std::string_view kind;       ///< "forces"
   std::string_view extension;  ///< that such files usually have
 };
-/// Refuses to write such an output under the name of a model (.relief), also through a link. Error: InvalidArgument.
-[[nodiscard]] Status check_no_model(std::initializer_list<OtherOutput> outputs);
-/// Refuses to write a model under another name than NAME.relief, unless it is changed in place. Error: InvalidArgument.
-[[nodiscard]] Status check_model_name(const std::string& out, const std::string& in = {});
+/// Ends the command as wrong usage: what the words of the command line are at fault for, whatever the files hold.
+/// Throws CLI::ValidationError, which may leave a command's action.
+[[noreturn]] void refuse_usage(const std::string& message);
+/// Refuses to write such an output under the name of a model (.relief), also through a link; see refuse_usage().
+void check_no_model(std::initializer_list<OtherOutput> outputs);
+/// Refuses to write a model under another name than NAME.relief, unless it is changed in place; see refuse_usage().
+void check_model_name(const std::string& out, const std::string& in = {});
 /// Whether a file, or what a link leads to, has the name of a model.
 [[nodiscard]] bool names_model(std::string_view file);
 /// Opens a model and warns on standard error where it has a doubt(). Errors: those of ModelFile::open(), Cancelled.

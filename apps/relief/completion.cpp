@@ -33,10 +33,10 @@ std::string quoted(std::string_view text, std::string_view quote_inside) {
 constexpr std::string_view kPosixQuote = "'\\''";
 constexpr std::string_view kFishQuote = "\\'";
 
-/// Whether an option takes a name of a file.
+/// Whether an option takes a name of a file or a folder.
 bool takes_file(const OptionHelp& o) {
-  return o.choices.empty() &&
-         (o.positional || o.placeholder.contains("FILE") || o.placeholder.contains('.') || o.placeholder == "MODEL");
+  return o.choices.empty() && (o.positional || o.placeholder.contains("FILE") || o.placeholder.contains("FOLDER") ||
+                               o.placeholder.contains('.') || o.placeholder == "MODEL");
 }
 
 struct Command {

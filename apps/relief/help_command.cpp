@@ -49,8 +49,8 @@ Status run_help(const CLI::App& app, const HelpOptions& o, const Context& contex
   if (command == nullptr) {
     const std::string text = topic_named(o.what);
     if (text.empty())
-      return fail(Errc::NotFound, fmt::format("help: there is no command or topic {}{}", printable(o.what, 60),
-                                              nearest_of(o.what, known_words(app))));
+      refuse_usage(fmt::format("help: there is no command or topic {}{}", printable(o.what, 60),
+                               nearest_of(o.what, known_words(app))));
     if (context.json)
       print_json({{"topic", o.what}, {"text", text}});
     else

@@ -209,6 +209,9 @@ int main_inner(int argc, char** argv) {
   Status status;
   try {
     status = context.run();
+  } catch (const CLI::ParseError& error) {
+    progress_line().clear();
+    return wrong_usage(usage_message(app, error));
   } catch (const std::bad_alloc&) {
     status = fail(Errc::Io, "out of memory; use a smaller model, fewer slabs or a smaller n");
   } catch (const std::exception& error) {
@@ -355,20 +358,20 @@ std::string with_extension(std::string_view file, std::string_view extension) {
 }
 }  // namespace
 
-Status check_no_model(std::initializer_list<OtherOutput> outputs) {
+void refuse_usage(const std::string& message) { throw CLI::ValidationError(message); }
+
+void check_no_model(std::initializer_list<OtherOutput> outputs) {
   for (const OtherOutput& out : outputs)
     if (names_model(out.file))
-      return fail(Errc::InvalidArgument,
-                  fmt::format("{}: {} need a name that does not end in .relief; use {}", printable(out.file), out.kind,
-                              with_extension(out.file, out.extension)));
-  return {};
+      refuse_usage(fmt::format("{}: {} need a name that does not end in .relief; use {}", printable(out.file), out.kind,
+                               with_extension(out.file, out.extension)));
 }
 
-Status check_model_name(const std::string& out, const std::string& in) {
+void check_model_name(const std::string& out, const std::string& in) {
   std::error_code ignored;
-  if (names_model(out) || (!in.empty() && std::filesystem::equivalent(in, out, ignored))) return {};
-  return fail(Errc::InvalidArgument, fmt::format("{}: a model needs a name that ends in .relief; use {}",
-                                                 printable(out), with_extension(out, ".relief")));
+  if (names_model(out) || (!in.empty() && std::filesystem::equivalent(in, out, ignored))) return;
+  refuse_usage(fmt::format("{}: a model needs a name that ends in .relief; use {}", printable(out),
+                           with_extension(out, ".relief")));
 }
 
 Result<ModelFile> open_model(const std::string& file, const Context& context, bool read_only) {

@@ -43,7 +43,7 @@ Status say(const Context& context, const std::string& file, std::size_t vertices
 
 Status run_sample(const std::string& name, const std::string& out, std::size_t triangles, const Context& context) {
   RELIEF_CHECK(check_outputs({out}, {}));
-  RELIEF_CHECK(check_no_model({{out, "meshes", ".ply"}}));
+  check_no_model({{out, "meshes", ".ply"}});
   RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles, context.progress));
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   RELIEF_CHECK(export_mesh(mesh, out));
@@ -75,12 +75,13 @@ void turn_up(TriangleMesh& mesh, bool to_z) {
 Status run_export(const ExportOptions& o, const Context& context) {
   const std::string &file = o.file, &out = o.out;
   RELIEF_CHECK(check_outputs({out}, {file}));
-  RELIEF_CHECK(check_no_model({{out, "meshes", ".ply"}}));
+  check_no_model({{out, "meshes", ".ply"}});
+  const bool writes_slabs = lower_extension(out) == ".slabs";
+  if (writes_slabs && !o.up.empty())
+    refuse_usage(printable(out) + ": slabs are written as they lie; --up is for meshes");
   RELIEF_TRY(const ModelFile model, open_model(file, context));
   const Snapshot& head = *model.model().head;
-  if (lower_extension(out) == ".slabs") {
-    if (!o.up.empty())
-      return fail(Errc::InvalidArgument, printable(out) + ": slabs are written as they lie; --up is for meshes");
+  if (writes_slabs) {
     RELIEF_TRY(AtomicFile target, AtomicFile::create(out));
     RELIEF_CHECK(target.write(to_slabs_text(head.slab_mesh())));
     RELIEF_CHECK(target.commit());

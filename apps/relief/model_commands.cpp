@@ -222,7 +222,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["seconds"] = seconds;
   json["wall_seconds"] = wall_seconds;
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};
-  json["fibres"] = r.fibres_cast;
+  json["fibres_cast"] = r.fibres_cast;
   const ConvertReport::Coverage& coverage = r.coverage;
   json["coverage"] = {
       {"visible_share", coverage.share}, {"farthest", coverage.farthest}, {"hidden_share", coverage.hidden}};
@@ -234,7 +234,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   const SlabMesh& mesh = made.model.head->slab_mesh();
   const auto [least, most] = std::ranges::minmax(mesh.slabs(), {}, &Slab::intervals);
   json["intervals"] = {{"min", least.intervals}, {"max", most.intervals}};
-  json["error"] = r.error > 0 ? ordered_json(r.error) : ordered_json();
+  json["error_asked"] = r.error > 0 ? ordered_json(r.error) : ordered_json();
   json["slabs_too_coarse"] = r.slabs_too_coarse;
   json["too_coarse_most"] = r.too_coarse_most;
   // The first two are those to the mended source.
@@ -329,8 +329,8 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   o.settings.mode = mode_from_name(o.mode);
   if (!o.remesh.empty()) o.settings.remesh = o.remesh == "auto" ? 0.0 : std::stod(o.remesh);
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
-  RELIEF_CHECK(check_model_name(o.out));
-  RELIEF_CHECK(check_no_model({{o.mended, "meshes", ".ply"}}));
+  check_model_name(o.out);
+  check_no_model({{o.mended, "meshes", ".ply"}});
   RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
   context.progress("import", 0);
@@ -508,6 +508,28 @@ ordered_json to_json(const verify::Failure& f) {
   return {{"condition", verify::name(f.condition)}, {"a", number(f.a)}, {"b", number(f.b)}, {"what", f.what}};
 }
 
+/// "C0 to C4", "C0, C1 and C3": the conditions that were tested and that the mode claims.
+std::string judged(Mode mode, std::size_t tested) {
+  std::vector<std::size_t> which;
+  for (std::size_t k = 0; k < tested; ++k)
+    if (claims(mode, static_cast<verify::Condition>(k))) which.push_back(k);
+  const auto name_of = [&](std::size_t at) {
+    return std::string(verify::name(static_cast<verify::Condition>(which[at])));
+  };
+  const std::size_t last = which.size() - 1;
+  if (which[last] - which.front() == last) return name_of(0) + " to " + name_of(last);
+  std::string text = name_of(0);
+  for (std::size_t at = 1; at < last; ++at) text += ", " + name_of(at);
+  return text + " and " + name_of(last);
+}
+
+/// One sentence: what was checked and how it went. Without a mesh, that the distance to the scan was not.
+std::string verdict_of(Mode mode, bool holds, const std::string& conditions, bool has_source) {
+  if (!holds) return fmt::format("not all that {} mode claims holds", name(mode));
+  if (has_source) return fmt::format("all that {} mode claims holds", name(mode));
+  return conditions + " and the tiles hold; the distance to the scan was not checked: add --source SCAN";
+}
+
 Status run_verify(const std::string& file, const std::string& source_file, const Context& context) {
   std::optional<NothingWritten> nothing_written(std::in_place);
   // Opening checks the tiles, too; the verifier does it in its own way.
@@ -543,15 +565,19 @@ Status run_verify(const std::string& file, const std::string& source_file, const
     const std::string reason = !shell_holds           ? first_reason(mode, certificate, moved == 0)
                                : !tiles.first.empty() ? tiles.first
                                                       : samples.failures.front().what;
-    verdict_status = fail(
-        Errc::Corrupt,
-        fmt::format("{}: it does not hold what {} mode claims ({}); convert it again{}", printable(file), name(mode),
-                    reason, source_file.empty() ? "" : ", or verify it with the file that convert --mended writes"));
+    verdict_status =
+        fail(Errc::Corrupt,
+             fmt::format("{}: the claims of {} mode fail ({}); convert it again{}", printable(file), name(mode), reason,
+                         source_file.empty() ? "" : ", or give --source what --mended wrote"));
   }
+  const std::string verdict_text =
+      verdict_of(mode, holds, judged(mode, claimed(certificate, moved == 0)), !source_file.empty());
   if (context.json) {
     ordered_json json;
+    json["verdict"] = verdict_text;
     json["mode"] = name(mode);
     json["holds"] = holds;
+    json["distance_checked"] = samples.tested > 0;
     json["slabs"] = shell.triangles.size();
     json["pieces"] = mesh.slab_count();
     json["moved_slabs"] = moved;
@@ -595,7 +621,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
           certificate.source_moved));
     if (moved > 0)
       print(fmt::format("strokes moved the fibres of {} slab{}: C0 to C4 are claimed\n", moved, moved == 1 ? "" : "s"));
-    print(fmt::format("{}: all that {} mode claims {}\n", file, name(mode), holds ? "holds" : "does not hold"));
+    print(fmt::format("{}: {}\n", file, verdict_text));
   }
   return verdict_status;
 }
@@ -635,7 +661,7 @@ struct HistoryLine {
 
 Status run_salvage(const std::string& file, const std::string& out, bool force, const Context& context) {
   RELIEF_CHECK(check_outputs({out}, {file}));
-  RELIEF_CHECK(check_model_name(out));
+  check_model_name(out);
   RELIEF_CHECK(check_strokes(out, force));
   RELIEF_TRY(const Salvaged saved, ModelFile::salvage(file, out, context.progress));
   const std::uint64_t strokes = saved.current - saved.first, redo = saved.last - saved.current;

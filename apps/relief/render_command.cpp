@@ -191,7 +191,7 @@ Result<TriangleMesh> stage_of(const std::string& file, Stage wanted, bool remesh
 /// A stage of the conversion of a mesh, in the sculpting look.
 Status run_stage(RenderOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
-  RELIEF_CHECK(check_no_model({{o.out, "pictures", ".png"}}));
+  check_no_model({{o.out, "pictures", ".png"}});
   RELIEF_CHECK(parse_size(o.size, o.frame));
   std::optional<NothingWritten> nothing_written(std::in_place);
   RELIEF_TRY(const TriangleMesh mesh, stage_of(o.model, *stage_from_name(o.stage), o.remesh, context));
@@ -217,7 +217,7 @@ Status run_stage(RenderOptions& o, const Context& context) {
 Status run_render(RenderOptions& o, const Context& context) {
   if (!o.stage.empty()) return run_stage(o, context);
   RELIEF_CHECK(check_outputs({o.out}, {o.model}));
-  RELIEF_CHECK(check_no_model({{o.out, "pictures", ".png"}}));
+  check_no_model({{o.out, "pictures", ".png"}});
   Frame& frame = o.frame;
   RELIEF_CHECK(parse_size(o.size, frame));
   std::optional<NothingWritten> nothing_written(std::in_place);

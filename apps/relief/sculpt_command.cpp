@@ -248,8 +248,7 @@ Result<std::size_t> resume_at(const SculptOptions& o, const ModelFile& file, con
   }
   if (context.progress.cancelled()) return fail(Errc::Cancelled, printable(o.out) + ": cancelled before any stroke");
   return fail(Errc::InvalidArgument,
-              fmt::format("{}: does not hold the first strokes of {} on {}, so they cannot go on; without --resume and "
-                          "with --force it is replaced",
+              fmt::format("{}: does not hold the first strokes of {} on {}; --force instead of --resume replaces it",
                           printable(o.out), printable(o.strokes), printable(o.model)));
 }
 
@@ -259,7 +258,7 @@ Result<std::pair<ModelFile, std::size_t>> open_out(const SculptOptions& o, const
   std::error_code ignored;
   const bool in_place = std::filesystem::equivalent(o.model, o.out, ignored);
   const bool resumes = o.resume && std::filesystem::exists(o.out, ignored);
-  RELIEF_CHECK(check_model_name(o.out, o.model));
+  check_model_name(o.out, o.model);
   if (!in_place && !resumes) {
     if (const Status free = check_strokes(o.out, o.force); !free)
       return fail(
@@ -314,7 +313,7 @@ Status run_strokes(const SculptOptions& o, const Context& context) {
   RELIEF_CHECK(saved);
   if (context.json) {
     ordered_json json;
-    json["strokes"] = json_of(told);
+    json["stroke_results"] = json_of(told);
     json["room"] = json_of(listener.room());
     if (o.resume) json["resumed_after"] = before;
     json["total"] = total;
@@ -421,7 +420,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   SculptOptions o = given;
   if (o.out.empty()) o.out = o.model;
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.tool_points, played_recording(o)}));
-  RELIEF_CHECK(check_no_model({{o.record, "recordings", ".rlog"}}));
+  check_no_model({{o.record, "recordings", ".rlog"}});
   RELIEF_TRY(auto out, open_out(o, {}, context));
   ModelFile& file = out.first;
   RELIEF_TRY(const Brush brush, brush_of(o, diagonal(file.model().head->slab_mesh().bounds())));
@@ -463,7 +462,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   const Summary summary = summary_of(stats);
   ordered_json json = to_json(summary);
   json["metres_per_unit"] = opened.workspace.metres_per_unit;
-  json["strokes"] = json_of(strokes);
+  json["stroke_results"] = json_of(strokes);
   json["total"] = total;
   json["servo"] = to_json(stats.servo);
   json["losses"] = to_json(losses);
@@ -535,7 +534,8 @@ void add_sculpt(CLI::App& app, Context& context) {
       .examples = {{"relief sculpt scan.relief --strokes face.json -o new.relief"},
                    {"relief sculpt scan.relief --strokes face.json -o new.relief --resume", "the missing strokes"},
                    {"relief sculpt scan.relief --device sim:hand --tool clay --radius 8 --seconds 5 -o new.relief"}},
-      .notes = help_of_tools() + "\nThe strokes file: relief help strokes. Every finished stroke is in OUT at once.\n"};
+      .notes =
+          help_of_tools() + "\nThe strokes file: relief help strokes. Each stroke is written to OUT when it ends.\n"};
   c->add_option("MODEL", o->model, "the model")->required()->check(names_file);
   CLI::Option* strokes = c->add_option("--strokes", o->strokes, "play the strokes of this file")
                              ->check(names_file)
@@ -577,6 +577,8 @@ void add_sculpt(CLI::App& app, Context& context) {
             "the settings of the tool are in the strokes file; options for them are for --device");
       return;
     }
+    // Its radius may be left to the model; all else of the brush is on the command line.
+    if (const auto wanted = brush_of(*o, 1); !wanted && !o->tool.empty()) refuse_usage(wanted.error().message);
     if (o->device.empty() || o->tool.empty() || (o->seconds == 0 && !o->device.starts_with(kReplayDevice)))
       throw CLI::ValidationError("sculpt needs --strokes S.json -o OUT, or --device NAME --tool T --seconds S");
   });

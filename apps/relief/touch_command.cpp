@@ -36,14 +36,15 @@ void say_far_away(const std::string& path, const Box3d& box) {
 Status run_path(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
   RELIEF_TRY(const std::vector<PathRow> rows, read_path(o.path));
-  // The limits are those of the device named, or touch-like; without one the path may lead anywhere. It need not fit
-  // into a workspace: nobody has to reach it.
+  // Limits and scale are those of the device named. Without one the limits are touch-like and the path may lead
+  // anywhere: it need not fit into a workspace that nobody has to reach.
   DeviceInfo device = plant_presets().front().info;
   device.workspace_radius = 0;
-  const Workspace workspace = fit_workspace(device, file.model(), o.metres_per_unit, o.axes);
+  Workspace workspace = fit_workspace(device, file.model(), o.metres_per_unit, o.axes);
   if (!o.device.empty()) {
     RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
     device = named.device->info();
+    workspace = named.workspace;
   }
   std::vector<Vec3d> points;
   RELIEF_TRY(const ServoSettings settings, settings_for(o, file, workspace, {}, points));
@@ -144,7 +145,7 @@ Status run_live(const TouchOptions& o, const Context& context) {
 Status run_touch(const TouchOptions& o, const Context& context) {
   const std::string played = played_recording(o);
   RELIEF_CHECK(check_outputs({o.out, o.record}, {o.model, o.path, o.tool_points, played}));
-  RELIEF_CHECK(check_no_model({{o.out, "forces", ".csv"}, {o.record, "recordings", ".rlog"}}));
+  check_no_model({{o.out, "forces", ".csv"}, {o.record, "recordings", ".rlog"}});
   if (!o.path.empty()) return run_path(o, context);
   return run_live(o, context);
 }
@@ -162,9 +163,10 @@ void add_touch(CLI::App& app, Context& context) {
                    {"relief touch scan.relief --device replay:live.rlog -o again.csv"}},
       .notes = "The files: relief help path-csv. The column flags: relief help flags. Devices: relief help devices.\n"};
   c->add_option("MODEL", o->model, "the model")->required()->check(names_file);
-  CLI::Option* path = c->add_option("--path", o->path, "the tool's path, felt with the limits of --device")
-                          ->check(names_file)
-                          ->type_name("PATH.csv");
+  CLI::Option* path =
+      c->add_option("--path", o->path, "the tool's path, felt with the limits and the scale of --device")
+          ->check(names_file)
+          ->type_name("PATH.csv");
   CLI::Option* out = c->add_option("-o,--output", o->out, "where the forces go, a row per tick")
                          ->check(names_file)
                          ->type_name("FORCE.csv");

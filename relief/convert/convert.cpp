@@ -6,6 +6,7 @@
 #include <relief/convert/report.h>
 #include <relief/convert/sample/coverage.h>
 #include <relief/convert/sample/distance.h>
+#include <relief/convert/sample/resolution.h>
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/stage_meshes.h>
@@ -19,6 +20,7 @@
 #include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace relief {
 namespace {
@@ -88,12 +90,14 @@ std::span<const Face> scanned(const Ground& ground) {
   return std::span(ground.mesh.get().triangles).first(ground.phantom_from);
 }
 
-void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, const ConvertSettings& settings,
-                   double of_diagonal, ConvertReport& report) {
-  report.error = settings.error.value_or(kUsualError);
+/// `finest`: of each slab, the n up to which the source has detail; only with a given n, which may lose it.
+void report_coarse(std::span<const Farthest> there, std::span<const Farthest> back, std::span<const int> finest,
+                   const ConvertSettings& settings, double of_diagonal, ConvertReport& report) {
+  const double aim = settings.error.value_or(kUsualError);
+  if (settings.intervals == 0) report.error = aim;
   for (std::size_t s = 0; s < there.size(); ++s) {
     const double most = std::max(there[s].distance, back[s].distance) * of_diagonal;
-    if (most <= report.error * kAsGood) continue;
+    if (most <= aim * kAsGood || (settings.intervals > 0 && settings.intervals >= finest[s])) continue;
     ++report.slabs_too_coarse;
     report.too_coarse_most = std::max(report.too_coarse_most, most);
   }
@@ -116,10 +120,8 @@ Status check_resolution(const TriangleMesh& mesh, const Box3d& box, double room,
   if ((farthest + room) * 0x1p-51 < lattice.step) return {};  // it is the lattice that sets the step
   const double across = std::sqrt(2 * surface_area(mesh) / double(mesh.triangles.size()));
   if (across >= kLeast * lattice.step) return {};
-  return fail(Errc::Corrupt, "the source lies " + number(farthest) +
-                                 " from the origin, where the lattice has steps of " + number(lattice.step) +
-                                 ", and its triangles are " + number(across) +
-                                 " across on average, too small for that; move it nearer to the origin.");
+  return fail(Errc::Corrupt, "the source lies " + number(farthest) + " from the origin, and its triangles, " +
+                                 number(across) + " across, are too small for that; move it nearer to the origin.");
 }
 
 /// Adds corners of the source: where one lies far off in a thin part, the places spread by area are few. The mended
@@ -164,7 +166,7 @@ double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, con
 Result<Mode> mode_of(const Ground& ground, const ConvertSettings& settings, const ConvertReport& report) {
   if (!ground.tolerant && is_of_the_source(report)) return Mode::Certified;
   if (settings.mode != Mode::Certified) return Mode::Tolerant;
-  return fail(Errc::Unfoldable, not_of_the_source(report) + "; convert with --mode tolerant.");
+  return fail(Errc::Unfoldable, not_of_the_source(report) + "; " + remedy(Mode::Certified, true) + ".");
 }
 
 Status check_size(double across) {
@@ -248,12 +250,14 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   {
     report.coverage = measure_coverage(places, ground.mesh.get(), *surface, lattice, across, progress);
     const Measured there = made.to(*surface, samples, progress);
+    std::vector<int> finest;
+    if (settings.intervals > 0) finest = finest_intervals(result.model.head->slab_mesh(), sampled.source);
     surface.reset();
     const Measured back = made.from(ground.mesh.get().positions, scanned(ground), progress);
     if (progress.cancelled()) return cancelled();
     report.to_mended = relative(there);
     report.from_mended = relative(back);
-    if (settings.intervals == 0) report_coarse(there.slabs, back.slabs, settings, share, report);
+    report_coarse(there.slabs, back.slabs, finest, settings, share, report);
   }
   const std::size_t mended_triangles = ground.mesh.get().triangles.size();
   ground.mesh.rest();

@@ -67,12 +67,13 @@ struct ConvertReport {
   std::size_t hits_single = 0;   ///< fibres that met the source exactly once
   std::size_t hits_none = 0;     ///< filled from their neighbours, or missing with the slab
   std::size_t hits_several = 0;  ///< the crossing that agrees with the neighbours was taken
-  /// The error that was requested, or else is aimed at; slabs that do not keep to it, of the displaced surface to the
-  /// mended source or back; the greatest distance in them. Shares of the diagonal; not where n was given.
+  /// The error that was requested, or else is aimed at, share of the diagonal; 0 where n was given. Slabs that do not
+  /// keep to it, of the displaced surface to the mended source or back; with a given n, those that do not keep to 1e-4
+  /// and for which the source has more detail than n. The greatest distance in them, share of the diagonal.
   double error = 0;
   bool error_asked = false;          ///< whether an error was requested, rather than n
-  std::size_t slabs_too_coarse = 0;  ///< slabs that miss the asked error
-  double too_coarse_most = 0;        ///< by how much the worst misses it, share of the diagonal
+  std::size_t slabs_too_coarse = 0;  ///< slabs that miss it
+  double too_coarse_most = 0;        ///< the greatest distance in these, share of the diagonal
   /// Root mean square over an even choice of points, and greatest distance, shares of the diagonal. From the model to
   /// the mended source, back from its triangles except fill triangles, and the same for the source as read. The
   /// greatest is taken in the middles of micro-triangles and of their edges, and at the source's corners.

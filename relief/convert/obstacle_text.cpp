@@ -15,17 +15,15 @@ std::string clause(const Obstacle& obstacle) {
   const std::size_t n = obstacle.count;
   switch (obstacle.kind) {
     case DefectKind::HighValence:
-      return "a vertex has " + std::to_string(n) + " triangles around it, too many to compare each with each";
+      return "a vertex has " + std::to_string(n) + " triangles around it, too many to compare";
     case DefectKind::SingularVertex:
-      return one_or_many(n, "vertex has", "vertices have") +
-             " no common front-facing direction, or only by a degree, and smoothing does not help";
+      return one_or_many(n, "vertex has", "vertices have") + " no common front-facing direction";
     case DefectKind::SelfIntersection:
-      return one_or_many(n, "triangle of the source intersects others", "triangles of the source intersect others");
+      return one_or_many(n, "triangle intersects others", "triangles intersect others");
     case DefectKind::PatchIntersection:
       return "what fills holes intersects itself or the source, in " + one_or_many(n, "triangle", "triangles");
     case DefectKind::TooNear:
-      return one_or_many(n, "triangle lies", "triangles lie") +
-             " nearer to others than the lattice can tell apart, or on the back of a neighbour";
+      return one_or_many(n, "triangle lies", "triangles lie") + " on others, or too near to tell apart";
     case DefectKind::Fold:
       return one_or_many(n, "triangle has", "triangles have") + " another over it that folds";
   }

@@ -7,7 +7,7 @@
 
 namespace relief::detail {
 
-/// Returns a clause that a place may follow, such as "12 triangles of the source intersect others".
+/// Returns a clause that a place may follow, such as "12 triangles intersect others".
 [[nodiscard]] std::string clause(const Obstacle& obstacle);
 
 }  // namespace relief::detail

@@ -96,8 +96,7 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
 
 std::string remedy(Mode mode, bool is_remeshed) {
   if (mode == Mode::Tolerant) return "try more --slabs or a smaller --thickness";
-  const std::string otherwise = "convert with --mode tolerant";
-  return is_remeshed ? otherwise : "remesh the source as a solid (--remesh), or " + otherwise;
+  return is_remeshed ? "use --mode tolerant" : "use --remesh or --mode tolerant";
 }
 
 std::string to_string(const ConvertReport& report) {
@@ -254,23 +253,25 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
     note("--error " + number(report.error) + " is not kept in " + counted(report.slabs_too_coarse, "slab") +
          ", which n up to " + std::to_string(kMaxIntervals) + " brings no nearer than " +
          number(report.too_coarse_most) + "; more --slabs may");
+  if (settings.intervals > 0 && report.slabs_too_coarse > 0)
+    note("--samples " + std::to_string(settings.intervals) + " loses detail in " +
+         percent(double(report.slabs_too_coarse) / double(report.slabs)) + " of the slabs, which lie up to " +
+         rounded(report.too_coarse_most) + " of the diagonal off; give more, or leave it out");
   return notes;
 }
 
 std::string not_of_the_source(const ConvertReport& report) {
   const ConvertReport::Coverage& coverage = report.coverage;
   if (coverage.share < ConvertReport::Coverage::kWhole)
-    return "a shell can be certified, but not of all of this source: " + percent(1 - coverage.share) +
-           " of what can be seen of it would be missing, as near " + place(coverage.missing_near);
-  return "a shell can be certified, but not of this source: its surface would lie as far as " +
-         number(coverage.beyond) + " of the diagonal from it";
+    return "no certificate: " + percent(1 - coverage.share) + " of what can be seen would be missing, as near " +
+           place(coverage.missing_near);
+  return "no certificate: the certified surface would lie " + rounded(coverage.beyond) + " of the diagonal off";
 }
 
 std::unexpected<Error> no_shell(const ConvertReport& report, const ConvertSettings& settings) {
   const Mode mode = settings.mode.value_or(Mode::Tolerant);
-  return fail(Errc::Unfoldable, "no " + (settings.mode ? std::string(name(mode)) + " shell" : "shell can be proved") +
-                                    ": " + report.not_certified + "; " + remedy(mode, settings.remesh.has_value()) +
-                                    ".");
+  const std::string what = mode == Mode::Certified ? "no certificate: " : "no slabs hold it: ";
+  return fail(Errc::Unfoldable, what + report.not_certified + "; " + remedy(mode, settings.remesh.has_value()) + ".");
 }
 
 }  // namespace detail

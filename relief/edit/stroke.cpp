@@ -113,10 +113,9 @@ Status check(const Stroke& stroke) {
                                              number(stroke.points[k - 1].t) + " s)");
     dabs += k == 0 ? 1 : dabs_between(stroke.points[k - 1], p, stroke.brush.radius);
     if (dabs > kMaxStrokeDabs)
-      return fail(Errc::InvalidArgument,
-                  "the stroke needs more than " + std::to_string(kMaxStrokeDabs) + " dabs up to " + where +
-                      " at one every radius/16 and every 8 ms; use a larger radius, or a shorter "
-                      "path or time");
+      return fail(Errc::InvalidArgument, "the stroke needs more than " + std::to_string(kMaxStrokeDabs) +
+                                             " dabs up to " + where +
+                                             "; use a larger radius, or a shorter path or time");
   }
   return {};
 }

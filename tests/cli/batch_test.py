@@ -41,6 +41,7 @@ class Page(html.parser.HTMLParser):
     def __init__(self, file):
         super().__init__()
         self.addresses, self.rows, self.cards, self.groups = [], [], [], []
+        self.lines, self.tables = {}, []  # of each list; the group of each row
         self.at = ""
         self.feed(file.read_text(encoding="utf-8"))
 
@@ -50,6 +51,9 @@ class Page(html.parser.HTMLParser):
         self.addresses += [v for k, v in attributes.items() if k in ("src", "href") and not v.startswith("#")]
         if tag == "tr":
             self.rows.append([])
+            self.tables.append(self.groups[-1])
+        if tag == "li":
+            self.lines.setdefault(self.groups[-1], []).append("")
         if tag == "td":
             self.rows[-1].append("")
         if tag == "h2":
@@ -58,14 +62,19 @@ class Page(html.parser.HTMLParser):
     def handle_data(self, text):
         if self.at in ("td", "a") and self.rows and self.rows[-1]:
             self.rows[-1][-1] += text
+        if self.at == "li":
+            self.lines[self.groups[-1]][-1] += text
         if self.at == "h3" and text.strip():
             self.cards.append(text)
 
     def handle_endtag(self, tag):
         self.at = "" if tag != "a" else self.at
 
+    def table(self, group):
+        return [row for row, of in zip(self.rows, self.tables) if row and of == group]
+
     def failures(self):
-        return [row for row in self.rows if row]
+        return self.table("failed")
 
 
 class Case(unittest.TestCase):
@@ -150,7 +159,8 @@ class Collection(Case):
         self.assertIn("cut.ply", failed["failure"]["message"])
         page = Page(self.out / "index.html")
         self.assertEqual(set(page.cards), names)
-        self.assertEqual(page.groups, ["failed", "certified"])
+        self.assertEqual(page.groups, ["failed", "certified", "others"])
+        self.assertEqual(page.lines, {"others": [str(self.scans / "notes.txt")]})
         self.assertEqual([row[:2] for row in page.failures()], [["cut", str(self.scans / "cut.ply")]])
         for address in page.addresses:
             self.assertTrue(address.startswith("./"), address)
@@ -242,6 +252,40 @@ class Collection(Case):
         self.assertEqual(piped.returncode, 0, piped.stderr)
         self.assertEqual((json.loads(piped.stdout)["done"], json.loads(piped.stdout)["skipped"]), (1, 2))
 
+    def test_scans_that_are_gone_are_told_apart(self):
+        self.good("a.ply", "b.ply")
+        self.bad("cut.ply")
+        self.batch(status=1)
+        (self.scans / "b.ply").unlink()
+        (self.scans / "cut.ply").unlink()
+        self.batch()
+        page = Page(self.out / "index.html")
+        self.assertEqual((page.groups, page.cards), (["certified", "gone"], ["a", "b"]))
+        self.assertEqual([row[:2] for row in page.table("gone")],
+                         [["b", str(self.scans / "b.ply")], ["cut", str(self.scans / "cut.ply")]])
+        self.assertIn("no model", page.table("gone")[1][2])
+        text = (self.out / "index.html").read_text(encoding="utf-8")
+        self.assertEqual(text.count("The scan is gone."), 1)
+        # Scans that moved, good and bad, are where they are now.
+        self.bad("late.ply")
+        self.batch(status=1)
+        self.scans = self.scans.rename(self.folder / "moved")
+        self.batch(status=1)
+        page = Page(self.out / "index.html")
+        self.assertEqual([row[0] for row in page.table("gone")], ["b", "cut"])
+        self.assertEqual([row[:2] for row in page.failures()], [["late", str(self.scans / "late.ply")]])
+
+    def test_text_that_is_no_list_is_said_in_one_sentence(self):
+        self.good("a.ply")
+        notes = self.folder / "notes.txt"
+        for text, line in (("Dear colleague,\nthe scans are on the drive.\n", "line 1"),
+                           (f"{self.scans}/a.ply\n{self.scans}/a\n", "line 2"), ('{"scans": []}\n', "line 1")):
+            notes.write_text(text, encoding="utf-8")
+            run = relief("batch", notes, "-o", self.out, "--json")
+            self.assert_one_line(run, 1, "notes.txt", line, "is no file", "a list is a text file with one path")
+            self.assertEqual(json.loads(run.stdout)["error"]["file"], str(notes))
+        self.assertFalse(self.out.exists())
+
     def test_what_cannot_be_begun(self):
         self.good("a.ply")
         out = ("-o", self.out)
@@ -253,7 +297,7 @@ class Collection(Case):
         self.assert_one_line(relief("batch", self.scans / "a.ply", *out), 1, "a.ply", "relief convert")
         self.assert_one_line(relief("batch", "/dev/null", *out), 1, "/dev/null", "names no scans")
         binary = self.folder / "binary"
-        binary.write_bytes(b"one\ntwo\0three\n")
+        binary.write_bytes(b"one.ply\ntwo\0three\n")
         self.assert_one_line(relief("batch", binary, *out), 1, "line 2", "one path on each line")
         self.assert_one_line(relief("batch", self.scans, "-o", binary), 1, "binary", "is a file")
         self.assertFalse(self.out.exists())
@@ -276,7 +320,11 @@ class Collection(Case):
         self.good("a.ply", "shut/b.ply")
         (self.scans / "shut").chmod(0)
         self.addCleanup((self.scans / "shut").chmod, 0o700)
-        self.assert_one_line(relief("batch", self.scans, "-o", self.out), 1, "shut", "cannot be read")
+        run = self.batch("--quiet", status=1)
+        self.assert_one_line(run, 1, "shut", "cannot be read")
+        page = Page(self.out / "index.html")
+        self.assertEqual(page.groups, ["certified", "unreadable"])
+        self.assertIn(str(self.scans / "shut"), page.lines["unreadable"][0])
 
 
 class Limits(Case):

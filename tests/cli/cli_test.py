@@ -149,6 +149,7 @@ class Contract(Case):
                 self.assert_failed(Run(*command, one, other), 2, one, other)
         self.assert_failed(Run("replay", "r", "--tool-radius", 1, "--paper-contact"), 2, "--tool-radius", "--paper-contact")
         self.assertFalse((self.folder / "x.png").exists())
+        self.assert_failed(Run("export", self.model, self.folder / "x.slabs", "--up", "z"), 2, "--up")
         for args in ([], ["convert"], ["convert", self.scan], ["convert", self.scan, "-o", "x", "--slabs", "-3"],
                      ["convert", self.scan, "-o", "x", "--samples", "129"], ["convert", self.scan, "-o", "x", "--mode", "best"],
                      ["touch", self.model], ["touch", self.model, "--path", "p.csv"], ["render", self.model, "-o"],
@@ -190,7 +191,7 @@ class Contract(Case):
             lines += [f"f 1 {there} {here}", f"f 2 {here} {there}"]
         star.write_text("\n".join(lines) + "\n")
         run = Run("convert", star, "-o", out, "--mode", "certified")
-        self.assert_failed(run, 1, "star.obj", "certified", "near (", "--remesh", "--mode tolerant")
+        self.assert_failed(run, 1, "star.obj", "no certificate", "near (", "--remesh", "--mode tolerant")
         self.assertFalse(out.exists())
         report = self.ok("convert", star, "-o", out, "--samples", 8, "--json").json()
         self.assertIn("voxel", report["remesh"])
@@ -238,11 +239,22 @@ class Contract(Case):
     def test_an_error_that_is_not_kept_is_said(self):
         out = self.folder / "error.relief"
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-6, "--json").json()
-        self.assertEqual(report["error"], 1e-6)
+        self.assertEqual(report["error_asked"], 1e-6)
         self.assertGreater(report["slabs_too_coarse"], 0)
         self.assertIn("--error 1e-06 is not kept", " ".join(report["notes"]))
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-2, "--json").json()
-        self.assertEqual((report["error"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
+        self.assertEqual((report["error_asked"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
+
+    def test_few_samples_are_said_to_lose_detail(self):
+        out = self.folder / "few.relief"
+        for n, loses in ((2, True), (128, False)):
+            report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--samples", n, "--json").json()
+            told = [note for note in report["notes"] if "loses detail" in note]
+            self.assertEqual((report["slabs_too_coarse"] > 0, len(told)), (loses, int(loses)), report["notes"])
+            if loses:
+                share = f"{100 * report['slabs_too_coarse'] / report['slabs']:.2g}".replace("1e+02", "100")
+                self.assertTrue(told[0].startswith(f"--samples {n} loses detail in {share} % of the slabs"), told)
+                self.assertGreater(report["too_coarse_most"], 1e-4)
 
     def test_tolerant_mode_gives_the_slabs_asked_for(self):
         out, mended = self.folder / "tolerant.relief", self.folder / "tolerant.ply"
@@ -270,8 +282,8 @@ class Contract(Case):
         out, mended = self.folder / "proven.relief", self.folder / "proven.ply"
         report = self.ok("convert", self.scan, "-o", out, "--mode", "certified", "--mended", mended, "--json").json()
         self.assertEqual(report["mode"], "certified")
-        self.assertEqual(report["hits"], {"single": report["fibres"], "none": 0, "several": 0})
-        self.assertGreaterEqual(report["fibres"], 1_000_000)
+        self.assertEqual(report["hits"], {"single": report["fibres_cast"], "none": 0, "several": 0})
+        self.assertGreaterEqual(report["fibres_cast"], 1_000_000)
         self.assertEqual([c["holds"] for c in report["certificate"].values()], [True] * len(report["certificate"]))
         self.assertEqual(Run("info", out, "--json").json()["mode"], "certified")
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
@@ -333,7 +345,7 @@ class Contract(Case):
                      ["replay", rec, "--csv", new], ["replay", rec, "--mcap", new], ["replay", rec, "--report", new],
                      ["convert", self.scan, "-o", self.folder / "not.relief", "--mended", link],
                      ["sample", "torus", "-o", link]):
-            self.assert_failed(Run(*args), 1, "does not end in .relief")
+            self.assert_failed(Run(*args), 2, "does not end in .relief", "--help")
         self.assertEqual([name for name in ("new.RELIEF", "not.csv", "not.relief") if (self.folder / name).exists()], [])
 
     def test_an_empty_name_of_a_file_is_said(self):
@@ -403,14 +415,15 @@ class Contract(Case):
         report = run.json()
         self.assertEqual(report["mode"], "certified")
         self.assertEqual(set(report["hits"]), {"single", "none", "several"})
-        self.assertEqual(sum(report["hits"].values()), report["fibres"])
+        self.assertEqual(sum(report["hits"].values()), report["fibres_cast"])
         self.assertGreater(report["seconds"], 0)
         self.assertGreater(report["wall_seconds"], 0)
         self.assertEqual(report["phases"].keys(), report["phases_wall"].keys())
         self.assertLessEqual(sum(report["phases_wall"].values()), report["wall_seconds"])
         self.assertEqual((list(report["phases"])[0], list(report["phases"])[-2:]), ("import", ["verify", "save"]))
         self.assertLessEqual(sum(report["phases"].values()), report["seconds"])
-        self.assertIsNone(report["error"], "n was given")
+        self.assertIsNone(report["error_asked"], "n was given")
+        self.assertNotIn("error", report, "what failed, and nothing else")
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         distance = report["distance"]
         for way in (distance, *(distance[w] for w in ("to_mended", "from_mended", "to_source", "from_source"))):
@@ -447,10 +460,17 @@ class Contract(Case):
             self.assertLess(report["source"]["moved"], 1e-6)
             self.assertEqual(report["source"]["phantom_triangles"], 0 if source == mended else None)
             self.assertEqual({tuple(c["slabs"]) for c in report["certificate"].values()}, {()})
+            self.assertEqual((report["verdict"], report["distance_checked"]), ("all that certified mode claims holds", True))
         self.assertIn("C7 holds", Run("verify", out, "--source", scan).out)
-        self.assertEqual(len(Run("verify", out, "--json").json()["certificate"]), 5)
+        # Without a mesh the verdict says what it leaves open.
+        alone = self.ok("verify", out, "--json").json()
+        self.assertEqual((len(alone["certificate"]), alone["holds"], alone["distance_checked"]), (5, True, False))
+        self.assertEqual(alone["verdict"], "C0 to C4 and the tiles hold; the distance to the scan was not checked: "
+                                           "add --source SCAN")
+        self.assertEqual(self.ok("verify", out).out.splitlines()[-1], f"{out}: {alone['verdict']}")
         # Another surface is not what the slabs hold, and is named where it passes through them.
         report = Run("verify", out, "--source", self.scan, "--json").json()
+        self.assertEqual((report["verdict"], report["distance_checked"]), ("not all that certified mode claims holds", True))
         self.assertFalse(report["certificate"]["C5"]["holds"])
         named = report["certificate"]["C5"]["slabs"]
         self.assertEqual(named, sorted(set(named)))
@@ -841,9 +861,9 @@ class Workflow(Case):
         self.assert_failed(Run("sculpt", self.model, "--strokes", strokes, "-o", model), 1, "--force")
         path = self.folder / "short.csv"
         path.write_text("t,x,y,z\n0,0,0,100\n0.001,0,0,100\n")
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 1, "does not end in .relief")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", model), 2, "does not end in .relief")
         forces = self.folder / "F.csv"
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 1,
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", forces, "--record", model), 2,
                            "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         # What cannot be read may hold strokes, too.
@@ -855,7 +875,7 @@ class Workflow(Case):
         # Nor is a model replaced through a link.
         link = self.folder / "link.csv"
         link.symlink_to(model)
-        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 1, "does not end in .relief")
+        self.assert_failed(Run("touch", self.model, "--path", path, "-o", link), 2, "does not end in .relief")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
         self.ok("sculpt", self.model, "--strokes", strokes, "-o", model, "--force")
         self.assertEqual(Run("info", model, "--json").json()["strokes"], 1)
@@ -1201,6 +1221,21 @@ class Touch(Case):
         size = self.ok("info", self.model, "--json").json()["source_diagonal"]
         self.assertAlmostEqual(scale("sim:hand")["metres_per_unit"] * size, 0.15, places=9)
         self.assertAlmostEqual(scale("sim:hand:falcon-like")["metres_per_unit"] * size, 0.08, places=9)
+
+    def test_a_path_has_the_scale_of_the_device_named(self):
+        path, rec = self.folder / "scaled.csv", self.folder / "scaled.rlog"
+        path.write_text("t,x,y,z\n0,0,900,0\n0.001,0,60,0\n")
+        size = self.ok("info", self.model, "--json").json()["source_diagonal"]
+
+        def across(*options):
+            run = self.ok("touch", self.model, "--path", path, "-o", self.folder / "scaled_forces.csv", "--json", *options)
+            return run.json()["metres_per_unit"] * size
+
+        self.assertAlmostEqual(across(), 0.15, places=9)
+        self.assertAlmostEqual(across("--device", "sim:hand:falcon-like"), 0.08, places=9)
+        self.assertAlmostEqual(across("--device", "sim:hand:falcon-like", "--metres-per-unit", 0.2 / size), 0.2, places=9)
+        across("--metres-per-unit", 0.3 / size, "--record", rec)
+        self.assertAlmostEqual(across("--device", f"replay:{rec}"), 0.3, places=9)
 
     def test_a_ball_touches_sooner_by_its_radius_and_is_recorded(self):
         point, _ = self.touch(self.press())
@@ -1628,7 +1663,7 @@ class Sculpt(Case):
         for wrong in (["--salvage"], ["-o", saved], ["--salvage", "--strokes", "-o", saved], ["--force"]):
             self.assert_failed(Run("info", out, *wrong), 2)
         self.assert_failed(Run("info", out, "--salvage", "-o", out), 1, "input itself")
-        self.assert_failed(Run("info", out, "--salvage", "-o", self.scan), 1, "pumpkin.ply")
+        self.assert_failed(Run("info", out, "--salvage", "-o", self.scan), 2, "pumpkin.ply")
         report = self.ok("info", out, "--salvage", "-o", saved, "--json").json()
         self.assertEqual(report["salvaged"], {"first": 0, "current": 1, "last": 1})
         self.assertEqual((report["strokes"], report["redo"]), (1, 0))
@@ -1659,8 +1694,8 @@ class Sculpt(Case):
         strokes = [self.STROKES[0], beside, *self.STROKES[1:], self.STROKES[0], beside]
         file = self.strokes(strokes)
         report = self.ok("sculpt", self.model, "--strokes", file, "-o", whole, "--json").json()
-        self.assertEqual([s["changed"] for s in report["strokes"]], [True, False, True, True, True, False])
-        self.assertEqual([s["missed"] for s in report["strokes"]][1], 1)
+        self.assertEqual([s["changed"] for s in report["stroke_results"]], [True, False, True, True, True, False])
+        self.assertEqual([s["missed"] for s in report["stroke_results"]][1], 1)
         self.assertEqual(report["total"], 4)
         self.ok("sculpt", self.model, "--strokes", file, "-o", out, "--resume")  # nothing is there: all of them
         self.assertEqual(self.hash(out), self.hash(whole))
@@ -1705,7 +1740,7 @@ class Sculpt(Case):
         deep = {"tool": "carve", "radius": 60, "points": [[0, 0, 45, 60, 1], [1, 5, 45, 60, 1], [1, 0, 500, 0, 1]]}
         run = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out)
         self.assertRegex(run.out, r"\n\d+ samples could not go as far as asked: .*; 1 point lay farther")
-        stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out, "--force", "--json").json()["strokes"][0]
+        stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out, "--force", "--json").json()["stroke_results"][0]
         self.assertGreater(stroke["limited"], 0)
         self.assertEqual(stroke["missed"], 1)
         journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
@@ -1735,7 +1770,7 @@ class Sculpt(Case):
         report = self.ok("sculpt", self.model, "--device", "sim:hand", "--tool", "carve", "--radius", 6, "--symmetry", "x",
                          "--seconds", 4, "-o", out, "--record", record, "--json").json()
         self.assertGreater(report["total"], 0)
-        self.assertEqual(report["total"], sum(s["changed"] for s in report["strokes"]))
+        self.assertEqual(report["total"], sum(s["changed"] for s in report["stroke_results"]))
         self.assertEqual(self.ok("info", out, "--json").json()["strokes"], report["total"])
         with contextlib.closing(sqlite3.connect(out)) as database:
             texts = [json.loads(row[0]) for row in database.execute("SELECT details FROM strokes WHERE number > 0 ORDER BY number")]
@@ -1755,8 +1790,9 @@ class Sculpt(Case):
         live = ["sculpt", self.model, "--device", "sim:hand", "--seconds", 1, "-o", self.folder / "none.relief"]
         for options, word in ((["--tool", "carve", "--colour", "1,2,3"], "no setting of carve"),
                               (["--tool", "paint"], "--colour"), (["--tool", "carve", "--radius", "x"], "--radius"),
-                              (["--tool", "carve", "--radius", "-3"], "radius")):
-            self.assert_failed(Run(*live, *options), 1, word)
+                              (["--tool", "carve", "--radius", "-3"], "radius"), (["--tool", "carve", "--mirror", "1,2"], "--mirror")):
+            self.assert_failed(Run(*live, *options), 2, word)
+        self.assertFalse((self.folder / "none.relief").exists(), "refused before the model is copied")
         for options, word in ((["--tool", "crave"], "the nearest is carve"),
                               (["--tool", "clay", "--falloff", "cubic"], "own, linear"),
                               (["--tool", "carve", "--strength", "2"], "2 is not in 0 to 1")):
@@ -2047,9 +2083,9 @@ class Demo(Case):
     def test_what_cannot_be_run_is_said_in_one_sentence(self):
         garbage = self.folder / "garbage.ply"
         garbage.write_text("no mesh at all")
-        for args, word in (([self.folder / "none.ply"], "none.ply"), ([garbage], "garbage.ply"), (["--limit", "feel=1"], "feel=1")):
+        for args, word in (([self.folder / "none.ply"], "none.ply"), ([garbage], "garbage.ply"), (["--limit", "feel=1"], "feel=1"), (["--slow"], "--slow")):
             run = self.demo("--quick", "--out", self.folder / "refused", *args)
-            self.assertEqual(run.returncode, 1)
+            self.assertEqual(run.returncode, 2 if str(args[0]).startswith("--") else 1)
             self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
             self.assertIn(word, run.stderr)
             self.assertNotIn("Try next", run.stdout)

@@ -149,6 +149,8 @@ class Help(Case):
                 self.assertEqual((checked.returncode, checked.stderr), (0, ""))
         for words, wanted in ((["conv"], ["convert"]), (["convert", "--sl"], ["--slabs"]),
                               (["convert", "--mode", ""], ["certified", "tolerant"]), (["convert", "--slabs", ""], []),
+                              (["batch", "--mode", ""], ["certified", "tolerant"]), (["batch", "--unit", "c"], ["cm"]),
+                              (["batch", "-o", "/et"], ["/etc"]),
                               (["completion", "f"], ["fish"]), (["help", "fl"], ["flags"]),
                               (["render", "--matcap", "r"], ["red\\ wax"])):
             line = " ".join(shlex.quote(word) for word in ["relief", *words])
@@ -176,8 +178,8 @@ class Refusals(Case):
                             "see relief convert --help"),
                            (["touch", self.model, "--zzz"], "--zzz: no such option; see relief touch --help")):
             self.assertEqual(self.one_line(Run(*args), 2), said)
-        self.assertEqual(self.one_line(Run("help", "flag"), 1),
-                         "help: there is no command or topic flag; the nearest is flags")
+        self.assertEqual(self.one_line(Run("help", "flag"), 2),
+                         "help: there is no command or topic flag; the nearest is flags; see relief help --help")
 
     def test_one_wording_for_each_kind(self):
         convert = ["convert", self.scan, "-o", "x.relief"]
@@ -223,18 +225,20 @@ class Refusals(Case):
                      ["convert", gone, "-o", self.folder / "out.obj", "--force"],
                      ["refine", self.model, "-o", self.folder / "out.obj"],
                      ["info", self.model, "--salvage", "-o", self.folder / "out.obj"]):
-            said = self.one_line(Run(*args), 1)
-            self.assertEqual(said, f"{self.folder}/out.obj: a model needs a name that ends in .relief; use out.relief")
+            said = self.one_line(Run(*args), 2)
+            self.assertEqual(said, f"{self.folder}/out.obj: a model needs a name that ends in .relief; use out.relief; "
+                                   f"see relief {args[0]} --help")
         strokes = self.folder / "s.json"
         strokes.write_text('[{"tool": "carve", "radius": 1, "points": [[0, 0, 0, 0, 1]]}]')
-        self.one_line(Run("sculpt", self.model, "--strokes", strokes, "-o", self.folder / "out.obj"), 1)
+        self.one_line(Run("sculpt", self.model, "--strokes", strokes, "-o", self.folder / "out.obj"), 2)
         self.assertFalse((self.folder / "out.obj").exists())
         said = self.one_line(Run("sample", "torus", "-o", self.folder / "link.relief"), 2)
         self.assertIn("does not end in one of .ply", said)
         path = self.folder / "path.csv"
         path.write_text("t,x,y,z\n0,0,0,0\n")
-        said = self.one_line(Run("touch", self.model, "--path", path, "-o", self.folder / "force.relief"), 1)
-        self.assertEqual(said, f"{self.folder}/force.relief: forces need a name that does not end in .relief; use force.csv")
+        said = self.one_line(Run("touch", self.model, "--path", path, "-o", self.folder / "force.relief"), 2)
+        self.assertEqual(said, f"{self.folder}/force.relief: forces need a name that does not end in .relief; use force.csv; "
+                               "see relief touch --help")
         said = self.one_line(Run("sculpt", self.model, "--strokes", path, "-o", self.folder / "x.relief"), 1)
         self.assertEqual(said, f"{path}: line 1, column 2: not JSON; --strokes takes a strokes file (relief help strokes)")
 
@@ -244,7 +248,7 @@ class Refusals(Case):
         damaged.write_text("not a model")
         for args, status, code, file in (
                 (["convert", gone, "-o", self.folder / "x.relief"], 1, "NotFound", str(gone)),
-                (["convert", self.scan, "-o", self.folder / "x.obj"], 1, "InvalidArgument", str(self.folder / "x.obj")),
+                (["convert", self.scan, "-o", self.folder / "x.obj"], 2, "Usage", str(self.folder / "x.obj")),
                 (["verify", damaged], 1, "UnsupportedFormat", str(damaged)), (["undo", self.model], 1, "NotFound", str(self.model)),
                 (["convert", self.scan], 2, "Usage", None), (["info", self.model, "--nonsense"], 2, "Usage", None)):
             run = Run(*args, "--json")
@@ -333,7 +337,7 @@ class Units(Case):
                 for a, b in zip(got, want):
                     self.assertAlmostEqual(a, b, delta=1e-4 * (x1 - x0))
         refused = Run("export", self.model, self.folder / "up.slabs", "--up", "z")
-        self.assertEqual(refused.status, 1)
+        self.assertEqual(refused.status, 2)
         self.assertIn("--up is for meshes", refused.err)
 
 

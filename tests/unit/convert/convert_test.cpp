@@ -3,7 +3,10 @@
 
 #include <relief/base/paged_memory.h>
 #include <relief/convert/convert.h>
+#include <relief/convert/obstacle_text.h>
+#include <relief/convert/report.h>
 #include <relief/convert/sample/source_rays.h>
+#include <relief/convert/support/words.h>
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
 #include <relief/mesh/import.h>
@@ -17,6 +20,7 @@
 #include <array>
 #include <atomic>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -62,10 +66,26 @@ void expect_sound(const Result<Conversion>& result, const ConvertSettings& setti
 double single_share(const ConvertReport& report) { return double(report.hits_single) / double(report.fibres_cast); }
 
 TEST(Remedy, NamesWhatIsLeftToTry) {
-  EXPECT_EQ(remedy(Mode::Certified, false), "remesh the source as a solid (--remesh), or convert with --mode tolerant");
-  EXPECT_EQ(remedy(Mode::Certified, true), "convert with --mode tolerant");
+  EXPECT_EQ(remedy(Mode::Certified, false), "use --remesh or --mode tolerant");
+  EXPECT_EQ(remedy(Mode::Certified, true), "use --mode tolerant");
   for (const bool is_remeshed : {false, true})
     EXPECT_EQ(remedy(Mode::Tolerant, is_remeshed), "try more --slabs or a smaller --thickness");
+}
+
+TEST(Remedy, ARefusalForAnyObstacleHasAtMost25Words) {
+  using detail::DefectKind;
+  for (const DefectKind kind : {DefectKind::HighValence, DefectKind::SingularVertex, DefectKind::SelfIntersection,
+                                DefectKind::PatchIntersection, DefectKind::TooNear, DefectKind::Fold})
+    for (const std::size_t count : {1U, 12U}) {
+      ConvertReport report;
+      report.not_certified = detail::clause({.kind = kind, .place = {}, .count = count}) + ", first near " +
+                             detail::place({-13.8523, 13.4067, 2.18048});
+      const std::string said = detail::no_shell(report, {.mode = Mode::Certified}).error().message;
+      std::istringstream words(said);
+      const auto most = std::distance(std::istream_iterator<std::string>(words), {});
+      EXPECT_LE(most, 25) << said;
+      EXPECT_TRUE(said.contains("front") || said.contains("triangle")) << said;
+    }
 }
 
 TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
@@ -518,7 +538,13 @@ TEST(Convert, TheGreatestDistanceIsThatOfADenseMeasurement) {
     EXPECT_LT(reported, 1.02 * truth) << n;
     EXPECT_GT(result->report.to_mended.points, result->report.slabs * static_cast<std::size_t>(4 * n * n));
     EXPECT_GT(result->report.from_mended.points, mesh.positions.size());
-    EXPECT_EQ(result->report.slabs_too_coarse, 0U) << "no error was asked for";
+    EXPECT_EQ(result->report.error, 0) << "n was given";
+    const auto off = std::ranges::count_if(farthest, [](double d) { return d > 1e-4; });
+    EXPECT_LE(result->report.slabs_too_coarse, static_cast<std::size_t>(off) + 2) << n << ": a measurement apart";
+    const bool told = std::ranges::any_of(result->report.notes, [&](const std::string& note) {
+      return note.starts_with("--samples " + std::to_string(n) + " loses detail in ");
+    });
+    EXPECT_EQ(told, result->report.slabs_too_coarse > 0) << n;
   }
 }
 
@@ -608,7 +634,7 @@ TEST(Convert, StopsWhenAsked) {
 TEST(Convert, SaysWhatCollapsed) {
   TriangleMesh far = testing::ball(60);
   for (Vec3d& p : far.positions) p = to_double(to_float(p + Vec3d{1e7, 1e7, 1e7}));
-  const auto collapsed = convert(far, few(40));
+  const auto collapsed = convert(far, few(40, 0));
   ASSERT_TRUE(collapsed) << collapsed.error().message;
   ASSERT_EQ(collapsed->report.notes.size(), 1U);
   EXPECT_NE(collapsed->report.notes.front().find("14160 triangles"), std::string::npos)
@@ -622,7 +648,7 @@ TEST(Convert, SaysWhatCollapsed) {
   const std::size_t once = doubled.triangles.size();
   doubled.triangles.insert(doubled.triangles.end(), doubled.triangles.begin(),
                            doubled.triangles.begin() + std::ptrdiff_t(once));
-  const auto halved = convert(doubled, few(40));
+  const auto halved = convert(doubled, few(40, 0));
   ASSERT_TRUE(halved) << halved.error().message;
   ASSERT_EQ(halved->report.notes.size(), 1U);
   const std::string& twice = halved->report.notes.front();
@@ -744,8 +770,8 @@ TEST(ConvertScan, BunnyAt150Slabs) {
   EXPECT_GE(single_share(result->report), 0.97);
 }
 
-/// What the table of conversions must show (docs/evidence/performance.md): slabs, and the greatest rms there and back, shares of
-/// the diagonal.
+/// What the table of conversions must show (docs/evidence/performance.md): slabs, and the greatest rms there and back,
+/// shares of the diagonal.
 struct Must {
   const char* file;
   int slabs;
