@@ -144,7 +144,8 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
   const NearTriangle* barrier = that_pushes_most(ball.around(), out / depth, kAnywhere);
   if (barrier == nullptr) {
     // The straight segment leads into the air.
-    static_cast<void>(ball.advance(last_, kAnywhere, Mover::Until::Touch, false, kSearches, work, work));
+    const double reach = detail::budget(length(move), depth);
+    static_cast<void>(ball.advance(last_, reach, Mover::Until::Touch, false, kSearches, work, work));
     ledger_.clear();
     return;
   }

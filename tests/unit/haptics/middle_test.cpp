@@ -19,6 +19,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,8 +28,8 @@ namespace {
 
 using testing::kPi;
 
-SnapshotPtr converted(const TriangleMesh& mesh) {
-  auto made = convert(mesh, {.slabs = 100, .intervals = 16, .mode = Mode::Certified});
+SnapshotPtr converted(const TriangleMesh& mesh, int intervals = 16) {
+  auto made = convert(mesh, {.slabs = 100, .intervals = intervals, .mode = Mode::Certified});
   if (!made) throw std::runtime_error(made.error().message);
   return made->model.head;
 }
@@ -275,6 +276,51 @@ TEST(Wedge, OnItsFlatSideThePointKeepsUpAndPastTheEdgeItLetsGo) {
       }
     }
     EXPECT_LE(led.most_made, 1e-12) << depth;
+  }
+}
+
+/// A wedge whose edge is cut off, so far from it on either face.
+TriangleMesh chamfered_wedge(double angle, double cut) {
+  const Vec3d far = {-std::cos(angle), -std::sin(angle), 0};
+  return testing::extruded({{-cut, 0, 0}, {-1, 0, 0}, far, far * cut}, 0.4);
+}
+
+/// A hand slides out over a chamfer that is smaller than it is deep, at 0.1 diagonals a second. The ball goes over the
+/// chamfer and through the air behind it by no more than 10 times the hand's way in a tick, which is 0.06 N. In the end
+/// it is free.
+TEST(Chamfer, ABallGoesOverItAndLetsGoWithoutAStepOfForce) {
+  constexpr double kMetres = 0.15, kStiffness = 400;  // m, N/m
+  for (const int degrees : {45, 60, 90, 120}) {
+    const SnapshotPtr model = converted(testing::subdivided(chamfered_wedge(degrees * kPi / 180, 0.015), 4), 64);
+    const Box3d box = bounds_of_surface(*model);
+    const double size = diagonal(box);
+    for (const double radius : {0.003, 0.01, 0.02})
+      for (const double depth : {0.015, 0.02, 0.03})
+        for (const double aslant : {0.0, 0.15}) {
+          ServoSettings settings = testing::settings_with(kStiffness, 0, 0, kMetres / size);
+          settings.workspace.model_origin = box.centre();
+          settings.tool.radius = radius * size;
+          testing::Driver hand(settings, testing::strong_device());
+          const double up = (radius - depth) * size, above = (radius + 0.02) * size;
+          ServoSample felt;
+          Vec3d last;
+          double most = 0, deepest = 0;
+          for (const Vec3d cursor :
+               testing::straight_ways({{-0.3, above, -aslant}, {-0.3, up, -aslant}, {0.15, up, aslant}}, 1e-4 * size)) {
+            felt = hand.at(*model, cursor);
+            most = std::max(most, length(felt.force - last));
+            deepest = std::max(deepest, felt.depth);
+            last = felt.force;
+          }
+          const auto which = [&] {
+            return std::to_string(degrees) + " degrees, a ball of " + std::to_string(radius) + ", " +
+                   std::to_string(depth) + " deep";
+          };
+          EXPECT_GT(deepest, 0.99 * depth * size) << which();
+          EXPECT_LT(most, 0.1) << which();
+          EXPECT_FALSE(felt.contact) << which();
+          EXPECT_EQ(felt.force, Vec3d{}) << which();
+        }
   }
 }
 
