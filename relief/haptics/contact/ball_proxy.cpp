@@ -115,10 +115,10 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   const Vec3d out = centre_ - last_;
   const double depth = length(out);
   Mover ball(surface, *memory_, centre_, radius, free ? depth : 0, work);
-  under_way_ = false;
+  bool flies = false;  // straight, to a cursor that is too far away for one tick
   if (free) {
     const Mover::Way way = ball.advance(last_, kAnywhere, Mover::Until::Reach, false, kSearches, work, work);
-    under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
+    flies = way.straight && (way.cut || ball.searches() >= kSearches);
     ledger_.clear();
   } else {
     if (past_the_middle(surface.model(), last_, radius)) {
@@ -132,7 +132,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   }
   arrive(ball, radius);
   if (!held_) ball.prepare();
-  touch(surface, ball.around(), radius);
+  touch(surface, ball.around(), radius, flies);
   searches_ += ball.searches();
   work_ = surface.placed();
 }
@@ -178,8 +178,8 @@ void BallProxy::arrive(Mover& ball, double radius) noexcept {
   behind_ = is_behind(ball.around(), radius);
 }
 
-void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius) noexcept {
-  if (under_way_ || !held_) {
+void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius, bool flies) noexcept {
+  if (flies || !held_) {
     surface_ = {};
     normals_ = {};
   } else {
@@ -198,6 +198,7 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
     }
   }
   touches_ = surface_.slab != kNoSlab;
+  under_way_ = held_ && !touches_;
   if (touches_) foothold_.stand_in(surface.mesh(), surface_.slab);
   late_ = held_ && !touches_ ? late_ + 1 : 0;
 }

@@ -2,6 +2,7 @@
 // point's own moves put nothing into the spring.
 #include "support/bodies.h"
 #include "support/driver.h"
+#include "support/exported.h"
 #include "support/god_object.h"
 #include "support/hand_ways.h"
 
@@ -353,6 +354,55 @@ TEST(ThinBodies, OverAClosedWayThePointsOwnMovesPutNothingIntoTheSpring) {
     EXPECT_GT(held, 3000) << body.name;
     EXPECT_LE(led.most_made, 1e-12 * led.deepest2) << body.name;
   }
+}
+
+/// Past the middle the point goes by at most three times the hand's sideways way in a tick, to a minimum that has come
+/// near as well as when it makes up for what it owes.
+TEST(ThinBodies, PastTheMiddleThePointGoesNoFartherThanThreeTimesTheHandsSidewaysWay) {
+  double most = 0;
+  long past = 0;
+  for (const Thin& body : thin_bodies()) {
+    const testing::BareTriangles bare = testing::bare_triangles(*body.model);
+    Led led{*body.model};
+    led.begin(body.outside);
+    led.straight(body.deep, 5e-4);
+    for (int k = 0; k < 9000; ++k) {
+      const double turn = 2 * kPi * k / 3000;
+      const Vec3d next = body.deep + body.aside * std::sin(turn) + body.other * (1 - std::cos(turn)) +
+                         body.aside * (0.3 * std::sin(7 * turn));
+      const bool was_held = led.proxy.held();
+      const Vec3d before = led.proxy.position(), move = next - led.cursor;
+      led.to(next);
+      if (!was_held || !led.proxy.held() || led.proxy.has_left() || !bare.past_the_middle(before, next)) continue;
+      ++past;
+      const double own = length(detail::square_to(before - next, move)), gone = length(led.proxy.position() - before);
+      EXPECT_LE(gone, 3 * own + 1e-9) << body.name << " " << k;
+      if (own > 1e-6) most = std::max(most, gone / own);
+    }
+  }
+  EXPECT_GT(past, 5000);
+  EXPECT_GT(most, 2.9) << "the bound is reached";
+}
+
+/// Beside the rim of a plate, three thicknesses deep: the way round the rim to the other face is longer than half the
+/// depth, so that a hand that strays a little does not take the point there.
+TEST(Disc, BesideItsRimAMinimumFartherThanHalfTheDepthIsNotNearBy) {
+  const double thickness = 0.06;
+  const SnapshotPtr model = disc(thickness);
+  for (double turn = 0.1; turn < 6; turn += 0.7)
+    for (const double share : {0.93, 0.95}) {
+      const Vec3d out = {std::cos(turn), std::sin(turn), 0}, along = {-out.y, out.x, 0};
+      Led led{*model};
+      const Vec3d start = out * (0.5 * share) + Vec3d{0, 0, 0.05};
+      led.begin(start);
+      led.straight(start - Vec3d{0, 0, 0.021}, 5e-4);
+      led.lost = 0;
+      led.straight(start - Vec3d{0, 0, 0.02 + 2.5 * thickness}, 5e-4);
+      const Vec3d deep = led.cursor;
+      for (int k = 0; k < 2000; ++k) led.to(deep + along * (0.004 * std::sin(0.02 * k)));
+      EXPECT_EQ(led.lost, 0) << turn << " " << share;
+      EXPECT_GT(led.proxy.way_out().z, 0.9) << turn << " " << share;
+    }
 }
 
 TEST(ThinBodies, ABallsOwnMovesPutNothingIntoTheSpringEither) {
