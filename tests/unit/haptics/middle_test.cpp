@@ -384,27 +384,6 @@ TEST(ThinBodies, PastTheMiddleThePointGoesNoFartherThanThreeTimesTheHandsSideway
   EXPECT_GT(most, 2.9) << "the bound is reached";
 }
 
-/// Beside the rim of a plate, three thicknesses deep: the way round the rim to the other face is longer than half the
-/// depth, so that a hand that strays a little does not take the point there.
-TEST(Disc, BesideItsRimAMinimumFartherThanHalfTheDepthIsNotNearBy) {
-  const double thickness = 0.06;
-  const SnapshotPtr model = disc(thickness);
-  for (double turn = 0.1; turn < 6; turn += 0.7)
-    for (const double share : {0.93, 0.95}) {
-      const Vec3d out = {std::cos(turn), std::sin(turn), 0}, along = {-out.y, out.x, 0};
-      Led led{*model};
-      const Vec3d start = out * (0.5 * share) + Vec3d{0, 0, 0.05};
-      led.begin(start);
-      led.straight(start - Vec3d{0, 0, 0.021}, 5e-4);
-      led.lost = 0;
-      led.straight(start - Vec3d{0, 0, 0.02 + 2.5 * thickness}, 5e-4);
-      const Vec3d deep = led.cursor;
-      for (int k = 0; k < 2000; ++k) led.to(deep + along * (0.004 * std::sin(0.02 * k)));
-      EXPECT_EQ(led.lost, 0) << turn << " " << share;
-      EXPECT_GT(led.proxy.way_out().z, 0.9) << turn << " " << share;
-    }
-}
-
 TEST(ThinBodies, ABallsOwnMovesPutNothingIntoTheSpringEither) {
   for (const Thin& body : thin_bodies()) {
     const double radius = 0.02;
