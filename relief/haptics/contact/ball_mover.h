@@ -269,9 +269,9 @@ class Mover {
   /// Where an advance ends. Reach: at the end of its reach. Rest: at rest, the last place within reach being kept.
   /// Touch: at something in the way, which it does not go along.
   enum class Until { Reach, Rest, Touch };
-  /// Towards the goal, in at most so many searches: straight where nothing is in the way, else by `reach` at most along
-  /// what is. `push`: what is within the ball is pushed out first. `work`: what the tick may take by then as far as
-  /// `reach`, and `ahead` beyond it.
+  /// Towards the goal, in at most so many searches, by `reach` at most: straight where nothing is in the way, else
+  /// along what is. `push`: what is within the ball is pushed out first. `work`: what the tick may take by then as far
+  /// as `reach`, and `ahead` beyond it.
   Way advance(Vec3d goal, double reach, Until until, bool push, int searches, int work, int ahead) noexcept {
     const int before = searches_;
     searches += before;
@@ -303,14 +303,14 @@ class Mover {
       }
       keep_stops(*step);
       const bool whole = *step == target;
-      const bool slides = !whole && !pushed && until != Until::Touch;
+      const bool slides = !whole && !pushed && until != Until::Touch, goes = !pushed;
       way.straight = way.straight && whole;
       way.settled = !pushed && !(wanted > rest) && !(whole && wanted > 0);
       if (way.settled) break;
-      within = within && !(slides && reach <= 0);
-      if (!within && until == Until::Reach) break;
+      within = within && !(goes && reach <= 0);
+      if (!within && until != Until::Rest) break;
       double longest = std::max(stride, here_->nearest - radius_);
-      const bool short_of = slides && within && reach < std::min(longest, wanted);  // what comes next may be as long
+      const bool short_of = goes && within && reach < std::min(longest, wanted);  // what comes next may be as long
       if (short_of) longest = reach;
       if (wanted > longest) *step *= longest / wanted;
       if (pushed) share_ = std::min(1.0, longest / wanted);
@@ -336,10 +336,8 @@ class Mover {
       arrive(next);
       arrived = true;
       if (within) within_ = next;
-      if (slides) {
-        way.slid += std::min(wanted, longest);
-        reach -= std::min(wanted, longest);
-      }
+      if (slides) way.slid += std::min(wanted, longest);
+      if (goes) reach -= std::min(wanted, longest);
       if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
       way.settled = next == goal;
       if (way.settled) break;

@@ -107,7 +107,7 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
 
 void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
   const Vec3d move = cursor - std::exchange(last_, cursor);
-  const bool free = !held_ || under_way_;
+  const bool free = !touches_;  // until it has landed
   const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
   // What carrying took where the model has changed does not count.
   const Limits limits = {surface.placed(), kWork << doubled};
@@ -115,10 +115,10 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   const Vec3d out = centre_ - last_;
   const double depth = length(out);
   Mover ball(surface, *memory_, centre_, radius, free ? depth : 0, work);
-  under_way_ = false;
+  bool flies = false;  // straight, to a cursor that is too far away for one tick
   if (free) {
     const Mover::Way way = ball.advance(last_, kAnywhere, Mover::Until::Reach, false, kSearches, work, work);
-    under_way_ = way.straight && (way.cut || ball.searches() >= kSearches);
+    flies = way.straight && (way.cut || ball.searches() >= kSearches);
     ledger_.clear();
   } else {
     if (past_the_middle(surface.model(), last_, radius)) {
@@ -132,7 +132,7 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
   }
   arrive(ball, radius);
   if (!held_) ball.prepare();
-  touch(surface, ball.around(), radius);
+  touch(surface, ball.around(), radius, flies);
   searches_ += ball.searches();
   work_ = surface.placed();
 }
@@ -144,7 +144,8 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
   const NearTriangle* barrier = that_pushes_most(ball.around(), out / depth, kAnywhere);
   if (barrier == nullptr) {
     // The straight segment leads into the air.
-    static_cast<void>(ball.advance(last_, kAnywhere, Mover::Until::Touch, false, kSearches, work, work));
+    const double reach = detail::budget(length(move), depth);
+    static_cast<void>(ball.advance(last_, reach, Mover::Until::Touch, false, kSearches, work, work));
     ledger_.clear();
     return;
   }
@@ -177,8 +178,8 @@ void BallProxy::arrive(Mover& ball, double radius) noexcept {
   behind_ = is_behind(ball.around(), radius);
 }
 
-void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius) noexcept {
-  if (under_way_ || !held_) {
+void BallProxy::touch(MicroTriangles& surface, const Around& around, double radius, bool flies) noexcept {
+  if (flies || !held_) {
     surface_ = {};
     normals_ = {};
   } else {
@@ -197,6 +198,7 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
     }
   }
   touches_ = surface_.slab != kNoSlab;
+  under_way_ = held_ && !touches_;
   if (touches_) foothold_.stand_in(surface.mesh(), surface_.slab);
   late_ = held_ && !touches_ ? late_ + 1 : 0;
 }

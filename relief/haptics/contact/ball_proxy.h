@@ -37,7 +37,7 @@ class BallProxy {
 
   /// Returns whether the centre is not where the cursor is.
   [[nodiscard]] bool held() const noexcept { return held_; }
-  /// It is so only because it follows in free space.
+  /// It is so only because it follows in free space, and has not touched anything yet.
   [[nodiscard]] bool under_way() const noexcept { return under_way_; }
   /// In this tick a change of the model has moved it, or begun to: there was no time to see where it comes to rest.
   [[nodiscard]] bool settling() const noexcept { return settling_; }
@@ -97,15 +97,15 @@ class BallProxy {
   [[nodiscard]] bool past_the_middle(const Snapshot& model, Vec3d cursor, double radius) const noexcept;
   /// The ball stays where its mover has come to.
   void arrive(detail::ball::Mover& ball, double radius) noexcept;
-  /// Finds where it touches.
-  void touch(MicroTriangles& surface, const detail::ball::Around& around, double radius) noexcept;
+  /// Finds where it touches: nowhere where it `flies`.
+  void touch(MicroTriangles& surface, const detail::ball::Around& around, double radius, bool flies) noexcept;
 
   OwnMemory memory_;  ///< what is known of the surface, and room to work in; 3.2 MiB
   bool known_ = false, held_ = false, lost_ = false;
   bool settled_ = true;  ///< it has come to rest after the last change of the surface
   bool settling_ = false;
   bool touches_ = false;     ///< surface_ is a place
-  bool under_way_ = false;   ///< in free space, to a cursor too far away for one tick
+  bool under_way_ = false;   ///< to a cursor that was too far away for one tick, and it has not landed yet
   int late_ = 0;             ///< for so many ticks away from the cursor, with nothing found that it touches
   std::uint64_t model_ = 0;  ///< number of the last tick's
   Vec3d last_;               ///< the last cursor

@@ -522,6 +522,19 @@ TEST(BallProxy, AFastHandDoesNotTunnel) {
   EXPECT_NEAR(ball.centre().y, radius, 1e-5);
 }
 
+/// A hand that leaps into fine waves, and rests there. What the ball has not come in that tick, on its way through the
+/// air and past what it all but touches, it comes in the next ones: no bound holds before it has landed.
+TEST(BallProxy, LandsInAFewTicksAfterALeap) {
+  const SnapshotPtr model =
+      displaced(plane_shell(16, 128, 0.02), [](Vec3d p) { return 0.5 + 5e-6 / 0.04 * std::sin(1675 * p.x); });
+  const double radius = 0.0375;
+  BallProxy ball;
+  ball.step(*model, {0.1, radius + 0.0125, 0.4}, radius);
+  for (int k = 0; k < 12; ++k) ball.step(*model, {0.1, radius - 2.5e-4, 0.4}, radius);
+  ASSERT_TRUE(ball.held());
+  EXPECT_NEAR(ball.centre().y, radius, 2e-5);
+}
+
 TEST(BallProxy, ASheetDoesNotCatchABallFromBehind) {
   const SnapshotPtr model = flat_plane();
   BallProxy ball;

@@ -2,6 +2,7 @@
 // point's own moves put nothing into the spring.
 #include "support/bodies.h"
 #include "support/driver.h"
+#include "support/exported.h"
 #include "support/god_object.h"
 #include "support/hand_ways.h"
 
@@ -19,6 +20,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,8 +29,8 @@ namespace {
 
 using testing::kPi;
 
-SnapshotPtr converted(const TriangleMesh& mesh) {
-  auto made = convert(mesh, {.slabs = 100, .intervals = 16, .mode = Mode::Certified});
+SnapshotPtr converted(const TriangleMesh& mesh, int intervals = 16) {
+  auto made = convert(mesh, {.slabs = 100, .intervals = intervals, .mode = Mode::Certified});
   if (!made) throw std::runtime_error(made.error().message);
   return made->model.head;
 }
@@ -278,6 +280,51 @@ TEST(Wedge, OnItsFlatSideThePointKeepsUpAndPastTheEdgeItLetsGo) {
   }
 }
 
+/// A wedge whose edge is cut off, so far from it on either face.
+TriangleMesh chamfered_wedge(double angle, double cut) {
+  const Vec3d far = {-std::cos(angle), -std::sin(angle), 0};
+  return testing::extruded({{-cut, 0, 0}, {-1, 0, 0}, far, far * cut}, 0.4);
+}
+
+/// A hand slides out over a chamfer that is smaller than it is deep, at 0.1 diagonals a second. The ball goes over the
+/// chamfer and through the air behind it by no more than 10 times the hand's way in a tick, which is 0.06 N. In the end
+/// it is free.
+TEST(Chamfer, ABallGoesOverItAndLetsGoWithoutAStepOfForce) {
+  constexpr double kMetres = 0.15, kStiffness = 400;  // m, N/m
+  for (const int degrees : {45, 60, 90, 120}) {
+    const SnapshotPtr model = converted(testing::subdivided(chamfered_wedge(degrees * kPi / 180, 0.015), 4), 64);
+    const Box3d box = bounds_of_surface(*model);
+    const double size = diagonal(box);
+    for (const double radius : {0.003, 0.01, 0.02})
+      for (const double depth : {0.015, 0.02, 0.03})
+        for (const double aslant : {0.0, 0.15}) {
+          ServoSettings settings = testing::settings_with(kStiffness, 0, 0, kMetres / size);
+          settings.workspace.model_origin = box.centre();
+          settings.tool.radius = radius * size;
+          testing::Driver hand(settings, testing::strong_device());
+          const double up = (radius - depth) * size, above = (radius + 0.02) * size;
+          ServoSample felt;
+          Vec3d last;
+          double most = 0, deepest = 0;
+          for (const Vec3d cursor :
+               testing::straight_ways({{-0.3, above, -aslant}, {-0.3, up, -aslant}, {0.15, up, aslant}}, 1e-4 * size)) {
+            felt = hand.at(*model, cursor);
+            most = std::max(most, length(felt.force - last));
+            deepest = std::max(deepest, felt.depth);
+            last = felt.force;
+          }
+          const auto which = [&] {
+            return std::to_string(degrees) + " degrees, a ball of " + std::to_string(radius) + ", " +
+                   std::to_string(depth) + " deep";
+          };
+          EXPECT_GT(deepest, 0.99 * depth * size) << which();
+          EXPECT_LT(most, 0.1) << which();
+          EXPECT_FALSE(felt.contact) << which();
+          EXPECT_EQ(felt.force, Vec3d{}) << which();
+        }
+  }
+}
+
 /// All thin bodies, and a way into each.
 struct Thin {
   const char* name;
@@ -307,6 +354,34 @@ TEST(ThinBodies, OverAClosedWayThePointsOwnMovesPutNothingIntoTheSpring) {
     EXPECT_GT(held, 3000) << body.name;
     EXPECT_LE(led.most_made, 1e-12 * led.deepest2) << body.name;
   }
+}
+
+/// Past the middle the point goes by at most three times the hand's sideways way in a tick, to a minimum that has come
+/// near as well as when it makes up for what it owes.
+TEST(ThinBodies, PastTheMiddleThePointGoesNoFartherThanThreeTimesTheHandsSidewaysWay) {
+  double most = 0;
+  long past = 0;
+  for (const Thin& body : thin_bodies()) {
+    const testing::BareTriangles bare = testing::bare_triangles(*body.model);
+    Led led{*body.model};
+    led.begin(body.outside);
+    led.straight(body.deep, 5e-4);
+    for (int k = 0; k < 9000; ++k) {
+      const double turn = 2 * kPi * k / 3000;
+      const Vec3d next = body.deep + body.aside * std::sin(turn) + body.other * (1 - std::cos(turn)) +
+                         body.aside * (0.3 * std::sin(7 * turn));
+      const bool was_held = led.proxy.held();
+      const Vec3d before = led.proxy.position(), move = next - led.cursor;
+      led.to(next);
+      if (!was_held || !led.proxy.held() || led.proxy.has_left() || !bare.past_the_middle(before, next)) continue;
+      ++past;
+      const double own = length(detail::square_to(before - next, move)), gone = length(led.proxy.position() - before);
+      EXPECT_LE(gone, 3 * own + 1e-9) << body.name << " " << k;
+      if (own > 1e-6) most = std::max(most, gone / own);
+    }
+  }
+  EXPECT_GT(past, 5000);
+  EXPECT_GT(most, 2.9) << "the bound is reached";
 }
 
 TEST(ThinBodies, ABallsOwnMovesPutNothingIntoTheSpringEither) {
