@@ -46,7 +46,7 @@ Status run_sample(const std::string& name, const std::string& out, std::size_t t
   check_no_model({{out, "meshes", ".ply"}});
   RELIEF_TRY(const TriangleMesh mesh, make_sample(name, triangles, context.progress));
   if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
-  RELIEF_CHECK(export_mesh(mesh, out));
+  RELIEF_CHECK(export_mesh(mesh, out, {}, context.progress));
   return say(context, out, mesh.positions.size(), mesh.triangles.size());
 }
 
@@ -90,22 +90,23 @@ Status run_export(const ExportOptions& o, const Context& context) {
   if (const int levels = level_count(head.slab_mesh()); o.level >= levels)
     return fail(Errc::InvalidArgument, fmt::format("{}: its grids have levels 0 to {} only; choose --level among them",
                                                    printable(file), levels - 1));
-  TriangleMesh mesh = to_mesh(head, o.level);
+  TriangleMesh mesh = to_mesh(head, o.level, context.progress);
+  if (context.progress.cancelled()) return fail(Errc::Cancelled, printable(out) + ": is not written: cancelled");
   if (!o.up.empty()) turn_up(mesh, o.up == "z");
-  if (context.progress.cancelled()) return fail(Errc::Cancelled, "cancelled");
   // Far from the origin a float keeps too little of a coordinate.
   const Box3d box = bounds(mesh);
   const double reach = std::max({std::abs(box.low.x), std::abs(box.low.y), std::abs(box.low.z), std::abs(box.high.x),
                                  std::abs(box.high.y), std::abs(box.high.z)});
   const bool far = reach > 20 * diagonal(box);
-  RELIEF_CHECK(export_mesh(mesh, out, {.unit = model.model().info.unit, .double_positions = far}));
+  const ExportSettings settings = {.unit = model.model().info.unit, .double_positions = far};
+  RELIEF_CHECK(export_mesh(mesh, out, settings, context.progress));
   return say(context, out, mesh.positions.size(), mesh.triangles.size());
 }
 
 }  // namespace
 
 Status run_mesh_info(const std::string& file, const Context& context) {
-  RELIEF_TRY(const TriangleMesh mesh, import_mesh(file));
+  RELIEF_TRY(const TriangleMesh mesh, import_mesh(file, context.progress));
   const Box3d box = bounds(mesh);
   const std::vector<std::string> colours = colours_of(mesh);
   if (context.json) {

@@ -158,11 +158,11 @@ struct ConvertOptions {
 /// The mended source under a name of its own until the model stands, so that a run that fails leaves neither.
 class MendedFile {
  public:
-  Status write(const TriangleMesh& mesh, const std::filesystem::path& target, Unit unit) {
+  Status write(const TriangleMesh& mesh, const std::filesystem::path& target, Unit unit, const Progress& progress) {
     target_ = behind_links(target);
     temporary_ = target_;
     temporary_ += fmt::format(".{}.part.ply", getpid());
-    Status written = export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true});
+    Status written = export_mesh(mesh, temporary_, {.unit = unit, .double_positions = true}, progress);
     if (!written) {  // the name that the user gave
       std::string& message = written.error().message;
       const std::string own = printable(temporary_.string());
@@ -333,7 +333,6 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   check_no_model({{o.mended, "meshes", ".ply"}});
   RELIEF_CHECK(check_strokes(o.out, o.force));
   std::optional<NothingWritten> nothing_written(std::in_place);
-  context.progress("import", 0);
   MendedFile mended;
   Conversion made;
   verify::Certificate certificate;
@@ -350,7 +349,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     if (names_model(o.in))
       return fail(Errc::InvalidArgument,
                   printable(o.in) + ": is a model already; relief refine or relief export takes it");
-    RELIEF_TRY(TriangleMesh source, import_mesh(o.in));
+    RELIEF_TRY(TriangleMesh source, import_mesh(o.in, context.progress));
     phase_done("import");
     if (context.progress.cancelled()) return fail(Errc::Cancelled, "conversion was cancelled.");
     o.settings.unit =
@@ -367,7 +366,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
     // The mended source is on the disk, or was not asked for, when the verifier takes it.
     if (!o.mended.empty()) {
       nothing_written.reset();
-      RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit));
+      RELIEF_CHECK(mended.write(made.mended, o.mended, o.settings.unit, context.progress));
       phase_done("mended");
     }
     certificate = certificate_of(made.model, std::move(made.mended), context.progress);
@@ -546,7 +545,7 @@ Status run_verify(const std::string& file, const std::string& source_file, const
   if (source_file.empty()) {
     certificate = verify::check(view(shell), context.progress);
   } else {
-    RELIEF_TRY(TriangleMesh triangles, import_mesh(source_file));
+    RELIEF_TRY(TriangleMesh triangles, import_mesh(source_file, context.progress));
     const PlainSource source(std::move(triangles));
     if (source.phantom_from) phantoms = source.triangles.size() - *source.phantom_from;
     certificate = verify::check(view(shell), source.view(), context.progress);

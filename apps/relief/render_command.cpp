@@ -171,7 +171,7 @@ nlohmann::ordered_json camera_json(const Camera& camera) {
 
 /// What a conversion of a mesh shows at a stage.
 Result<TriangleMesh> stage_of(const std::string& file, Stage wanted, bool remesh, const Context& context) {
-  RELIEF_TRY(TriangleMesh source, import_mesh(file));
+  RELIEF_TRY(TriangleMesh source, import_mesh(file, context.progress));
   std::optional<TriangleMesh> seen;
   ConvertSettings settings;
   settings.intervals = 1;

@@ -5,7 +5,9 @@
 #include "picture_of.h"
 #include "preferences.h"
 #include "text.h"
+#include "widgets/progress_strip.h"
 
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/mesh/export.h>
@@ -15,6 +17,7 @@
 #include <QDir>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QFrame>
 #include <QStandardPaths>
 
 namespace relief::studio {
@@ -57,7 +60,9 @@ void MainWindow::ask_save_as() {
   if (bridge_.document() == nullptr) return;
   const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
                                  tr("Relief models (*.relief)"));
-  if (!file.isEmpty()) desk_.save_as(file);
+  if (file.isEmpty()) return;
+  saving_ = begin_aside(tr("Saving …"));
+  desk_.save_as(file, saving_);
 }
 
 void MainWindow::ask_export() {
@@ -67,9 +72,13 @@ void MainWindow::ask_export() {
       ask_where(tr("Export the surface as a mesh"), QStringLiteral("export"), documents(), QStringLiteral(".ply"),
                 tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
   if (file.isEmpty()) return;
-  say(tr("Exporting …"));
-  in_background(
-      this, [head, file, unit = unit_] { return export_mesh(to_mesh(*head, 0), path(file), {.unit = unit}); },
+  work_aside(
+      tr("Exporting …"),
+      [head, file, unit = unit_](const Progress& progress) {
+        constexpr double kSurfaceShare = 0.6;  // of the time
+        const TriangleMesh mesh = to_mesh(*head, 0, part_of(progress, {}, 0, kSurfaceShare));
+        return export_mesh(mesh, path(file), {.unit = unit}, part_of(progress, {}, kSurfaceShare, 1));
+      },
       [this, file](const Status& status) {
         if (!status) {
           show_failure(tr("The surface could not be exported"), text(status.error().message), file, false);
@@ -77,6 +86,53 @@ void MainWindow::ask_export() {
         }
         event_log().write(QStringLiteral("exported"), {{"file", file}});
         say(tr("Exported to %1").arg(file));
+      });
+}
+
+std::shared_ptr<std::atomic<bool>> MainWindow::begin_aside(const QString& title) {
+  auto cancel = std::make_shared<std::atomic<bool>>(false);
+  if (desk_.opening() || aside_) {
+    say(title);
+    return cancel;
+  }
+  aside_ = cancel;
+  convert_->start(title);
+  opening_->show();
+  opening_->raise();
+  place_over();
+  return cancel;
+}
+
+void MainWindow::tell_aside(const std::shared_ptr<std::atomic<bool>>& cancel, const QString& title, double share) {
+  if (cancel && aside_ == cancel) convert_->set_progress(title, share);
+}
+
+void MainWindow::end_aside(const std::shared_ptr<std::atomic<bool>>& cancel) {
+  if (!cancel || aside_ != cancel) return;
+  aside_.reset();
+  convert_->finish();
+  opening_->hide();
+}
+
+void MainWindow::work_aside(const QString& title, std::function<Status(const Progress&)> work,
+                            std::function<void(const Status&)> done) {
+  const auto cancel = begin_aside(title);
+  const auto told = [this, guard = QPointer(this), cancel, title](std::string_view, double share) {
+    QMetaObject::invokeMethod(
+        QCoreApplication::instance(),
+        [this, guard, cancel, title, share] {
+          if (guard) tell_aside(cancel, title, share);
+        },
+        Qt::QueuedConnection);
+  };
+  in_background(
+      this, [work = std::move(work), cancel, told] { return work({.report = told, .cancel = cancel.get()}); },
+      [this, cancel, done = std::move(done)](const Status& status) {
+        end_aside(cancel);
+        if (!status && status.error().code == Errc::Cancelled)
+          say(tr("Cancelled; nothing was kept."));
+        else
+          done(status);
       });
 }
 
@@ -90,10 +146,10 @@ void MainWindow::ask_salvage(const QString& file) {
   if (to.isEmpty()) return;
   to = with_extension(to, QStringLiteral(".relief"));
   auto lost = std::make_shared<QStringList>();
-  in_background(
-      this,
-      [file, to, lost]() -> Status {
-        RELIEF_TRY(const Salvaged saved, ModelFile::salvage(path(file), path(to)));
+  work_aside(
+      tr("Saving what is whole …"),
+      [file, to, lost](const Progress& progress) -> Status {
+        RELIEF_TRY(const Salvaged saved, ModelFile::salvage(path(file), path(to), progress));
         for (const std::string& each : saved.lost) lost->append(text(each));
         return {};
       },

@@ -38,8 +38,8 @@ FileDesk::FileDesk(DocumentBridge& bridge, QObject* parent) : QObject(parent), b
 }
 
 QString FileDesk::filters() {
-  return tr("Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)") + QStringLiteral(";;") +
-         tr("Relief models (*.relief)") + QStringLiteral(";;") + tr("All files (*)");
+  return tr("Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)") +
+         QStringLiteral(";;") + tr("Relief models (*.relief)") + QStringLiteral(";;") + tr("All files (*)");
 }
 
 bool FileDesk::is_model(const QString& file) { return file.endsWith(QLatin1String(".relief"), Qt::CaseInsensitive); }
@@ -112,10 +112,10 @@ bool FileDesk::close(QString& why) {
   return true;
 }
 
-void FileDesk::save_as(const QString& file) {
+void FileDesk::save_as(const QString& file, std::shared_ptr<const std::atomic<bool>> cancel) {
   const QString old = text(bridge_.file());
   given_up_ = Shelf::is_unnamed(old) ? old : QString();
-  bridge_.post(SaveElsewhere{.file = path(file)});
+  bridge_.post(SaveElsewhere{.file = path(file), .cancel = std::move(cancel)});
 }
 
 }  // namespace relief::studio

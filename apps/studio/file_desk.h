@@ -24,8 +24,9 @@ class FileDesk : public QObject {
   [[nodiscard]] bool opening() const { return job_.running(); }
   /// False, with why, where not everything could be written; the model then stays open.
   [[nodiscard]] bool close(QString& why);
-  /// The document goes on in this file; its old place, where it had no name, is given up when that is done.
-  void save_as(const QString& file);
+  /// The document goes on in this file; its old place, where it had no name, is given up when that is done. `cancel`
+  /// leaves everything as it is.
+  void save_as(const QString& file, std::shared_ptr<const std::atomic<bool>> cancel);
 
   [[nodiscard]] Shelf& shelf() { return shelf_; }
   [[nodiscard]] const QString& title() const { return title_; }

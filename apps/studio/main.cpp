@@ -1,5 +1,6 @@
 // Relief Studio: the desktop program.
 #include "accessible.h"
+#include "crash_report.h"
 #include "desktop_scheme.h"
 #include "event_log.h"
 #include "kiosk.h"
@@ -95,6 +96,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "relief studio: %s; relief-studio --help lists the options\n", one_line(error.what()).c_str());
     return 2;
   }
+  report_crashes();
   leave_a_core();
   qInstallMessageHandler(before_the_window);
   QApplication application(argc, argv);

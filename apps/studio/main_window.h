@@ -13,6 +13,8 @@
 #include <QMainWindow>
 #include <QPointer>
 #include <QSettings>
+#include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -129,6 +131,13 @@ class MainWindow : public QMainWindow {
   void ask_export();
   void ask_picture();
   void ask_salvage(const QString& file);
+  /// Long work beside the desk's has the strip of progress as long as nothing is opened. Returns what cancels it.
+  std::shared_ptr<std::atomic<bool>> begin_aside(const QString& title);
+  void tell_aside(const std::shared_ptr<std::atomic<bool>>& cancel, const QString& title, double share);
+  void end_aside(const std::shared_ptr<std::atomic<bool>>& cancel);
+  /// Such work on another thread; `done` comes on this one. Of cancelled work there is only a toast.
+  void work_aside(const QString& title, std::function<Status(const Progress&)> work,
+                  std::function<void(const Status&)> done);
   void save_picture(const QString& file);
 
   QSettings& settings_;
@@ -169,6 +178,8 @@ class MainWindow : public QMainWindow {
   ColourPalette* colours_ = nullptr;
   QFrame* opening_ = nullptr;
   ProgressStrip* convert_ = nullptr;
+  std::shared_ptr<std::atomic<bool>> aside_;   ///< cancels the work aside that the strip shows; else null
+  std::shared_ptr<std::atomic<bool>> saving_;  ///< cancels a saving elsewhere; null where none goes on
   Banner* banner_ = nullptr;
   Card* card_ = nullptr;
   QPushButton* anew_ = nullptr;

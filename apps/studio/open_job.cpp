@@ -21,7 +21,7 @@ struct Band {
   double from, to;
 };
 constexpr std::array kBands = {
-    Band{"read", QT_TRANSLATE_NOOP("OpenJob", "Reading the scan"), 0, 0.06},
+    Band{"import", QT_TRANSLATE_NOOP("OpenJob", "Reading the scan"), 0, 0.06},
     Band{"open", QT_TRANSLATE_NOOP("OpenJob", "Opening the model"), 0, 0.9},
     Band{"check", QT_TRANSLATE_NOOP("OpenJob", "Checking the slabs"), 0.9, 1},
     Band{"remesh", QT_TRANSLATE_NOOP("OpenJob", "Mending the scan"), 0.06, 0.1},
@@ -68,20 +68,22 @@ void OpenJob::report(std::string_view phase, double share) {
   phase_ = band->phase;
   told_ = share_;
   QMetaObject::invokeMethod(
-      this, [this, words = Words::tr(band->words), whole = share_] { emit progress(words, whole); },
+      this, [this, words = band->words, whole = share_] { emit progress(Words::tr(words), whole); },
       Qt::QueuedConnection);
 }
 
-void OpenJob::finish(Status status) {
+/// Worker thread, as the last that it does. Whoever hears the outcome may begin the next job at once.
+void OpenJob::finish(Result<std::shared_ptr<Opened>> outcome) {
   QMetaObject::invokeMethod(
       this,
-      [this, status] {
+      [this, outcome = std::move(outcome)] {
         running_ = false;
-        if (status) return;
-        if (status.error().code == Errc::Cancelled)
+        if (outcome)
+          emit opened(*outcome);
+        else if (outcome.error().code == Errc::Cancelled)
           emit cancelled();
         else
-          emit failed(status.error());
+          emit failed(outcome.error());
       },
       Qt::QueuedConnection);
 }
@@ -89,7 +91,7 @@ void OpenJob::finish(Status status) {
 void OpenJob::open_model(const QString& file) {
   start([this, file] {
     const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
-    const auto work = [&]() -> Status {
+    const auto work = [&]() -> Result<std::shared_ptr<Opened>> {
       RELIEF_TRY(ModelFile model, ModelFile::open(path(file), false, progress));
       report("check", 0);
       auto made = std::make_shared<Opened>();
@@ -98,14 +100,13 @@ void OpenJob::open_model(const QString& file) {
       made->doubt = text(model.doubt(progress));
       if (cancel_) return fail(Errc::Cancelled, "cancelled");
       made->model = std::move(model);
-      QMetaObject::invokeMethod(this, [this, made] { emit opened(made); }, Qt::QueuedConnection);
-      return {};
+      return made;
     };
     finish(work());
   });
 }
 
-Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit, bool anew) {
+Result<std::shared_ptr<Opened>> OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit, bool anew) {
   const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
   const auto shown = std::make_shared<const TriangleMesh>(std::move(mesh));
   QMetaObject::invokeMethod(this, [this, shown] { emit meshReady(shown); }, Qt::QueuedConnection);
@@ -119,17 +120,15 @@ Status OpenJob::make(TriangleMesh mesh, const QString& to, Unit unit, bool anew)
   made->diagonal = conversion.model.info.source_diagonal;
   RELIEF_TRY(made->model, ModelFile::create(path(to), conversion.model, progress));
   made->report = std::move(conversion.report);
-  QMetaObject::invokeMethod(this, [this, made] { emit opened(made); }, Qt::QueuedConnection);
-  return {};
+  return made;
 }
 
 void OpenJob::open_scan(const QString& file, const QString& to, Unit unit, bool anew) {
   start([this, file, to, unit, anew] {
-    const auto work = [&]() -> Status {
-      report("read", 0);
-      RELIEF_TRY(TriangleMesh mesh, import_mesh(path(file)));
-      report("read", 1);
-      if (cancel_) return fail(Errc::Cancelled, "cancelled");
+    const auto work = [&]() -> Result<std::shared_ptr<Opened>> {
+      report("import", 0);
+      const Progress progress{[this](std::string_view phase, double share) { report(phase, share); }, &cancel_};
+      RELIEF_TRY(TriangleMesh mesh, import_mesh(path(file), progress));
       return make(std::move(mesh), to, unit, anew);
     };
     finish(work());
@@ -139,10 +138,9 @@ void OpenJob::open_scan(const QString& file, const QString& to, Unit unit, bool 
 void OpenJob::open_sample(const QString& name, const QString& to) {
   start([this, name, to] {
     constexpr std::size_t kTriangles = 100'000;
-    const auto work = [&]() -> Status {
-      report("read", 0);
-      RELIEF_TRY(TriangleMesh mesh, make_sample(name.toStdString(), kTriangles));
-      report("read", 1);
+    const auto work = [&]() -> Result<std::shared_ptr<Opened>> {
+      const Progress progress{[this](std::string_view, double share) { report("import", share); }, &cancel_};
+      RELIEF_TRY(TriangleMesh mesh, make_sample(name.toStdString(), kTriangles, progress));
       return make(std::move(mesh), to, Unit::Millimetre, false);
     };
     finish(work());

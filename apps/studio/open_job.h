@@ -51,8 +51,8 @@ class OpenJob : public QObject {
  private:
   void start(std::function<void()> work);
   void report(std::string_view phase, double share);
-  Status make(TriangleMesh mesh, const QString& to, Unit unit, bool anew);
-  void finish(Status status);
+  [[nodiscard]] Result<std::shared_ptr<Opened>> make(TriangleMesh mesh, const QString& to, Unit unit, bool anew);
+  void finish(Result<std::shared_ptr<Opened>> outcome);
 
   std::thread thread_;
   std::atomic<bool> cancel_{false};

@@ -65,11 +65,14 @@ void RenderThread::draw(FrameRenderer& renderer, const DrawRequest& request) {
   }
   const Scene& scene = request.scene;
   Result<PixelRect> drawn = PixelRect{};
-  if (scene.model)
+  if (scene.model) {
     drawn = renderer.draw(*scene.model, frame, pixels_, frame.width, &cancel_, everything);
-  else if (scene.mesh)
+  } else if (scene.mesh) {
+    everything = everything || drawn_.lock() != scene.mesh;
+    drawn_ = scene.mesh;
     drawn = renderer.draw({scene.mesh->positions, scene.mesh->triangles, scene.mesh->colours}, frame, pixels_,
                           frame.width, &cancel_, everything);
+  }
   Piece piece;
   piece.frame = frame;
   piece.stage = request.stage;

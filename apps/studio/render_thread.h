@@ -77,6 +77,7 @@ class RenderThread {
   bool refining_ = false, stop_ = false;
   std::atomic<bool> cancel_{false};
   std::vector<std::uint32_t> pixels_;
+  std::weak_ptr<const TriangleMesh> drawn_;  ///< the renderer knows meshes by their address, which another may get
   int width_ = 0, height_ = 0;
   std::thread thread_;
 };

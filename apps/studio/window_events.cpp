@@ -47,6 +47,7 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
+    end_aside(std::exchange(saving_, nullptr));
     say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
     refresh();
   });
@@ -54,7 +55,10 @@ void MainWindow::connect_document() {
     if (std::exchange(limit_told_, true)) return;
     say(tr("The clay ends here: no further in this direction."));
   });
-  connect(&bridge_, &DocumentBridge::closed, this, [this] { changing_cage_ = false; });
+  connect(&bridge_, &DocumentBridge::closed, this, [this] {
+    changing_cage_ = false;
+    end_aside(std::exchange(saving_, nullptr));
+  });
   connect(&bridge_, &DocumentBridge::roomAsked, this, [this] { say(tr("Making room under the stroke …")); });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
     if (room.bar == RoomBar::FarSide)
@@ -81,7 +85,8 @@ void MainWindow::connect_document() {
       say(tr("%1: nothing to do").arg(label));
     refresh();
   });
-  connect(&bridge_, &DocumentBridge::progressed, this, [this](const QString&, double share) {
+  connect(&bridge_, &DocumentBridge::progressed, this, [this](const QString& phase, double share) {
+    if (phase == QLatin1String("copy")) tell_aside(saving_, tr("Saving …"), share);
     if (changing_cage_) say(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
   });
   connect(&bridge_, &DocumentBridge::strokeRefused, this,
@@ -90,6 +95,7 @@ void MainWindow::connect_document() {
     say(tr("%n old step(s) can no more be undone.", nullptr, static_cast<int>(steps)));
   });
   connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
+    end_aside(std::exchange(saving_, nullptr));
     if (unsaved == 0) {
       say(message);
       return;
@@ -113,8 +119,14 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::said, this, &MainWindow::say);
   connect(&desk_, &FileDesk::progress, convert_, &ProgressStrip::set_progress);
-  connect(convert_, &ProgressStrip::cancelRequested, &desk_, &FileDesk::cancel);
+  connect(convert_, &ProgressStrip::cancelRequested, this, [this] {
+    if (aside_)
+      *aside_ = true;
+    else
+      desk_.cancel();
+  });
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
+    aside_.reset();
     convert_->start(tr("Opening"));
     opening_->show();
     opening_->raise();

@@ -198,8 +198,9 @@ struct Conversion {
 /// Returns what may still lead to a model where this mode is not available, as the end of a sentence.
 [[nodiscard]] std::string remedy(Mode mode, bool is_remeshed);
 
-/// Returns the displaced surface as a plain mesh with one vertex per distinct sample; level as in tessellate().
-[[nodiscard]] TriangleMesh to_mesh(const Snapshot& model, int level = 0);
+/// Returns the displaced surface as a plain mesh with one vertex per distinct sample; level, phase and cancelling
+/// as in tessellate().
+[[nodiscard]] TriangleMesh to_mesh(const Snapshot& model, int level = 0, const Progress& progress = {});
 
 /// Returns the cage as text, its roots without their cuts, every number %.17g: "relief-slabs 1" (see
 /// docs/reference/slabs.md).

@@ -9,8 +9,8 @@
 
 namespace relief {
 
-TriangleMesh to_mesh(const Snapshot& model, int level) {
-  Tessellation surface = tessellate(model, level);
+TriangleMesh to_mesh(const Snapshot& model, int level, const Progress& progress) {
+  Tessellation surface = tessellate(model, level, progress);
   TriangleMesh mesh;
   mesh.positions = std::move(surface.positions);
   mesh.triangles = std::move(surface.triangles);

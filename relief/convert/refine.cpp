@@ -188,7 +188,9 @@ Status make_anew(const Model& model, Refined& result, const Progress& progress) 
   settings.slabs = static_cast<int>(model.head->slab_mesh().roots().size());
   settings.unit = model.info.unit;
   if (model.info.mode != Mode::Preview) settings.mode = model.info.mode;
-  RELIEF_TRY(Conversion made, convert(to_mesh(*model.head), settings, progress));
+  TriangleMesh surface = to_mesh(*model.head, 0, {.report = {}, .cancel = progress.cancel});
+  if (progress.cancelled()) return fail(Errc::Cancelled, "the work was cancelled");
+  RELIEF_TRY(Conversion made, convert(std::move(surface), settings, progress));
   SnapshotDraft draft(made.model.head);
   bring_layers(*model.head, draft, progress);
   result.model.head = draft.finish();

@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/steps.h>
 #include <relief/core/query.h>
 #include <relief/core/tessellate.h>
 
@@ -25,13 +26,14 @@ int level_step(const SlabMesh& mesh, SlabId s, int level) noexcept {
   return 1 << std::min(level, level_count(mesh.intervals(s)) - (hangs ? 2 : 1));
 }
 
-Tessellation tessellate(const Snapshot& model, int level) {
+Tessellation tessellate(const Snapshot& model, int level, const Progress& progress) {
   const SlabMesh& mesh = model.slab_mesh();
   RELIEF_ASSERT(level >= 0 && level < level_count(mesh));
   const bool coloured = model.has(Layer::Colour), holes = model.has(Layer::Void);
   const auto step_of = [&](SlabId s) { return level_step(mesh, s, level); };
   const auto coarse_of = [&](SlabId s) { return mesh.intervals(s) / step_of(s); };
   Tessellation out;
+  Steps steps(progress, "surface", 2 * std::uint64_t{mesh.slab_count()});
   // Samples of each slab's coarse grid; a shared one belongs to the lowest slab that has it.
   std::vector<std::size_t> begin(mesh.slab_count() + std::size_t{1}, 0);
   for (SlabId s = 0; s < mesh.slab_count(); ++s) begin[s + 1] = begin[s] + sample_count(coarse_of(s));
@@ -44,6 +46,7 @@ Tessellation tessellate(const Snapshot& model, int level) {
   };
   std::vector<bool> used(begin.back());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    if (!steps.next()) return {};
     const int coarse = coarse_of(s), step = step_of(s);
     const std::array<int, 3> edges = mesh.edge_intervals(s, coarse_of);
     std::vector<std::uint32_t> owners;
@@ -63,6 +66,7 @@ Tessellation tessellate(const Snapshot& model, int level) {
   // From samples to vertices.
   std::vector<std::uint32_t> number(begin.back());
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
+    if (!steps.next()) return {};
     const int coarse = coarse_of(s), step = step_of(s);
     std::size_t at = begin[s];
     for (int j = 0; j <= coarse; ++j)

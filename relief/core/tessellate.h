@@ -1,6 +1,7 @@
 // From a snapshot to vertices and triangles, at full resolution or coarser.
 #pragma once
 
+#include <relief/base/progress.h>
 #include <relief/core/snapshot.h>
 
 #include <array>
@@ -30,6 +31,7 @@ struct Tessellation {
 [[nodiscard]] int level_step(const SlabMesh& mesh, SlabId s, int level) noexcept;
 
 /// Level k of the whole surface (0 <= k < level_count(mesh), asserted); slabs with fewer levels show their last.
-[[nodiscard]] Tessellation tessellate(const Snapshot& model, int level = 0);
+/// `progress` has the phase "surface". Cancelled: what it returns means nothing.
+[[nodiscard]] Tessellation tessellate(const Snapshot& model, int level = 0, const Progress& progress = {});
 
 }  // namespace relief

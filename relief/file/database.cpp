@@ -1,4 +1,5 @@
 #include <relief/base/atomic_file.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/file/database.h>
 
@@ -96,6 +97,49 @@ void harden(sqlite3* handle) {
                                                                                {SQLITE_LIMIT_TRIGGER_DEPTH, 1}})
     sqlite3_limit(handle, limit, value);
 }
+
+/// While it lives, each page that a database reads from its file is a step of `progress`, which can interrupt the
+/// statement that runs. SQLite's check of b-trees asks no progress handler, but it reads through here.
+class PageWatch {
+ public:
+  PageWatch(sqlite3* handle, const Progress& progress, std::uint64_t pages) noexcept
+      : handle_(handle), steps_(progress, "open", pages) {
+    sqlite3_file* file = nullptr;
+    constexpr int kKnownVersion = 3;  // of the methods, as far as our header names them
+    if (sqlite3_file_control(handle, "main", SQLITE_FCNTL_FILE_POINTER, static_cast<void*>(&file)) != SQLITE_OK ||
+        file == nullptr || file->pMethods == nullptr || file->pMethods->iVersion < kKnownVersion)
+      return;
+    file_ = file;
+    original_ = file->pMethods;
+    static_cast<sqlite3_io_methods&>(methods_) = *original_;
+    methods_.iVersion = kKnownVersion;
+    methods_.xRead = &PageWatch::read;
+    methods_.watch = this;
+    file->pMethods = &methods_;
+  }
+  PageWatch(const PageWatch&) = delete;
+  PageWatch& operator=(const PageWatch&) = delete;
+  ~PageWatch() {
+    if (file_ != nullptr) file_->pMethods = original_;
+  }
+  [[nodiscard]] bool stopped() const noexcept { return steps_.stopped(); }
+
+ private:
+  struct Methods : sqlite3_io_methods {
+    PageWatch* watch;
+  };
+  static int read(sqlite3_file* file, void* to, int size, sqlite3_int64 at) {
+    PageWatch& watch = *static_cast<const Methods*>(file->pMethods)->watch;
+    if (!watch.steps_.next()) sqlite3_interrupt(watch.handle_);
+    return watch.original_->xRead(file, to, size, at);
+  }
+
+  sqlite3* handle_;
+  Steps steps_;
+  sqlite3_file* file_ = nullptr;
+  const sqlite3_io_methods* original_ = nullptr;
+  Methods methods_{};
+};
 
 }  // namespace
 
@@ -263,14 +307,17 @@ std::uint32_t Database::change_counter() const noexcept {
 
 bool Database::in_transaction() const noexcept { return sqlite3_get_autocommit(handle_.get()) == 0; }
 
+Status Database::begin_reading() const {
+  RELIEF_CHECK(run("BEGIN"));
+  return run("PRAGMA schema_version");  // the first read takes the lock
+}
+
 void Database::roll_back() const noexcept {
   if (in_transaction()) sqlite3_exec(handle_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
 }
 
 Status Database::copy_from(const Database& other, const Progress& progress) const {
-  // Reading holds writers off from the first page to the last.
-  RELIEF_CHECK(other.run("BEGIN"));
-  RELIEF_CHECK(other.run("PRAGMA schema_version"));
+  RELIEF_CHECK(other.begin_reading());  // holds writers off from the first page to the last
   sqlite3_backup* backup = sqlite3_backup_init(handle_.get(), "main", other.handle_.get(), "main");
   int rc = backup == nullptr ? sqlite3_extended_errcode(handle_.get()) : SQLITE_OK;
   while (rc == SQLITE_OK && !progress.cancelled()) {
@@ -330,10 +377,14 @@ Status Database::check_definitions() const {
   return known == wanted.size() ? Status() : damaged("it lacks a table");
 }
 
-Status Database::check_tables() const {
+Status Database::check_tables(const Progress& progress) const {
   RELIEF_CHECK(check_definitions());
+  RELIEF_TRY(const std::int64_t pages, integer("PRAGMA page_count"));
   RELIEF_TRY(Statement check, prepare("PRAGMA integrity_check(1)"));
-  RELIEF_TRY(const bool row, check.step());
+  const PageWatch watch(handle_.get(), progress, static_cast<std::uint64_t>(pages));
+  const Result<bool> checked = check.step();
+  if (watch.stopped()) return cancelled();
+  RELIEF_TRY(const bool row, checked);
   if (!row || check.text(0) != "ok") return damaged("its tables contradict themselves");
   return {};
 }

@@ -85,8 +85,9 @@ class Database {
   [[nodiscard]] Status check_format() const;
   /// That it has the tables of its kind, and nothing else.
   [[nodiscard]] Status check_definitions() const;
-  /// Returns the same, and that SQLite finds them sound. Reads the whole file.
-  [[nodiscard]] Status check_tables() const;
+  /// Returns the same, and that SQLite finds them sound. Reads the whole file, page by page: `progress`, of the phase
+  /// "open", is told and asked between pages. Errors: Corrupt, Io, Cancelled.
+  [[nodiscard]] Status check_tables(const Progress& progress = {}) const;
 
   [[nodiscard]] Result<Statement> prepare(std::string_view sql) const;
   /// Runs one statement and drops its rows.
@@ -95,15 +96,17 @@ class Database {
   [[nodiscard]] Result<std::int64_t> integer(std::string_view sql) const;
   /// Returns whether a transaction is open.
   [[nodiscard]] bool in_transaction() const noexcept;
-  /// Returns a number in the file that every commit changes, whoever makes it; 0 where it cannot be read. It is read
-  /// past all caches and locks: a program that opens and closes the file beside SQLite drops the locks of its process.
+  /// Returns a number in the file to which every commit that writes adds one, whoever makes it; 0 where it cannot be
+  /// read. It is read past all caches and locks: a program that opens and closes the file beside SQLite drops the locks
+  /// of its process.
   [[nodiscard]] std::uint32_t change_counter() const noexcept;
+  /// Begins to read: until roll_back() all is of one moment, and nobody else commits.
+  [[nodiscard]] Status begin_reading() const;
   /// Ends the open transaction, if any, without its changes.
   void roll_back() const noexcept;
   /// Replaces the content of this database by that of another, as it is at one moment. Errors: Cancelled, Io, Corrupt.
   [[nodiscard]] Status copy_from(const Database& other, const Progress& progress = {}) const;
-  /// While it lives, `progress` can cancel what the database does: the statement that runs ends with Cancelled. The
-  /// check of b-trees inside check_tables() alone goes on to its end.
+  /// While it lives, `progress` can cancel what the database does: the statement that runs ends with Cancelled.
   class Cancellable {
    public:
     Cancellable(const Database& database, const Progress& progress) noexcept;

@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/core/detail.h>
 #include <relief/core/plain_cage.h>
@@ -35,13 +36,13 @@ using detail::LayerTable;
 using detail::Meta;
 using detail::Replacement;
 using detail::Rows;
-using detail::Steps;
 
 constexpr std::size_t kMaxText = std::size_t{1} << 26;
 
-std::string certificate_text(const SlabMesh& mesh) {
+/// Cancelled: what it says means nothing.
+std::string certificate_text(const SlabMesh& mesh, const Progress& progress) {
   const PlainCage cage(mesh);
-  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles});
+  const verify::Certificate found = verify::check({cage.inner, cage.outer, cage.triangles}, progress);
   std::string text;
   for (std::size_t k = 0; k < found.holds.size(); ++k) {
     if (!found.holds[k]) continue;
@@ -78,6 +79,23 @@ std::size_t present(const LayerTable& layers) {
   return static_cast<std::size_t>(std::ranges::count_if(layers, [](const auto& entry) { return entry.has_value(); }));
 }
 
+/// That a model to be written is sound. Errors: InvalidArgument, Cancelled.
+Status check_samples(const Snapshot& model, const Progress& progress) {
+  const SlabId count = model.slab_mesh().slab_count();
+  std::vector<Layer> layers;
+  for (int k = 0; k < kLayerCount; ++k)
+    if (model.has(static_cast<Layer>(k))) layers.push_back(static_cast<Layer>(k));
+  Steps steps(progress, "save", layers.size() * std::uint64_t{count});
+  for (const Layer layer : layers)
+    for (SlabId s = 0; s < count; ++s) {
+      if (!steps.next()) return fail(Errc::Cancelled, "cancelled");
+      if (const Status sound = validate(model, layer, s); !sound)
+        return fail(Errc::InvalidArgument, sound.error().message);
+      model.tile(layer, s).rest(4);  // with its neighbours
+    }
+  return {};
+}
+
 /// Writes a new model into an empty database that nobody else sees yet.
 Status write_model(const Database& database, const Model& model, const Meta& meta, const LayerTable& layers,
                    const Progress& progress) {
@@ -106,12 +124,12 @@ Status write_model(const Database& database, const Model& model, const Meta& met
 }
 
 /// Returns the model's facts and layers as a new file will hold them.
-Meta meta_of(const Model& model) {
+Meta meta_of(const Model& model, const Progress& progress) {
   const SlabMesh& mesh = model.head->slab_mesh();
   return {.info = model.info,
           .fibres = static_cast<std::int64_t>(mesh.root_fibres().size()),
           .slabs = static_cast<std::int64_t>(mesh.roots().size()),
-          .certificate = certificate_text(mesh)};
+          .certificate = certificate_text(mesh, progress)};
 }
 LayerTable layers_of(const Snapshot& head) {
   const CageState cage = detail::cage_of(head);
@@ -145,7 +163,7 @@ class StrokeWriter {
     std::int64_t row_count = 0;
     if (cage_change_) {
       RELIEF_CHECK(upgrade());
-      RELIEF_TRY(row_count, write_cage());
+      RELIEF_TRY(row_count, write_cage(progress));
     }
     for (const Layer layer : layer_changes_) {
       const auto& entry = layers_[static_cast<std::size_t>(layer)];
@@ -285,11 +303,13 @@ class StrokeWriter {
     return database_.run("PRAGMA user_version = " + std::to_string(kFormatVersion));
   }
 
-  Result<std::int64_t> write_cage() {
+  Result<std::int64_t> write_cage(const Progress& progress) {
     RELIEF_TRY(const std::int64_t last_whole, rows_.cage().last_whole(meta_.current));
     RELIEF_TRY(const auto steps, rows_.cage().changes(last_whole, meta_.current));
     const auto told = rows_.cage().certificate(meta_.current, meta_);
-    const std::string certificate = moved_ || !told ? certificate_text(head_.slab_mesh()) : *told;
+    const Progress quiet{.report = {}, .cancel = progress.cancel};
+    const std::string certificate = moved_ || !told ? certificate_text(head_.slab_mesh(), quiet) : *told;
+    if (quiet.cancelled()) return rows_.cancelled();
     const bool whole = cage_change_ != CageChange::Step || meta_.float_colours ||
                        static_cast<std::int64_t>(steps.size()) >= kWholeEvery;
     if (whole) {
@@ -369,8 +389,7 @@ struct ModelFile::State {
   Meta meta{};
   LayerTable layers{};
   Model model{};
-  std::int64_t data_version = 0;  ///< differs once another program has written the file
-  std::uint32_t changes = 0;      ///< change_counter() while our lock should have kept others out
+  std::uint32_t changes = 0;  ///< the file's change counter as long as only we have written it
   std::int64_t incomplete = std::numeric_limits<std::int64_t>::max();  ///< the first stroke that lacks rows
 
   /// Makes every commit durable, and keeps other writers out from now on; readers are let in except while we write.
@@ -380,57 +399,51 @@ struct ModelFile::State {
     RELIEF_CHECK(
         database.run("PRAGMA secure_delete = ON"));  // rows of dropped strokes are not found again by salvage()
     RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
-    RELIEF_TRY(data_version, database.integer("PRAGMA data_version"));
     changes = database.change_counter();
     return {};
   }
 
-  /// When another writer was quicker, the next transaction says so.
-  void keep_others_out() {
-    if (!database.run("BEGIN IMMEDIATE")) database.roll_back();
-    changes = database.change_counter();
+  /// That nobody else has written. Asked under a lock, at the begin of whatever relies on the rows: another writer may
+  /// come between a commit of ours and the next lock, or while a file dialog of this process has dropped the lock by
+  /// looking into the file.
+  [[nodiscard]] Status check_unchanged() const {
+    if (database.change_counter() == changes) return {};
+    database.roll_back();
+    return database.failure(Errc::Io, "was changed by another program: open it again");
   }
 
-  /// Runs `change` in a transaction of its own; what it wrote is on disk on return, or nothing of it is left.
+  /// Runs `change`, which writes something, in a transaction of its own; what it wrote is on disk on return, or nothing
+  /// of it is left. Others are kept out before it and after it.
   template <typename Change>
   [[nodiscard]] Status transaction(Change&& change) {
-    if (read_only) return database.failure(Errc::Io, "was opened for reading only");
-    if (!database.in_transaction()) {
-      RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
-      const auto version = database.integer("PRAGMA data_version");
-      if (!version || *version != data_version) {
-        database.roll_back();
-        return changed_by_another();
-      }
-    } else if (database.change_counter() != changes) {
-      // Our lock was lost, as by a file dialog of this process that looked into the file.
-      database.roll_back();
-      return changed_by_another();
-    }
+    RELIEF_CHECK(check_writable());
+    if (!database.in_transaction()) RELIEF_CHECK(database.run("BEGIN IMMEDIATE"));
+    RELIEF_CHECK(check_unchanged());
     Status done = change();
     if (done) done = database.run("COMMIT");
+    if (done) ++changes;
     database.roll_back();
-    keep_others_out();
+    if (!database.run("BEGIN IMMEDIATE")) database.roll_back();  // another was quicker: the next transaction says so
     return done;
   }
 
-  /// Runs `read` on the rows as they were when the file was opened.
+  /// Runs `read` on the rows as they were when the file was opened, or after our last commit.
   template <typename Read>
   [[nodiscard]] auto reading(Read&& read) const -> decltype(read()) {
-    if (database.in_transaction()) return read();
-    RELIEF_CHECK(database.run("BEGIN"));
-    const auto version = database.integer("PRAGMA data_version");
-    auto found = version && *version == data_version ? read() : decltype(read())(changed_by_another());
-    database.roll_back();
+    const bool alone = database.in_transaction();
+    if (!alone) RELIEF_CHECK(database.begin_reading());
+    RELIEF_CHECK(check_unchanged());
+    auto found = read();
+    if (!alone) database.roll_back();
     return found;
+  }
+  [[nodiscard]] Status check_writable() const {
+    return read_only ? Status(database.failure(Errc::Io, "was opened for reading only")) : Status();
   }
   /// That no stroke up to this one lacks rows.
   [[nodiscard]] Status check_complete(std::int64_t stroke) const {
     if (stroke < incomplete) return {};
     return database.damaged("changes of stroke " + std::to_string(incomplete) + " are missing");
-  }
-  [[nodiscard]] std::unexpected<Error> changed_by_another() const {
-    return database.failure(Errc::Io, "was changed by another program: open it again");
   }
 
   [[nodiscard]] Status read(const Progress& progress);
@@ -447,20 +460,23 @@ ModelFile::~ModelFile() = default;
 
 Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Model& model, const Progress& progress) {
   RELIEF_ASSERT(model.head != nullptr);
-  const auto refuse = [&](const std::string& why) {
+  const auto refuse = [&](const Error& why) {
     std::string text = "'";
-    text.append(printable(file.string())).append("' is not written: ").append(why);
-    return fail(Errc::InvalidArgument, std::move(text));
+    text.append(printable(file.string())).append("' is not written: ").append(why.message);
+    return fail(why.code, std::move(text));
   };
-  if (const Status sound = validate(*model.head); !sound) return refuse(sound.error().message);
+  constexpr double kCheckedShare = 0.2;  // of the time
+  if (const Status sound = check_samples(*model.head, part_of(progress, "save", 0, kCheckedShare)); !sound)
+    return refuse(sound.error());
   if (!std::isfinite(model.info.source_diagonal) || model.info.source_diagonal < 0)
-    return refuse("the source's diagonal is not a length");
+    return refuse({Errc::InvalidArgument, "the source's diagonal is not a length"});
 
   std::optional<State> made;
   {
     RELIEF_TRY(Replacement replacement, Replacement::make(file, detail::model_kind()));
     {
-      RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, progress));
+      const Progress saving = part_of(progress, "save", kCheckedShare, 1);
+      RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, saving));
       made = State{.database = {}, .meta = unsaved.state_->meta, .layers = unsaved.state_->layers, .model = model};
     }
     RELIEF_CHECK(replacement.replace_target());
@@ -473,10 +489,15 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
 Result<ModelFile> ModelFile::make_unsaved(const std::filesystem::path& place, const std::filesystem::path& named,
                                           const Model& model, const Progress& progress) {
   RELIEF_TRY(Database database, Database::open(place, Database::Access::Write, detail::model_kind(), named));
-  auto state = std::make_unique<State>(
-      State{.database = std::move(database), .meta = meta_of(model), .layers = layers_of(*model.head), .model = model});
-  RELIEF_CHECK(write_model(state->database, model, state->meta, state->layers, progress));
-  RELIEF_TRY(state->data_version, state->database.integer("PRAGMA data_version"));
+  constexpr double kProvenShare = 0.3;  // of the time
+  auto state = std::make_unique<State>(State{.database = std::move(database),
+                                             .meta = meta_of(model, part_of(progress, "save", 0, kProvenShare)),
+                                             .layers = layers_of(*model.head),
+                                             .model = model});
+  if (progress.cancelled()) return state->database.cancelled();
+  const Progress writing = part_of(progress, "save", kProvenShare, 1);
+  RELIEF_CHECK(write_model(state->database, model, state->meta, state->layers, writing));
+  state->changes = state->database.change_counter();
   return ModelFile(std::move(state));
 }
 
@@ -496,18 +517,20 @@ Status ModelFile::State::read(const Progress& progress) {
   const Database::Cancellable cancellable(database, progress);
   const Rows rows(database);
   progress("open", 0);
+  constexpr double kTablesShare = 0.3;    // of the time
   RELIEF_CHECK(database.check_format());  // before anything is changed in what may be somebody else's database
   if (read_only) {
-    RELIEF_CHECK(database.run("BEGIN"));
-    RELIEF_TRY(data_version, database.integer("PRAGMA data_version"));
+    RELIEF_CHECK(database.begin_reading());
+    changes = database.change_counter();
   } else {
     RELIEF_CHECK(lock());
   }
-  RELIEF_CHECK(database.check_tables());
+  RELIEF_CHECK(database.check_tables(part_of(progress, "open", 0, kTablesShare)));
   RELIEF_TRY(meta, rows.read_meta());
   RELIEF_TRY(incomplete, rows.first_incomplete(meta));
   RELIEF_CHECK(check_complete(meta.current));
-  RELIEF_TRY(FileState found, detail::read_state(rows, meta, meta.current, nullptr, progress));
+  const Progress reading = part_of(progress, "open", kTablesShare, 1);
+  RELIEF_TRY(FileState found, detail::read_state(rows, meta, meta.current, nullptr, reading));
   model = {.info = meta.info, .head = std::move(found.snapshot)};
   layers = found.layers;
   if (read_only) database.roll_back();
@@ -519,7 +542,7 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
   {
     const Database::Cancellable cancellable(source, progress);
     RELIEF_CHECK(source.check_format());
-    RELIEF_CHECK(source.check_tables());
+    RELIEF_CHECK(source.check_tables(part_of(progress, "copy", 0, 0.5)));
   }
   std::error_code code;
   if (std::filesystem::equivalent(from, to, code)) return {};
@@ -529,7 +552,7 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
                Database::open(replacement.file(), Database::Access::Write, detail::model_kind(), to));
     RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
     RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
-    RELIEF_CHECK(database.copy_from(source, progress));
+    RELIEF_CHECK(database.copy_from(source, part_of(progress, "copy", 0.5, 1)));
   }
   return replacement.replace_target();
 }
@@ -637,7 +660,7 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
   Meta meta = state.meta;
   meta.current = static_cast<std::int64_t>(stroke);
   LayerTable layers;
-  const auto write = [&]() -> Status {
+  const auto look = [&]() -> Status {
     const Rows rows(state.database);
     RELIEF_CHECK(state.check_complete(meta.current));
     RELIEF_TRY(layers, rows.read_layers(meta.current, meta));
@@ -645,9 +668,17 @@ Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
     if (!fits)
       return state.database.failure(Errc::InvalidArgument,
                                     "keeps its place: the model given is not that of stroke " + std::to_string(stroke));
-    return rows.write_place(meta);
+    return {};
   };
-  RELIEF_CHECK(state.transaction(write));
+  if (meta.current == state.meta.current) {
+    RELIEF_CHECK(state.reading(look));
+  } else {
+    const auto move = [&]() -> Status {
+      RELIEF_CHECK(look());
+      return Rows(state.database).write_place(meta);
+    };
+    RELIEF_CHECK(state.transaction(move));
+  }
   state.meta = std::move(meta);
   state.layers = layers;
   state.model.head = std::move(state_there);
@@ -682,12 +713,13 @@ std::unexpected<Error> ModelFile::State::cannot_go(std::int64_t stroke, const Er
 }
 
 Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke, const Progress& progress) {
+  RELIEF_CHECK(check_writable());
+  if (stroke == meta.current) return 0;
   const Database::Cancellable cancellable(database, progress);
   Meta moved_meta = meta;
   moved_meta.current = stroke;
   FileState there;
   const auto write = [&]() -> Status {
-    if (stroke == meta.current) return {};
     auto found = state_at(stroke, {model.head, layers}, meta.current, progress);
     if (!found)
       return found.error().code == Errc::Corrupt ? cannot_go(stroke, found.error(), progress)
@@ -697,11 +729,9 @@ Result<std::uint64_t> ModelFile::State::move_to(std::int64_t stroke, const Progr
   };
   RELIEF_CHECK(transaction(write));
   const std::int64_t steps = stroke - meta.current;
-  if (steps != 0) {
-    meta = std::move(moved_meta);
-    layers = there.layers;
-    model.head = std::move(there.snapshot);
-  }
+  meta = std::move(moved_meta);
+  layers = there.layers;
+  model.head = std::move(there.snapshot);
   return static_cast<std::uint64_t>(steps < 0 ? -steps : steps);
 }
 

@@ -86,25 +86,6 @@ struct PageChange {
 
 using PageTiles = std::array<TilePtr, kTilesPerPage>;
 
-/// Long work of so many steps: tells its share at most a hundred times, and looks at each step whether to stop.
-class Steps {
- public:
-  Steps(const Progress& progress, std::string_view phase, std::size_t count)
-      : progress_(progress), phase_(phase), count_(count) {}
-  /// False: the work was cancelled.
-  [[nodiscard]] bool next() {
-    if (done_ * 100 / count_ != (done_ + 1) * 100 / count_)
-      progress_(phase_, static_cast<double>(done_ + 1) / static_cast<double>(count_));
-    ++done_;
-    return !progress_.cancelled();
-  }
-
- private:
-  const Progress& progress_;
-  std::string_view phase_;
-  std::size_t count_, done_ = 0;
-};
-
 /// Reads and writes the rows of a model. Errors name the file.
 class Rows {
  public:

@@ -1,4 +1,5 @@
 // Salvage: the rows of a damaged model that hold become a model file of their own, from which its states are read.
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/file/checksum.h>
 #include <relief/file/history_check.h>
@@ -28,6 +29,7 @@ using detail::Meta;
 using detail::Replacement;
 using detail::Statement;
 
+constexpr double kTablesShare = 0.1;  // of the time: SQLite's check of the tables
 constexpr const char* kNothing = "is damaged where it matters, and nothing can be salvaged: ";
 
 Status bind_column(Statement& put, const Statement& row, int column) {
@@ -280,7 +282,7 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const std::filesystem::path&
 Result<ModelFile::Rescued> ModelFile::Rescued::from(const Database& source, const std::filesystem::path& beside,
                                                     const Progress& progress) {
   const Database::Cancellable cancellable(source, progress);
-  const Status checked = source.check_tables();
+  const Status checked = source.check_tables(part_of(progress, "salvage", 0, kTablesShare));
   if (!checked && checked.error().code != Errc::Corrupt) return std::unexpected(checked.error());
   RELIEF_TRY(Replacement place, Replacement::make(beside, detail::model_kind()));
   RELIEF_TRY(const Database rows, Database::open(place.file(), Database::Access::Write, detail::model_kind(), beside));
@@ -288,7 +290,7 @@ Result<ModelFile::Rescued> ModelFile::Rescued::from(const Database& source, cons
   RELIEF_CHECK(rows.run("PRAGMA synchronous = OFF"));
   RELIEF_CHECK(rows.run("BEGIN"));
   RELIEF_CHECK(rows.write_tables());
-  progress("salvage", 0.1);
+  progress("salvage", kTablesShare);
   RELIEF_CHECK(copy_rows(source, rows, progress));
   RELIEF_TRY(const std::int64_t fibres, cage_count(rows, "fibres", detail::kFibreBytes));
   RELIEF_TRY(const std::int64_t slabs, cage_count(rows, "slabs", detail::kSlabBytes));

@@ -1,3 +1,4 @@
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/core/detail.h>
 #include <relief/core/query.h>
@@ -14,6 +15,9 @@ namespace relief::detail {
 namespace {
 
 using Tiles = std::array<std::vector<TilePtr>, kLayerCount>;
+
+// Of the time of reading a model: up to here its pages, up to there the strokes since they were whole; then the checks.
+constexpr double kPagesShare = 0.6, kStrokesShare = 0.7;
 
 std::size_t present(const LayerTable& layers) {
   return static_cast<std::size_t>(std::ranges::count_if(layers, [](const auto& entry) { return entry.has_value(); }));
@@ -77,7 +81,7 @@ class Traveller {
     std::set<std::int64_t> strokes(cages.begin(), cages.end());
     strokes.insert(layers.begin(), layers.end());
     for (const Rows::PageKey& key : pages) strokes.insert(key.stroke);
-    Steps steps(progress_, "read", strokes.size());
+    Steps steps(progress_, "read", strokes.size(), kPagesShare, kStrokesShare);
     auto page = pages.begin();
     for (const std::int64_t stroke : strokes) {
       if (!steps.next()) return rows_.cancelled();
@@ -140,7 +144,7 @@ class Traveller {
     RELIEF_CHECK(for_each_layer(layers_, [&](Layer layer, const LayerEntry& entry) {
       return rows_.check_pages(layer, entry, cage_.grid(layer), stroke, may_need_fewer);
     }));
-    Steps steps(progress_, "read", present(layers_) * count);
+    Steps steps(progress_, "read", present(layers_) * std::uint64_t{count}, 0, kPagesShare);
     return for_each_layer(layers_, [&](Layer layer, const LayerEntry& entry) -> Status {
       std::vector<TilePtr>& tiles = tiles_[static_cast<std::size_t>(layer)];
       tiles.reserve(slab_count());
@@ -245,7 +249,7 @@ class Traveller {
   }
 
   Status check_samples(const Snapshot& made) const {
-    Steps steps(progress_, "check", present(layers_) * slab_count());
+    Steps steps(progress_, "read", present(layers_) * std::uint64_t{slab_count()}, kStrokesShare, 1);
     return for_each_layer(layers_, [&](Layer layer, const LayerEntry&) -> Status {
       for (SlabId s = 0; s < slab_count(); ++s) {
         if (!steps.next()) return rows_.cancelled();

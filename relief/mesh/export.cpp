@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/mesh/export.h>
 #include <relief/mesh/out_file.h>
@@ -34,7 +35,7 @@ void write_number(OutFile& out, double value, bool as_float) {
   }
 }
 
-void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles) {
+void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles, Steps& steps) {
   const bool alpha = std::ranges::any_of(mesh.colours, [](Rgba8 c) { return c.a != 255; });
   std::string head = "ply\nformat binary_little_endian 1.0\ncomment made by Relief\n";
   if (mesh.phantom_from)
@@ -50,6 +51,7 @@ void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles) {
           "\nproperty list uchar int vertex_indices\nend_header\n";
   out.write(head);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (!steps.next()) return;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (doubles) {
         out.value(mesh.positions[v][axis]);
@@ -65,15 +67,17 @@ void write_ply(OutFile& out, const TriangleMesh& mesh, bool doubles) {
     if (alpha) out.value(c.a);
   }
   for (const Triangle& t : mesh.triangles) {
+    if (!steps.next()) return;
     out.value(std::uint8_t{3});
     for (const std::uint32_t corner : t) out.value(corner);
   }
 }
 
-void write_obj(OutFile& out, const TriangleMesh& mesh) {
+void write_obj(OutFile& out, const TriangleMesh& mesh, Steps& steps) {
   const bool as_float = fits_float(mesh);
   out.write("# made by Relief\n");
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (!steps.next()) return;
     out.write("v");
     for (std::size_t axis = 0; axis < 3; ++axis) {
       out.write(" ");
@@ -89,6 +93,7 @@ void write_obj(OutFile& out, const TriangleMesh& mesh) {
     out.write("\n");
   }
   for (const Triangle& t : mesh.triangles) {
+    if (!steps.next()) return;
     out.write("f");
     for (const std::uint32_t corner : t) {
       out.write(" ");
@@ -98,13 +103,14 @@ void write_obj(OutFile& out, const TriangleMesh& mesh) {
   }
 }
 
-void write_stl(OutFile& out, const TriangleMesh& mesh) {
+void write_stl(OutFile& out, const TriangleMesh& mesh, Steps& steps) {
   std::array<char, 80> head{};
   constexpr std::string_view kHead = "binary STL made by Relief";
   std::ranges::copy(kHead, head.begin());
   out.write({head.data(), head.size()});
   out.value(static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& [a, b, c] : mesh.triangles) {
+    if (!steps.next()) return;
     const std::array<Vec3d, 3> corners = {mesh.positions[a], mesh.positions[b], mesh.positions[c]};
     Vec3d n = cross(corners[1] - corners[0], corners[2] - corners[0]);
     n = length(n) > 0.0 && std::isfinite(length(n)) ? normalized(n) : Vec3d{};
@@ -121,7 +127,7 @@ std::string number_text(T value) {
   return {raw.data(), std::to_chars(raw.data(), raw.data() + raw.size(), value).ptr};
 }
 
-Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::string& name) {
+Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::string& name, Steps& steps) {
   // Single precision is all that glTF has. Where it is too little, positions are stored about the centre of the box and
   // a node moves them back.
   const Vec3d centre = fits_float(mesh) ? Vec3d{} : bounds(mesh).centre();
@@ -188,6 +194,7 @@ Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
   out.value(static_cast<std::uint32_t>(body));
   out.write(std::string_view("BIN\0", 4));
   for (const Vec3d& position : mesh.positions) {
+    if (!steps.next()) return {};
     const Vec3f p = to_float(position - centre);
     out.value(p.x);
     out.value(p.y);
@@ -201,8 +208,10 @@ Status write_glb(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
       out.value(static_cast<std::uint16_t>(c.a * 257));
     }
   }
-  for (const Triangle& t : mesh.triangles)
+  for (const Triangle& t : mesh.triangles) {
+    if (!steps.next()) return {};
     for (const std::uint32_t corner : t) out.value(corner);
+  }
   return {};
 }
 
@@ -321,7 +330,7 @@ class ZipWriter {
   std::vector<Member> members_;
 };
 
-Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::string& name) {
+Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::string& name, Steps& steps) {
   constexpr std::string_view kXml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   ZipWriter zip(out);
   zip.begin("[Content_Types].xml");
@@ -379,6 +388,7 @@ Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
     }
   };
   for (const Vec3d& p : mesh.positions) {
+    if (!steps.next()) return {};
     zip.write("<vertex x=\"");
     coordinate(p.x);
     zip.write("\" y=\"");
@@ -392,6 +402,7 @@ Status write_3mf(OutFile& out, const TriangleMesh& mesh, Unit unit, const std::s
     return std::ranges::lower_bound(palette, packed(mesh.colours[vertex])) - palette.begin();
   };
   for (const auto& [a, b, c] : mesh.triangles) {
+    if (!steps.next()) return {};
     zip.write("<triangle v1=\"");
     zip.number(a);
     zip.write("\" v2=\"");
@@ -433,7 +444,9 @@ Status check(const TriangleMesh& mesh, const std::string& name, bool as_float) {
 }
 
 Status write_any(const TriangleMesh& mesh, const std::filesystem::path& file, const ExportSettings& settings,
-                 const std::string& name) {
+                 const std::string& name, const Progress& progress) {
+  const auto cancelled = [&] { return fail(Errc::Cancelled, name + ": is not written: cancelled"); };
+  if (progress.cancelled()) return cancelled();  // the mesh may be one that was not finished
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   constexpr std::array<std::string_view, 5> kKnown = {".ply", ".obj", ".stl", ".glb", ".3mf"};
@@ -448,27 +461,30 @@ Status write_any(const TriangleMesh& mesh, const std::filesystem::path& file, co
   }
   RELIEF_TRY(AtomicFile atomic, AtomicFile::create(file));
   OutFile out(std::move(atomic));
+  Steps steps(progress, "export", mesh.positions.size() + mesh.triangles.size());
   if (extension == ".ply") {
-    write_ply(out, mesh, settings.double_positions);
+    write_ply(out, mesh, settings.double_positions, steps);
   } else if (extension == ".obj") {
-    write_obj(out, mesh);
+    write_obj(out, mesh, steps);
   } else if (extension == ".stl") {
-    write_stl(out, mesh);
+    write_stl(out, mesh, steps);
   } else if (extension == ".glb") {
-    RELIEF_CHECK(write_glb(out, mesh, settings.unit, name));
+    RELIEF_CHECK(write_glb(out, mesh, settings.unit, name, steps));
   } else {
-    RELIEF_CHECK(write_3mf(out, mesh, settings.unit, name));
+    RELIEF_CHECK(write_3mf(out, mesh, settings.unit, name, steps));
   }
+  if (progress.cancelled()) return cancelled();
   return out.commit();
 }
 
 }  // namespace
 
-Status export_mesh(const TriangleMesh& mesh, const std::filesystem::path& file, const ExportSettings& settings) {
+Status export_mesh(const TriangleMesh& mesh, const std::filesystem::path& file, const ExportSettings& settings,
+                   const Progress& progress) {
   std::string name = "the mesh file";
   try {
     name = printable(file.string());
-    return write_any(mesh, file, settings, name);
+    return write_any(mesh, file, settings, name, progress);
   } catch (const std::bad_alloc&) {
     return fail(Errc::Io, name + ": needs more memory than there is");
   } catch (const std::exception& problem) {

@@ -84,9 +84,13 @@ bool looks_like_obj(std::string_view text) noexcept {
 constexpr std::string_view kGzip = "\x1f\x8b";
 
 /// Puts what a gzip file holds in its place.
-Status unpack_gzip(const std::string& name, detail::FileBytes& bytes, std::string& unpacked) {
+Status unpack_gzip(const std::string& name, detail::FileBytes& bytes, std::string& unpacked, const Progress& progress) {
   const auto refused = [&](Errc code, std::string_view what) { return fail(code, name + ": " + std::string(what)); };
-  switch (detail::inflate_all(bytes.view(), detail::Wrapper::Gzip, detail::most_unpacked(bytes.size), unpacked)) {
+  Steps steps(progress, detail::kImport, bytes.size, detail::kReadShare, detail::kUnpackedShare);
+  switch (
+      detail::inflate_all(bytes.view(), detail::Wrapper::Gzip, detail::most_unpacked(bytes.size), unpacked, steps)) {
+    case detail::Inflated::Cancelled:
+      return refused(Errc::Cancelled, detail::kReadingCancelled);
     case detail::Inflated::TooLarge:
       return refused(Errc::UnsupportedFormat, "unpacks to more than a hundred times its size; unpack it with gzip");
     case detail::Inflated::Damaged:
@@ -152,15 +156,22 @@ Result<TriangleMesh> read_any(Source source) {
 
 }  // namespace
 
-Result<TriangleMesh> import_mesh(const std::filesystem::path& file) {
+Result<TriangleMesh> import_mesh(const std::filesystem::path& file, const Progress& progress) {
   std::string name = "the mesh file";
   try {
     name = printable(file.string());
-    RELIEF_TRY(detail::FileBytes bytes, detail::read_file(file));
+    RELIEF_TRY(detail::FileBytes bytes, detail::read_file(file, progress));
     std::string unpacked;
-    if (!bytes.view().starts_with(kGzip)) return read_any({.path = file, .name = name, .bytes = bytes.view()});
-    RELIEF_CHECK(unpack_gzip(name, bytes, unpacked));
-    return read_any({.path = file, .name = name, .bytes = unpacked});
+    const auto read = [&](std::string_view content) -> Result<TriangleMesh> {
+      RELIEF_TRY(TriangleMesh mesh, read_any({.path = file, .name = name, .bytes = content, .progress = progress}));
+      progress(detail::kImport, 1);
+      // What a cancelled image left out is no note.
+      if (progress.cancelled()) return fail(Errc::Cancelled, name + ": " + std::string(detail::kReadingCancelled));
+      return mesh;
+    };
+    if (!bytes.view().starts_with(kGzip)) return read(bytes.view());
+    RELIEF_CHECK(unpack_gzip(name, bytes, unpacked, progress));
+    return read(unpacked);
   } catch (const std::bad_alloc&) {
     return fail(Errc::Io, name + ": needs more memory than there is");
   } catch (const std::exception& problem) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/progress.h>
 #include <relief/mesh/triangle_mesh.h>
 
 #include <filesystem>
@@ -14,8 +15,9 @@ namespace relief {
 /// JPEG images inside the file or beside it; what a user would miss of the file is a note and no error. glTF and 3MF
 /// give the unit; a 3MF in microns, inches or feet is scaled to millimetres. Nothing is welded, turned or dropped here
 /// except points and lines; see repair(). Errors: NotFound, Io, Corrupt (damaged, or counts that the file cannot hold),
-/// UnsupportedFormat; each message names the file and the place. Memory stays within a small multiple of the file's
-/// size.
-[[nodiscard]] Result<TriangleMesh> import_mesh(const std::filesystem::path& file);
+/// UnsupportedFormat, Cancelled; each message names the file and the place. Memory stays within a small multiple of the
+/// file's size. `progress` has the phase "import". One image, the JSON of a glTF file, and the Draco data of one part
+/// are each taken as a whole: cancelling waits for their end.
+[[nodiscard]] Result<TriangleMesh> import_mesh(const std::filesystem::path& file, const Progress& progress = {});
 
 }  // namespace relief

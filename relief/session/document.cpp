@@ -763,7 +763,7 @@ struct Document::State {
     kept_range = {
         .low = low, .high = high, .serial = history.at(high).serial, .newest = history.at(history.last()).serial};
     ++moving;
-    saver.elsewhere(save.file, low, history.position(), std::move(kept));
+    saver.elsewhere(save.file, save.cancel, low, history.position(), std::move(kept));
     has_file = true;
   }
 

@@ -8,6 +8,7 @@
 #include <relief/file/model_file.h>
 #include <relief/haptics/servo_thread.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -59,6 +60,9 @@ struct Redo {
 /// where it cannot be read, a new one with what is in memory: the model and the steps that can be undone without it.
 struct SaveElsewhere {
   std::filesystem::path file;  ///< the new file
+  /// Set by any thread to end it before the new file stands: Failed says Cancelled, and what stood there stays. May be
+  /// null.
+  std::shared_ptr<const std::atomic<bool>> cancel{};
 };
 /// Another budget for the history, bytes.
 struct SetHistoryBytes {

@@ -33,9 +33,10 @@ void Saver::commit(std::uint64_t serial, SnapshotPtr state, StrokeRecord record)
 
 void Saver::go_to(std::uint64_t number, SnapshotPtr state) { push(Place{number, std::move(state)}); }
 
-void Saver::elsewhere(std::filesystem::path file, std::uint64_t first, std::uint64_t position, std::vector<Kept> kept) {
+void Saver::elsewhere(std::filesystem::path file, std::shared_ptr<const std::atomic<bool>> cancel, std::uint64_t first,
+                      std::uint64_t position, std::vector<Kept> kept) {
   const std::scoped_lock lock(mutex_);
-  moves_.push_back({std::move(file), first, position, std::move(kept), pushed_});
+  moves_.push_back({std::move(file), std::move(cancel), first, position, std::move(kept), pushed_});
   stalled_ = false;
   wake_.notify_one();
 }
@@ -158,7 +159,9 @@ void Saver::move(std::unique_lock<std::mutex>& lock) {
     obsolete.push_back(std::move(jobs_.front()));
     jobs_.pop_front();
   }
-  if (!done) status_ = fail(done.error().code, done.error().message);
+  // To give up a move is no failure of the file that there is.
+  if (!done && !(file_.has_value() && done.error().code == Errc::Cancelled))
+    status_ = fail(done.error().code, done.error().message);
   const std::uint64_t unsaved = unsaved_now();
   lock.unlock();
   if (done)
@@ -170,7 +173,7 @@ void Saver::move(std::unique_lock<std::mutex>& lock) {
 }
 
 Result<Saver::Elsewhere> Saver::copy_to(const Move& move) {
-  RELIEF_CHECK(ModelFile::copy(place_, move.file, progress()));
+  RELIEF_CHECK(ModelFile::copy(place_, move.file, progress(move.cancel.get())));
   RELIEF_TRY(ModelFile copy, ModelFile::open(move.file, false, progress()));
   file_.emplace(std::move(copy));
   place_ = move.file;
@@ -178,7 +181,8 @@ Result<Saver::Elsewhere> Saver::copy_to(const Move& move) {
 }
 
 Result<Saver::Elsewhere> Saver::make_at(const Move& move) {
-  RELIEF_TRY(ModelFile made, ModelFile::create(move.file, {info_, move.kept.front().snapshot}, progress()));
+  const Model model = {info_, move.kept.front().snapshot};
+  RELIEF_TRY(ModelFile made, ModelFile::create(move.file, model, progress(move.cancel.get())));
   // What the old file can still tell of the strokes that only it has the text of.
   std::vector<StrokeRecord> old;
   if (file_.has_value())
@@ -197,8 +201,9 @@ Result<Saver::Elsewhere> Saver::make_at(const Move& move) {
   return Elsewhere{.file = move.file, .copied = false};
 }
 
-Progress Saver::progress() const {
-  return {.report = [this](std::string_view phase, double share) { tell_(Progressed{std::string(phase), share}); }};
+Progress Saver::progress(const std::atomic<bool>* cancel) const {
+  return {.report = [this](std::string_view phase, double share) { tell_(Progressed{std::string(phase), share}); },
+          .cancel = cancel};
 }
 
 }  // namespace relief::detail

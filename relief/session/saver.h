@@ -5,12 +5,14 @@
 #include <relief/core/model.h>
 #include <relief/file/model_file.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -70,7 +72,9 @@ class Saver {
   void go_to(std::uint64_t number, SnapshotPtr state);
   /// To another file: a copy of the one that there is, with its whole history; if it cannot be read, or there is none,
   /// a new one with what is kept: states `first`, first + 1, ..., at `position`.
-  void elsewhere(std::filesystem::path file, std::uint64_t first, std::uint64_t position, std::vector<Kept> kept);
+  /// `cancel`, where given, ends it before the new file stands.
+  void elsewhere(std::filesystem::path file, std::shared_ptr<const std::atomic<bool>> cancel, std::uint64_t first,
+                 std::uint64_t position, std::vector<Kept> kept);
 
   /// State `number` from the file, near one that the file has, too (or null). Waits for what is being written now.
   [[nodiscard]] Result<SnapshotPtr> read(std::uint64_t number, std::uint64_t near_number, const SnapshotPtr& near);
@@ -92,6 +96,7 @@ class Saver {
   using Job = std::variant<Commit, Place>;
   struct Move {
     std::filesystem::path file;
+    std::shared_ptr<const std::atomic<bool>> cancel;
     std::uint64_t first = 0, position = 0;
     std::vector<Kept> kept;
     std::uint64_t after = 0;  ///< jobs that came before it, which `kept` has done
@@ -110,7 +115,7 @@ class Saver {
   [[nodiscard]] Result<Elsewhere> copy_to(const Move& move);
   [[nodiscard]] Result<Elsewhere> make_at(const Move& move);
   [[nodiscard]] std::uint64_t unsaved_now() const;
-  [[nodiscard]] Progress progress() const;
+  [[nodiscard]] Progress progress(const std::atomic<bool>* cancel = nullptr) const;
 
   // The saver's thread alone.
   ModelInfo info_;

@@ -529,12 +529,14 @@ class Contract(Case):
             pass
         return text
 
-    def test_interrupt_stops_the_comparison_with_a_source_and_the_writing_of_a_picture(self):
+    def test_interrupt_stops_each_phase_and_leaves_no_half_file(self):
         model, mended, picture = (self.folder / name for name in ("fine.relief", "fine.ply", "i.png"))
         self.ok("convert", self.scan, "-o", model, "--samples", 128, "--mended", mended)
         again, other = self.folder / "i.relief", self.folder / "i.ply"
         for args, phase in ((["verify", model, "--source", mended], b"comparing"),
                             (["convert", self.scan, "-o", again, "--slabs", 100_000, "--mended", other], b"verifying"),
+                            (["export", model, self.folder / "i.ply"], b"gathering"),
+                            (["export", model, self.folder / "i.3mf"], b"writing"),
                             (["render", model, "--size", "4000x4000", "--supersample", "1", "--lights", "1", "-o", picture],
                              b"writing")):
             # On a terminal the phase is said.

@@ -3,6 +3,7 @@
 import os
 import pathlib
 import shutil
+import signal
 import time
 import unittest
 
@@ -99,6 +100,19 @@ class Killed(Case):
         s.press("Undo")
         s.log.wait("history", mark, lambda e: e["undo"] == 5)
         self.assertTrue(s.close())
+
+
+class Fault(Case):
+    """A studio that ends by a fault says where."""
+
+    @unittest.skipIf(studio.SANITIZED, "a sanitizer has a report of its own")
+    def test_the_calls_that_led_there_are_told(self):
+        forget()
+        s = Studio(model())
+        os.kill(s.pid, signal.SIGSEGV)
+        self.assertEqual(s.process.wait(studio.PATIENCE), -signal.SIGSEGV)
+        with self.assertRaisesRegex(AssertionError, r"(?s)ended with SIGSEGV.*the calls that led there:.*relief-studio\("):
+            s.alive()
 
 
 def processor_ticks(pid):

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import resource
 import shutil
 import signal
 import sqlite3
@@ -19,6 +20,8 @@ import unittest
 
 import desktop
 
+# A studio that dies leaves a core file where the system lets it.
+resource.setrlimit(resource.RLIMIT_CORE, (resource.getrlimit(resource.RLIMIT_CORE)[1],) * 2)
 _desktop = desktop.start()
 # What Qt, fontconfig and the driver keep to the end is theirs; what is preloaded comes before the sanitizer.
 os.environ["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0"
@@ -248,8 +251,11 @@ class Studio:
             self.settled()
 
     def alive(self):
-        """Fails with what the studio said where it has ended."""
-        assert self.process.poll() is None, f"the studio ended with {self.process.returncode}: {self.said()[-1500:]}"
+        """Fails with what the studio said where it has ended: after a fault also the calls that led there."""
+        status = self.process.poll()
+        if status is not None:
+            ended = signal.Signals(-status).name if status < 0 else status
+            raise AssertionError(f"the studio ended with {ended}: {self.said()[-8000:]}")
 
     def _find_app(self):
         self.alive()

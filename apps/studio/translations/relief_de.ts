@@ -1477,6 +1477,14 @@ berühren, um weiterzumachen</translation>
         <translation>Wird exportiert …</translation>
     </message>
     <message>
+        <source>Saving what is whole …</source>
+        <translation>Was heil ist, wird gesichert …</translation>
+    </message>
+    <message>
+        <source>Saving …</source>
+        <translation>Wird gespeichert …</translation>
+    </message>
+    <message>
         <source>The surface could not be exported</source>
         <translation>Die Oberfläche konnte nicht exportiert werden</translation>
     </message>

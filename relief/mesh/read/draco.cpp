@@ -156,6 +156,7 @@ Result<DracoMesh> decode_draco(std::string_view) {
 #endif
 
 Result<TriangleMesh> read_draco(const Source& source) {
+  if (source.progress.cancelled()) return source.cancelled();
   auto decoded = decode_draco(source.bytes);
   if (!decoded) return source.error(decoded.error().code, "its Draco data " + decoded.error().message);
   const auto find = [&](DracoAttribute::Kind kind) -> std::optional<Accessor> {
@@ -168,7 +169,11 @@ Result<TriangleMesh> read_draco(const Source& source) {
   if (decoded->triangles.empty()) return source.error(Errc::UnsupportedFormat, "holds no faces");
   TriangleMesh mesh;
   mesh.triangles = std::move(decoded->triangles);
-  for (std::size_t k = 0; k < places->count; ++k) mesh.positions.push_back(places->vec3(k));
+  Steps steps = source.steps(places->count);
+  for (std::size_t k = 0; k < places->count; ++k) {
+    if (!steps.next()) return source.cancelled();
+    mesh.positions.push_back(places->vec3(k));
+  }
   if (auto colours = find(DracoAttribute::Kind::Colour); colours && colours->components >= 3) {
     colours->normalised = true;
     for (std::size_t k = 0; k < colours->count; ++k) {

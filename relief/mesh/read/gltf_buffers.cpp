@@ -137,7 +137,7 @@ Status GltfBuffers::open(std::optional<std::string_view> binary_chunk) {
         return source_.error(Errc::UnsupportedFormat,
                              "buffer '" + printable(uri, 60) + "' does not lie beside the file");
       }
-      RELIEF_TRY(FileBytes bytes, read_file(*file));
+      RELIEF_TRY(FileBytes bytes, source_.read_other(*file));
       files_.push_back(std::move(bytes));
       buffers_.push_back(files_.back().view());
     }

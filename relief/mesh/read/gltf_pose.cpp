@@ -95,7 +95,10 @@ Status apply_morphs(const Source& source, GltfBuffers& buffers, const PrimitiveV
     if (moves.components != 3 || moves.count != vertices.count)
       return source.corrupt("morph target " + std::to_string(k) + " does not fit its primitive");
     if (!spend(work, moves.count)) return too_much(source);
-    for (std::size_t v = 0; v < moves.count; ++v) positions[vertices.first + v] += moves.vec3(v) * weights[k];
+    for (std::size_t v = 0; v < moves.count; ++v) {
+      if (source.progress.cancelled()) return source.cancelled();
+      positions[vertices.first + v] += moves.vec3(v) * weights[k];
+    }
   }
   return {};
 }
@@ -146,6 +149,7 @@ Status Skin::apply(const Source& source, const PrimitiveVertices& vertices, std:
     sets.push_back({*joints, *weights});
   }
   for (std::size_t v = 0; v < vertices.count; ++v) {
+    if (source.progress.cancelled()) return source.cancelled();
     Placement sum{{}, {}};
     double all = 0.0;
     for (const Set& set : sets) {

@@ -207,7 +207,7 @@ std::shared_ptr<const Image> ImageStore::file(std::string_view named) {
   if (path) {
     const auto size = std::filesystem::file_size(*path, ignored);
     if (!ignored && size <= bytes_left_) {
-      if (const auto bytes = read_file(*path)) {
+      if (const auto bytes = source_.read_other(*path)) {
         bytes_left_ -= bytes->size;
         return decoded(std::string(named), bytes->view());
       }

@@ -38,6 +38,9 @@ class Stream {
     return rest.starts_with(kGzipMagic) && inflateReset(&stream_) == Z_OK;
   }
 
+  /// Returns how many packed bytes are not used yet.
+  [[nodiscard]] std::size_t left() const noexcept { return unread_.size() + stream_.avail_in; }
+
  private:
   void feed() {
     constexpr std::size_t kMostAtOnce = std::size_t{1} << 30U;  // zlib counts in 32 bits
@@ -54,12 +57,14 @@ class Stream {
 
 }  // namespace
 
-Inflated inflate_all(std::string_view packed, Wrapper wrapper, std::uint64_t most, std::string& out) {
-  constexpr std::size_t kLeastStep = std::size_t{1} << 16U, kMostStep = std::size_t{1} << 26U;
+Inflated inflate_all(std::string_view packed, Wrapper wrapper, std::uint64_t most, std::string& out, Steps& steps) {
+  // Bytes; the most take some 30 ms.
+  constexpr std::size_t kLeastStep = std::size_t{1} << 16U, kMostStep = std::size_t{1} << 23U;
   Stream stream(packed, wrapper);
   int code = Z_OK;
   while (code == Z_OK) {
     if (out.size() > most) return Inflated::TooLarge;
+    if (!steps.reached(packed.size() - stream.left())) return Inflated::Cancelled;
     code = stream.step(std::clamp(out.size(), kLeastStep, kMostStep), out);
     if (code == Z_STREAM_END && wrapper == Wrapper::Gzip && stream.next_member()) code = Z_OK;
   }

@@ -1,6 +1,8 @@
 // Unpacking of deflated data within a bound.
 #pragma once
 
+#include <relief/base/steps.h>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -9,7 +11,7 @@ namespace relief::detail {
 
 /// What deflated data stand in.
 enum class Wrapper : std::uint8_t { None, Gzip };
-enum class Inflated : std::uint8_t { Whole, Damaged, TooLarge };
+enum class Inflated : std::uint8_t { Whole, Damaged, TooLarge, Cancelled };
 
 /// Returns what a file of this many bytes may unpack to: a hundred times as many, and 16 MiB. Real meshes stay below 20
 /// times.
@@ -19,6 +21,8 @@ enum class Inflated : std::uint8_t { Whole, Damaged, TooLarge };
 
 /// Unpacks into `out` until it would have more than `most` bytes. Several gzip members follow one another; what follows
 /// the last is passed over. `out` grows with what really comes out, so a lying header costs nothing.
-[[nodiscard]] Inflated inflate_all(std::string_view packed, Wrapper wrapper, std::uint64_t most, std::string& out);
+/// A packed byte is a step.
+[[nodiscard]] Inflated inflate_all(std::string_view packed, Wrapper wrapper, std::uint64_t most, std::string& out,
+                                   Steps& steps);
 
 }  // namespace relief::detail

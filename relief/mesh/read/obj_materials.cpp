@@ -40,7 +40,7 @@ void ObjMaterials::read_library(const std::filesystem::path& file) {
   read_.push_back(file);
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
-  const auto bytes = !error && size <= kMostBytes ? read_file(file) : Result<FileBytes>(fail(Errc::Io, {}));
+  const auto bytes = !error && size <= kMostBytes ? source_.read_other(file) : Result<FileBytes>(fail(Errc::Io, {}));
   if (!bytes) {
     images_.note("material library '" + printable(file.filename().string(), 120) +
                  "' cannot be read; its colours are missing");

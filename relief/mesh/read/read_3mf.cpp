@@ -16,11 +16,13 @@ namespace {
 /// is refused, so entities cannot grow.
 class XmlTags {
  public:
-  explicit XmlTags(std::string_view text) noexcept : text_(text) {}
+  /// A byte is a step.
+  XmlTags(std::string_view text, Steps& steps) noexcept : text_(text), steps_(steps) {}
 
-  /// To the next tag; false at the end or where the XML breaks (then broken() holds).
-  bool next() noexcept {
+  /// To the next tag; false at the end, where the XML breaks (then broken() holds), or when the work is cancelled.
+  bool next() {
     while (true) {
+      if (!steps_.reached(at_)) return false;
       const std::size_t open = text_.find('<', at_);
       if (open == std::string_view::npos) {
         at_ = text_.size();
@@ -113,6 +115,7 @@ class XmlTags {
   }
 
   std::string_view text_, name_, attributes_;
+  Steps& steps_;
   std::size_t at_ = 0;
   bool closing_ = false, single_ = false, broken_ = false;
 };
@@ -291,8 +294,9 @@ class Reader {
   Result<std::string> root_model() {
     std::string name = "3D/3dmodel.model";
     if (const ZipMember* relations = archive_.find("_rels/.rels")) {
-      RELIEF_TRY(const std::string text, archive_.unpack(source_, *relations));
-      XmlTags tags(text);
+      RELIEF_TRY(const std::string text, unpack(*relations));
+      Steps steps(source_.progress, kImport, text.size(), kReadShare, kReadShare);
+      XmlTags tags(text, steps);
       while (tags.next()) {
         if (tags.name() == "Relationship" && tags.attribute("Type").ends_with("/3dmodel")) {
           name = unescape(tags.attribute("Target"));
@@ -306,19 +310,25 @@ class Reader {
     return name;
   }
 
+  [[nodiscard]] Result<std::string> unpack(const ZipMember& member) {
+    Steps steps(source_.progress, kImport, member.packed_size, kReadShare, kUnpackedShare);
+    return archive_.unpack(source_, member, steps);
+  }
+
   /// Reads one model part; only the root's build list and unit count.
   [[nodiscard]] Status read_model(const std::string& model, bool root) {
     if (std::ranges::find(read_models_, model) != read_models_.end()) return {};
     read_models_.push_back(model);
     const ZipMember* member = archive_.find(model);
     if (member == nullptr) return source_.corrupt("part '" + printable(model, 80) + "' is missing");
-    RELIEF_TRY(const std::string text, archive_.unpack(source_, *member));
+    RELIEF_TRY(const std::string text, unpack(*member));
     unpacked_ += text.size();
     looks_.clear();
     texture_numbers_.clear();
     if (text.contains(" paint_color=\"") || text.contains(":mmu_segmentation=\""))
       images_.note("colours that were painted in a slicer (paint_color) are in a form of its own and were passed over");
-    XmlTags tags(text);
+    Steps steps = source_.steps(text.size());
+    XmlTags tags(text, steps);
     while (tags.next()) {
       if (tags.closing()) continue;
       if (tags.name() == "model" && root) {
@@ -334,6 +344,7 @@ class Reader {
         items_.push_back(std::move(item));
       }
     }
+    if (steps.stopped()) return source_.cancelled();
     if (tags.broken()) return source_.corrupt("the XML of part '" + printable(model, 80) + "' is broken");
     return {};
   }
@@ -350,7 +361,7 @@ class Reader {
     const std::string path = unescape(tags.attribute("path"));
     std::shared_ptr<const Image> image;
     if (const ZipMember* member = archive_.find(path); member != nullptr) {
-      if (const auto bytes = archive_.unpack(source_, *member))
+      if (const auto bytes = unpack(*member))
         image = images_.inside(path, *bytes);
       else
         images_.note("image '" + printable(path, 120) + "' is damaged; its surface is plain");
@@ -504,6 +515,7 @@ class Reader {
         images_.note("beams of a lattice were passed over; only its triangles are read");
       }
     }
+    if (source_.progress.cancelled()) return source_.cancelled();
     if (!looks_of.empty()) paint(mesh, std::move(looks_of));
     objects_.insert_or_assign(std::pair(model, *id), std::move(object));
     return {};
@@ -573,6 +585,7 @@ class Reader {
       ++left_out_;
       return {};
     }
+    if (source_.progress.cancelled()) return source_.cancelled();
     const Placement own = outer * reference.place;
     if (!scene.add(object.mesh, own)) {
       return source_.error(Errc::UnsupportedFormat, "its scene repeats parts until it is too large");

@@ -41,6 +41,8 @@ class Reader {
     nodes_.emplace(source_, root_);
     const Json* images = member(root_, "images");
     images_.emplace(source_, images != nullptr ? images->size() : 0);
+    constexpr std::size_t kItem = 16;  // bytes: about what a vertex or a triangle takes
+    steps_.emplace(source_.steps(buffers_->total_bytes() / kItem));
     Scene scene(buffers_->total_bytes());
     RELIEF_CHECK(walk(scene));
     if (scene.mesh.triangles.empty()) return source_.error(Errc::UnsupportedFormat, "its scene holds no triangles");
@@ -131,11 +133,17 @@ class Reader {
     if (first + positions->count > 0xfffffffeU)
       return source_.error(Errc::UnsupportedFormat, "has more than 4294967294 vertices");
     mesh.positions.reserve(first + positions->count);
-    for (std::size_t k = 0; k < positions->count; ++k) mesh.positions.push_back(positions->vec3(k));
+    for (std::size_t k = 0; k < positions->count; ++k) {
+      if (!steps_->next()) return source_.cancelled();
+      mesh.positions.push_back(positions->vec3(k));
+    }
     RELIEF_CHECK(add_colours(*primitive, first, mesh));
     RELIEF_TRY(const std::vector<Triangle> triangles, primitive->triangles(positions->count));
     const auto shift = static_cast<std::uint32_t>(first);
-    for (const auto& [a, b, c] : triangles) mesh.triangles.push_back({a + shift, b + shift, c + shift});
+    for (const auto& [a, b, c] : triangles) {
+      if (!steps_->next()) return source_.cancelled();
+      mesh.triangles.push_back({a + shift, b + shift, c + shift});
+    }
     RELIEF_CHECK(paint(*primitive, {first, positions->count, first_triangle}, mesh));
     part.primitives.push_back({std::move(primitive), first, positions->count});
     return {};
@@ -148,6 +156,7 @@ class Reader {
         return source_.corrupt("COLOR_0 does not fit POSITION");
       mesh.colours.resize(first);
       for (std::size_t k = 0; k < colours->count; ++k) {
+        if (source_.progress.cancelled()) return source_.cancelled();
         mesh.colours.push_back({srgb_from_linear(colours->value(k, 0)), srgb_from_linear(colours->value(k, 1)),
                                 srgb_from_linear(colours->value(k, 2)),
                                 colours->components == 4 ? unit_to_byte(colours->value(k, 3)) : std::uint8_t{255}});
@@ -179,6 +188,7 @@ class Reader {
         return source_.corrupt(key + " does not fit POSITION");
       mesh.uvs.resize(added.first_triangle);
       for (std::size_t t = added.first_triangle; t < mesh.triangles.size(); ++t) {
+        if (source_.progress.cancelled()) return source_.cancelled();
         TriangleUv& uv = mesh.uvs.emplace_back();
         for (std::size_t k = 0; k < 3; ++k) {
           const std::size_t vertex = mesh.triangles[t][k] - added.first_vertex;
@@ -339,6 +349,7 @@ class Reader {
       for (std::size_t c = 0; given[k] && c < values.size(); ++c) values[c] = given[k]->value(copy, c);
     };
     for (std::size_t copy = 0; copy < any.count; ++copy) {
+      if (source_.progress.cancelled()) return source_.cancelled();
       Pose pose;
       fill(0, copy, pose.move);
       fill(1, copy, pose.turn);
@@ -396,6 +407,7 @@ class Reader {
         return source_.corrupt("node " + std::to_string(visit.node) + " is missing or stands twice in the scene");
       }
       seen[visit.node] = true;
+      if (source_.progress.cancelled()) return source_.cancelled();
       const Json& node = (*nodes)[visit.node];
       RELIEF_TRY(const Placement own, nodes_->local(visit.node));
       const Placement place = visit.place * own;
@@ -425,6 +437,7 @@ class Reader {
   Json root_;
   std::optional<GltfBuffers> buffers_;
   std::optional<NodeTree> nodes_;
+  std::optional<Steps> steps_;  ///< by vertices and triangles
   std::map<std::uint64_t, Part> parts_;
   std::optional<ImageStore> images_;
   std::vector<Material> materials_;

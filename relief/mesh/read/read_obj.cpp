@@ -34,8 +34,10 @@ Result<TriangleMesh> read_obj(const Source& source) {
   ObjMaterials materials(source);
   std::uint32_t material = 0;
   TextCursor text(source.bytes, true);
+  Steps steps = source.steps(source.bytes.size());
 
   for (; !text.done(); text.next_line()) {
+    if (!steps.reached(source.bytes.size() - text.left())) return source.cancelled();
     const std::string_view key = text.word();
     if (key == "v") {
       std::array<double, 7> values{};

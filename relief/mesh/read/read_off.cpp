@@ -188,8 +188,10 @@ std::optional<Result<TriangleMesh>> read_binary(const Source& source, std::strin
   if (header.vertices > left() / (4 * numbers)) return std::nullopt;
   if (header.faces > (left() - header.vertices * 4 * numbers) / 4) return std::nullopt;
   OffMesh mesh(source, header);
+  Steps steps = source.steps(header.vertices + header.faces);
   std::array<double, 13> values{};
   for (std::uint64_t k = 0; k < header.vertices; ++k) {
+    if (!steps.next()) return source.cancelled();
     for (std::size_t n = 0; n < numbers; ++n, at += 4) values[n] = static_cast<double>(load<float>(at, swap));
     std::array<double, 4> place{};
     std::copy_n(values.begin(), place_numbers, place.begin());
@@ -198,6 +200,7 @@ std::optional<Result<TriangleMesh>> read_binary(const Source& source, std::strin
   }
   std::vector<std::uint32_t> corners;
   for (std::uint64_t face = 0; face < header.faces; ++face) {
+    if (!steps.next()) return source.cancelled();
     if (left() < 4) return std::nullopt;
     const std::size_t size = count();
     if (size > left() / 4) return std::nullopt;
@@ -236,8 +239,15 @@ class TextReader {
   Result<TriangleMesh> read() {
     RELIEF_CHECK(read_counts());
     OffMesh mesh(source_, header_);
-    for (std::uint64_t k = 0; k < header_.vertices; ++k) RELIEF_CHECK(read_vertex(k, mesh));
-    for (std::uint64_t k = 0; k < header_.faces; ++k) RELIEF_CHECK(read_face(k, mesh));
+    Steps steps = source_.steps(header_.vertices + header_.faces);
+    for (std::uint64_t k = 0; k < header_.vertices; ++k) {
+      if (!steps.next()) return source_.cancelled();
+      RELIEF_CHECK(read_vertex(k, mesh));
+    }
+    for (std::uint64_t k = 0; k < header_.faces; ++k) {
+      if (!steps.next()) return source_.cancelled();
+      RELIEF_CHECK(read_face(k, mesh));
+    }
     return mesh.finish(source_, "line");
   }
 

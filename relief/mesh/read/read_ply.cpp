@@ -323,6 +323,7 @@ class Reader {
       : source_(source),
         header_(header),
         rows_(source, header),
+        steps_(source.steps(source.bytes.size())),
         sink_(mesh_),
         images_(source, header.textures.size()),
         materials_(1),
@@ -374,6 +375,7 @@ class Reader {
                                : "row " + std::to_string(row) + " of element '" + printable(element.name, 40) +
                                      "' has a value that is missing or no number");
   }
+  [[nodiscard]] bool goes_on() { return steps_.reached(source_.bytes.size() - rows_.left()); }
   /// Nothing is allocated by a count that the rest of the file cannot hold.
   [[nodiscard]] Status check_size(const Element& element) const {
     const std::size_t least = header_.text ? element.least_size(true) * 2 : element.least_size(false);
@@ -400,6 +402,7 @@ class Reader {
   }
   [[nodiscard]] Status skip(const Element& element) {
     for (std::uint64_t row = 0; row < element.count; ++row) {
+      if (!goes_on()) return source_.cancelled();
       if (!rows_.begin_row()) return bad_row(element, row);
       for (const Property& property : element.properties)
         if (!skip_property(property)) return bad_row(element, row);
@@ -422,6 +425,7 @@ class Reader {
     if (vertices_have_places_) coordinates_.reserve(element.count);
 
     for (std::uint64_t row = 0; row < element.count; ++row) {
+      if (!goes_on()) return source_.cancelled();
       if (!rows_.begin_row()) return bad_row(element, row);
       for (std::size_t k = 0; k < element.properties.size(); ++k)
         if (!read_value(element.properties[k], values.use(k), values)) return bad_row(element, row);
@@ -463,6 +467,7 @@ class Reader {
     std::vector<std::uint32_t> corners;
     std::vector<float> places;
     for (std::uint64_t row = 0; row < element.count; ++row) {
+      if (!goes_on()) return source_.cancelled();
       if (!rows_.begin_row()) return bad_row(element, row);
       const std::size_t line = rows_.place(row);
       places.clear();
@@ -558,6 +563,7 @@ class Reader {
   const Source& source_;
   const Header& header_;
   Rows rows_;
+  Steps steps_;
   TriangleMesh mesh_;
   FaceSink sink_;
   ImageStore images_;

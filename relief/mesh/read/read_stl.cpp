@@ -57,7 +57,9 @@ class TextReader {
   explicit TextReader(const Source& source) : source_(source), text_(source.bytes) {}
 
   Result<TriangleMesh> read() {
+    Steps steps = source_.steps(source_.bytes.size());
     while (text_.skip_to_value()) {
+      if (!steps.reached(source_.bytes.size() - text_.left())) return source_.cancelled();
       const std::size_t line = text_.line();
       switch (take_word(text_)) {
         case Word::Solid:
@@ -217,7 +219,9 @@ Result<TriangleMesh> read_stl_binary(const Source& source) {
   mesh.triangles.reserve(count);
   FacetColours colours(source.bytes);
   const char* at = source.bytes.data() + kHead;
+  Steps steps = source.steps(count);
   for (std::size_t k = 0; k < count; ++k, at += kFacet) {
+    if (!steps.next()) return source.cancelled();
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const char* p = at + 12 + 12 * corner;
       mesh.positions.push_back(to_double(Vec3f{load_le<float>(p), load_le<float>(p + 4), load_le<float>(p + 8)}));

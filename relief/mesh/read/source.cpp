@@ -12,7 +12,7 @@
 
 namespace relief::detail {
 
-Result<FileBytes> read_file(const std::filesystem::path& file) {
+Result<FileBytes> read_file(const std::filesystem::path& file, const Progress& progress) {
   const std::string name = printable(file.string());
   const auto io = [&](int code) {
     if (code == ENOENT || code == ENOTDIR) return fail(Errc::NotFound, name + ": no such file");
@@ -33,9 +33,11 @@ Result<FileBytes> read_file(const std::filesystem::path& file) {
   FileBytes bytes;
   const auto size = static_cast<std::size_t>(status.st_size);
   bytes.data = std::make_unique_for_overwrite<char[]>(size);
+  Steps steps(progress, kImport, size, 0, kReadShare);
+  constexpr std::size_t kAtOnce = std::size_t{1} << 23U;  // bytes: some milliseconds of a disk
   while (bytes.size < size) {
-    const ssize_t got =
-        ::read(descriptor, bytes.data.get() + bytes.size, std::min(size - bytes.size, std::size_t{1} << 30U));
+    if (!steps.reached(bytes.size)) return fail(Errc::Cancelled, name + ": " + std::string(kReadingCancelled));
+    const ssize_t got = ::read(descriptor, bytes.data.get() + bytes.size, std::min(size - bytes.size, kAtOnce));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return io(errno);
     if (got == 0) break;  // shortened meanwhile; the reader sees what is left
@@ -161,13 +163,15 @@ Status FaceSink::finish(const Source& source, std::string_view unit, std::uint32
                               std::to_string(mesh_.positions.size()));
   }
   PolygonCutter cutter(400'000'000);
+  Steps steps(source.progress, kImport, polygons_.size(), kParsedShare, 1);
   mesh_.triangles.reserve(mesh_.triangles.size() + polygons_.size() / 2);
   for (std::size_t k = 0; k < polygons_.size();) {
     const std::size_t count = polygons_[k];
     const std::uint32_t material = polygons_[k + 1];
     const auto corners = std::span(polygons_).subspan(k + 2, count);
     const std::size_t before = mesh_.triangles.size();
-    if (!cutter.cut(corners, mesh_.positions, mesh_.triangles)) {
+    if (!cutter.cut(corners, mesh_.positions, mesh_.triangles, source.progress)) {
+      if (source.progress.cancelled()) return source.cancelled();
       return source.error(Errc::UnsupportedFormat,
                           "its polygons are too large and intricate to cut; export it with triangles instead");
     }
@@ -186,6 +190,7 @@ Status FaceSink::finish(const Source& source, std::string_view unit, std::uint32
       for (std::uint32_t& corner : places) corner = corners[corner];
     }
     k += count + 2;
+    if (!steps.reached(k)) return source.cancelled();
   }
   if (mesh_.triangles.empty()) return source.corrupt("every face has fewer than three different corners");
   if (!mesh_.material_of.empty()) mesh_.material_of.resize(mesh_.triangles.size(), 0);
@@ -213,7 +218,7 @@ bool PolygonCutter::is_ear(const Corner& corner) noexcept {
 }
 
 bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions,
-                        std::vector<Triangle>& out) {
+                        std::vector<Triangle>& out, const Progress& progress) {
   ring_.clear();
   for (std::size_t k = 0; k < polygon.size(); ++k) {
     if (polygon[k] != polygon[k == 0 ? polygon.size() - 1 : k - 1])
@@ -281,7 +286,7 @@ bool PolygonCutter::cut(std::span<const std::uint32_t> polygon, std::span<const 
   while (left > 3) {
     Corner& corner = ring_[at];
     const int turned = turn(corner);
-    if (budget_ == 0) return false;
+    if (budget_ == 0 || progress.cancelled()) return false;
     if (turned > 0 ? force || is_ear(corner) : force && without >= left) {
       put(corner.before, at, corner.after);
       corner.reflex = false;

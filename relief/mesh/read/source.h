@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/steps.h>
 #include <relief/mesh/predicates.h>
 #include <relief/mesh/triangle_mesh.h>
 
@@ -28,14 +29,31 @@ struct FileBytes {
   std::size_t size = 0;
   [[nodiscard]] std::string_view view() const noexcept { return {data.get(), size}; }
 };
-[[nodiscard]] Result<FileBytes> read_file(const std::filesystem::path& file);
+/// Errors: NotFound, Io, Cancelled.
+[[nodiscard]] Result<FileBytes> read_file(const std::filesystem::path& file, const Progress& progress);
+
+/// The one phase of reading, and what of it is done once the file is read, unpacked, and gone through; then polygons
+/// are cut.
+inline constexpr std::string_view kImport = "import";
+inline constexpr double kReadShare = 0.1, kUnpackedShare = 0.3, kParsedShare = 0.9;
+inline constexpr std::string_view kReadingCancelled = "reading was cancelled";
 
 /// Holds what a reader works on.
 struct Source {
   std::filesystem::path path;
   std::string name;  ///< fit for messages
   std::string_view bytes;
+  const Progress& progress;
 
+  /// Returns what a reader's way through `count` bytes or items tells and asks.
+  [[nodiscard]] Steps steps(std::uint64_t count) const noexcept {
+    return {progress, kImport, count, kUnpackedShare, kParsedShare};
+  }
+  /// Returns a file that this one names. Errors: NotFound, Io, Cancelled.
+  [[nodiscard]] Result<FileBytes> read_other(const std::filesystem::path& file) const {
+    return read_file(file, {.report = {}, .cancel = progress.cancel});
+  }
+  [[nodiscard]] std::unexpected<Error> cancelled() const { return error(Errc::Cancelled, kReadingCancelled); }
   /// "NAME: what"
   [[nodiscard]] std::unexpected<Error> error(Errc code, std::string_view what) const {
     return fail(code, name + ": " + std::string(what));
@@ -202,9 +220,9 @@ class PolygonCutter {
  public:
   /// `budget` bounds the work over all polygons, in point-in-triangle tests.
   explicit PolygonCutter(std::size_t budget) noexcept : budget_(budget) {}
-  /// Appends at most corners - 2 triangles of places in `polygon`; false when the budget is used up.
+  /// Appends at most corners - 2 triangles of places in `polygon`; false when the budget is used up, or cancelled.
   [[nodiscard]] bool cut(std::span<const std::uint32_t> polygon, std::span<const Vec3d> positions,
-                         std::vector<Triangle>& out);
+                         std::vector<Triangle>& out, const Progress& progress = {});
 
  private:
   struct Corner {

@@ -100,7 +100,7 @@ const ZipMember* ZipArchive::find(std::string_view name) const noexcept {
   return nullptr;
 }
 
-Result<std::string> ZipArchive::unpack(const Source& source, const ZipMember& member) {
+Result<std::string> ZipArchive::unpack(const Source& source, const ZipMember& member, Steps& steps) {
   const std::string_view bytes = source.bytes;
   const auto damaged = [&] { return source.corrupt("its part '" + printable(member.name, 80) + "' is damaged"); };
   if ((member.flags & 1U) != 0) return source.error(Errc::UnsupportedFormat, "is encrypted");
@@ -126,11 +126,13 @@ Result<std::string> ZipArchive::unpack(const Source& source, const ZipMember& me
     if (unpacked_ + packed.size() > limit) return bomb();
     out = packed;
   } else {
-    switch (inflate_all(packed, Wrapper::None, limit - std::min(limit, unpacked_), out)) {
+    switch (inflate_all(packed, Wrapper::None, limit - std::min(limit, unpacked_), out, steps)) {
       case Inflated::TooLarge:
         return bomb();
       case Inflated::Damaged:
         return damaged();
+      case Inflated::Cancelled:
+        return source.cancelled();
       case Inflated::Whole:
         break;
     }

@@ -23,8 +23,8 @@ class ZipArchive {
   /// Null when there is none; names are compared without regard to case and to a leading slash.
   [[nodiscard]] const ZipMember* find(std::string_view name) const noexcept;
   /// Unpacks one member and checks its CRC. All members together may grow to 100 times the archive plus 16 MiB, no
-  /// further.
-  [[nodiscard]] Result<std::string> unpack(const Source& source, const ZipMember& member);
+  /// further. A packed byte is a step. Errors: Corrupt, UnsupportedFormat, Cancelled.
+  [[nodiscard]] Result<std::string> unpack(const Source& source, const ZipMember& member, Steps& steps);
 
  private:
   std::vector<ZipMember> members_;

@@ -1,5 +1,6 @@
 // Saving, opening, strokes, undo, copies, and what happens beside other programs.
 #include <sqlite3.h>
+#include <support/canceller.h>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -16,13 +17,17 @@ namespace relief {
 namespace {
 
 using testing::ball;
+using testing::Canceller;
+using testing::code;
 using testing::dab;
+using testing::displaced;
 using testing::Folder;
 using testing::mixed_shell;
 using testing::read_file;
 using testing::saved_hash;
 using testing::sphere_shell;
 using testing::stroke;
+using testing::times_stopped;
 using testing::write_file;
 
 TEST(ModelFile, KeepsAModel) {
@@ -151,6 +156,39 @@ TEST(ModelFile, AnyStrokeCanBeReadNearAnyOther) {
   EXPECT_EQ(reader.at(2).error().code, Errc::Io) << "another program has changed what the reader saw";
 }
 
+TEST(ModelFile, OpeningTellsOnePhaseAndTheCheckOfTheTablesStopsAtOnce) {
+  const Folder folder;
+  const auto path = folder / "a.relief";
+  // Values that do not pack.
+  Model bumpy = ball(4, 16);
+  bumpy.head =
+      displaced(sphere_shell(4, 16), [](Vec3d p) { return 0.5 + 0.1 * std::sin(91 * p.x + 57 * p.y + 23 * p.z); });
+  ASSERT_TRUE(ModelFile::create(path, bumpy).has_value());
+  constexpr int kPages = 200;  // so many that each share of the check is a page or more
+  ASSERT_GT(std::filesystem::file_size(path), kPages * 4096U);
+  double last = -1;
+  const auto whole = ModelFile::open(path, true, {.report = [&](std::string_view phase, double share) {
+                                       EXPECT_EQ(phase, "open");
+                                       EXPECT_GE(share, last);
+                                       last = share;
+                                     }});
+  EXPECT_OK(whole);
+  EXPECT_DOUBLE_EQ(last, 1);
+  // A check that went on to its end after the cancel would go on to tell its shares.
+  std::atomic<bool> stop = false;
+  int after = 0;
+  const auto stopped = ModelFile::open(path, true,
+                                       {.report =
+                                            [&](std::string_view, double share) {
+                                              if (stop) ++after;
+                                              if (share > 0) stop = true;
+                                            },
+                                        .cancel = &stop});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Errc::Cancelled);
+  EXPECT_LE(after, 2);
+}
+
 /// Another process writes into a database; whether it could.
 bool written_by_another(const std::filesystem::path& file) {
   const std::string script = "import sqlite3; sqlite3.connect('" + file.string() +
@@ -174,6 +212,45 @@ TEST(ModelFile, WhatAnotherProgramWroteIsNotWrittenOver) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::Io);
   EXPECT_NE(refused.error().message.find("was changed by another program"), std::string::npos);
+}
+
+TEST(ModelFile, WhatAnotherProgramWritesBetweenTwoOfOurTransactionsIsSeen) {
+  const Folder folder;
+  const auto path = folder / "a.relief";
+  const Model model = ball(0, 1);
+  ASSERT_TRUE(ModelFile::create(path, model).has_value());
+  // Tries to write again and again; our lock is open for a moment only, at each commit. It begins once the file is
+  // ours, and was made before, so that it knows nothing of our locks.
+  std::array<int, 2> begin{};
+  ASSERT_EQ(::pipe(begin.data()), 0);
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    sqlite3* handle = nullptr;
+    char go = 0;
+    if (::read(begin[0], &go, 1) != 1) ::_exit(1);
+    if (sqlite3_open(path.c_str(), &handle) != SQLITE_OK) ::_exit(1);
+    while (sqlite3_exec(handle, "UPDATE strokes SET label = 'other'", nullptr, nullptr, nullptr) != SQLITE_OK) {
+    }
+    sqlite3_close(handle);
+    ::_exit(0);
+  }
+  RELIEF_MUST(file, ModelFile::open(path));
+  ASSERT_EQ(::write(begin[1], "g", 1), 1);
+  SnapshotPtr head = model.head;
+  int status = 0;
+  Status done;
+  for (std::uint64_t k = 1; done && ::waitpid(child, &status, WNOHANG) == 0; ++k) {
+    head = stroke(head, k);
+    done = file.commit(head, {.label = "ours", .details = {}});
+  }
+  if (done) done = file.commit(stroke(head, 1000), {.label = "ours", .details = {}});
+  ASSERT_FALSE(done);
+  EXPECT_NE(done.error().message.find("was changed by another program"), std::string::npos) << done.error().message;
+  EXPECT_EQ(file.at(0).error().code, Errc::Io) << "nor are its rows read as ours";
+  RELIEF_MUST(reader, ModelFile::open(path, true));
+  RELIEF_MUST(strokes, reader.strokes());
+  for (const StrokeRecord& stroke : strokes) EXPECT_TRUE(stroke.damaged || stroke.label == "other");
 }
 
 TEST(ModelFile, AStrokeWhoseModelIsAtHandIsGoneToWithoutReading) {
@@ -205,23 +282,6 @@ TEST(ModelFile, AStrokeWhoseModelIsAtHandIsGoneToWithoutReading) {
   EXPECT_EQ(file.model().head->content_hash(), states[4]->content_hash());
 }
 
-/// Cancels at the n-th report of a share; counts them.
-struct Canceller {
-  explicit Canceller(int reports) : left(reports) {
-    progress = {.report =
-                    [this](std::string_view, double share) {
-                      EXPECT_GE(share, 0);
-                      EXPECT_LE(share, 1);
-                      ++told;
-                      if (--left == 0) stop = true;
-                    },
-                .cancel = &stop};
-  }
-  int left, told = 0;
-  std::atomic<bool> stop = false;
-  Progress progress;
-};
-
 TEST(ModelFile, AllThatTakesTimeCanBeCancelledAtAnyMoment) {
   const Folder folder;
   const Model model = ball(3, 4);
@@ -235,28 +295,16 @@ TEST(ModelFile, AllThatTakesTimeCanBeCancelledAtAnyMoment) {
     RELIEF_MUST(file, ModelFile::create(a, model));
     EXPECT_OK(file.commit(large, {}));
   }
-  // Runs the work again and again, stopped ever later, until it comes to its end. Returns how often it was stopped.
   const auto stopped = [&](const std::function<Errc(const Progress&)>& work, const std::function<void()>& unchanged) {
-    for (int reports = 1; reports < 1000; ++reports) {
-      Canceller canceller(reports);
-      const Errc code = work(canceller.progress);
-      EXPECT_LE(canceller.told, 320);
-      if (!canceller.stop) return reports - 1;
-      EXPECT_EQ(code, Errc::Cancelled);
-      unchanged();
-      if (::testing::Test::HasFailure()) return 0;
-    }
-    return 0;
+    return times_stopped(work, unchanged, 320);
   };
-  constexpr auto kDone = Errc::InvalidArgument;  // stands for success
-  const auto code_of = [&](const auto& result) { return result ? kDone : result.error().code; };
   const auto only = [&](const std::filesystem::path& name) {
     for (const std::string& found : folder.names()) EXPECT_TRUE(found == "a.relief" || found == name) << found;
   };
 
-  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::open(a, true, p)); }, [&] { only(a); }), 5);
-  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::open(a, false, p)); }, [&] { only(a); }), 5);
-  EXPECT_GT(stopped([&](const Progress& p) { return code_of(ModelFile::create(b, model, p)); },
+  EXPECT_GT(stopped([&](const Progress& p) { return code(ModelFile::open(a, true, p)); }, [&] { only(a); }), 5);
+  EXPECT_GT(stopped([&](const Progress& p) { return code(ModelFile::open(a, false, p)); }, [&] { only(a); }), 5);
+  EXPECT_GT(stopped([&](const Progress& p) { return code(ModelFile::create(b, model, p)); },
                     [&] { EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"}); }),
             5);
   ASSERT_TRUE(ModelFile::create(b, model).has_value());
@@ -265,9 +313,21 @@ TEST(ModelFile, AllThatTakesTimeCanBeCancelledAtAnyMoment) {
   EXPECT_EQ(ModelFile::copy(a, b, at_once.progress).error().code, Errc::Cancelled);
   EXPECT_EQ(saved_hash(b), first) << "what stood there stays";
   only("b.relief");
+  EXPECT_GT(stopped([&](const Progress& p) { return code(ModelFile::copy(a, b, p)); },
+                    [&] {
+                      EXPECT_EQ(saved_hash(b), first);
+                      only("b.relief");
+                    }),
+            5);
+  EXPECT_EQ(saved_hash(b), second);
+  ASSERT_TRUE(ModelFile::create(b, model).has_value());
+  EXPECT_GT(stopped([&](const Progress& p) { return code(ModelFile::salvage(a, folder / "c.relief", p)); },
+                    [&] { only("b.relief"); }),
+            5);
+  std::filesystem::remove(folder / "c.relief");
   {
     RELIEF_MUST(file, ModelFile::open(b));
-    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.commit(large, {}, p)); },
+    EXPECT_GT(stopped([&](const Progress& p) { return code(file.commit(large, {}, p)); },
                       [&] {
                         EXPECT_EQ(file.stroke_count(), 0U);
                         EXPECT_EQ(file.model().head->content_hash(), first);
@@ -275,12 +335,12 @@ TEST(ModelFile, AllThatTakesTimeCanBeCancelledAtAnyMoment) {
               5);
     EXPECT_EQ(file.stroke_count(), 1U);
     EXPECT_GT(
-        stopped([&](const Progress& p) { return code_of(file.at(0, p)); }, [&] { EXPECT_EQ(file.stroke_count(), 1U); }),
+        stopped([&](const Progress& p) { return code(file.at(0, p)); }, [&] { EXPECT_EQ(file.stroke_count(), 1U); }),
         5);
-    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.undo(1, p)); },
+    EXPECT_GT(stopped([&](const Progress& p) { return code(file.undo(1, p)); },
                       [&] { EXPECT_EQ(file.model().head->content_hash(), second); }),
               5);
-    EXPECT_GT(stopped([&](const Progress& p) { return code_of(file.redo(1, p)); },
+    EXPECT_GT(stopped([&](const Progress& p) { return code(file.redo(1, p)); },
                       [&] { EXPECT_EQ(file.model().head->content_hash(), first); }),
               5);
     EXPECT_EQ(file.damage(at_once.progress).error().code, Errc::Cancelled);

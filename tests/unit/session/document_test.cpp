@@ -596,6 +596,24 @@ TEST(Document, SaveElsewhereTakesTheWholeHistoryAlongAndGoesOnThere) {
   EXPECT_EQ(states_of(folder / "a.relief").back(), hashes[3]) << "the old one stays";
 }
 
+TEST(Document, SavingElsewhereCanBeGivenUpAndTheOldFileGoesOn) {
+  const Folder folder;
+  Events events;
+  Document document = document_in(folder / "a.relief", ball(), events.settings());
+  std::vector<std::uint64_t> hashes = draw(document, 3);
+  document.post(SaveElsewhere{folder / "b.relief", std::make_shared<std::atomic<bool>>(true)});
+  while (events.of<Failed>().empty()) std::this_thread::yield();
+  EXPECT_EQ(events.of<Failed>()[0].error.code, Errc::Cancelled);
+  EXPECT_EQ(events.of<Failed>()[0].unsaved, 0U);
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"a.relief"});
+  post(document, stroke_over_ball(3));
+  document.settle();
+  hashes.push_back(hash_of(document));
+  ASSERT_TRUE(document.close()) << "no failure of the file that there is";
+  EXPECT_TRUE(events.of<SavedElsewhere>().empty());
+  EXPECT_EQ(states_of(folder / "a.relief"), hashes);
+}
+
 TEST(Document, SaveElsewhereGoesOnWhereTheDiskIsFull) {
   const Folder folder;
   Events events;
