@@ -192,11 +192,9 @@ std::string batch_page(std::string_view title, std::span<const Record> records, 
   }
   if (!gone.empty()) {
     html += fmt::format(
-        "<h2 id=\"gone\">Gone: {}</h2><p>These scans were deleted or moved after Relief worked on them. Delete the "
-        "files "
-        "of a name, and it leaves this page.</p>\n<div class=\"scroll\"><table><tr><th>name</th><th>scan</th><th>what "
-        "is "
-        "left</th></tr>\n",
+        "<h2 id=\"gone\">Gone: {}</h2><p>These scans were deleted or moved after Relief worked on them. To remove a "
+        "row, delete the files of that name.</p>\n<div class=\"scroll\"><table><tr><th>name</th><th>scan</th>"
+        "<th>what is left</th></tr>\n",
         gone.size());
     for (const Record* r : gone) html += gone_row(*r);
     html += "</table></div>\n";

@@ -234,7 +234,7 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   const SlabMesh& mesh = made.model.head->slab_mesh();
   const auto [least, most] = std::ranges::minmax(mesh.slabs(), {}, &Slab::intervals);
   json["intervals"] = {{"min", least.intervals}, {"max", most.intervals}};
-  json["error_asked"] = r.error > 0 ? ordered_json(r.error) : ordered_json();
+  json["error_goal"] = r.error > 0 ? ordered_json(r.error) : ordered_json();
   json["slabs_too_coarse"] = r.slabs_too_coarse;
   json["too_coarse_most"] = r.too_coarse_most;
   // The first two are those to the mended source.

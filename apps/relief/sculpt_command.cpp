@@ -47,9 +47,9 @@ class Listener {
       if (const auto* failed = std::get_if<Failed>(&event)) failure_ = failed->error;
       if (const auto* room = std::get_if<RoomEnded>(&event)) {
         room_.fibres += room->fibres;
-        room_.lacking = std::max(room_.lacking, room->lacking);
         room_.surface_moved = std::max(room_.surface_moved, room->surface_moved);
-        if (room->bar != RoomBar::None) {
+        if (room->lacking > room_.lacking) {
+          room_.lacking = room->lacking;
           room_.bar = room->bar;
           room_.bar_distance = room->bar_distance;
         }
@@ -120,7 +120,7 @@ std::string said_of(RoomBar bar, double distance, Unit unit) {
     case RoomBar::None:
       return {};
     case RoomBar::FarSide:
-      return "the form is " + away + " thick there, and a stroke goes to about its middle; slabs hold no holes\n";
+      return "the form is " + away + " thick there, and a stroke goes to about its middle; slabs cannot have holes\n";
     case RoomBar::OtherPart:
       return "another part of the form is " + away + " away there, and a stroke grows to about the middle\n";
     case RoomBar::Fibres:

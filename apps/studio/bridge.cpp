@@ -89,7 +89,11 @@ void DocumentBridge::deliver() {
     if (const auto* e = std::get_if<RoomEnded>(&event)) emit roomEnded(*e);
     if (const auto* e = std::get_if<CageChanged>(&event)) emit cageChanged(*e);
     if (const auto* e = std::get_if<Progressed>(&event)) emit progressed(text(e->phase), e->share);
-    if (const auto* e = std::get_if<Failed>(&event)) emit failed(text(e->error.message), e->unsaved);
+    if (const auto* e = std::get_if<Failed>(&event)) {
+      const bool cancelled = e->error.code == Errc::Cancelled;
+      if (e->elsewhere) emit notSavedElsewhere(cancelled);
+      if (!e->elsewhere || !cancelled) emit failed(text(e->error.message), e->unsaved);
+    }
   }
 }
 

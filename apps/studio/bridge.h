@@ -49,6 +49,8 @@ class DocumentBridge : public QObject {
   void cageChanged(const relief::CageChanged& change);
   void progressed(const QString& phase, double share);
   void failed(const QString& message, quint64 unsaved);
+  /// Saving elsewhere has ended without a new file. failed() follows where that was not `cancelled`.
+  void notSavedElsewhere(bool cancelled);
 
  private:
   void take(const Event& event);

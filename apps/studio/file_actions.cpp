@@ -58,6 +58,10 @@ QString MainWindow::ask_where(const QString& title, const QString& key, const QS
 
 void MainWindow::ask_save_as() {
   if (bridge_.document() == nullptr) return;
+  if (saving_) {
+    say(tr("Saving …"));
+    return;
+  }
   const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
                                  tr("Relief models (*.relief)"));
   if (file.isEmpty()) return;

@@ -62,7 +62,7 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::roomAsked, this, [this] { say(tr("Making room under the stroke …")); });
   connect(&bridge_, &DocumentBridge::roomEnded, this, [this](const RoomEnded& room) {
     if (room.bar == RoomBar::FarSide)
-      say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs hold no holes.")
+      say(tr("The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.")
               .arg(length_text(room.bar_distance, unit_)));
     else if (room.bar == RoomBar::OtherPart)
       say(tr("Another part of the form is %1 away. A stroke grows to about the middle.")
@@ -86,7 +86,7 @@ void MainWindow::connect_document() {
     refresh();
   });
   connect(&bridge_, &DocumentBridge::progressed, this, [this](const QString& phase, double share) {
-    if (phase == QLatin1String("copy")) tell_aside(saving_, tr("Saving …"), share);
+    if (phase == QLatin1String("copy") || phase == QLatin1String("save")) tell_aside(saving_, tr("Saving …"), share);
     if (changing_cage_) say(tr("Working on the slabs: %1 %. You can go on sculpting.").arg(qRound(share * 100)));
   });
   connect(&bridge_, &DocumentBridge::strokeRefused, this,
@@ -94,8 +94,11 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::historyDropped, this, [this](quint64 steps) {
     say(tr("%n old step(s) can no more be undone.", nullptr, static_cast<int>(steps)));
   });
-  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
+  connect(&bridge_, &DocumentBridge::notSavedElsewhere, this, [this](bool was_cancelled) {
     end_aside(std::exchange(saving_, nullptr));
+    if (was_cancelled) say(tr("Cancelled; nothing was kept."));
+  });
+  connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
     if (unsaved == 0) {
       say(message);
       return;

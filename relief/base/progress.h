@@ -8,7 +8,7 @@
 namespace relief {
 
 /// Passed to long work. Both members may be empty. `report` is called from the thread that called the work, at most
-/// some hundred times, with the name of the phase and the share of it that is done, 0..1.
+/// a few hundred times, with the name of the phase and the share of it that is done, 0..1.
 struct Progress {
   /// called with the phase and the share of it that is done, 0 to 1; may be empty
   std::function<void(std::string_view phase, double share)> report;

@@ -9,7 +9,7 @@
 
 namespace relief {
 
-/// Work of `count` steps, which is the share `from` to `to` of a phase. Reports at most some hundred times. A step
+/// Work of `count` steps, which is the share `from` to `to` of a phase. Reports at most a hundred times. A step
 /// costs a nanosecond. `progress` must outlive it.
 class Steps {
  public:

@@ -145,10 +145,11 @@ RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal,
   const Vec3d along = normalized(worst.way);
   // Fibres of both sides share what lies between them, so each side has about half of it.
   const double reach = 2 * length(worst.way);
-  // The ray starts on the surface. A cut ends where the ray leaves the form, a fill where it enters it; the crossing at
-  // the start is of the other kind, or behind it.
-  constexpr double kStep = 1e-6;  // of the diagonal, past a crossing of the other kind
-  for (double from = 0; from < reach;) {
+  // A cut ends where the ray leaves the form, a fill where it enters it. What is nearer than kNegligible is the surface
+  // itself, of which the place is known only so well.
+  constexpr double kNegligible = 1e-4;  // of the diagonal
+  RELIEF_ASSERT(diagonal > 0);
+  for (double from = kNegligible * diagonal; from < reach;) {
     const auto met = raycast(surface, {worst.near + along * from, along});
     if (!met) break;
     from += met->distance;
@@ -157,7 +158,7 @@ RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal,
       distance = from;
       return worst.cuts ? RoomBar::FarSide : RoomBar::OtherPart;
     }
-    from += kStep * diagonal;
+    from += kNegligible * diagonal;
   }
   return RoomBar::Fibres;
 }

@@ -80,7 +80,8 @@ struct RoomMade {
 [[nodiscard]] Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made);
 
 /// Returns what bars the way of the slab that lacks most, and sets how far from the surface that is in model units (0
-/// for fibres). `surface` is what the room was made from. One ray.
+/// for fibres). `surface` is what the room was made from, `diagonal` above 0.
+/// A ray or two.
 [[nodiscard]] RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal, double& distance);
 
 /// Both together, for a document (see DocumentSettings::make_room).

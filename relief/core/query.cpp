@@ -1,3 +1,4 @@
+#include <relief/base/steps.h>
 #include <relief/base/triangle.h>
 #include <relief/core/micro_triangles.h>
 #include <relief/core/query.h>
@@ -636,15 +637,18 @@ Status validate(const Snapshot& model, Layer layer, SlabId s) {
   return bound;
 }
 
-Status validate(const Snapshot& model) {
-  for (int k = 0; k < kLayerCount; ++k) {
-    const auto layer = static_cast<Layer>(k);
-    if (!model.has(layer)) continue;
-    for (SlabId s = 0; s < model.slab_mesh().slab_count(); ++s) {
+Status validate(const Snapshot& model, const Progress& progress) {
+  const SlabId count = model.slab_mesh().slab_count();
+  std::vector<Layer> layers;
+  for (int k = 0; k < kLayerCount; ++k)
+    if (model.has(static_cast<Layer>(k))) layers.push_back(static_cast<Layer>(k));
+  Steps steps(progress, "check", layers.size() * std::uint64_t{count});
+  for (const Layer layer : layers)
+    for (SlabId s = 0; s < count; ++s) {
+      if (!steps.next()) return fail(Errc::Cancelled, "cancelled");
       if (Status tile = validate(model, layer, s); !tile) return tile;
       model.tile(layer, s).rest(4);  // with its neighbours
     }
-  }
   return {};
 }
 

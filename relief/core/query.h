@@ -1,6 +1,7 @@
 // Every question one can ask of a snapshot. Pure functions; those marked noexcept neither allocate nor lock.
 #pragma once
 
+#include <relief/base/progress.h>
 #include <relief/core/snapshot.h>
 
 #include <algorithm>
@@ -174,7 +175,8 @@ struct RayHit {
 /// Returns whether the copies of every shared sample are bit-identical in all layers, constrained samples have exactly
 /// their constrained_value(), and all values are within their ranges; else the first offence (Corrupt, naming layer,
 /// slab and sample).
-[[nodiscard]] Status validate(const Snapshot& model);
+/// `progress` is told the share of tiles, and asked: Cancelled.
+[[nodiscard]] Status validate(const Snapshot& model, const Progress& progress = {});
 /// Returns the same for one tile and its copies in the tiles around it.
 [[nodiscard]] Status validate(const Snapshot& model, Layer layer, SlabId slab);
 

@@ -33,7 +33,7 @@ struct RoomWanted {
 /// Says what a stroke meets before its end, where most is lacking.
 enum class RoomBar : std::uint8_t {
   None,       ///< nothing is lacking
-  FarSide,    ///< the far side of the form: slabs hold no holes, and each side has clay to about the middle
+  FarSide,    ///< the far side of the form: slabs cannot have holes, and each side has clay to about the middle
   OtherPart,  ///< another part of the form that stands opposite: each has room to about the middle
   Fibres,     ///< neither: the fibres beside it leave no space, or would meet the surface twice
 };

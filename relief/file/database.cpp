@@ -309,7 +309,9 @@ bool Database::in_transaction() const noexcept { return sqlite3_get_autocommit(h
 
 Status Database::begin_reading() const {
   RELIEF_CHECK(run("BEGIN"));
-  return run("PRAGMA schema_version");  // the first read takes the lock
+  const Status locked = run("PRAGMA schema_version");  // the first read takes the lock
+  if (!locked) roll_back();
+  return locked;
 }
 
 void Database::roll_back() const noexcept {

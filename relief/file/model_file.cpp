@@ -79,23 +79,6 @@ std::size_t present(const LayerTable& layers) {
   return static_cast<std::size_t>(std::ranges::count_if(layers, [](const auto& entry) { return entry.has_value(); }));
 }
 
-/// That a model to be written is sound. Errors: InvalidArgument, Cancelled.
-Status check_samples(const Snapshot& model, const Progress& progress) {
-  const SlabId count = model.slab_mesh().slab_count();
-  std::vector<Layer> layers;
-  for (int k = 0; k < kLayerCount; ++k)
-    if (model.has(static_cast<Layer>(k))) layers.push_back(static_cast<Layer>(k));
-  Steps steps(progress, "save", layers.size() * std::uint64_t{count});
-  for (const Layer layer : layers)
-    for (SlabId s = 0; s < count; ++s) {
-      if (!steps.next()) return fail(Errc::Cancelled, "cancelled");
-      if (const Status sound = validate(model, layer, s); !sound)
-        return fail(Errc::InvalidArgument, sound.error().message);
-      model.tile(layer, s).rest(4);  // with its neighbours
-    }
-  return {};
-}
-
 /// Writes a new model into an empty database that nobody else sees yet.
 Status write_model(const Database& database, const Model& model, const Meta& meta, const LayerTable& layers,
                    const Progress& progress) {
@@ -466,8 +449,10 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
     return fail(why.code, std::move(text));
   };
   constexpr double kCheckedShare = 0.2;  // of the time
-  if (const Status sound = check_samples(*model.head, part_of(progress, "save", 0, kCheckedShare)); !sound)
-    return refuse(sound.error());
+  if (const Status sound = validate(*model.head, part_of(progress, "save", 0, kCheckedShare)); !sound) {
+    const Errc code = sound.error().code == Errc::Cancelled ? Errc::Cancelled : Errc::InvalidArgument;
+    return refuse({code, sound.error().message});
+  }
   if (!std::isfinite(model.info.source_diagonal) || model.info.source_diagonal < 0)
     return refuse({Errc::InvalidArgument, "the source's diagonal is not a length"});
 
@@ -655,6 +640,7 @@ std::string to_string(const DamagedStrokes& strokes) {
 Status ModelFile::go_to(std::uint64_t stroke, SnapshotPtr state_there) {
   RELIEF_ASSERT(state_there != nullptr);
   State& state = *state_;
+  RELIEF_CHECK(state.check_writable());
   if (stroke > static_cast<std::uint64_t>(state.meta.last))
     return state.database.failure(Errc::NotFound, "has no stroke " + std::to_string(stroke));
   Meta meta = state.meta;

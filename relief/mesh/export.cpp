@@ -473,7 +473,7 @@ Status write_any(const TriangleMesh& mesh, const std::filesystem::path& file, co
   } else {
     RELIEF_CHECK(write_3mf(out, mesh, settings.unit, name, steps));
   }
-  if (progress.cancelled()) return cancelled();
+  if (steps.stopped() || progress.cancelled()) return cancelled();
   return out.commit();
 }
 

@@ -160,6 +160,7 @@ Result<TriangleMesh> import_mesh(const std::filesystem::path& file, const Progre
   std::string name = "the mesh file";
   try {
     name = printable(file.string());
+    progress(detail::kImport, 0);
     RELIEF_TRY(detail::FileBytes bytes, detail::read_file(file, progress));
     std::string unpacked;
     const auto read = [&](std::string_view content) -> Result<TriangleMesh> {

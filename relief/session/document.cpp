@@ -781,7 +781,7 @@ struct Document::State {
   void take(Saver::Failed& failed) { emit(Failed{std::move(failed.error), failed.unsaved}); }
   void take(Saver::NotElsewhere& failed) {
     if (--moving == 0) has_file = failed.has_file;
-    emit(Failed{std::move(failed.error), failed.unsaved});
+    emit(Failed{std::move(failed.error), failed.unsaved, true});
   }
   void take(Saver::Elsewhere& moved) {
     --moving;

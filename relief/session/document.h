@@ -159,6 +159,7 @@ struct CageChanged {
 struct Failed {
   Error error;                ///< what went wrong
   std::uint64_t unsaved = 0;  ///< strokes that are in memory only
+  bool elsewhere = false;     ///< it answers a SaveElsewhere
 };
 /// Of a long command.
 struct Progressed {

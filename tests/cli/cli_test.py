@@ -239,11 +239,11 @@ class Contract(Case):
     def test_an_error_that_is_not_kept_is_said(self):
         out = self.folder / "error.relief"
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-6, "--json").json()
-        self.assertEqual(report["error_asked"], 1e-6)
+        self.assertEqual(report["error_goal"], 1e-6)
         self.assertGreater(report["slabs_too_coarse"], 0)
         self.assertIn("--error 1e-06 is not kept", " ".join(report["notes"]))
         report = self.ok("convert", self.scan, "-o", out, "--slabs", 60, "--error", 1e-2, "--json").json()
-        self.assertEqual((report["error_asked"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
+        self.assertEqual((report["error_goal"], report["slabs_too_coarse"], report["notes"]), (1e-2, 0, []))
 
     def test_few_samples_are_said_to_lose_detail(self):
         out = self.folder / "few.relief"
@@ -422,7 +422,7 @@ class Contract(Case):
         self.assertLessEqual(sum(report["phases_wall"].values()), report["wall_seconds"])
         self.assertEqual((list(report["phases"])[0], list(report["phases"])[-2:]), ("import", ["verify", "save"]))
         self.assertLessEqual(sum(report["phases"].values()), report["seconds"])
-        self.assertIsNone(report["error_asked"], "n was given")
+        self.assertIsNone(report["error_goal"], "n was given")
         self.assertNotIn("error", report, "what failed, and nothing else")
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
         distance = report["distance"]

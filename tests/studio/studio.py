@@ -9,7 +9,6 @@ import json
 import math
 import os
 import pathlib
-import resource
 import shutil
 import signal
 import sqlite3
@@ -20,8 +19,6 @@ import unittest
 
 import desktop
 
-# A studio that dies leaves a core file where the system lets it.
-resource.setrlimit(resource.RLIMIT_CORE, (resource.getrlimit(resource.RLIMIT_CORE)[1],) * 2)
 _desktop = desktop.start()
 # What Qt, fontconfig and the driver keep to the end is theirs; what is preloaded comes before the sanitizer.
 os.environ["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0"

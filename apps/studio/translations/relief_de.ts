@@ -1881,8 +1881,8 @@ berühren, um weiterzumachen</translation>
         <translation>Arbeit an den Platten: %1 %. Sie können weiterarbeiten.</translation>
     </message>
     <message>
-        <source>The form is %1 thick here. A stroke goes to about its middle, for slabs hold no holes.</source>
-        <translation>Die Form ist hier %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten halten keine Löcher.</translation>
+        <source>The form is %1 thick here. A stroke goes to about its middle, for slabs cannot have holes.</source>
+        <translation>Die Form ist hier %1 dick. Ein Strich reicht bis etwa zu ihrer Mitte, denn Platten können keine Löcher haben.</translation>
     </message>
     <message>
         <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
