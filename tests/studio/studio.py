@@ -226,6 +226,13 @@ class Log:
             raise AssertionError(f"{e}; since the mark came {[dict(list(x.items())[:4]) for x in self.since(mark)][-12:]}") from None
 
 
+def _registry_answers():
+    try:
+        return pyatspi.Registry.getDesktop(0).childCount >= 0
+    except Exception:
+        return False  # it has just been started
+
+
 class Studio:
     """A running studio."""
 
@@ -235,6 +242,8 @@ class Studio:
         self.errors = folder() / f"{stamp}.txt"
         self.hand = hand()
         self._known = {}  # objects by (name, role)
+        # A program names itself to the registry once, when it starts: it must be there by then.
+        wait("the registry of accessible programs", _registry_answers)
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
