@@ -541,7 +541,9 @@ TEST(Convert, TheGreatestDistanceIsThatOfADenseMeasurement) {
     EXPECT_EQ(result->report.error, 0) << "n was given";
     const auto off = std::ranges::count_if(farthest, [](double d) { return d > 1e-4; });
     EXPECT_LE(result->report.slabs_too_coarse, static_cast<std::size_t>(off) + 2) << n << ": a measurement apart";
-    if (n == 8) EXPECT_GT(2 * result->report.slabs_too_coarse, static_cast<std::size_t>(off)) << "far from the default";
+    if (n == 8) {
+      EXPECT_GT(2 * result->report.slabs_too_coarse, static_cast<std::size_t>(off)) << "far from the default";
+    }
     const bool told = std::ranges::any_of(result->report.notes, [&](const std::string& note) {
       return note.starts_with("--samples " + std::to_string(n) + " loses detail in ");
     });
