@@ -4,7 +4,6 @@
 #include "support/held_tools.h"
 #include "timing.h"
 
-
 #include <fmt/format.h>
 
 #include <cmath>

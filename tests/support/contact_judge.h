@@ -331,7 +331,8 @@ class ContactJudge {
 /// Follows one ball from tick to tick on a closed model that stays; it starts in the open, clear of the surface.
 class BallJudge {
  public:
-  static constexpr double kFlat = 1e-4;  ///< of the radius: unevenness that a ball does not feel (docs/reference/haptics.md)
+  static constexpr double kFlat =
+      1e-4;  ///< of the radius: unevenness that a ball does not feel (docs/reference/haptics.md)
 
   BallJudge(const TriangleSoup& soup, double radius) : soup_(soup), radius_(radius) {}
 

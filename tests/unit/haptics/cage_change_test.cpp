@@ -7,8 +7,8 @@
 #include "support/longer_fibres.h"
 
 #include <relief/core/micro_triangles.h>
-#include <relief/haptics/foothold.h>
 #include <relief/haptics/contact/walk.h>
+#include <relief/haptics/foothold.h>
 #include <relief/haptics/texture_fade.h>
 
 #include <gtest/gtest.h>

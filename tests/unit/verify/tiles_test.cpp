@@ -114,7 +114,8 @@ TEST(Tiles, WhatIsNoTileIsNamed) {
   flat.intervals[1] = 6;
   flat.values[1].assign(sample_count(6), 0.5F);
   ASSERT_FALSE(flat.check(Between::Linear).failures.empty());
-  EXPECT_EQ(flat.check(Between::Linear).failures.front().what, "slabs 0 and 1 differ in n by a factor that is not a power of two");
+  EXPECT_EQ(flat.check(Between::Linear).failures.front().what,
+            "slabs 0 and 1 differ in n by a factor that is not a power of two");
   // The two kinds of layer are not taken for each other.
   EXPECT_GT(Plain(*model, Layer::Displacement).check(Between::Nearer).failure_count, 0U);
 }
