@@ -12,27 +12,9 @@
 namespace relief::testing {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 180;
-
-using Words = std::vector<std::uint32_t>;
-
 double rough(Vec3d d) { return 0.1 * std::sin(13 * d.x + 3) * std::cos(11 * d.y) + 0.04 * std::sin(60 * d.z); }
 double smooth(Vec3d d) { return 0.03 * std::sin(5 * d.x) * std::cos(4 * d.y); }
 double waves(Vec3d p) { return 0.5 + 0.35 * std::sin(9 * p.x + 7 * p.y - 5 * p.z); }
-
-Frame small_frame(const Camera& camera) {
-  Frame frame;
-  frame.camera = camera;
-  frame.width = kWidth;
-  frame.height = kHeight;
-  return frame;
-}
-
-FrameRenderer make_renderer() {
-  auto made = FrameRenderer::create();
-  if (!made) std::abort();
-  return *std::move(made);
-}
 
 /// Closed models whose grids halve well, hardly, not at all, and mixed.
 std::vector<SnapshotPtr> models() {
@@ -176,17 +158,6 @@ SnapshotPtr dabbed(const SnapshotPtr& model, Layer layer, std::mt19937& random) 
     if (edited) constrain(mesh, layer, s, intervals_of, draft.edit(layer, s));
   }
   return draft.finish();
-}
-
-PixelRect shrunk(PixelRect r, int by) { return {r.x + by, r.y + by, r.width - 2 * by, r.height - 2 * by}; }
-/// The old picture with a rectangle of the new one.
-Words pasted(Words old, const Words& now, const PixelRect& r) {
-  for (int y = r.y; y < r.y + r.height; ++y)
-    for (int x = r.x; x < r.x + r.width; ++x) {
-      const std::size_t k = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
-      old[k] = now[k];
-    }
-  return old;
 }
 
 /// The picture of a renderer that knows nothing of the model yet, as far as slabs, buffers and index lists go.

@@ -12,17 +12,6 @@
 namespace relief::testing {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 180;
-
-Frame small_frame(const Camera& camera) {
-  Frame frame;
-  frame.camera = camera;
-  frame.width = kWidth;
-  frame.height = kHeight;
-  return frame;
-}
-
-using Words = std::vector<std::uint32_t>;
 Words blank(const Frame& frame) {
   return Words(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height), 0x12345678U);
 }
@@ -33,15 +22,6 @@ Words whole(FrameRenderer& with, const Snapshot& model, const Frame& frame) {
   const auto rect = with.draw(model, frame, words, frame.width, nullptr, true);
   EXPECT_TRUE(rect) << rect.error().message;
   return words;
-}
-
-FrameRenderer make_renderer() {
-  auto made = FrameRenderer::create();
-  if (!made) {
-    ADD_FAILURE() << made.error().message;
-    std::abort();
-  }
-  return *std::move(made);
 }
 
 double words_psnr(const Words& a, const Words& b) {
@@ -88,18 +68,6 @@ class Dabs {
   std::shared_ptr<const SlabMesh> mesh_;
   std::mt19937 random_;
 };
-
-PixelRect shrunk(PixelRect r, int by) { return {r.x + by, r.y + by, r.width - 2 * by, r.height - 2 * by}; }
-
-/// The old picture with a rectangle of the new one.
-Words pasted(Words old, const Words& now, const PixelRect& r) {
-  for (int y = r.y; y < r.y + r.height; ++y)
-    for (int x = r.x; x < r.x + r.width; ++x) {
-      const std::size_t k = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
-      old[k] = now[k];
-    }
-  return old;
-}
 
 TEST(DirtyRectangle, GivesTheBitsOfAFullRedraw) {
   const auto start = [] {

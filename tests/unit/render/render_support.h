@@ -12,7 +12,11 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace relief::testing {
 
@@ -49,14 +53,42 @@ struct DrawSettings {
 };
 inline DrawSettings small_settings() { return {}; }
 
-/// One renderer for all cases of the program: making one costs more than a small picture.
-inline FrameRenderer& renderer() {
-  static Result<FrameRenderer> made = FrameRenderer::create();
+inline FrameRenderer make_renderer() {
+  Result<FrameRenderer> made = FrameRenderer::create();
   if (!made) {
     ADD_FAILURE() << made.error().message;
     std::abort();
   }
-  return *made;
+  return *std::move(made);
+}
+/// One renderer for all cases of the program: making one costs more than a small picture.
+inline FrameRenderer& renderer() {
+  static FrameRenderer made = make_renderer();
+  return made;
+}
+
+/// The size of small_frame().
+inline constexpr int kWidth = 320, kHeight = 180;
+/// A frame as a window asks for one.
+inline Frame small_frame(const Camera& camera) {
+  Frame frame;
+  frame.camera = camera;
+  frame.width = kWidth;
+  frame.height = kHeight;
+  return frame;
+}
+/// The pixels of a small frame, row by row.
+using Words = std::vector<std::uint32_t>;
+
+inline PixelRect shrunk(PixelRect r, int by) { return {r.x + by, r.y + by, r.width - 2 * by, r.height - 2 * by}; }
+/// The old picture with a rectangle of the new one.
+inline Words pasted(Words old, const Words& now, const PixelRect& r) {
+  for (int y = r.y; y < r.y + r.height; ++y)
+    for (int x = r.x; x < r.x + r.width; ++x) {
+      const std::size_t k = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+      old[k] = now[k];
+    }
+  return old;
 }
 
 inline Result<Picture> try_draw(FrameRenderer& with, const Snapshot& model, const Camera& camera,
