@@ -138,9 +138,8 @@ Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made) 
   });
 }
 
-RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal, double& distance) {
-  distance = 0;
-  if (made.after.empty()) return RoomBar::None;
+RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double diagonal) {
+  if (made.after.empty()) return {};
   const RoomLack& worst = *std::ranges::max_element(made.after, {}, &RoomLack::lack);
   const Vec3d along = normalized(worst.way);
   // Fibres of both sides share what lies between them, so each side has about half of it.
@@ -154,13 +153,11 @@ RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal,
     if (!met) break;
     from += met->distance;
     if (from > reach) break;
-    if ((dot(met->point.normal, along) > 0) == worst.cuts) {
-      distance = from;
-      return worst.cuts ? RoomBar::FarSide : RoomBar::OtherPart;
-    }
+    if ((dot(met->point.normal, along) > 0) == worst.cuts)
+      return {worst.cuts ? RoomBar::FarSide : RoomBar::OtherPart, from};
     from += kNegligible * diagonal;
   }
-  return RoomBar::Fibres;
+  return {RoomBar::Fibres};
 }
 
 RoomMaker room_maker(double diagonal) {
@@ -170,7 +167,9 @@ RoomMaker room_maker(double diagonal) {
     room.fibres = made.moved.size();
     room.lacking = made.after.size();
     room.surface_moved = made.surface_moved;
-    room.bar = room_bar(*surface, made, diagonal, room.bar_distance);
+    const RoomBarred barred = room_barred(*surface, made, diagonal);
+    room.bar = barred.by;
+    room.bar_distance = barred.distance;
     if (!made.moved.empty()) {
       RELIEF_TRY(room.model, with_room(surface, made));
     }

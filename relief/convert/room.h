@@ -79,10 +79,14 @@ struct RoomMade {
 /// The same snapshot where nothing has moved. Errors: Corrupt (not made from this snapshot).
 [[nodiscard]] Result<SnapshotPtr> with_room(const SnapshotPtr& surface, const RoomMade& made);
 
-/// Returns what bars the way of the slab that lacks most, and sets how far from the surface that is in model units (0
-/// for fibres). `surface` is what the room was made from, `diagonal` above 0.
+/// Says what a stroke meets where it has no room.
+struct RoomBarred {
+  RoomBar by = RoomBar::None;  ///< what it is
+  double distance = 0;         ///< from the surface, model units; 0 for fibres
+};
+/// Returns what bars the way of the slab that lacks most. `surface` is what the room was made from, `diagonal` above 0.
 /// A ray or two.
-[[nodiscard]] RoomBar room_bar(const Snapshot& surface, const RoomMade& made, double diagonal, double& distance);
+[[nodiscard]] RoomBarred room_barred(const Snapshot& surface, const RoomMade& made, double diagonal);
 
 /// Both together, for a document (see DocumentSettings::make_room).
 [[nodiscard]] RoomMaker room_maker(double diagonal);

@@ -287,12 +287,10 @@ TEST(Room, SaysWhatItCouldNotReach) {
 }
 
 /// What bars the way of a wish, and how far from the surface.
-std::pair<RoomBar, double> bar_of(const SnapshotPtr& model, const RoomWanted& wanted, const RoomGoals& with = goals()) {
+RoomBarred bar_of(const SnapshotPtr& model, const RoomWanted& wanted, const RoomGoals& with = goals()) {
   const Result<RoomMade> made = make_room(*model, wanted, with);
   EXPECT_TRUE(made) << made.error().message;
-  double distance = -1;
-  const RoomBar bar = room_bar(*model, *made, kDiagonal, distance);
-  return {bar, distance};
+  return room_barred(*model, *made, kDiagonal);
 }
 
 TEST(Room, TellsAHoleFromFibresThatHaveNoSpace) {
@@ -300,19 +298,19 @@ TEST(Room, TellsAHoleFromFibresThatHaveNoSpace) {
   const SurfacePoint on = surface_point(*model, 17, 0.3, 0.3);
   // Out at the other side of a ball of radius 1, a diameter away.
   const auto hole = bar_of(model, {.cut = {{on.position, on.position * -1.2, 0.4, on.normal}}, .fill = {}});
-  EXPECT_EQ(hole.first, RoomBar::FarSide);
-  EXPECT_NEAR(hole.second, 2, 0.1);
+  EXPECT_EQ(hole.by, RoomBar::FarSide);
+  EXPECT_NEAR(hole.distance, 2, 0.1);
   // Less than a hole, but past the middle: the other half is the other side's.
-  EXPECT_EQ(bar_of(model, {.cut = {{on.position, on.position * -0.2, 0.4, on.normal}}, .fill = {}}).first,
+  EXPECT_EQ(bar_of(model, {.cut = {{on.position, on.position * -0.2, 0.4, on.normal}}, .fill = {}}).by,
             RoomBar::FarSide);
   // Deep, and far from the other side: fibres that may not be longer bar it.
   RoomGoals with = goals();
   with.longest = 0.075;
   const auto deep = bar_of(model, place_at(*model, 17, 0.3, 0.25).cut(), with);
-  EXPECT_EQ(deep.first, RoomBar::Fibres);
-  EXPECT_EQ(deep.second, 0);
+  EXPECT_EQ(deep.by, RoomBar::Fibres);
+  EXPECT_EQ(deep.distance, 0);
   // There is room already.
-  EXPECT_EQ(bar_of(model, place_at(*model, 17, 0.3, 0.01).cut()).first, RoomBar::None);
+  EXPECT_EQ(bar_of(model, place_at(*model, 17, 0.3, 0.01).cut()).by, RoomBar::None);
 }
 
 TEST(Room, TellsAPartThatStandsOpposite) {
@@ -334,11 +332,11 @@ TEST(Room, TellsAPartThatStandsOpposite) {
     const Result<RoomMade> made =
         make_room(*model, {.cut = {}, .fill = {{on.position, end, 0.15 * with.diagonal, on.normal}}}, with);
     ASSERT_TRUE(made) << made.error().message;
-    double distance = 0;
-    if (room_bar(*model, *made, with.diagonal, distance) != RoomBar::OtherPart) continue;
+    const RoomBarred barred = room_barred(*model, *made, with.diagonal);
+    if (barred.by != RoomBar::OtherPart) continue;
     ++told;
-    EXPECT_GT(distance, 0);
-    EXPECT_LT(distance, 1.2 * opposite->distance);
+    EXPECT_GT(barred.distance, 0);
+    EXPECT_LT(barred.distance, 1.2 * opposite->distance);
     if (told == 3) return;
   }
   FAIL() << "told only " << told << " times";
