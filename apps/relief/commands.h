@@ -113,7 +113,7 @@ void add_force_options(CLI::App& command, ForceSettings& force);
 
 /// Refuses a file that holds strokes, or may hold them, for it cannot be read, or is of another kind: what it holds
 /// would be lost. Error: InvalidArgument.
-[[nodiscard]] Status check_strokes(const std::string& out, bool force);
+[[nodiscard]] Status check_strokes(const std::string& out, bool force, const Progress& progress);
 /// An output that is not a model.
 struct OtherOutput {
   std::string_view file;       ///< empty: not asked for

@@ -30,9 +30,10 @@ std::string played_recording(const LiveOptions& o) {
   return o.device.starts_with(kReplayDevice) ? o.device.substr(kReplayDevice.size()) : std::string();
 }
 
-Result<OpenedDevice> open_named(const LiveOptions& o, const Model& model, std::uint32_t buttons) {
+Result<OpenedDevice> open_named(const LiveOptions& o, const Model& model, std::uint32_t buttons,
+                                const Progress& progress) {
   if (o.device.starts_with(kReplayDevice)) {
-    RELIEF_TRY(PlayedDevice played, play_as_device(played_recording(o)));
+    RELIEF_TRY(PlayedDevice played, play_as_device(played_recording(o), progress));
     const ServoSettings& recorded = played.replay.settings().front();
     const bool placed = o.metres_per_unit > 0 || o.axes != Quatd{};
     return OpenedDevice{

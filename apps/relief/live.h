@@ -69,7 +69,8 @@ struct OpenedDevice {
 [[nodiscard]] std::string played_recording(const LiveOptions& o);
 /// The device by its name. A simulated hand goes over the whole model, with `buttons` down while it presses; a
 /// recording is played where it was made, unless the scale is given.
-[[nodiscard]] Result<OpenedDevice> open_named(const LiveOptions& o, const Model& model, std::uint32_t buttons = 0);
+[[nodiscard]] Result<OpenedDevice> open_named(const LiveOptions& o, const Model& model, std::uint32_t buttons,
+                                              const Progress& progress);
 /// The servo's settings as the options ask for them; without a tool among them, that of a recording that is played.
 /// `points` is where a rigid tool's are kept.
 [[nodiscard]] Result<ServoSettings> settings_for(const LiveOptions& o, const ModelFile& file,

@@ -4,6 +4,7 @@
 #include "usage.h"
 
 #include <relief/base/atomic_file.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 
 #include <fmt/format.h>
@@ -334,11 +335,12 @@ bool names_model(std::string_view file) {
   return is_model(std::string(file)).empty() || is_model(behind_links(file).string()).empty();
 }
 
-Status check_strokes(const std::string& out, bool force) {
+Status check_strokes(const std::string& out, bool force, const Progress& progress) {
   std::error_code ignored;
   if (force || !std::filesystem::is_regular_file(out, ignored)) return {};
-  const auto existing = ModelFile::open(out, true);
+  const auto existing = ModelFile::open(out, true, part_of(progress, "replaced", 0, 1));
   if (!existing) {
+    if (existing.error().code == Errc::Cancelled) return std::unexpected(existing.error());
     if (existing.error().code == Errc::UnsupportedFormat && std::filesystem::file_size(out, ignored) == 0) return {};
     return fail(Errc::InvalidArgument,
                 fmt::format("{}; it may hold strokes that would be lost: choose another name, or --force",

@@ -331,7 +331,7 @@ Status run_convert(ConvertOptions& o, const Context& context) {
   RELIEF_CHECK(check_outputs({o.out, o.mended}, {o.in}));
   check_model_name(o.out);
   check_no_model({{o.mended, "meshes", ".ply"}});
-  RELIEF_CHECK(check_strokes(o.out, o.force));
+  RELIEF_CHECK(check_strokes(o.out, o.force, context.progress));
   std::optional<NothingWritten> nothing_written(std::in_place);
   MendedFile mended;
   Conversion made;
@@ -661,7 +661,7 @@ struct HistoryLine {
 Status run_salvage(const std::string& file, const std::string& out, bool force, const Context& context) {
   RELIEF_CHECK(check_outputs({out}, {file}));
   check_model_name(out);
-  RELIEF_CHECK(check_strokes(out, force));
+  RELIEF_CHECK(check_strokes(out, force, {.report = {}, .cancel = context.progress.cancel}));
   RELIEF_TRY(const Salvaged saved, ModelFile::salvage(file, out, context.progress));
   const std::uint64_t strokes = saved.current - saved.first, redo = saved.last - saved.current;
   if (context.json) {

@@ -76,7 +76,7 @@ Status run_refine(const RefineOptions& o, const Context& context) {
   std::error_code ignored;
   const bool in_place = std::filesystem::equivalent(o.model, o.out, ignored);
   RELIEF_TRY(std::optional<ModelFile> read, open_model(o.model, context));
-  if (!in_place) RELIEF_CHECK(check_strokes(o.out, o.force));
+  if (!in_place) RELIEF_CHECK(check_strokes(o.out, o.force, context.progress));
   const Model model = read->model();
   const double start = process_cpu_seconds();
   // New slabs for what nobody has touched would only lose a little.

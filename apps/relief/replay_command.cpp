@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "replay_page.h"
 
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/session/replay.h>
 
@@ -165,10 +166,13 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   SnapshotPtr model;
   ModelInfo info;
   if (o.verify || o.change || !o.model.empty()) {
-    RELIEF_TRY(SnapshotPtr found, find_model(replay, o.model, [&](const auto& file, const ModelFile& opened) {
-                 info = opened.model().info;
-                 return warn_of_doubt(file.string(), opened, context);
-               }));
+    RELIEF_TRY(SnapshotPtr found, find_model(
+                                      replay, o.model,
+                                      [&](const auto& file, const ModelFile& opened) {
+                                        info = opened.model().info;
+                                        return warn_of_doubt(file.string(), opened, context);
+                                      },
+                                      context.progress));
     model = std::move(found);
     RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
@@ -178,8 +182,10 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
     if (const std::string law = other_law(replay.contact_law()); !law.empty() && !o.verify)
       print(printable(o.recording) + ": " + law + "\n");
   }
-  if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone));
-  if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone));
+  if (!o.csv.empty())
+    RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone, part_of(context.progress, "csv", 0, 1)));
+  if (!o.mcap.empty())
+    RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone, part_of(context.progress, "mcap", 0, 1)));
   replay.rewind();
   if (!o.report.empty()) {
     RELIEF_CHECK(write_replay_page(replay, o.report));

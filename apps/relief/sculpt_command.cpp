@@ -230,7 +230,7 @@ Result<std::size_t> resume_at(const SculptOptions& o, const ModelFile& file, con
     }
     return 0;
   }
-  RELIEF_TRY(const ModelFile model, ModelFile::open(o.model, true));
+  RELIEF_TRY(const ModelFile model, ModelFile::open(o.model, true, context.progress));
   RELIEF_TRY(const std::vector<StrokeRecord> before, model.strokes());
   RELIEF_TRY(const std::vector<StrokeRecord> journal, file.strokes());
   const auto own = static_cast<std::size_t>(model.stroke_count());
@@ -260,7 +260,7 @@ Result<std::pair<ModelFile, std::size_t>> open_out(const SculptOptions& o, const
   const bool resumes = o.resume && std::filesystem::exists(o.out, ignored);
   check_model_name(o.out, o.model);
   if (!in_place && !resumes) {
-    if (const Status free = check_strokes(o.out, o.force); !free)
+    if (const Status free = check_strokes(o.out, o.force, context.progress); !free)
       return fail(
           free.error().code,
           free.error().message + (o.strokes.empty() ? "" : ", or --resume to go on with those that are missing"));
@@ -424,7 +424,7 @@ Status run_live(const SculptOptions& given, const Context& context) {
   RELIEF_TRY(auto out, open_out(o, {}, context));
   ModelFile& file = out.first;
   RELIEF_TRY(const Brush brush, brush_of(o, diagonal(file.model().head->slab_mesh().bounds())));
-  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model(), 1));
+  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model(), 1, context.progress));
   Session::Settings settings;
   settings.loss = o.loss;
   std::vector<Vec3d> points;

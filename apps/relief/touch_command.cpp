@@ -42,7 +42,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
   device.workspace_radius = 0;
   Workspace workspace = fit_workspace(device, file.model(), o.metres_per_unit, o.axes);
   if (!o.device.empty()) {
-    RELIEF_TRY(const OpenedDevice named, open_named(o, file.model()));
+    RELIEF_TRY(const OpenedDevice named, open_named(o, file.model(), 0, context.progress));
     device = named.device->info();
     workspace = named.workspace;
   }
@@ -100,7 +100,7 @@ Status run_path(const TouchOptions& o, const Context& context) {
 
 Status run_live(const TouchOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile file, open_model(o.model, context));
-  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model()));
+  RELIEF_TRY(const OpenedDevice opened, open_named(o, file.model(), 0, context.progress));
   HapticDevice& device = *opened.device;
   Session::Settings settings;
   settings.loss = o.loss;

@@ -10,6 +10,7 @@
 #include "text.h"
 #include "widgets/theme.h"
 
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/core/query.h>
 
@@ -19,6 +20,7 @@
 #include <QFrame>
 #include <QLabel>
 #include <QLineEdit>
+#include <QPointer>
 #include <QStackedWidget>
 #include <QVBoxLayout>
 #include <csignal>
@@ -34,6 +36,8 @@ constexpr double kTurn = 0.0105;
 constexpr int kNext = 30'000;
 /// Seconds on the page of pictures before the models turn by themselves.
 constexpr int kChoosePatience = 60;
+/// Of a load's percent: the original is read for the first half, its copy is written for the second.
+constexpr double kReadShare = 0.5;
 
 /// Where the private copies of this process lie. Those of processes that are no more are removed.
 QString copies_folder() {
@@ -123,6 +127,7 @@ Kiosk::Kiosk(std::vector<Exhibit> exhibits, const QSettings& settings, QString l
 }
 
 Kiosk::~Kiosk() {
+  if (stop_load_) stop_load_->store(true);
   close_copy();
   QDir(folder_).removeRecursively();
 }
@@ -191,12 +196,25 @@ void Kiosk::load(std::size_t exhibit, Page then) {
   const quint64 serial = ++serial_;
   auto made = std::make_shared<Loaded>();
   made->file = QStringLiteral("%1/%2.relief").arg(folder_).arg(serial);
+  if (stop_load_) stop_load_->store(true);
+  stop_load_ = std::make_shared<std::atomic<bool>>(false);
+  const auto tell = [guard = QPointer(this), serial](std::string_view, double share) {
+    QMetaObject::invokeMethod(
+        QCoreApplication::instance(),
+        [guard, serial, share] {
+          if (guard) guard->tell_load(serial, share);
+        },
+        Qt::QueuedConnection);
+  };
   in_background(
       this,
-      [from = exhibits_[exhibit].model, made]() -> Status {
-        RELIEF_TRY(const ModelFile original, ModelFile::open(path(from), true));
+      [from = exhibits_[exhibit].model, made, tell, stop = stop_load_]() -> Status {
+        const Progress progress{.report = tell, .cancel = stop.get()};
+        RELIEF_TRY(const ModelFile original,
+                   ModelFile::open(path(from), true, part_of(progress, "read", 0, kReadShare)));
         made->unit = original.model().info.unit;
-        RELIEF_TRY(made->copy, ModelFile::create(path(made->file), original.model()));
+        RELIEF_TRY(made->copy,
+                   ModelFile::create(path(made->file), original.model(), part_of(progress, "copy", kReadShare, 1)));
         return {};
       },
       [this, exhibit, made, serial, then](const Status& status) {
@@ -209,6 +227,11 @@ void Kiosk::load(std::size_t exhibit, Page then) {
           loaded(exhibit, *made, then);
         }
       });
+}
+
+void Kiosk::tell_load(quint64 serial, double share) {
+  if (serial == serial_ && page_ == Page::Loading)
+    cover_words_->setText(tr("One moment … %1 %").arg(static_cast<int>(100 * share)));
 }
 
 void Kiosk::loaded(std::size_t exhibit, Loaded& made, Page then) {

@@ -12,6 +12,8 @@
 #include <QSettings>
 #include <QTimer>
 #include <QWidget>
+#include <atomic>
+#include <memory>
 #include <optional>
 #include <set>
 
@@ -66,6 +68,7 @@ class Kiosk : public QWidget {
   void speak(const QString& language);
   void say_words();
   void load(std::size_t exhibit, Page then);
+  void tell_load(quint64 serial, double share);
   void loaded(std::size_t exhibit, Loaded& made, Page then);
   void drop(std::size_t exhibit, const QString& why);
   void close_copy();
@@ -89,8 +92,9 @@ class Kiosk : public QWidget {
   IdleWatch watch_;
   Page page_ = Page::Choose;
   std::size_t current_ = 0;
-  quint64 serial_ = 0;  ///< of the last load: what an older one brings is not wanted any more
-  QString copy_;        ///< the private file that is open
+  quint64 serial_ = 0;                            ///< of the last load: what an older one brings is not wanted any more
+  std::shared_ptr<std::atomic<bool>> stop_load_;  ///< of the last load
+  QString copy_;                                  ///< the private file that is open
   QTimer turn_timer_, next_timer_, code_timer_;
   QPointF last_pointer_;
   std::optional<Vec3d> last_hand_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <relief/base/error.h>
+#include <relief/base/progress.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -146,10 +147,14 @@ class Recording {
 
 /// Names of u32 columns in which the greatest number means that there is none; exports write -1 for it.
 using NoneColumns = std::span<const std::string_view>;
-/// Every tick as a line: its number, then its columns, named with their units in the header line ("t [s]"). Error: Io.
-[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
+/// Every tick as a line: its number, then its columns, named with their units in the header line ("t [s]"). Errors: Io,
+/// Cancelled (no file is made).
+[[nodiscard]] Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {},
+                                const Progress& progress = {});
 /// MCAP 0 without compression: one channel "/relief/tick" of JSON messages with a JSON schema, one per tick, and the
-/// facts as metadata. Names with dots become nested objects; what is no finite number becomes null. Error: Io.
-[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {});
+/// facts as metadata. Names with dots become nested objects; what is no finite number becomes null. Errors: Io,
+/// Cancelled (no file is made).
+[[nodiscard]] Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none = {},
+                                 const Progress& progress = {});
 
 }  // namespace relief

@@ -1,4 +1,5 @@
 #include <relief/base/atomic_file.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/file/recording.h>
 
@@ -295,24 +296,28 @@ class McapWriter {
   std::uint32_t chunks_ = 0;
 };
 
-/// Calls visit(number, row) -> Status for every tick.
+/// Calls visit(number, row) -> Status for every tick that is written to `file`.
 template <typename Visit>
-Status for_each_tick(Recording& recording, Visit&& visit) {
+Status for_each_tick(Recording& recording, const std::filesystem::path& file, const Progress& progress, Visit&& visit) {
   const std::size_t width = row_bytes(recording.columns());
+  Steps steps(progress, "export", recording.tick_count());
   recording.rewind();
   for (;;) {
     std::uint64_t first = 0;
     Bytes rows;
     RELIEF_TRY(const bool more, recording.next(first, rows));
     if (!more) return {};
-    for (std::size_t k = 0; k * width < rows.size(); ++k)
+    for (std::size_t k = 0; k * width < rows.size(); ++k) {
       RELIEF_CHECK(visit(first + k, rows.subspan(k * width, width)));
+      if (!steps.next()) return fail(Errc::Cancelled, printable(file.string()) + ": not written, for it was cancelled");
+    }
   }
 }
 
 }  // namespace
 
-Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none) {
+Status export_csv(Recording& recording, const std::filesystem::path& file, NoneColumns or_none,
+                  const Progress& progress) {
   const RecordingColumns& columns = recording.columns();
   const std::vector<std::size_t> offsets = offsets_of(columns);
   RELIEF_TRY(AtomicFile out, AtomicFile::create(file));
@@ -323,7 +328,7 @@ Status export_csv(Recording& recording, const std::filesystem::path& file, NoneC
     line += ',' + title;
   }
   RELIEF_CHECK(out.write(line + '\n'));
-  RELIEF_CHECK(for_each_tick(recording, [&](std::uint64_t number, Bytes row) -> Status {
+  RELIEF_CHECK(for_each_tick(recording, file, progress, [&](std::uint64_t number, Bytes row) -> Status {
     line = std::to_string(number);
     for (std::size_t k = 0; k < columns.size(); ++k)
       line += ',' + text_of(row.subspan(offsets[k], bytes_of(columns[k].type)), columns[k], or_none);
@@ -332,7 +337,8 @@ Status export_csv(Recording& recording, const std::filesystem::path& file, NoneC
   return out.commit();
 }
 
-Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none) {
+Status export_mcap(Recording& recording, const std::filesystem::path& file, NoneColumns or_none,
+                   const Progress& progress) {
   const RecordingColumns& columns = recording.columns();
   const std::vector<std::size_t> offsets = offsets_of(columns);
   std::vector<Property> properties;
@@ -348,7 +354,7 @@ Status export_mcap(Recording& recording, const std::filesystem::path& file, None
                  recording.head()));
   std::uint64_t time = 0;
   std::string json;
-  RELIEF_CHECK(for_each_tick(recording, [&](std::uint64_t number, Bytes row) -> Status {
+  RELIEF_CHECK(for_each_tick(recording, file, progress, [&](std::uint64_t number, Bytes row) -> Status {
     // The device's clock where it runs on, else it stands still.
     double t = 0;
     if (clock_column < columns.size()) std::memcpy(&t, row.data() + offsets[clock_column], sizeof t);

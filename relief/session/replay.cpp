@@ -1,4 +1,5 @@
 #include <relief/base/cpu_time.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/edit/stroke.h>
 #include <relief/file/model_file.h>
@@ -198,7 +199,8 @@ Result<bool> Replay::next(std::uint64_t& number, RecordedTick& tick) {
   return false;
 }
 
-Result<std::vector<DeviceState>> Replay::readings() {
+Result<std::vector<DeviceState>> Replay::readings(const Progress& progress) {
+  Steps steps(progress, "recording", state_->recording.tick_count());
   std::vector<DeviceState> all;
   all.reserve(state_->recording.tick_count());
   rewind();
@@ -207,12 +209,14 @@ Result<std::vector<DeviceState>> Replay::readings() {
     RELIEF_TRY(const bool more, next(number, tick));
     if (!more) return all;
     all.push_back(tick.reading);
+    if (!steps.next())
+      return fail(Errc::Cancelled, "'" + printable(state_->recording.file().string()) + "' is not read: cancelled");
   }
 }
 
-Result<PlayedDevice> play_as_device(const std::filesystem::path& file) {
+Result<PlayedDevice> play_as_device(const std::filesystem::path& file, const Progress& progress) {
   RELIEF_TRY(Replay replay, Replay::open(file));
-  RELIEF_TRY(std::vector<DeviceState> readings, replay.readings());
+  RELIEF_TRY(std::vector<DeviceState> readings, replay.readings(progress));
   auto device = std::make_unique<ReplayDevice>(replay.device(), std::move(readings));
   return PlayedDevice{.replay = std::move(replay), .device = std::move(device)};
 }
@@ -224,7 +228,8 @@ bool PlayedDevice::was_made_with(const Snapshot& model) const {
 // ---- The model
 
 Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path& instead,
-                               const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened) {
+                               const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened,
+                               const Progress& progress) {
   const Recording& recording = replay.recording();
   const std::uint64_t hash = number_of(recording.head().fact("model_hash"), 16);
   const std::uint64_t strokes = number_of(recording.head().fact("model_strokes"), 10);
@@ -238,11 +243,11 @@ Result<SnapshotPtr> find_model(const Replay& replay, const std::filesystem::path
       return fail(Errc::NotFound, said + ": its model '" + printable(recording.head().fact("model")) +
                                       "' is not there; name it with --model");
   }
-  RELIEF_TRY(const ModelFile found, ModelFile::open(file, true));
+  RELIEF_TRY(const ModelFile found, ModelFile::open(file, true, progress));
   if (opened) RELIEF_CHECK(opened(file, found));
   if (found.model().head->content_hash() == hash) return found.model().head;
   if (found.stroke_count() != strokes && found.stroke_count() + found.redo_count() >= strokes) {
-    RELIEF_TRY(SnapshotPtr before, found.at(strokes));
+    RELIEF_TRY(SnapshotPtr before, found.at(strokes, progress));
     if (before->content_hash() == hash) return before;
   }
   return fail(Errc::InvalidArgument, said + ": '" + printable(file.string()) +

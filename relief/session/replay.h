@@ -64,8 +64,8 @@ class Replay {
   [[nodiscard]] Result<bool> next(std::uint64_t& number, RecordedTick& tick);
   /// Begins again at the first tick.
   void rewind() noexcept;
-  /// Returns what the device gave, for a ReplayDevice. Error: Corrupt.
-  [[nodiscard]] Result<std::vector<DeviceState>> readings();
+  /// Returns what the device gave, for a ReplayDevice. Errors: Corrupt, Cancelled.
+  [[nodiscard]] Result<std::vector<DeviceState>> readings(const Progress& progress = {});
 
   struct State;
   /// Returns what holds at the tick that was read last.
@@ -86,8 +86,8 @@ struct PlayedDevice {
   /// Returns whether the recording was made with this model.
   [[nodiscard]] bool was_made_with(const Snapshot& model) const;
 };
-/// Errors: those of Replay::open(); Corrupt.
-[[nodiscard]] Result<PlayedDevice> play_as_device(const std::filesystem::path& file);
+/// Errors: those of Replay::open(); Corrupt, Cancelled.
+[[nodiscard]] Result<PlayedDevice> play_as_device(const std::filesystem::path& file, const Progress& progress = {});
 
 /// Returns the model that was recorded: `instead` where given, else where the recording says, else the file of that
 /// name beside the recording; as it was after the strokes that it had then. `opened` gets the file that was found, to
@@ -95,7 +95,8 @@ struct PlayedDevice {
 /// `opened`.
 [[nodiscard]] Result<SnapshotPtr> find_model(
     const Replay& replay, const std::filesystem::path& instead = {},
-    const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened = {});
+    const std::function<Status(const std::filesystem::path&, const ModelFile&)>& opened = {},
+    const Progress& progress = {});
 
 /// Holds what verify() found.
 struct Verification {

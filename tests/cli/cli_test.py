@@ -1392,7 +1392,8 @@ class Replay(Case):
     def test_csv_and_mcap_say_the_same(self):
         import mcap_reader
         table, mcap = self.folder / "r.csv", self.folder / "r.mcap"
-        self.ok("replay", self.rec, "--csv", table, "--mcap", mcap)
+        told = self.ok("replay", self.rec, "--csv", table, "--mcap", mcap, "--progress").err
+        self.assertRegex(told, r"^relief: replay: writing \d+ %")
         rows = list(csv.reader(table.read_text().splitlines()))
         self.assertEqual(len(rows), 1201)
         self.assertIn("force.x [N]", rows[0])

@@ -18,6 +18,21 @@ def unnamed():
     return sorted((studio.folder() / "state" / "relief" / "unnamed").glob("*"))
 
 
+def drop(s, file):
+    """The file falls on what the window shows, the model or the start page; returns the mark of the log before it. A window
+    that comes up is moved by the manager, so that a file may fall beside it: it falls again."""
+    at = s.log.mark()
+
+    def taken():
+        shown = s.showing("Viewport") or s.showing("Start page")
+        if not shown:
+            return False
+        x, y, width, height = studio.rect(shown[0])
+        return s.hand.drop(file, x + width // 2, y + height // 3)
+    wait(f"the window to take {file}", taken, rest=0.1)
+    return at
+
+
 class Scan(Case):
     """A scan that is dropped on the start page."""
 
@@ -25,11 +40,7 @@ class Scan(Case):
         """A studio with its start page, on which the scan has fallen."""
         file = scan(triangles=triangles)
         s = Studio(ready=False)
-        page = s.find("Start page")
-        x, y, width, height = studio.rect(page)
-        at = s.log.mark()
-        self.assertTrue(s.hand.drop(file, x + width // 2, y + height // 3), "nobody took the file")
-        return s, at
+        return s, drop(s, file)
 
     def test_01_mesh_at_once_then_slabs(self):
         s, at = self.dropped(triangles=400000)  # so many that there is time to turn it
@@ -87,7 +98,7 @@ class Scan(Case):
                 if end["event"] == "cancelled":
                     cancelled.append(phase)
                     s.find("Start page")
-                    self.assertFalse(s.showing("Convert progress"))
+                    wait("the progress to go", lambda: not s.showing("Convert progress"))
                     self.assertEqual(unnamed(), kept)
                 else:
                     kept = unnamed()  # it was through before it heard
@@ -108,7 +119,7 @@ class BadFiles(Case):
         refused = 0
         for file in chosen:
             with self.subTest(str(file.relative_to(DATA))):
-                at = self.dropped(s, file)
+                at = drop(s, file)
                 end = wait("a dialog or a model", lambda: next((e for e in s.log.since(at) if e["event"] in ("failed", "opened")), None),
                            3 * studio.PATIENCE)
                 s.alive()
@@ -119,17 +130,10 @@ class BadFiles(Case):
                     self.assertTrue(s.log.wait("verdict", at)["title"])
                 self.assertLessEqual(len(s.log.since(at, "failed")), 1)
         self.assertGreater(refused, 0)
-        at = self.dropped(s, scan())  # the control: a good one
+        at = drop(s, scan())  # the control: a good one
         s.log.wait("opened", at, patience=3 * studio.PATIENCE)
         self.assertEqual(s.log.since(at, "failed"), [])
         self.assertTrue(s.close())
-
-    def dropped(self, s, file):
-        """The file falls on what the window shows, the model or the start page."""
-        x, y, width, height = studio.rect((s.showing("Viewport") or s.showing("Start page"))[0])
-        at = s.log.mark()
-        self.assertTrue(s.hand.drop(file, x + width // 2, y + height // 3))
-        return at
 
     def closed_dialog(self, s, file):
         """The dialog that names the file goes by Escape; there is no other."""
@@ -137,8 +141,7 @@ class BadFiles(Case):
         words = wait("the dialog", shown)
         self.assertEqual(len(words), 1)
         self.assertIn(file.name, words[0])
-        s.hand.keys("Escape")
-        wait("the dialog to close", lambda: not shown())
+        wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)
 
 
 class FullDisk(Case):
@@ -157,8 +160,8 @@ class FullDisk(Case):
         second = s.stroke((0.48, 0.45), (0.52, 0.45))
         s.log.wait("banner", mark)
         self.assertEqual(len(journal(file)), 1)
-        alert = next((o for o in s.all(studio.shows) if o.getRoleName() in ("alert", "notification")), None)
-        self.assertIsNotNone(alert, "a banner of role alert")
+        alerts = lambda: [o for o in s.all(studio.shows) if o.getRoleName() in ("alert", "notification")]
+        wait("a banner of role alert", alerts)
         before = s.picture()
         third = s.stroke((0.42, 0.55), (0.46, 0.55))  # work goes on in memory
         self.assertGreater(before.differing(s.picture(), 8), 100)
@@ -167,7 +170,7 @@ class FullDisk(Case):
         s.log.wait("saved", mark, lambda e: e["stroke"] == 3, patience=15 + studio.PATIENCE)  # tried again every 10 s
         self.assertEqual(len(journal(file)), 3)
         self.assertEqual(relief("info", file, "--json")["content_hash"], third["hash"])
-        wait("the banner to go", lambda: not any(o.getRoleName() in ("alert", "notification") for o in s.all(studio.shows)))
+        wait("the banner to go", lambda: not alerts())
         self.assertTrue(s.close())
 
 

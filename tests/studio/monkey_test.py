@@ -56,8 +56,10 @@ class Monkey(Case):
         return f"{what}; the last acts: {self.done[-12:]}"
 
     def back_to(self, first):
-        """Undo to the bottom."""
+        """Undo to the bottom, once all is done that the hand has asked for: an event says the hash of the moment in which it is
+        written, and a stroke may have begun by then."""
         s = self.s
+        studio.steady(lambda: [e for e in s.log.update() if e["event"] in ("stroke", "history", "saved")][-1:], rest=3)
         if s.log.last("history") is None or s.log.last("history")["undo"] == 0:
             return
         undo = s.find("Undo").queryAction()

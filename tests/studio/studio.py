@@ -32,7 +32,7 @@ DATA = pathlib.Path(os.environ.get("RELIEF_TEST_DATA", "/none"))
 SOAK = bool(os.environ.get("RELIEF_SOAK"))
 SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
 SLOW = 4 if SANITIZED else 1  # how much more patience a sanitised studio gets
-PATIENCE = 20 * SLOW  # seconds, for a state that must come; only a broken studio takes it all
+PATIENCE = 60 * SLOW  # seconds, for a state that must come; only a broken studio takes it all
 
 
 def folder():

@@ -1227,6 +1227,10 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>Einen Augenblick …</translation>
     </message>
     <message>
+        <source>One moment … %1 %</source>
+        <translation>Einen Augenblick … %1 %</translation>
+    </message>
+    <message>
         <source>Start again in %1
 touch to go on</source>
         <translation>Neubeginn in %1

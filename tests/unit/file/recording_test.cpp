@@ -4,6 +4,7 @@
 #include <relief/file/tile_codec.h>
 
 #include <sqlite3.h>
+#include <support/canceller.h>
 #include <sys/wait.h>
 #include <unit/file/file_support.h>
 
@@ -386,6 +387,19 @@ TEST(Recording, CsvHasUnitsAndTheShortestNumbers) {
   EXPECT_EQ(std::ranges::count(text, '\n'), 951);
   EXPECT_NE(text.find("\n450,0.45,"), std::string::npos);
   EXPECT_EQ(text.find("\n449,"), std::string::npos);
+}
+
+TEST(Recording, AnExportTellsItsShareAndLeavesNoFileWhenItIsCancelled) {
+  const Folder folder;
+  make(folder / "a.rlog");
+  RELIEF_MUST(recording, Recording::open(folder / "a.rlog"));
+  for (const auto write : {export_csv, export_mcap}) {
+    const int stopped = testing::times_stopped(
+        [&](const Progress& progress) { return testing::code(write(recording, folder / "out", {}, progress)); },
+        [&] { EXPECT_EQ(folder.names(), std::vector<std::string>{"a.rlog"}); }, 101);
+    EXPECT_GT(stopped, 50);
+    EXPECT_TRUE(std::filesystem::remove(folder / "out"));
+  }
 }
 
 TEST(NumberText, NoneIsMinusOneWhereAColumnMayHaveNone) {

@@ -1,5 +1,6 @@
 // Recordings: what a servo did comes back bit for bit, and what cannot be repeated is said.
 #include "support/bits.h"
+#include "support/canceller.h"
 #include "support/shells.h"
 
 #include <relief/devices/open_device.h>
@@ -646,6 +647,14 @@ TEST_F(Record, ALiveSessionOfSculptingIsRepeatedThroughItsEdits) {
   EXPECT_EQ(tick.settings, 1U);
   // Without the edits the recording cannot be repeated, so the check above has looked at them.
   EXPECT_FALSE(verified(document.head()).holds());
+}
+
+TEST_F(Record, ReadingItCanBeCancelled) {
+  const SnapshotPtr model = ball();
+  record(model, motion());
+  const int stopped = testing::times_stopped(
+      [&](const Progress& progress) { return testing::code(play_as_device(file_, progress)); }, [] {}, 101);
+  EXPECT_GT(stopped, 50);
 }
 
 TEST_F(Record, ARecordingPlaysAsADevice) {
