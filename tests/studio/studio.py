@@ -23,6 +23,7 @@ _desktop = desktop.start()
 # What Qt, fontconfig and the driver keep to the end is theirs; what is preloaded comes before the sanitizer.
 os.environ["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0"
 import pyatspi  # noqa: E402  it connects to the bus that desktop.start() made
+from gi.repository import Atspi  # noqa: E402
 
 from picture import Picture  # noqa: E402
 
@@ -33,6 +34,8 @@ SOAK = bool(os.environ.get("RELIEF_SOAK"))
 SANITIZED = os.environ.get("RELIEF_SANITIZED") == "1"
 SLOW = 4 if SANITIZED else 1  # how much more patience a sanitised studio gets
 PATIENCE = 60 * SLOW  # seconds, for a state that must come; only a broken studio takes it all
+# A window that draws on a busy machine may answer late. By default 0.8 s are an error, and look as if the control had gone.
+Atspi.set_timeout(1000 * PATIENCE, 1000 * PATIENCE)
 
 
 def folder():
@@ -318,6 +321,19 @@ class Studio:
             self._known[name, role] = found
         return found
 
+    def asked(self, name, role, question):
+        """What the showing object of a name answers. One that goes while it is asked, for the window puts another in its place,
+        is looked for again."""
+        def answer():
+            control = self.find(name, role)
+            try:
+                return [question(control)]
+            except Exception:
+                self._known.clear()
+                self.alive()
+                return None
+        return wait(f"an answer of {name!r}", answer, rest=0.05)[0]
+
     def press(self, name, role=None):
         """The control's own action: as a screen reader would."""
         control = self.find(name, role)
@@ -330,11 +346,11 @@ class Studio:
 
     def click(self, name, role=None):
         """In the middle of the control, with the mouse."""
-        x, y, width, height = rect(self.find(name, role))
+        x, y, width, height = self.asked(name, role, rect)
         self.hand.click(x + width // 2, y + height // 2)
 
     def described(self, name, role=None):
-        return self.find(name, role).description
+        return self.asked(name, role, lambda o: o.description)
 
     def tree(self):
         """The showing part of the tree, for people."""
@@ -355,7 +371,7 @@ class Studio:
     # ---- the viewport
 
     def viewport(self):
-        return rect(self.find("Viewport"))
+        return self.asked("Viewport", None, rect)
 
     def pixel(self, u, v):
         """The screen pixel at fractions of the viewport, from its upper left corner."""
@@ -381,7 +397,7 @@ class Studio:
             frame = next((f for f in reversed(self.log.since(mark, "frame"))), None)
             if frame is None or frame["revision"] < revision or frame["samples"] < samples:
                 return None
-            return frame if self.find("Viewport").description.startswith("ready, frame") else None
+            return frame if self.described("Viewport").startswith("ready, frame") else None
         return wait(f"a picture of revision {revision} with {samples} samples", stands)
 
     def drag(self, *points, button=1, hertz=250, steps=60, keys=()):
