@@ -30,6 +30,7 @@ constexpr std::array kRatios = {6, 12, 25};  ///< radii of the ball, in spacings
 constexpr double kDepth = 0.6;               ///< of the ball's radius
 constexpr double kBall = 0.005;              ///< of the diagonal: the ball that must come out right anywhere
 constexpr int kAngles = 180, kCurves = 9;    ///< along the rim, and from one spacing inside it to one outside
+constexpr std::size_t kRippleAngles = 15;    ///< of kAngles: ripple is what differs from the mean over so many each way
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// A ball that goes into a surface.
@@ -246,7 +247,19 @@ class Cut {
     return error;
   }
 
+  /// Of the mean over an angle each way, about half a radius along the rim: what differs from it is ripple. A blend is
+  /// as wide as the samples are far apart and as its edge is sharp, and where these change slowly along the rim, so
+  /// does its depth: that is no ripple, and the rms has it.
+  template <typename T>
+  static T mean_around(const std::vector<T>& values, std::size_t at) {
+    T sum{};
+    for (std::size_t k = at + values.size() - kRippleAngles; k <= at + values.size() + kRippleAngles; ++k)
+      sum += values[k % values.size()];
+    return sum / (2.0 * kRippleAngles + 1);
+  }
+
   /// Along curves beside the rim: how much height and normal vary, less those of the true surface, seen from the axis.
+  /// Heights are those across the surface: where it slopes away from the axis, one along it would be far more.
   void find_ripple(const Patch& after, Error& error) const {
     const Heights now(after, ball_, spacing_);
     double heights = 0, turns = 0;
@@ -261,22 +274,20 @@ class Cut {
         if (!hit || !before || !(from_axis > 0)) continue;
         const bool in_ball = beside < 0;
         const double height = in_ball ? ball_.bottom(from_axis * from_axis) : before->height;
-        off.push_back(hit->height - height);
+        off.push_back((hit->height - height) * dot(before->normal, ball_.axis));
         const Vec3d truth = in_ball ? (ball_.centre - p - ball_.axis * height) / ball_.radius : before->normal;
         const Vec3d outwards = (p - ball_.contact) / from_axis, along = cross(ball_.axis, outwards);
         const Vec3d turn = hit->normal - truth;
         turns_of.push_back({dot(turn, outwards), dot(turn, along), dot(turn, ball_.axis)});
       }
-      if (off.empty()) continue;
-      const auto count = static_cast<double>(off.size());
-      double mean = 0, square = 0, turned = 0;
-      Vec3d middle;
-      for (const double x : off) mean += x / count;
-      for (const Vec3d x : turns_of) middle += x / count;
-      for (const double x : off) square += (x - mean) * (x - mean) / count;
-      for (const Vec3d x : turns_of) turned += dot(x - middle, x - middle) / (count * kDegree * kDegree);
-      heights += square / kCurves;
-      turns += turned / kCurves;
+      if (off.size() <= 2 * kRippleAngles) continue;
+      const double share = 1.0 / (kCurves * static_cast<double>(off.size()));
+      for (std::size_t k = 0; k < off.size(); ++k) {
+        const double uneven = off[k] - mean_around(off, k);
+        const Vec3d turned = turns_of[k] - mean_around(turns_of, k);
+        heights += uneven * uneven * share;
+        turns += dot(turned, turned) * share / (kDegree * kDegree);
+      }
     }
     error.ripple = std::sqrt(heights);
     error.ripple_degrees = std::sqrt(turns);

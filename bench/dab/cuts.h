@@ -9,8 +9,9 @@ namespace relief::bench {
 
 /// On a flat sheet, a sphere and a converted pumpkin, balls of 6, 12 and 25 spacings of samples, exact and blended, and
 /// a plain mesh of the same spacing whose vertices are clipped: figures with the rms distance of the cut surface from
-/// the true one in spacings, the greatest, and how uneven the rim is (`more`: max, ripple, ripple_degrees). And the
-/// ball of 0.5 % of the diagonal in a default conversion. Errors: as from convert().
+/// the true one in spacings, the greatest, and how much the rim differs from its mean over half a radius each way
+/// (`more`: max, rim ripple, rim ripple in degrees). And the ball of 0.5 % of the diagonal in a default conversion.
+/// Errors: as from convert().
 [[nodiscard]] Result<nlohmann::ordered_json> measure_cuts(Extent extent);
 
 }  // namespace relief::bench

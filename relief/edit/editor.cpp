@@ -59,8 +59,8 @@ SnapshotPtr with_blank_layer(const SnapshotPtr& model, Layer layer) {
 }
 
 /// Per slab; what is not there costs a pointer.
-template <typename T>
-void reset_all(std::vector<std::unique_ptr<T>>& of_slabs, std::vector<SlabId>& there, std::size_t slabs) {
+template <typename Pointer>
+void reset_all(std::vector<Pointer>& of_slabs, std::vector<SlabId>& there, std::size_t slabs) {
   for (const SlabId s : there) of_slabs[s].reset();
   there.clear();
   of_slabs.resize(slabs);
@@ -76,6 +76,10 @@ constexpr std::size_t kMaxSamplesPerDab = std::size_t{1} << 22U, kMaxModelSample
 /// What detail may cost one stroke: slabs that it adds, and slabs of all cages that it makes, each of which takes some
 /// microseconds. A long way with a tool far smaller than the slabs would otherwise take minutes.
 constexpr std::size_t kMaxSlabsPerStroke = 4'000, kMaxRebuiltSlabs = 300'000;
+
+/// By how much the spacing that tools go by falls per length, beside coarser samples. A blend of twice the width that
+/// ended at once would be a step in the rim. With twice this its normals are uneven, too (cuts_test).
+constexpr double kSpacingFalls = 0.0625;
 
 struct Editor::State {
   explicit State(SnapshotPtr first) : head(std::move(first)), region(head->slab_mesh()), tiles(head->slab_mesh()) {
@@ -103,6 +107,7 @@ struct Editor::State {
     known.resize(slabs);
     reset_all(normals, normal_slabs, slabs);
     reset_all(weights, weight_slabs, slabs);
+    reset_all(spaces, space_slabs, slabs);
     reset_all(covers, cover_slabs, slabs);
     for (const SlabId s : beyond_slabs) beyond[s].clear();
     beyond_slabs.clear();
@@ -142,8 +147,6 @@ struct Editor::State {
   detail::DabTiles tiles;
   std::shared_ptr<detail::TilePool> pool = std::make_shared<detail::TilePool>();
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
-  std::vector<float>
-      spacings;  ///< by fibre of `began`: of the samples around it, model units; 0 where nobody has asked
   /// Holds what was found out about a slab's displacement, until it changes.
   struct Known {
     std::optional<double> highest, highest_at_start;
@@ -156,10 +159,18 @@ struct Editor::State {
   std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> first_normals;  ///< the same by slab of `began`, on its grids
   std::vector<SlabId> first_normal_slabs;
-  /// Of a grid of a slab that is a part of another one.
+  /// Of the samples in a slab of `began`, model units.
+  struct Spacing {
+    double widest = 0;            ///< 0 where nobody has asked
+    std::unique_ptr<Tile> plane;  ///< at each sample, in radii of the tool; null where nobody has asked
+  };
+  std::vector<Spacing> spacings;              ///< by slab of `began`
+  std::vector<std::shared_ptr<Tile>> spaces;  ///< by slab: the planes of parts
+  std::vector<SlabId> space_slabs;
+  /// Of a grid of a slab that is a part of a root.
   struct PartWeights {
     int n = 0;
-    detail::GridWeights in_root, in_first;  ///< in its root, and in the slab of `began`; the same where empty
+    detail::GridWeights in_root;
   };
   std::vector<std::unique_ptr<PartWeights>> weights;  ///< by slab
   std::vector<SlabId> weight_slabs;
@@ -282,26 +293,91 @@ struct Editor::State {
     if (!(wanted > 0) || tool->writes != Layer::Displacement) return all;
     return std::ldexp(all, -detail::halvings(detail::longest_edge(*began, s), n, wanted));
   }
-  /// Of the samples around a fibre of `began`: that of the coarsest slab there, and linear along edges in which a fibre
-  /// hangs.
-  float spacing(FibreId f) {
-    if (spacings[f] > 0) return spacings[f];
+  /// A side of a slab of `began` that other slabs share: an edge, half of one, or a corner.
+  struct Side {
+    double spacing;      ///< of the coarsest other slab, model units
+    std::size_t corner;  ///< this one, or that across the edge
+    bool is_edge;
+    Vec3d from, way;  ///< where it lies half-way along the fibres; a corner has no way
+  };
+  /// Calls visit(Side) for each.
+  template <typename Visit>
+  void for_each_side(SlabId s, Visit&& visit) {
     const SlabMesh& mesh = began->slab_mesh();
-    float found = 0;
-    if (const HangingEdge* hangs = mesh.hanging_at(f)) {
-      const auto& ends = mesh.slabs()[hangs->slab].fibres;
-      found = (spacing(ends[(hangs->edge + 1U) % 3]) + spacing(ends[(hangs->edge + 2U) % 3])) / 2;
-    } else {
-      for (const SlabCorner c : mesh.fan(f)) found = std::max(found, static_cast<float>(own_spacing(c.slab)));
+    const std::array<Vec3d, 3> middle = middle_triangle(s);
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3d from = middle[(k + 1) % 3], way = middle[(k + 2) % 3] - from;
+      if (mesh.slabs()[s].shares[k] == EdgeShare::Halves) way *= 0.5;
+      mesh.for_each_across(s, static_cast<int>(k), [&](SlabId other) {
+        visit(Side{own_spacing(other), k, true, from, way});
+        from += way;
+      });
+      double coarsest = 0;
+      mesh.for_each_at(mesh.slabs()[s].fibres[k],
+                       [&](SlabId other) { coarsest = std::max(coarsest, own_spacing(other)); });
+      visit(Side{coarsest, k, false, middle[k], {}});
     }
-    return spacings[f] = found;
+  }
+  /// Half-way along the fibres of a slab of `began`.
+  [[nodiscard]] std::array<Vec3d, 3> middle_triangle(SlabId s) const {
+    const SlabCorners k = began->slab_mesh().corners(s);
+    return {(k.inner[0] + k.outer[0]) / 2.0, (k.inner[1] + k.outer[1]) / 2.0, (k.inner[2] + k.outer[2]) / 2.0};
   }
   /// Returns the largest in a slab.
   double widest_spacing(SlabId s) {
-    double widest = 0;
-    for (const FibreId f : began->slab_mesh().slabs()[part(s).root].fibres)
-      widest = std::max(widest, static_cast<double>(spacing(f)));
+    const SlabId first = part(s).root;
+    double& widest = spacings[first].widest;
+    if (!(widest > 0)) for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
     return widest;
+  }
+  /// Returns how far beside a ball a cut blends in a slab, at most, model units: little more than a spacing, see
+  /// kernels.cpp.
+  double blend_beside(SlabId s) {
+    return 1.1 * std::min(widest_spacing(s), static_cast<double>(detail::kWidestBlend) * brush.radius);
+  }
+  /// Of a slab of `began`, at its samples. Where coarser ones lie beside it, it falls from theirs evenly with the
+  /// distance, and so does the width of blends.
+  const Tile& spacing_at_first(SlabId s) {
+    auto& found = spacings[s].plane;
+    if (found) return *found;
+    const int n = began->tile(Layer::Displacement, s).intervals();
+    const double own = own_spacing(s);
+    const std::array<Vec3d, 3> middle = middle_triangle(s);
+    const double area = length(cross(middle[1] - middle[0], middle[2] - middle[0]));
+    found = std::make_unique<Tile>(n, 1, static_cast<float>(own / brush.radius));
+    float* const plane = found->plane();
+    for_each_side(s, [&](const Side& side) {
+      if (!(side.spacing > own)) return;
+      const std::size_t a = side.corner, b = (a + 1) % 3, c = (a + 2) % 3;
+      const double square = dot(side.way, side.way), per_square = square > 0 ? 1 / square : 0.0;
+      // A row of samples lies at least so far from the side as from its edge, or from the row through its corner.
+      const double row = area / length(middle[c] - middle[b]) / n;
+      const int rows = static_cast<int>(std::min((side.spacing - own) / (kSpacingFalls * row), n + 0.0));
+      for (int k = 0; k <= rows; ++k) {
+        std::array<int, 3> w{};
+        w[a] = side.is_edge ? k : n - k;
+        for (w[b] = 0; w[b] <= n - w[a]; ++w[b]) {
+          w[c] = n - w[a] - w[b];
+          const Vec3d p = (middle[0] * w[0] + middle[1] * w[1] + middle[2] * w[2]) / n - side.from;
+          const double along = std::clamp(dot(p, side.way) * per_square, 0.0, 1.0);
+          float& at = plane[sample_index(n, {w[1], w[2]})];
+          const double there = side.spacing - kSpacingFalls * length(p - side.way * along);
+          at = std::max(at, static_cast<float>(there / brush.radius));
+        }
+      }
+    });
+    return *found;
+  }
+  /// Of a slab as the stroke found it, or of a part of it.
+  const float* spacing_of(SlabId s, int n) {
+    const RootPlace of = part(s);
+    const Tile& first = spacing_at_first(of.root);
+    if (of.level == 0 && first.intervals() == n) return first.plane();
+    if (!spaces[s]) {
+      spaces[s] = part_of(first, Layer::Displacement, of, n);
+      space_slabs.push_back(s);
+    }
+    return std::as_const(*spaces[s]).plane();
   }
 
   /// Returns the most of its fibres that counts as the last of the clay, or of the room, anywhere in a slab.
@@ -317,37 +393,25 @@ struct Editor::State {
     return shortest > 0 ? std::min(widest, 1.0) : 1.0;
   }
 
-  /// Of a slab that is a part of a root or of a slab of `began`.
-  const PartWeights& weights_of(SlabId s, int n, const RootPlace& in_root, const RootPlace& in_first) {
-    if (weights[s] && weights[s]->n == n) return *weights[s];
-    if (weight_slabs.size() * 6 * sample_count(n) * sizeof(float) > kMaxWeightBytes)
+  /// Of a slab that is a part of a root.
+  const detail::GridWeights& weights_of(SlabId s, int n, const RootPlace& in_root) {
+    if (weights[s] && weights[s]->n == n) return weights[s]->in_root;
+    if (weight_slabs.size() * 3 * sample_count(n) * sizeof(float) > kMaxWeightBytes)
       reset_all(weights, weight_slabs, weights.size());
     if (!weights[s]) weight_slabs.push_back(s);
-    weights[s] = std::make_unique<PartWeights>();
-    weights[s]->n = n;
-    weights[s]->in_root = detail::weights_in_whole(n, in_root);
-    if (in_first.level != in_root.level && in_first.level != 0)
-      weights[s]->in_first = detail::weights_in_whole(n, in_first);
-    return *weights[s];
+    weights[s] = std::make_unique<PartWeights>(PartWeights{n, detail::weights_in_whole(n, in_root)});
+    return weights[s]->in_root;
   }
   detail::SlabFrame frame(SlabId s, Vec3d origin, int n) {
     const SampleField field = cage().field(s);
-    const RootPlace first = part(s);
-    const auto& fibres = began->slab_mesh().slabs()[first.root].fibres;
-    detail::SlabFrame::Spacing spaces;
-    for (std::size_t k = 0; k < 3; ++k) {
-      spaces.at_corners[k] = spacing(fibres[k]) / static_cast<float>(brush.radius);
-      spaces.order[static_cast<std::size_t>((fibres[(k + 1) % 3] < fibres[k]) + (fibres[(k + 2) % 3] < fibres[k]))] =
-          static_cast<std::uint8_t>(k);
-    }
-    const detail::GridWeights* in_root = &grid(n).weights;
-    spaces.weights = in_root;
-    if (field.place.level > 0) {
-      const PartWeights& of_part = weights_of(s, n, field.place, first);
-      in_root = &of_part.in_root;
-      if (first.level > 0) spaces.weights = of_part.in_first[0].empty() ? in_root : &of_part.in_first;
-    }
-    return {field.root, origin, brush.radius, *in_root, spaces};
+    const detail::GridWeights& in_root = field.place.level > 0 ? weights_of(s, n, field.place) : grid(n).weights;
+    return {field.root, origin, brush.radius, in_root};
+  }
+  /// The same for kernels that ask for the spacing of the displacement's samples.
+  detail::SlabFrame spaced_frame(SlabId s, Vec3d origin, int n) {
+    detail::SlabFrame made = frame(s, origin, n);
+    made.space = spacing_of(s, n);
+    return made;
   }
 
   /// Unit normals of the slab's samples at the stroke's start: those of the grid that the stroke found, so that they do
@@ -363,8 +427,8 @@ struct Editor::State {
     }
     return *normals[s];
   }
-  /// Of a slab of `began`. At its border those of its own triangles alone: this is for blends, which the seams make
-  /// one.
+  /// Of a slab of `began`. At its border those of all slabs there: with its own triangles alone, a blend would depend
+  /// on which of them owns a sample.
   const Tile& normals_at_first(SlabId s) {
     auto& found = first_normals[s];
     if (found) return *found;
@@ -373,19 +437,17 @@ struct Editor::State {
     found = std::make_unique<Tile>(n, 3, 0.0F);
     first_normal_slabs.push_back(s);
     const SlabCorners corners = began->slab_mesh().corners(s);
-    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n).weights, {});
+    const detail::SlabFrame f(corners, corners.inner[0], length(corners.fibre(0)), grid(n).weights);
     kernels.positions(f, tile.plane(), places.plane(0), places.plane(1), places.plane(2), tile.size());
     const detail::Neighbours surface = {places.plane(0), places.plane(1), places.plane(2)};
     kernels.normals(n, surface, outwards.plane(0), outwards.plane(1), outwards.plane(2));
     for (int c = 0; c < 3; ++c) std::copy_n(std::as_const(outwards).plane(c), tile.size(), found->plane(c));
-    const detail::BorderTables& table = border_table(n);
-    const std::size_t count = table.own.size();
-    border_sums.resize(6 * count);
-    kernels.border(table, surface, border_sums.data());
-    for (std::size_t k = 0; k < count; ++k) {
-      const Vec3f normal = normalized(Vec3f{border_sums[k], border_sums[count + k], border_sums[2 * count + k]});
-      for (int c = 0; c < 3; ++c) found->plane(c)[table.own[k]] = normal[static_cast<std::size_t>(c)];
-    }
+    for (int edge = 0; edge < 3; ++edge)
+      for (int t = 0; t < n; ++t) {
+        const GridPoint at = edge_point(n, edge, t);
+        const Vec3f normal = to_float(sample_normal(*began, s, at));
+        for (int c = 0; c < 3; ++c) found->plane(c)[sample_index(n, at)] = normal[static_cast<std::size_t>(c)];
+      }
     return *found;
   }
 
@@ -430,10 +492,12 @@ struct Editor::State {
     parts.clear();
     fine_enough.clear();
     reset_all(first_normals, first_normal_slabs, 0);
+    spacings.clear();
     if (other_cage) return take_cage();
     forget_fine();
     reset_all(normals, normal_slabs, normals.size());
     reset_all(weights, weight_slabs, weights.size());
+    reset_all(spaces, space_slabs, spaces.size());
     reset_all(covers, cover_slabs, covers.size());
     for (const SlabId s : beyond_slabs) beyond[s] = {};
     beyond_slabs.clear();
@@ -517,7 +581,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     const Tile& first = start_tile(s);
     const int n = first.intervals();
     const detail::Lift found =
-        kernels.lift(frame(s, origin, n), cutter, first.plane(), protection(s, n), over.data(), first.size());
+        kernels.lift(spaced_frame(s, origin, n), cutter, first.plane(), protection(s, n), over.data(), first.size());
     most = std::max(most, found.lift);
     tell_beyond(s, first.size(), found.limited, result);
   }
@@ -529,7 +593,7 @@ std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutt
   const int n = base.intervals();
   const Tile& upright = start_normals(s);
   const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
-  kernels.cut(frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
+  kernels.cut(spaced_frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
   return changes_between(base, result);
 }
 
@@ -718,7 +782,7 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
     for (const SlabId s : reached) {
       if (highest(s) < 1 - widest_fade(s)) continue;
       const Tile& base = base_tile(s);
-      const detail::SlabFrame f = frame(s, origin, base.intervals());
+      const detail::SlabFrame f = spaced_frame(s, origin, base.intervals());
       find_change(s, f);
       share = std::min(share, kernels.room(f, std::as_const(weight).plane(), std::as_const(change).plane(),
                                            start_tile(s).plane(), base.plane(), base.size()));
@@ -790,7 +854,7 @@ struct Editor::State::Reach {
 };
 
 void Editor::State::begin() {
-  spacings.assign(began->slab_mesh().fibres().size(), 0.0F);
+  spacings.resize(began->slab_mesh().slab_count());
   first_normals.resize(began->slab_mesh().slab_count());
   wanted = 0;
   // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
@@ -957,13 +1021,9 @@ DabResult Editor::State::apply(const Dab& given) {
   DabResult result;
   refine(reach, seed_of(dab), result);
   const SlabMesh& mesh = cage();
-  const auto reached = region.grow(mesh, seed_of(dab), reach.sphere, up, [&](SlabId s) {
+  const auto reached = region.grow(mesh, seed_of(dab), reach.sphere, up, [&](SlabId s) -> detail::Extent {
     if (!reach.cuts || brush.exact) return highest(s);
-    // A blend takes something off samples that lie below the ball, too, except for less than this part of their fibre.
-    const SlabCorners corners = mesh.corners(s);
-    double shortest = Box3d::kFar;
-    for (std::size_t k = 0; k < 3; ++k) shortest = std::min(shortest, length(corners.fibre(k)));
-    return std::min(highest(s) + static_cast<double>(detail::kSteepestRim) * widest_spacing(s) / shortest, 1.0);
+    return {highest(s), blend_beside(s)};
   });
 
   result.slabs = reached.size();

@@ -63,8 +63,7 @@ namespace {
 float narrow(double x) noexcept { return static_cast<float>(std::clamp(x, -1e15, 1e15)); }
 }  // namespace
 
-SlabFrame::SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights,
-                     const Spacing& spaces) noexcept {
+SlabFrame::SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t corner = root.order[k];
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -72,8 +71,6 @@ SlabFrame::SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const
       direction[k][axis] = narrow((root.outer[corner][axis] - root.inner[corner][axis]) / radius);
     }
     weight[k] = weights[corner].data();
-    spacing[k] = spaces.at_corners[spaces.order[k]];
-    space_weight[k] = (spaces.weights == nullptr ? weights : *spaces.weights)[spaces.order[k]].data();
   }
 }
 
@@ -91,24 +88,18 @@ struct SampleFibre {
 /// Reads a frame sample by sample; all in registers.
 struct FrameReader {
   std::array<Vec3f, 3> inner, direction;
-  std::array<float, 3> spacing;
-  const float *wa, *wb, *wc, *sa, *sb, *sc;
+  const float *wa, *wb, *wc, *spaces;
   [[gnu::always_inline]] explicit FrameReader(const SlabFrame& frame) noexcept
       : inner(frame.inner),
         direction(frame.direction),
-        spacing(frame.spacing),
         wa(frame.weight[0]),
         wb(frame.weight[1]),
         wc(frame.weight[2]),
-        sa(frame.space_weight[0]),
-        sb(frame.space_weight[1]),
-        sc(frame.space_weight[2]) {}
+        spaces(frame.space) {}
   [[gnu::always_inline]] [[nodiscard]] SampleFibre fibre(std::size_t k) const noexcept {
     return {mix3(inner, wa[k], wb[k], wc[k]), mix3(direction, wa[k], wb[k], wc[k])};
   }
-  [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept {
-    return (spacing[0] * sa[k] + spacing[1] * sb[k]) + spacing[2] * sc[k];
-  }
+  [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept { return spaces[k]; }
 };
 
 /// 1 - exp(-x) for x >= 0: never falls, within 1e-7 for x <= 0.1, within 0.003 everywhere.
@@ -120,8 +111,8 @@ struct FrameReader {
 [[gnu::always_inline]] inline float larger(float a, float b) noexcept { return a > b ? a : b; }
 [[gnu::always_inline]] inline float smaller(float a, float b) noexcept { return a < b ? a : b; }
 
-/// Returns how much of a fibre is the last of what was `all` at the stroke's start; `cell`: the spacing as a share of
-/// the fibre.
+/// Returns how much is the last of what was `all` at the stroke's start; `cell`: the spacing in the same unit, be it
+/// a share of the fibre or a length.
 [[gnu::always_inline]] inline float fade_of(float all, float cell) noexcept {
   return smaller(larger(kFadeShare * all, kFadeSpacings * cell), 0.5F * all);
 }
@@ -132,9 +123,12 @@ constexpr float kBlendFade = 0.25F;
 
 /// The cutter at one sample.
 struct Meeting {
-  Vec3f out;  ///< from the centre of the ball that is nearest to the start's surface there
-  float at;   ///< where the fibre enters that ball, as a share of it, perhaps below 0
-  int hit;    ///< whether it does
+  Vec3f out;           ///< from the centre of the ball that is nearest to the start's surface there
+  float outside;       ///< the square of its length, less 1
+  float fibre_square;  ///< the square of the fibre's length
+  float inwards;       ///< what `outside` falls along the fibre: at the start, or from inside the ball to its entry
+  float gap;           ///< from the start to where the fibre enters that ball, in shares of it
+  int hit;             ///< whether it does
 };
 /// Says how the ball is swept. The share of the sweep that counts at a place, counted from its centre, is
 /// dot(place, per_way) + before.
@@ -150,32 +144,43 @@ Sweep sweep_of(const Cutter& cutter) noexcept {
   const float climb = dot(way, cutter.up);
   return {cutter.along, way - cutter.up * climb, -climb};
 }
-// Only the swept ball beside the sample counts, or the nearer end. With o = inner end - lowest point and D the fibre, a
-// ball is met where A t^2 + 2 B t + C = 0. The lowest point as origin keeps C small at the cut, so C / (sqrt(B^2 - A C)
-// - B) does not cancel where B < 0.
-[[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float square_of_fibre, float start, Vec3f up,
-                                           const Sweep& swept) noexcept {
-  const Vec3f from_centre = f.inner + f.along * start - up;
-  const float share = smaller(larger(dot(from_centre, swept.per_way) + swept.before, 0.0F), 1.0F);
-  const Vec3f sweep = swept.along * share, o = f.inner - sweep;
-  const float b = dot(o, f.along) - dot(f.along, up);
-  const float c = dot(o, o) - 2 * dot(o, up);
-  const float square = b * b - square_of_fibre * c;
-  const float root = std::sqrt(larger(square, 0.0F));
-  const int hit = static_cast<int>(square >= 0) & (static_cast<int>(b < 0) | static_cast<int>(c <= 0));
-  return {from_centre - sweep, c / larger(root - b, 1e-30F), hit};
+// Only the swept ball beside the sample counts, or the nearer end. With D the fibre, it is met where
+// D.D t^2 + 2 D.out t + C = 0, counted from the start. The lowest point as origin keeps C small at the cut; of the two
+// forms of t, that is taken which does not cancel. A ball that ends before the fibre begins is not met.
+[[gnu::always_inline]] inline Meeting meet(const SampleFibre& f, float start, Vec3f up, const Sweep& swept) noexcept {
+  const Vec3f place = f.inner + f.along * start;
+  const float share = smaller(larger(dot(place, swept.per_way) + swept.before, 0.0F), 1.0F);
+  const Vec3f from_lowest = place - swept.along * share, out = from_lowest - up;
+  const float along = dot(f.along, out), square = dot(f.along, f.along);
+  const float c = dot(from_lowest, from_lowest) - 2 * dot(from_lowest, up);
+  const float found = along * along - square * c;
+  const float root = std::sqrt(larger(found, 0.0F));
+  const float above = along < 0 ? c : -(root + along), below = along < 0 ? root - along : square;
+  const int hit = static_cast<int>(found >= 0) & static_cast<int>(root - along + start * square >= 0);
+  return {out, c, square, larger(root, -along) - along, above / below, hit};
 }
 
-/// What the start's normals are off by at the border of a slab, where they come from one side alone, in radians for a
-/// ball of a radius on which the spacing is one. Angles below that ask for no blend, so that an older cut of the same
-/// ball stays as it is.
-constexpr float kSidedNormal = 0.75F;
-/// tan of the angle between the start's surface and the ball, at most kSteepestRim; `space`: in radii.
-[[gnu::always_inline]] inline float rim_slope(Vec3f out, Vec3f normal, float space) noexcept {
-  const float down = -dot(out, normal);
-  const float side = std::sqrt(larger(dot(out, out) - down * down, 0.0F));
-  const float slope = side / larger(down, 1e-9F) - kSidedNormal * space;
-  return smaller(larger(slope, 0.0F), kSteepestRim);
+/// What normals of samples on a ball may be off by, for they are those of facets: in radians, on a ball of a radius of
+/// one spacing. Angles below that ask for no blend, so that an older cut of the same ball stays as it is.
+constexpr float kFacetNormal = 0.25F;
+/// A fibre that stands at no more than this above the surface is taken to stand so: what it would have to go grows
+/// without bound.
+constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
+
+/// Where a fibre leaves the blend of the start's surface with the ball, from the start, in shares of the fibre; the
+/// start or the ball itself where they are farther apart. `gap`: where the fibre enters the ball if that is below the
+/// start, else 0; `climb`: of the fibre along the start's normal; `per_two`: one over twice how far the start lies
+/// below the ball's centre along it; `width`: of the blend along the normal.
+// A place t along the fibre lies climb t above the start, and q t + clear above the ball, both along the normal. The
+// blend is where the larger one, plus max(width - |their difference|, 0)^2 / (4 width), is 0. So its body does not
+// depend on how fibres stand, and fibres that pass the ball by meet it, too. From inside the ball, q is that of the
+// chord, so that t is the gap where the blend ends. Without a width, the gap is taken in any case.
+[[gnu::always_inline]] inline float blended(const Meeting& met, float gap, float climb, float per_two,
+                                            float width) noexcept {
+  const float clear = met.outside * per_two, left = larger(width - clear, 0.0F);
+  const float one = larger(met.inwards * per_two * left + climb * clear, 0.0F), other = climb * width;
+  const float blend = left * left / ((one + other) + 2.0F * std::sqrt(one * other));
+  return climb * gap <= -width ? gap : smaller(-blend, gap);
 }
 
 [[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
@@ -188,27 +193,27 @@ constexpr float kSidedNormal = 0.75F;
   const float* __restrict nx = start.x;
   const float* __restrict ny = start.y;
   const float* __restrict nz = start.z;
-  // Below six spacings per radius a blend takes too much of the depth: it goes from there to four.
-  std::array<float, 3> blends{};
-  for (std::size_t k = 0; k < 3; ++k)
-    blends[k] = cutter.exact ? 0.0F : read.spacing[k] * smaller(larger(0.5F / read.spacing[k] - 2.0F, 0.0F), 1.0F);
+  const float blends = cutter.exact ? 0.0F : 3 * kWidestBlend;
+  float least_climb = 0;
+  for (const Vec3f fibre : frame.direction) least_climb = larger(least_climb, kSteepest * length(fibre));
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const float a = alpha[k], square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
-    const Meeting met = meet(f, square, a, up, sweep);
-    const float blend = (blends[0] * read.sa[k] + blends[1] * read.sb[k]) + blends[2] * read.sc[k];
-    const float space = read.space(k);
-    const float width = blend * rim_slope(met.out, {nx[k], ny[k], nz[k]}, space) * per_fibre;
-    const float gap = met.at - a, between = gap > 0 ? gap : -gap;
-    const float over = larger(width - between, 0.0F);
-    const float lowest = smaller(a, met.at) - over * over * (0.25F / larger(width, 1e-9F));
-    const float fade = kBlendFade * fade_of(a, space * per_fibre);
-    const float faded = fade * fade / larger(2.0F * fade - lowest, 1e-9F);
-    const float kept = lowest < fade ? faded : lowest;
+    const float a = alpha[k], space = read.space(k);
+    const Meeting met = meet(f, a, up, sweep);
+    const Vec3f normal = {nx[k], ny[k], nz[k]};
+    const float climb = larger(dot(f.along, normal), least_climb);
+    const float down = -dot(met.out, normal), per_two = 0.5F / larger(down, 1e-9F);
+    const float side = std::sqrt(std::abs(met.outside + (1.0F - down * down)));  // below 0 by rounding alone
+    const float slope = smaller(larger((side + side) * per_two - kFacetNormal * space, 0.0F), kSteepestRim);
+    const float blend = smaller(larger(blends - 2.0F * space, 0.0F), space);
+    const float gap = met.hit != 0 ? smaller(met.gap, 0.0F) : 0.0F;
+    const float lowest = a + blended(met, gap, climb, per_two, blend * slope);
+    const float fade = kBlendFade * fade_of(a * climb, space), low = lowest * climb;
+    const float faded = fade * fade / ((2.0F * fade - low) * climb);
+    const float kept = low < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
-    const bool cut = (met.hit & static_cast<int>(part < from[k])) != 0;
-    to[k] = cut ? part : from[k];
+    to[k] = smaller(part, from[k]);
   }
 }
 
@@ -223,16 +228,16 @@ constexpr float kSidedNormal = 0.75F;
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
     const SampleFibre f = read.fibre(k);
-    const float square = dot(f.along, f.along), per_fibre = 1.0F / std::sqrt(square);
-    const Meeting met = meet(f, square, start[k], up, sweep);
-    const int cuts = met.hit & static_cast<int>(met.at < start[k]) & static_cast<int>(protect[k] < 1);
-    const int beyond = cuts & static_cast<int>(met.at < 0);
+    const Meeting met = meet(f, start[k], up, sweep);
+    const float at = start[k] + met.gap;
+    const int cuts = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
+    const int beyond = cuts & static_cast<int>(at < 0);
     over[k] = static_cast<std::uint8_t>(beyond);
     limited += static_cast<std::uint32_t>(beyond);
-    const float fade = fade_of(start[k], read.space(k) * per_fibre);
-    const float kept = fade * fade / larger(2.0F * fade - met.at, 1e-9F);
-    const float lift = (kept - met.at) * dot(f.along, up) * (1.0F - protect[k]);
-    const bool late = (cuts & static_cast<int>(met.at < fade)) != 0;
+    const float fade = fade_of(start[k], read.space(k) / std::sqrt(met.fibre_square));
+    const float kept = fade * fade / larger(2.0F * fade - at, 1e-9F);
+    const float lift = (kept - at) * dot(f.along, up) * (1.0F - protect[k]);
+    const bool late = (cuts & static_cast<int>(at < fade)) != 0;
     const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
     most = bits > most ? bits : most;
   }
@@ -278,9 +283,6 @@ template <Falloff kFalloff>
     change[k] = amount * weight[k] / std::sqrt(dot(along, along));
   }
 }
-
-/// A fibre that runs along the surface is not moved: what it would have to go grows without bound.
-constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 
 [[gnu::always_inline]] inline void flatten_body(const SlabFrame& frame, const TargetPlane& plane, float amount,
                                                 const float* __restrict displacement, const float* __restrict weight,

@@ -60,19 +60,11 @@ struct Resampling {
 /// radius, the corners in order of fibre id. So a shared sample goes through the same operations in each of its slabs
 /// and gets the same bits, however they were cut.
 struct SlabFrame {
-  /// The spacing of samples, in radii: linear over a slab that this one may be a part of.
-  struct Spacing {
-    std::array<float, 3> at_corners = {};
-    std::array<std::uint8_t, 3> order = {0, 1, 2};  ///< of its corners, by fibre id
-    const GridWeights* weights = nullptr;           ///< in it
-  };
   /// `root`, `weights`: the corners of the root and the weights there.
-  SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights,
-            const Spacing& spaces) noexcept;
+  SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights) noexcept;
   std::array<Vec3f, 3> inner, direction;
   std::array<const float*, 3> weight;
-  std::array<float, 3> spacing;
-  std::array<const float*, 3> space_weight;
+  const float* space = nullptr;  ///< the spacing around each sample, in radii; for cut, lift and room
 };
 
 /// The ball of Carve, swept along a line. The frame's origin is its lowest point.
@@ -83,6 +75,8 @@ struct Cutter {
 };
 /// tan between cutter and surface: walls that stand steeper need smaller spacings, not a wider blend.
 inline constexpr float kSteepestRim = 4;
+/// In radii: below six spacings per radius a blend takes too much of the depth. It goes from there to four.
+inline constexpr float kWidestBlend = 1.0F / 6;
 
 /// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
 struct Start {

@@ -74,7 +74,7 @@ void Region::take(const SlabMesh& mesh) {
 }
 
 std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
-                                     const std::function<double(SlabId)>& highest) {
+                                     const std::function<Extent(SlabId)>& extent) {
   if (++round_ == 0) {
     // After 2^32 rounds the old numbers would look new.
     std::ranges::fill(seen_slabs_, 0U);
@@ -82,13 +82,16 @@ std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sp
     round_ = 1;
   }
   reached_.clear();
-  const double square = sphere.radius * sphere.radius;
+  // Of the slab that growth goes on from.
+  Sphere around = sphere;
   const auto visit = [&](SlabId s) {
     if (seen_slabs_[s] == round_) return;
     seen_slabs_[s] = round_;
     if (s != seed) {
-      if (mesh.box(s).distance2(sphere.centre) > square) return;
-      if (!may_reach(mesh.corners(s), highest(s), sphere, normal)) return;
+      const Extent own = extent(s);
+      const Sphere reach = {sphere.centre, sphere.radius + own.beside};
+      if (mesh.box(s).distance2(reach.centre) > reach.radius * reach.radius) return;
+      if (!may_reach(mesh.corners(s), own.highest, reach, normal)) return;
     }
     reached_.push_back(s);
   };
@@ -97,7 +100,8 @@ std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sp
   const auto visit_at = [&](FibreId f, bool first) {
     if (seen_fibres_[f] == round_) return;
     seen_fibres_[f] = round_;
-    if (first || distance2(sphere.centre, mesh.fibres()[f].inner, mesh.fibres()[f].outer) <= square)
+    if (first ||
+        distance2(around.centre, mesh.fibres()[f].inner, mesh.fibres()[f].outer) <= around.radius * around.radius)
       mesh.for_each_at(f, visit);
   };
   visit(seed);
@@ -105,12 +109,13 @@ std::span<const SlabId> Region::grow(const SlabMesh& mesh, SlabId seed, const Sp
     const SlabId s = reached_[next];
     const Slab& slab = mesh.slabs()[s];
     const bool first = next == 0;
+    around.radius = sphere.radius + extent(s).beside;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto edge = static_cast<int>(k);
       const Fibre &from = mesh.fibres()[slab.fibres[(k + 1) % 3]], &to = mesh.fibres()[slab.fibres[(k + 2) % 3]];
       const auto seen = [&](SlabId across) { return across == kNoSlab || seen_slabs_[across] == round_; };
       const bool halves = slab.shares[k] == EdgeShare::Halves;
-      if ((halves || !seen(slab.neighbours[k])) && (first || wall_may_meet(from, to, sphere)))
+      if ((halves || !seen(slab.neighbours[k])) && (first || wall_may_meet(from, to, around)))
         mesh.for_each_across(s, edge, visit);
       if (halves) visit_at(mesh.hanging(s, edge).middle, first);
       visit_at(slab.fibres[k], first);

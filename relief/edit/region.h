@@ -19,6 +19,13 @@ struct Sphere {
 /// other side than `normal`.
 [[nodiscard]] bool may_reach(const SlabCorners& corners, double highest, const Sphere& sphere, Vec3d normal) noexcept;
 
+/// Up to where a slab counts along its fibres, and how far around the sphere, model units.
+struct Extent {
+  Extent(double top, double margin = 0) noexcept
+      : highest(top), beside(margin) {}  // NOLINT(google-explicit-constructor)
+  double highest, beside;
+};
+
 /// Grows from slab to slab; keeps its buffers from dab to dab.
 class Region {
  public:
@@ -27,9 +34,9 @@ class Region {
   void take(const SlabMesh& mesh);
 
   /// Returns the slabs that hang together with the seed inside the sphere and whose fibres point to `normal`'s side,
-  /// ascending; the seed is always one. `highest` says up to where along its fibres a slab is to be met.
+  /// ascending; the seed is always one. `extent` says where a slab is to be met.
   std::span<const SlabId> grow(const SlabMesh& mesh, SlabId seed, const Sphere& sphere, Vec3d normal,
-                               const std::function<double(SlabId)>& highest);
+                               const std::function<Extent(SlabId)>& extent);
 
  private:
   std::uint32_t round_ = 0;

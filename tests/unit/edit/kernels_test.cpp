@@ -90,15 +90,16 @@ TEST(Kernels, EveryBuildGivesTheSameBits) {
   for (const int n : {1, 2, 3, 15, 31, 32, 33}) {
     const auto mesh = testing::torus_shell(8, 6, n);
     const detail::GridTables grid(n);
-    Tile from(n, 3, 0), protect(n, 1, 0);
+    Tile from(n, 3, 0), protect(n, 1, 0), space(n, 1, 0);
     for (SlabId s = 0; s < mesh->slab_count(); s += 5) {
       for (std::size_t k = 0; k < from.size(); ++k) {
         for (int c = 0; c < 3; ++c) from.plane(c)[k] = unit(random);
         protect.plane()[k] = std::max(0.0F, unit(random) - 0.3F);
+        space.plane()[k] = 0.02F + 0.1F * unit(random);
       }
       const SlabCorners corners = mesh->corners(s);
-      const detail::SlabFrame frame(corners, corners.point({0.3, 0.3, 0.4}, 0.4), 0.3, grid.weights,
-                                    {.at_corners = {0.05F, 0.1F, 0.2F}, .order = corners.order});
+      detail::SlabFrame frame(corners, corners.point({0.3, 0.3, 0.4}, 0.4), 0.3, grid.weights);
+      frame.space = space.plane();
       const auto one = everything(a, frame, n, from, protect), two = everything(b, frame, n, from, protect);
       ASSERT_EQ(one.size(), two.size());
       for (std::size_t k = 0; k < one.size(); ++k)
@@ -124,11 +125,12 @@ TEST(Kernels, ASharedSampleGetsTheSameBitsInBothSlabs) {
   const detail::GridTables grid(32);
   const detail::Kernels& kernels = detail::best_kernels();
   const Vec3d origin = {2.75, 0.1, 0.1};
-  const Tile from(32, 1, 0.5F), zeros(32, 1, 0);
+  const Tile from(32, 1, 0.5F), zeros(32, 1, 0), space(32, 1, 0.02F);
   std::vector<std::unique_ptr<Tile>> results;
   for (SlabId s = 0; s < mesh->slab_count(); ++s) {
     results.push_back(std::make_unique<Tile>(32, 1, 0.0F));
-    const detail::SlabFrame frame(mesh->corners(s), origin, 0.8, grid.weights, {.at_corners = {0.02F, 0.02F, 0.02F}});
+    detail::SlabFrame frame(mesh->corners(s), origin, 0.8, grid.weights);
+    frame.space = space.plane();
     const detail::Cutter cutter{{1, 0, 0}, {0, 0.2F, 0}, true};
     const detail::Start start{from.plane(), zeros.plane(), zeros.plane(), zeros.plane()};
     kernels.cut(frame, cutter, start, zeros.plane(), from.plane(), results.back()->plane(), from.size());
