@@ -126,9 +126,16 @@ struct Editor::State {
   Brush brush;
   const ToolInfo* tool = nullptr;
   StrokeResult so_far;
-  double wanted = 0;                            ///< spacing that the stroke takes, model units; 0: any
-  std::size_t rebuilt = 0;                      ///< slabs of the cages that the open stroke has made
-  std::vector<Sphere> fine_enough;              ///< where the dabs before found all fine enough, the last ones
+  double radius = 0;        ///< of the tool's sphere at the open dab, model units
+  double wanted = 0;        ///< spacing that the open dab takes, model units; 0: any
+  double finest = 0;        ///< that any takes, model units
+  std::size_t rebuilt = 0;  ///< slabs of the cages that the open stroke has made
+  /// Where all was made fine enough for a spacing.
+  struct Fine {
+    Sphere where;
+    double spacing;
+  };
+  std::vector<Fine> fine_enough;                ///< what the dabs before found so, the last ones
   static constexpr std::size_t kKeptFine = 16;  ///< two for each mirror image
   std::vector<RootPlace> parts;                 ///< by slab: of which slab of the cage of `began`; empty: the same
   LocateHint seat;                              ///< of the last contact
@@ -142,8 +149,9 @@ struct Editor::State {
   detail::DabTiles tiles;
   std::shared_ptr<detail::TilePool> pool = std::make_shared<detail::TilePool>();
   std::shared_ptr<Tile> spare;  ///< a tile that a computation left unused
-  std::vector<float>
-      spacings;  ///< by fibre of `began`: of the samples around it, model units; 0 where nobody has asked
+  std::vector<float> spacings;  ///< by fibre of `began`: of the samples around it at a spacing of `wanted`, model
+                                ///< units; 0 where nobody has asked
+  std::vector<FibreId> spacing_fibres;  ///< whose spacing is there
   /// Holds what was found out about a slab's displacement, until it changes.
   struct Known {
     std::optional<double> highest, highest_at_start;
@@ -294,6 +302,7 @@ struct Editor::State {
     } else {
       for (const SlabCorner c : mesh.fan(f)) found = std::max(found, static_cast<float>(own_spacing(c.slab)));
     }
+    spacing_fibres.push_back(f);
     return spacings[f] = found;
   }
   /// Returns the largest in a slab.
@@ -336,7 +345,7 @@ struct Editor::State {
     const auto& fibres = began->slab_mesh().slabs()[first.root].fibres;
     detail::SlabFrame::Spacing spaces;
     for (std::size_t k = 0; k < 3; ++k) {
-      spaces.at_corners[k] = spacing(fibres[k]) / static_cast<float>(brush.radius);
+      spaces.at_corners[k] = spacing(fibres[k]) / static_cast<float>(radius);
       spaces.order[static_cast<std::size_t>((fibres[(k + 1) % 3] < fibres[k]) + (fibres[(k + 2) % 3] < fibres[k]))] =
           static_cast<std::uint8_t>(k);
     }
@@ -347,7 +356,7 @@ struct Editor::State {
       in_root = &of_part.in_root;
       if (first.level > 0) spaces.weights = of_part.in_first[0].empty() ? in_root : &of_part.in_first;
     }
-    return {field.root, origin, brush.radius, *in_root, spaces};
+    return {field.root, origin, radius, *in_root, spaces};
   }
 
   /// Unit normals of the slab's samples at the stroke's start: those of the grid that the stroke found, so that they do
@@ -451,6 +460,7 @@ struct Editor::State {
 
   struct Reach;
   void begin();
+  void take_size(double size);
   [[nodiscard]] SlabId seed_of(const Dab& dab);
   void refine(const Reach& reach, SlabId seed, DabResult& result);
   void count_added(const DetailChange& finer, DabResult& result) const;
@@ -503,8 +513,8 @@ void Editor::State::add(SlabId s, const Tile& base, Tile* cover, std::size_t cha
 double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                std::span<const SlabId> reached, DabResult& result) {
   const SlabMesh& mesh = cage();
-  const Vec3d origin = ball.centre - dab.normal * brush.radius;
-  const double sweep = brush.radius * length(to_double(cutter.along));
+  const Vec3d origin = ball.centre - dab.normal * radius;
+  const double sweep = radius * length(to_double(cutter.along));
   float most = 0;
   for (const SlabId s : reached) {
     // A ball that stays above the triangle where the last of the clay begins needs no look at samples.
@@ -513,7 +523,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     std::array<Vec3d, 3> last{};
     for (std::size_t k = 0; k < 3; ++k) last[k] = corners.inner[k] + corners.fibre(k) * fade;
     const Vec3d across = normalized(cross(last[1] - last[0], last[2] - last[0]));
-    if (dot(ball.centre - last[0], across) > brush.radius + sweep) continue;
+    if (dot(ball.centre - last[0], across) > radius + sweep) continue;
     const Tile& first = start_tile(s);
     const int n = first.intervals();
     const detail::Lift found =
@@ -521,7 +531,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     most = std::max(most, found.lift);
     tell_beyond(s, first.size(), found.limited, result);
   }
-  return static_cast<double>(most) * brush.radius;
+  return static_cast<double>(most) * radius;
 }
 
 std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
@@ -569,8 +579,7 @@ void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, b
     }
     with_border(s);
     const auto visit = [&](SlabId beside) {
-      if (around_of[beside] == 0 && mesh.box(beside).distance2(origin) <= brush.radius * brush.radius)
-        with_border(beside);
+      if (around_of[beside] == 0 && mesh.box(beside).distance2(origin) <= radius * radius) with_border(beside);
     };
     for (int k = 0; k < 3; ++k) {
       mesh.for_each_at(mesh.slabs()[s].fibres[static_cast<std::size_t>(k)], visit);
@@ -736,7 +745,9 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
 
 void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result) {
   const Layer layer = tool->writes;
-  const double height = brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1;
+  // In radii of the dab. It is that of the brush whatever the dab's size: the layer is even.
+  const double height =
+      (brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1) / dab.size;
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     const int n = base.intervals();
@@ -770,16 +781,16 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
 
 /// Says where a dab works.
 struct Editor::State::Reach {
-  Reach(const Dab& given, const Brush& brush, const ToolInfo& tool)
+  Reach(const Dab& given, const Brush& brush, double radius, const ToolInfo& tool)
       : dab(given), up(normalized(given.normal)), cuts(tool.action == Action::Cut) {
     dab.normal = up;
     // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
     const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
     lowest = dab.cursor + up * band;
-    ball = {cuts ? lowest + up * brush.radius : dab.contact, brush.radius};
+    ball = {cuts ? lowest + up * radius : dab.contact, radius};
     const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
-    sphere = {ball.centre + sweep * 0.5, brush.radius + length(sweep) / 2};
-    cutter = {.up = to_float(up), .along = to_float(sweep / brush.radius), .exact = brush.exact};
+    sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
+    cutter = {.up = to_float(up), .along = to_float(sweep / radius), .exact = brush.exact};
   }
   Dab dab;
   Vec3d up;
@@ -791,12 +802,23 @@ struct Editor::State::Reach {
 
 void Editor::State::begin() {
   spacings.assign(began->slab_mesh().fibres().size(), 0.0F);
+  spacing_fibres.clear();
   first_normals.resize(began->slab_mesh().slab_count());
+  finest = kFinestDetail * diagonal(began->slab_mesh().bounds());
   wanted = 0;
-  // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
-  if (!(brush.detail > 0) || !std::isfinite(brush.detail) || tool->action == Action::Even) return;
   rebuilt = 0;
-  wanted = std::max(brush.detail * brush.radius, kFinestDetail * diagonal(began->slab_mesh().bounds()));
+}
+
+/// The tool's sphere is that of the dab, and so is the spacing that it takes.
+void Editor::State::take_size(double size) {
+  radius = brush.radius * size;
+  // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
+  const bool refines = brush.detail > 0 && std::isfinite(brush.detail) && tool->action != Action::Even;
+  const double spacing = refines ? std::max(brush.detail * radius, finest) : 0;
+  if (spacing == wanted) return;
+  wanted = spacing;
+  for (const FibreId f : spacing_fibres) spacings[f] = 0;
+  spacing_fibres.clear();
 }
 
 /// Returns the slab of a dab's contact, whose number may be that of a cage before.
@@ -809,11 +831,11 @@ SlabId Editor::State::seed_of(const Dab& dab) {
 /// Makes the grid under the tool as fine as it needs it, and that around it, so that the next dabs find it done.
 void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
   const Sphere& sphere = reach.sphere;
-  const auto holds = [&](const Sphere& known_sphere) {
-    return length(known_sphere.centre - sphere.centre) + sphere.radius <= known_sphere.radius;
+  const auto holds = [&](const Fine& fine) {
+    return fine.spacing <= wanted && length(fine.where.centre - sphere.centre) + sphere.radius <= fine.where.radius;
   };
   if (!(wanted > 0) || std::ranges::any_of(fine_enough, holds)) return;
-  const Sphere ring = {sphere.centre, sphere.radius + brush.radius * kRing};
+  const Sphere ring = {sphere.centre, sphere.radius + radius * kRing};
   const auto highest_there = [&](SlabId s) { return reach.cuts ? highest_at_start(s) : highest(s); };
   const auto touched = [&](SlabId s) {
     return draft && draft->now().shared_tile(tool->writes, s) != start->shared_tile(tool->writes, s);
@@ -832,7 +854,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     const detail::DetailBudget budget = {
         kMaxSlabsPerStroke - added,
         std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
-    result.detail_limited = wanted > brush.detail * brush.radius;
+    result.detail_limited = wanted > brush.detail * radius;
     // What is not available is had as far as it goes.
     bool planned = plan.run(near, need, highest_there, touched, budget);
     while (!planned && plan.wanted(near, need)) {
@@ -851,7 +873,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     }
   }
   if (fine_enough.size() == kKeptFine) fine_enough.erase(fine_enough.begin());
-  fine_enough.push_back(ring);
+  fine_enough.push_back({ring, wanted});
 }
 
 /// Counts what a change adds: samples of all layers.
@@ -948,7 +970,8 @@ SnapshotPtr Editor::State::carried(const Snapshot& before, const Snapshot& made,
 // ---- The dab
 
 DabResult Editor::State::apply(const Dab& given) {
-  const Reach reach(given, brush, *tool);
+  take_size(given.size);
+  const Reach reach(given, brush, radius, *tool);
   const Dab& dab = reach.dab;
   const Vec3d up = reach.up;
   const double driven = unit_range(brush.strength) * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
@@ -1049,7 +1072,7 @@ DabResult Editor::dab(const Dab& dab) {
   const Vec3d up = normalized(dab.normal);
   const bool good = dab.slab < state_->cage().slab_count() && is_finite(dab.contact) && is_finite(dab.cursor) &&
                     is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 && std::isfinite(dab.pressure) &&
-                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from));
+                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from)) && dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
   StrokeResult& so_far = state_->so_far;

@@ -641,6 +641,22 @@
         <source>xyz</source>
         <translation>xyz</translation>
     </message>
+    <message>
+        <source>Pressure drives</source>
+        <translation>Druck steuert</translation>
+    </message>
+    <message>
+        <source>strength</source>
+        <translation>Stärke</translation>
+    </message>
+    <message>
+        <source>radius</source>
+        <translation>Radius</translation>
+    </message>
+    <message>
+        <source>both</source>
+        <translation>beides</translation>
+    </message>
 </context>
 <context>
     <name>StrokeInput</name>
