@@ -74,6 +74,11 @@ void MainWindow::ask_save_as() {
   const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
                                  tr("Relief models (*.relief)"));
   if (file.isEmpty()) return;
+  // The name that the model has: every finished stroke is there already.
+  if (QFileInfo(file) == QFileInfo(text(bridge_.file()))) {
+    actions_.at("save")->trigger();
+    return;
+  }
   saving_ = begin_aside(tr("Saving …"));
   desk_.save_as(file, saving_);
 }

@@ -321,7 +321,9 @@ TEST(Pressure, OnTheRadiusIsAToolOfThatRadius) {
                   .label = {},
                   .points = {}};
       for (int k = 0; k < 12; ++k)
-        made.points.push_back({0.02 * k, {std::cos(0.05 * k), std::sin(0.05 * k), 0.3}, pressure});
+        made.points.push_back({0.02 * k,
+                               closest_point(*on, {0.95 * std::cos(0.05 * k), 0.95 * std::sin(0.05 * k), 0.3}).position,
+                               pressure});
       EXPECT_TRUE(play(editor, made).changed) << tool.id;
       EXPECT_TRUE(valid(*editor.head()));
       return editor.head()->content_hash();
