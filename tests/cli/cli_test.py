@@ -1622,7 +1622,8 @@ class Sculpt(Case):
     def test_pressure_drives_strength_radius_or_both(self):
         made = {}
         for drives in (None, "strength", "radius", "both"):
-            stroke = {"tool": "deposit", "radius": 6, "points": [[0.1 * k, -12 + 3 * k, 45, 60, 0.2 + 0.1 * k] for k in range(9)]}
+            stroke = {"tool": "deposit", "radius": 6, "detail": 0,
+                      "points": [[0.1 * k, -12 + 3 * k, 45, 60, 0.2 + 0.1 * k] for k in range(9)]}
             if drives:
                 stroke["pressure_drives"] = drives
             made[drives] = self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", self.folder / f"{drives}.relief",
