@@ -1,7 +1,6 @@
 // sample and export: meshes that Relief makes.
 #include "commands.h"
 
-#include <relief/base/atomic_file.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/core/tessellate.h>
@@ -14,7 +13,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <memory>
 
 namespace relief::cli {
@@ -67,11 +65,6 @@ struct ExportOptions {
   int level = 0;
 };
 
-/// Turns a mesh by 90 degrees about x: what was up along y is up along z, or the other way.
-void turn_up(TriangleMesh& mesh, bool to_z) {
-  for (Vec3d& p : mesh.positions) p = to_z ? Vec3d{p.x, -p.z, p.y} : Vec3d{p.x, p.z, -p.y};
-}
-
 Status run_export(const ExportOptions& o, const Context& context) {
   const std::string &file = o.file, &out = o.out;
   RELIEF_CHECK(check_outputs({out}, {file}));
@@ -82,25 +75,20 @@ Status run_export(const ExportOptions& o, const Context& context) {
   RELIEF_TRY(const ModelFile model, open_model(file, context));
   const Snapshot& head = *model.model().head;
   if (writes_slabs) {
-    RELIEF_TRY(AtomicFile target, AtomicFile::create(out));
-    RELIEF_CHECK(target.write(to_slabs_text(head.slab_mesh())));
-    RELIEF_CHECK(target.commit());
+    RELIEF_CHECK(export_slabs(head.slab_mesh(), out));
     return say(context, out, head.slab_mesh().root_fibres().size() * 2, head.slab_mesh().roots().size());
   }
   if (const int levels = level_count(head.slab_mesh()); o.level >= levels)
     return fail(Errc::InvalidArgument, fmt::format("{}: its grids have levels 0 to {} only; choose --level among them",
                                                    printable(file), levels - 1));
-  TriangleMesh mesh = to_mesh(head, o.level, context.progress);
-  if (context.progress.cancelled()) return fail(Errc::Cancelled, printable(out) + ": is not written: cancelled");
-  if (!o.up.empty()) turn_up(mesh, o.up == "z");
-  // Far from the origin a float keeps too little of a coordinate.
-  const Box3d box = bounds(mesh);
-  const double reach = std::max({std::abs(box.low.x), std::abs(box.low.y), std::abs(box.low.z), std::abs(box.high.x),
-                                 std::abs(box.high.y), std::abs(box.high.z)});
-  const bool far = reach > 20 * diagonal(box);
-  const ExportSettings settings = {.unit = model.model().info.unit, .double_positions = far};
-  RELIEF_CHECK(export_mesh(mesh, out, settings, context.progress));
-  return say(context, out, mesh.positions.size(), mesh.triangles.size());
+  using Up = SurfaceExport::Up;
+  const SurfaceExport how = {.level = o.level,
+                             .up = o.up.empty()  ? Up::AsItLies
+                                   : o.up == "z" ? Up::Z
+                                                 : Up::Y,
+                             .unit = model.model().info.unit};
+  RELIEF_TRY(const Exported made, export_surface(head, out, how, context.progress));
+  return say(context, out, made.vertices, made.triangles);
 }
 
 }  // namespace

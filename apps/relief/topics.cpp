@@ -67,6 +67,7 @@ constexpr std::string_view kStrokes =
     "  height          layer: how high it rises, model units [10 % of the radius]\n"
     "  falloff         own, linear, smooth or dome [own]\n"
     "  pressure_curve  {\"low\": 0, \"high\": 1, \"exponent\": 1}\n"
+    "  pressure_drives strength, radius or both [strength]\n"
     "  detail          spacing of samples under the tool, share of its radius; 0: as it is [1/12]\n"
     "  stabiliser      how far the tool trails the points, model units [0]\n"
     "  symmetry        \"x\", \"xy\", ...: axes across which each dab is mirrored\n"

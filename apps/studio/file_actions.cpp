@@ -1,16 +1,15 @@
 // Dialogs for files: opening, naming, exporting, pictures.
 #include "background.h"
 #include "event_log.h"
+#include "export_dialog.h"
 #include "main_window.h"
 #include "picture_of.h"
 #include "preferences.h"
 #include "text.h"
 #include "widgets/progress_strip.h"
 
-#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
-#include <relief/mesh/export.h>
 
 #include <QApplication>
 #include <QDateTime>
@@ -18,6 +17,7 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFrame>
+#include <QRegularExpression>
 #include <QStandardPaths>
 
 namespace relief::studio {
@@ -36,6 +36,13 @@ QString with_extension(QString file, const QString& extension) {
   return QFileInfo(file).suffix().isEmpty() ? file + extension : file;
 }
 
+/// ".stl" of "STL (*.stl)"; what is given where the filter names no extension.
+QString extension_of(const QString& filter, const QString& otherwise) {
+  static const QRegularExpression kPattern(QStringLiteral("\\(\\*(\\.\\w+)\\)"));
+  const QRegularExpressionMatch found = kPattern.match(filter);
+  return found.hasMatch() ? found.captured(1) : otherwise;
+}
+
 }  // namespace
 
 void MainWindow::ask_open() {
@@ -46,14 +53,16 @@ void MainWindow::ask_open() {
   open(file);
 }
 
-/// Where to, as "title.extension" in the folder of the last time; empty where nobody says.
+/// Where to, as "title.extension" in the folder of the last time; empty where nobody says. A name without an extension
+/// gets that of the chosen filter.
 QString MainWindow::ask_where(const QString& title, const QString& key, const QString& otherwise,
                               const QString& extension, const QString& filter) {
   const QString suggested = folder_of(settings_, key, otherwise) + QLatin1Char('/') + desk_.title() + extension;
-  const QString file = QFileDialog::getSaveFileName(this, title, suggested, filter);
+  QString kind;
+  const QString file = QFileDialog::getSaveFileName(this, title, suggested, filter, &kind);
   if (file.isEmpty()) return {};
   settings_.setValue(QStringLiteral("folders/") + key, QFileInfo(file).absolutePath());
-  return with_extension(file, extension);
+  return with_extension(file, extension_of(kind, extension));
 }
 
 void MainWindow::ask_save_as() {
@@ -65,6 +74,11 @@ void MainWindow::ask_save_as() {
   const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
                                  tr("Relief models (*.relief)"));
   if (file.isEmpty()) return;
+  // The name that the model has: every finished stroke is there already.
+  if (QFileInfo(file) == QFileInfo(text(bridge_.file()))) {
+    actions_.at("save")->trigger();
+    return;
+  }
   saving_ = begin_aside(tr("Saving …"));
   desk_.save_as(file, saving_);
 }
@@ -72,25 +86,44 @@ void MainWindow::ask_save_as() {
 void MainWindow::ask_export() {
   const SnapshotPtr head = bridge_.head();
   if (!head) return;
-  const QString file =
-      ask_where(tr("Export the surface as a mesh"), QStringLiteral("export"), documents(), QStringLiteral(".ply"),
-                tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)"));
+  const QString file = ask_where(tr("Export the model"), QStringLiteral("export"), documents(), QStringLiteral(".ply"),
+                                 tr("PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf);;"
+                                    "Slabs as text (*.slabs)"));
   if (file.isEmpty()) return;
-  work_aside(
-      tr("Exporting …"),
-      [head, file, unit = unit_](const Progress& progress) {
-        constexpr double kSurfaceShare = 0.6;  // of the time
-        const TriangleMesh mesh = to_mesh(*head, 0, part_of(progress, {}, 0, kSurfaceShare));
-        return export_mesh(mesh, path(file), {.unit = unit}, part_of(progress, {}, kSurfaceShare, 1));
-      },
-      [this, file](const Status& status) {
-        if (!status) {
-          show_failure(tr("The surface could not be exported"), text(status.error().message), file, false);
-          return;
-        }
-        event_log().write(QStringLiteral("exported"), {{"file", file}});
-        say(tr("Exported to %1").arg(file));
-      });
+  // Slabs are written as they lie, and whole.
+  if (QFileInfo(file).suffix().toLower() == QLatin1String("slabs")) {
+    export_to(file, [head, file](const Progress&) { return export_slabs(head->slab_mesh(), path(file)); });
+    return;
+  }
+  auto* dialog = new ExportDialog(settings_, *head, file, this);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &ExportDialog::chosen, this, [this, head, file](SurfaceExport how) {
+    how.unit = unit_;
+    export_to(file, [head, file, how](const Progress& progress) -> Status {
+      constexpr double kSurfaceShare = 0.6;  // of the time
+      const Progress whole = {
+          .report =
+              [&progress](std::string_view phase, double share) {
+                const bool gathers = phase == "surface";
+                progress(phase, gathers ? kSurfaceShare * share : kSurfaceShare + (1 - kSurfaceShare) * share);
+              },
+          .cancel = progress.cancel};
+      RELIEF_CHECK(export_surface(*head, path(file), how, whole));
+      return {};
+    });
+  });
+  dialog->open();
+}
+
+void MainWindow::export_to(const QString& file, std::function<Status(const Progress&)> work) {
+  work_aside(tr("Exporting …"), std::move(work), [this, file](const Status& status) {
+    if (!status) {
+      show_failure(tr("The model could not be exported"), text(status.error().message), file, false);
+      return;
+    }
+    event_log().write(QStringLiteral("exported"), {{"file", file}});
+    say(tr("Exported to %1").arg(file));
+  });
 }
 
 std::shared_ptr<std::atomic<bool>> MainWindow::begin_aside(const QString& title) {

@@ -129,6 +129,7 @@ class MainWindow : public QMainWindow {
                                   const QString& extension, const QString& filter);
   void ask_save_as();
   void ask_export();
+  void export_to(const QString& file, std::function<Status(const Progress&)> work);
   void ask_picture();
   void ask_salvage(const QString& file);
   /// Long work beside the desk's has the strip of progress as long as nothing is opened. Returns what cancels it.

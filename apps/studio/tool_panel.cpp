@@ -122,7 +122,11 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
       choice->addItem(words);
     }
     connect(choice, &QComboBox::currentIndexChanged, this, [this, id](int index) { tools_.set_value(id, index); });
-    refreshers_.emplace_back([this, choice, id] { choice->setCurrentIndex(static_cast<int>(tools_.value(id))); });
+    const bool by_pressure = id == QLatin1String("pressure_drives");
+    refreshers_.emplace_back([this, choice, id, by_pressure] {
+      choice->setCurrentIndex(static_cast<int>(tools_.value(id)));
+      choice->setEnabled(!by_pressure || tools_.use_pressure());
+    });
     row->addWidget(label);
     row->addWidget(choice, 1);
     into.addLayout(row);

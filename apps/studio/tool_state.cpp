@@ -15,7 +15,8 @@ constexpr double kFirstRadius = 0.04, kMostHeight = 0.05, kMostResilience = 0.02
 
 bool belongs_to_hand(const QString& setting) {
   return setting == QLatin1String("radius") || setting == QLatin1String("symmetry") ||
-         setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve");
+         setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve") ||
+         setting == QLatin1String("pressure_drives");
 }
 
 /// Of any tool: settings of one id are the same for all.
@@ -81,6 +82,7 @@ Brush ToolState::brush_of(const QString& id) const {
   brush.symmetry = hand_.symmetry;
   brush.stabiliser = hand_.stabiliser;
   brush.pressure = hand_.pressure;
+  brush.pressure_drives = hand_.pressure_drives;
   brush.mirror = mirror_;
   return brush;
 }

@@ -9,8 +9,8 @@
 
 namespace relief::studio {
 
-/// Touch, and all tools of the library with a brush each. Radius, symmetry, pressure curve and stabiliser are those of
-/// the hand and the same for all tools; all else belongs to the tool.
+/// Touch, and all tools of the library with a brush each. Radius, symmetry, pressure curve, what it drives and
+/// stabiliser are those of the hand and the same for all tools; all else belongs to the tool.
 class ToolState : public QObject {
   Q_OBJECT
  public:

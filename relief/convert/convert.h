@@ -10,6 +10,8 @@
 #include <relief/mesh/triangle_mesh.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -202,9 +204,36 @@ struct Conversion {
 /// as in tessellate().
 [[nodiscard]] TriangleMesh to_mesh(const Snapshot& model, int level = 0, const Progress& progress = {});
 
+/// Says how the surface goes into a mesh file.
+struct SurfaceExport {
+  /// Which axis shall point up.
+  enum class Up : std::uint8_t {
+    AsItLies,  ///< nothing is turned
+    Y,         ///< what was up along z is up along y: a turn by 90 degrees about x
+    Z,         ///< what was up along y is up along z: the turn back
+  };
+  int level = 0;                 ///< of detail, as in tessellate()
+  Up up = Up::AsItLies;          ///< whether the mesh is turned
+  Unit unit = Unit::Millimetre;  ///< what one model unit is
+};
+
+/// Holds what a mesh file got.
+struct Exported {
+  /// in the file
+  std::size_t vertices = 0, triangles = 0;
+};
+
+/// Writes the displaced surface as a mesh, as export_mesh() does. PLY gets double coordinates where the model lies
+/// farther than 20 of its diagonals from the origin. Phases "surface", then "export". Errors: those of export_mesh().
+[[nodiscard]] Result<Exported> export_surface(const Snapshot& model, const std::filesystem::path& file,
+                                              const SurfaceExport& how = {}, const Progress& progress = {});
+
 /// Returns the cage as text, its roots without their cuts, every number %.17g: "relief-slabs 1" (see
 /// docs/reference/slabs.md).
 [[nodiscard]] std::string to_slabs_text(const SlabMesh& mesh);
+
+/// Writes to_slabs_text() into a file, whole and at once. Errors: Io; then the file is as it was.
+[[nodiscard]] Status export_slabs(const SlabMesh& mesh, const std::filesystem::path& file);
 
 /// Returns what a person wants to know first, in one sentence without its full stop: the mode, how far the model lies
 /// from the scan in the user's unit, and what was removed, patched and moved.

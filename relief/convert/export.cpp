@@ -1,5 +1,8 @@
+#include <relief/base/atomic_file.h>
+#include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/core/tessellate.h>
+#include <relief/mesh/export.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +11,27 @@
 #include <cstdio>
 
 namespace relief {
+
+namespace {
+
+/// Diagonals from the origin. So far out a float is off by a millionth of the diagonal, a tenth of what the finest
+/// samples lie apart.
+constexpr double kFarOut = 20;
+
+bool is_far_out(const Box3d& box) {
+  double reach = 0;
+  for (const Vec3d corner : {box.low, box.high})
+    reach = std::max({reach, std::abs(corner.x), std::abs(corner.y), std::abs(corner.z)});
+  return reach > kFarOut * diagonal(box);
+}
+
+void turn(TriangleMesh& mesh, SurfaceExport::Up up) {
+  if (up == SurfaceExport::Up::AsItLies) return;
+  const bool to_z = up == SurfaceExport::Up::Z;
+  for (Vec3d& p : mesh.positions) p = to_z ? Vec3d{p.x, -p.z, p.y} : Vec3d{p.x, p.z, -p.y};
+}
+
+}  // namespace
 
 TriangleMesh to_mesh(const Snapshot& model, int level, const Progress& progress) {
   Tessellation surface = tessellate(model, level, progress);
@@ -20,6 +44,16 @@ TriangleMesh to_mesh(const Snapshot& model, int level, const Progress& progress)
   mesh.colours.reserve(surface.colours.size());
   for (const Vec3f c : surface.colours) mesh.colours.push_back({byte(c.x), byte(c.y), byte(c.z), 255});
   return mesh;
+}
+
+Result<Exported> export_surface(const Snapshot& model, const std::filesystem::path& file, const SurfaceExport& how,
+                                const Progress& progress) {
+  TriangleMesh mesh = to_mesh(model, how.level, progress);
+  if (progress.cancelled()) return fail(Errc::Cancelled, printable(file.string()) + ": is not written: cancelled");
+  turn(mesh, how.up);
+  const ExportSettings settings = {.unit = how.unit, .double_positions = is_far_out(bounds(mesh))};
+  RELIEF_CHECK(export_mesh(mesh, file, settings, progress));
+  return Exported{mesh.positions.size(), mesh.triangles.size()};
 }
 
 std::string to_slabs_text(const SlabMesh& mesh) {
@@ -42,6 +76,12 @@ std::string to_slabs_text(const SlabMesh& mesh) {
     text += line.data();
   }
   return text;
+}
+
+Status export_slabs(const SlabMesh& mesh, const std::filesystem::path& file) {
+  RELIEF_TRY(AtomicFile target, AtomicFile::create(file));
+  RELIEF_CHECK(target.write(to_slabs_text(mesh)));
+  return target.commit();
 }
 
 }  // namespace relief

@@ -131,9 +131,16 @@ struct Editor::State {
   Brush brush;
   const ToolInfo* tool = nullptr;
   StrokeResult so_far;
-  double wanted = 0;                            ///< spacing that the stroke takes, model units; 0: any
-  std::size_t rebuilt = 0;                      ///< slabs of the cages that the open stroke has made
-  std::vector<Sphere> fine_enough;              ///< where the dabs before found all fine enough, the last ones
+  double radius = 0;        ///< of the tool's sphere at the open dab, model units
+  double wanted = 0;        ///< spacing that the open dab takes, model units; 0: any
+  double finest = 0;        ///< that any takes, model units
+  std::size_t rebuilt = 0;  ///< slabs of the cages that the open stroke has made
+  /// Where all was made fine enough for a spacing.
+  struct Fine {
+    Sphere where;
+    double spacing;
+  };
+  std::vector<Fine> fine_enough;                ///< what the dabs before found so, the last ones
   static constexpr std::size_t kKeptFine = 16;  ///< two for each mirror image
   std::vector<RootPlace> parts;                 ///< by slab: of which slab of the cage of `began`; empty: the same
   LocateHint seat;                              ///< of the last contact
@@ -159,12 +166,13 @@ struct Editor::State {
   std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> first_normals;  ///< the same by slab of `began`, on its grids
   std::vector<SlabId> first_normal_slabs;
-  /// Of the samples in a slab of `began`, model units.
+  /// Of the samples in a slab of `began`, for the tool's size at the open dab.
   struct Spacing {
-    double widest = 0;            ///< 0 where nobody has asked
+    double widest = 0;            ///< model units; 0 where nobody has asked
     std::unique_ptr<Tile> plane;  ///< at each sample, in radii of the tool; null where nobody has asked
   };
   std::vector<Spacing> spacings;              ///< by slab of `began`
+  std::vector<SlabId> spacing_slabs;          ///< about which somebody has asked; some twice
   std::vector<std::shared_ptr<Tile>> spaces;  ///< by slab: the planes of parts
   std::vector<SlabId> space_slabs;
   /// Of a grid of a slab that is a part of a root.
@@ -323,28 +331,37 @@ struct Editor::State {
     const SlabCorners k = began->slab_mesh().corners(s);
     return {(k.inner[0] + k.outer[0]) / 2.0, (k.inner[1] + k.outer[1]) / 2.0, (k.inner[2] + k.outer[2]) / 2.0};
   }
+  void forget_spacings() {
+    for (const SlabId s : spacing_slabs) spacings[s] = {};
+    spacing_slabs.clear();
+    reset_all(spaces, space_slabs, spaces.size());
+  }
   /// Returns the largest in a slab.
   double widest_spacing(SlabId s) {
     const SlabId first = part(s).root;
     double& widest = spacings[first].widest;
-    if (!(widest > 0)) for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
+    if (!(widest > 0)) {
+      for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
+      spacing_slabs.push_back(first);
+    }
     return widest;
   }
   /// Returns how far beside a ball a cut blends in a slab, at most, model units: little more than a spacing, see
   /// kernels.cpp.
   double blend_beside(SlabId s) {
-    return 1.1 * std::min(widest_spacing(s), static_cast<double>(detail::kWidestBlend) * brush.radius);
+    return 1.1 * std::min(widest_spacing(s), static_cast<double>(detail::kWidestBlend) * radius);
   }
   /// Of a slab of `began`, at its samples. Where coarser ones lie beside it, it falls from theirs evenly with the
   /// distance, and so does the width of blends.
   const Tile& spacing_at_first(SlabId s) {
     auto& found = spacings[s].plane;
     if (found) return *found;
+    spacing_slabs.push_back(s);
     const int n = began->tile(Layer::Displacement, s).intervals();
     const double own = own_spacing(s);
     const std::array<Vec3d, 3> middle = middle_triangle(s);
     const double area = length(cross(middle[1] - middle[0], middle[2] - middle[0]));
-    found = std::make_unique<Tile>(n, 1, static_cast<float>(own / brush.radius));
+    found = std::make_unique<Tile>(n, 1, static_cast<float>(own / radius));
     float* const plane = found->plane();
     for_each_side(s, [&](const Side& side) {
       if (!(side.spacing > own)) return;
@@ -362,7 +379,7 @@ struct Editor::State {
           const double along = std::clamp(dot(p, side.way) * per_square, 0.0, 1.0);
           float& at = plane[sample_index(n, {w[1], w[2]})];
           const double there = side.spacing - kSpacingFalls * length(p - side.way * along);
-          at = std::max(at, static_cast<float>(there / brush.radius));
+          at = std::max(at, static_cast<float>(there / radius));
         }
       }
     });
@@ -405,7 +422,7 @@ struct Editor::State {
   detail::SlabFrame frame(SlabId s, Vec3d origin, int n) {
     const SampleField field = cage().field(s);
     const detail::GridWeights& in_root = field.place.level > 0 ? weights_of(s, n, field.place) : grid(n).weights;
-    return {field.root, origin, brush.radius, in_root};
+    return {field.root, origin, radius, in_root};
   }
   /// The same for kernels that ask for the spacing of the displacement's samples.
   detail::SlabFrame spaced_frame(SlabId s, Vec3d origin, int n) {
@@ -492,12 +509,12 @@ struct Editor::State {
     parts.clear();
     fine_enough.clear();
     reset_all(first_normals, first_normal_slabs, 0);
+    forget_spacings();
     spacings.clear();
     if (other_cage) return take_cage();
     forget_fine();
     reset_all(normals, normal_slabs, normals.size());
     reset_all(weights, weight_slabs, weights.size());
-    reset_all(spaces, space_slabs, spaces.size());
     reset_all(covers, cover_slabs, covers.size());
     for (const SlabId s : beyond_slabs) beyond[s] = {};
     beyond_slabs.clear();
@@ -515,6 +532,7 @@ struct Editor::State {
 
   struct Reach;
   void begin();
+  void take_size(double size);
   [[nodiscard]] SlabId seed_of(const Dab& dab);
   void refine(const Reach& reach, SlabId seed, DabResult& result);
   void count_added(const DetailChange& finer, DabResult& result) const;
@@ -567,8 +585,8 @@ void Editor::State::add(SlabId s, const Tile& base, Tile* cover, std::size_t cha
 double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                std::span<const SlabId> reached, DabResult& result) {
   const SlabMesh& mesh = cage();
-  const Vec3d origin = ball.centre - dab.normal * brush.radius;
-  const double sweep = brush.radius * length(to_double(cutter.along));
+  const Vec3d origin = ball.centre - dab.normal * radius;
+  const double sweep = radius * length(to_double(cutter.along));
   float most = 0;
   for (const SlabId s : reached) {
     // A ball that stays above the triangle where the last of the clay begins needs no look at samples.
@@ -577,7 +595,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     std::array<Vec3d, 3> last{};
     for (std::size_t k = 0; k < 3; ++k) last[k] = corners.inner[k] + corners.fibre(k) * fade;
     const Vec3d across = normalized(cross(last[1] - last[0], last[2] - last[0]));
-    if (dot(ball.centre - last[0], across) > brush.radius + sweep) continue;
+    if (dot(ball.centre - last[0], across) > radius + sweep) continue;
     const Tile& first = start_tile(s);
     const int n = first.intervals();
     const detail::Lift found =
@@ -585,7 +603,7 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
     most = std::max(most, found.lift);
     tell_beyond(s, first.size(), found.limited, result);
   }
-  return static_cast<double>(most) * brush.radius;
+  return static_cast<double>(most) * radius;
 }
 
 std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
@@ -633,8 +651,7 @@ void Editor::State::find_around(std::span<const SlabId> reached, Vec3d origin, b
     }
     with_border(s);
     const auto visit = [&](SlabId beside) {
-      if (around_of[beside] == 0 && mesh.box(beside).distance2(origin) <= brush.radius * brush.radius)
-        with_border(beside);
+      if (around_of[beside] == 0 && mesh.box(beside).distance2(origin) <= radius * radius) with_border(beside);
     };
     for (int k = 0; k < 3; ++k) {
       mesh.for_each_at(mesh.slabs()[s].fibres[static_cast<std::size_t>(k)], visit);
@@ -800,7 +817,9 @@ void Editor::State::move_samples(const Dab& dab, Vec3d up, std::span<const SlabI
 
 void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result) {
   const Layer layer = tool->writes;
-  const double height = brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1;
+  // In radii of the dab. It is that of the brush whatever the dab's size: the layer is even.
+  const double height =
+      (brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1) / dab.size;
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     const int n = base.intervals();
@@ -834,16 +853,16 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
 
 /// Says where a dab works.
 struct Editor::State::Reach {
-  Reach(const Dab& given, const Brush& brush, const ToolInfo& tool)
+  Reach(const Dab& given, const Brush& brush, double radius, const ToolInfo& tool)
       : dab(given), up(normalized(given.normal)), cuts(tool.action == Action::Cut) {
     dab.normal = up;
     // The sphere's lowest point, cursor + k * normal, or the centre: the origin of the kernels' frame.
     const double band = brush.resilience > 0 && std::isfinite(brush.resilience) ? brush.resilience : 0.0;
     lowest = dab.cursor + up * band;
-    ball = {cuts ? lowest + up * brush.radius : dab.contact, brush.radius};
+    ball = {cuts ? lowest + up * radius : dab.contact, radius};
     const Vec3d sweep = cuts && dab.swept ? dab.from - ball.centre : Vec3d{};
-    sphere = {ball.centre + sweep * 0.5, brush.radius + length(sweep) / 2};
-    cutter = {.up = to_float(up), .along = to_float(sweep / brush.radius), .exact = brush.exact};
+    sphere = {ball.centre + sweep * 0.5, radius + length(sweep) / 2};
+    cutter = {.up = to_float(up), .along = to_float(sweep / radius), .exact = brush.exact};
   }
   Dab dab;
   Vec3d up;
@@ -856,11 +875,19 @@ struct Editor::State::Reach {
 void Editor::State::begin() {
   spacings.resize(began->slab_mesh().slab_count());
   first_normals.resize(began->slab_mesh().slab_count());
-  wanted = 0;
-  // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
-  if (!(brush.detail > 0) || !std::isfinite(brush.detail) || tool->action == Action::Even) return;
+  finest = kFinestDetail * diagonal(began->slab_mesh().bounds());
+  radius = wanted = 0;
   rebuilt = 0;
-  wanted = std::max(brush.detail * brush.radius, kFinestDetail * diagonal(began->slab_mesh().bounds()));
+}
+
+/// The tool's sphere is that of the dab, and so is the spacing that it takes.
+void Editor::State::take_size(double size) {
+  if (brush.radius * size == radius) return;
+  radius = brush.radius * size;
+  forget_spacings();
+  // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
+  const bool refines = brush.detail > 0 && std::isfinite(brush.detail) && tool->action != Action::Even;
+  wanted = refines ? std::max(brush.detail * radius, finest) : 0;
 }
 
 /// Returns the slab of a dab's contact, whose number may be that of a cage before.
@@ -873,11 +900,11 @@ SlabId Editor::State::seed_of(const Dab& dab) {
 /// Makes the grid under the tool as fine as it needs it, and that around it, so that the next dabs find it done.
 void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
   const Sphere& sphere = reach.sphere;
-  const auto holds = [&](const Sphere& known_sphere) {
-    return length(known_sphere.centre - sphere.centre) + sphere.radius <= known_sphere.radius;
+  const auto holds = [&](const Fine& fine) {
+    return fine.spacing <= wanted && length(fine.where.centre - sphere.centre) + sphere.radius <= fine.where.radius;
   };
   if (!(wanted > 0) || std::ranges::any_of(fine_enough, holds)) return;
-  const Sphere ring = {sphere.centre, sphere.radius + brush.radius * kRing};
+  const Sphere ring = {sphere.centre, sphere.radius + radius * kRing};
   const auto highest_there = [&](SlabId s) { return reach.cuts ? highest_at_start(s) : highest(s); };
   const auto touched = [&](SlabId s) {
     return draft && draft->now().shared_tile(tool->writes, s) != start->shared_tile(tool->writes, s);
@@ -896,7 +923,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     const detail::DetailBudget budget = {
         kMaxSlabsPerStroke - added,
         std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
-    result.detail_limited = wanted > brush.detail * brush.radius;
+    result.detail_limited = wanted > brush.detail * radius;
     // What is not available is had as far as it goes.
     bool planned = plan.run(near, need, highest_there, touched, budget);
     while (!planned && plan.wanted(near, need)) {
@@ -915,7 +942,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     }
   }
   if (fine_enough.size() == kKeptFine) fine_enough.erase(fine_enough.begin());
-  fine_enough.push_back(ring);
+  fine_enough.push_back({ring, wanted});
 }
 
 /// Counts what a change adds: samples of all layers.
@@ -1012,7 +1039,8 @@ SnapshotPtr Editor::State::carried(const Snapshot& before, const Snapshot& made,
 // ---- The dab
 
 DabResult Editor::State::apply(const Dab& given) {
-  const Reach reach(given, brush, *tool);
+  take_size(given.size);
+  const Reach reach(given, brush, radius, *tool);
   const Dab& dab = reach.dab;
   const Vec3d up = reach.up;
   const double driven = unit_range(brush.strength) * (tool->by_pressure ? unit_range(dab.pressure) : 1.0);
@@ -1109,7 +1137,7 @@ DabResult Editor::dab(const Dab& dab) {
   const Vec3d up = normalized(dab.normal);
   const bool good = dab.slab < state_->cage().slab_count() && is_finite(dab.contact) && is_finite(dab.cursor) &&
                     is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 && std::isfinite(dab.pressure) &&
-                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from));
+                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from)) && dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
   StrokeResult& so_far = state_->so_far;

@@ -11,10 +11,10 @@
 
 namespace relief {
 
-/// One application of the tool, where the sphere of the brush's radius meets the surface. Carve clips at the sphere
-/// with centre cursor + normal * (radius + k) (paper, Sec. 4.1), swept from `from` where the dab is `swept`. All other
-/// tools work around `contact`, by rate * strength * pressure * fall-off * seconds. Deposit knows no pressure (paper,
-/// Sec. 4.2).
+/// One application of the tool, where its sphere, the brush's radius times `size`, meets the surface. Carve clips at
+/// the sphere with centre cursor + normal * (radius + k) (paper, Sec. 4.1), swept from `from` where the dab is `swept`.
+/// All other tools work around `contact`, by rate * strength * pressure * fall-off * seconds. Deposit knows no pressure
+/// (paper, Sec. 4.2).
 struct Dab {
   SlabId slab = kNoSlab;  ///< where region growth starts: the slab of the contact
   Vec3d contact;          ///< surface contact point
@@ -22,8 +22,9 @@ struct Dab {
   Vec3d normal;           ///< unit, outwards: the tool's axis
   double pressure = 1;    ///< 0..1
   double seconds = 0;     ///< how long the tool was held here; 0: only Carve does anything
-  Vec3d from = {};        ///< Carve: centre of the sphere at the dab before
+  Vec3d from = {};        ///< Carve: centre that the sphere would have had at the dab before
   bool swept = false;     ///< Carve: everything between the two is cut as well
+  double size = 1;        ///< of the brush's radius; above 0, at most 1
 };
 
 /// Holds what a dab did.
@@ -79,8 +80,9 @@ class Editor {
   /// Asserts that no stroke is open and the brush is sane (positive finite radius).
   void begin_stroke(const Brush& brush);
   /// Applies the tool to the connected slabs inside its sphere whose mean fibre direction has a positive dot product
-  /// with `dab.normal`. Ignores dabs that are not finite or name no slab; clamps pressure and seconds. Samples change
-  /// by 1 - mask; void ones never. The grid gets finer first where Brush::detail wants it. Cost: the samples reached.
+  /// with `dab.normal`. Ignores dabs that are not finite, name no slab or have no size; clamps pressure and seconds.
+  /// Samples change by 1 - mask; void ones never. The grid gets finer first where Brush::detail wants it. Cost: the
+  /// samples reached.
   /// docs/reference/tools.md has the formulas.
   DabResult dab(const Dab& dab);
   /// Ends the stroke.

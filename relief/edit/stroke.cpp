@@ -19,12 +19,25 @@ constexpr double kDabsPerRadius = 16;   // a groove round a ball of six radii th
 constexpr double kLongestDab = 0.008;   // s: what the hand feels as at once, and a rate takes as even
 constexpr double kTap = 0.1;            // s: how long a stroke counts that lasts no time
 constexpr double kFarthestTime = 1e12;  // s
-constexpr int kRing = 12;               // places around the tool from which its axis comes
-constexpr double kRingRadius = 0.75;    // of the tool's
+// Of the brush's radius, where pressure drives it: a line that is thinner has ended. Below it nothing is done, and dabs
+// do not get nearer to each other.
+constexpr double kThinnest = 1.0 / 64;
+constexpr int kRing = 12;             // places around the tool from which its axis comes
+constexpr double kRingRadius = 0.75;  // of the tool's
+
+/// Returns how wide a dab is at a pressure of the hand, as a share of the brush's radius.
+double size_at(const Brush& brush, double pressure) noexcept {
+  return brush.pressure_drives == PressureDrives::Strength ? 1.0 : brush.pressure(pressure);
+}
+
+/// Returns how far the next dab is from one at a pressure of the hand, model units.
+double spacing_at(const Brush& brush, double pressure) noexcept {
+  return brush.radius * std::max(size_at(brush, pressure), kThinnest) / kDabsPerRadius;
+}
 
 /// Dabs that the way between two points needs for its length; clamped so that it fits an integer.
-std::size_t dabs_between(const StrokePoint& a, const StrokePoint& b, double radius) noexcept {
-  const double by_length = length(b.position - a.position) * kDabsPerRadius / radius,
+std::size_t dabs_between(const StrokePoint& a, const StrokePoint& b, const Brush& brush) noexcept {
+  const double by_length = length(b.position - a.position) / spacing_at(brush, std::min(a.pressure, b.pressure)),
                by_time = (b.t - a.t) / kLongestDab;
   const double steps = std::ceil(std::max(by_length, by_time));
   return steps >= 1 ? static_cast<std::size_t>(std::min(steps, 1e12)) : 1;
@@ -62,6 +75,8 @@ Status check(const Brush& brush) {
                 "the stroke's pressure curve must go from a low to a high pressure within 0 and 1");
   if (!std::isfinite(exponent) || exponent <= 0)
     return fail(Errc::InvalidArgument, "the exponent of the stroke's pressure curve must be a number above 0");
+  if (brush.pressure_drives > PressureDrives::Both)
+    return fail(Errc::InvalidArgument, "the stroke's pressure drives nothing that there is");
   if (brush.symmetry > 7 || !is_finite(brush.mirror))
     return fail(Errc::InvalidArgument, "the stroke's mirror planes are not planes across x, y or z");
   return {};
@@ -111,7 +126,7 @@ Status check(const Stroke& stroke) {
     if (k > 0 && p.t < stroke.points[k - 1].t)
       return fail(Errc::InvalidArgument, where + " is earlier (" + number(p.t) + " s) than the one before it (" +
                                              number(stroke.points[k - 1].t) + " s)");
-    dabs += k == 0 ? 1 : dabs_between(stroke.points[k - 1], p, stroke.brush.radius);
+    dabs += k == 0 ? 1 : dabs_between(stroke.points[k - 1], p, stroke.brush);
     if (dabs > kMaxStrokeDabs)
       return fail(Errc::InvalidArgument, "the stroke needs more than " + std::to_string(kMaxStrokeDabs) +
                                              " dabs up to " + where +
@@ -134,12 +149,13 @@ struct StrokeEngine::State {
   double began = 0;                 ///< s
   StrokePoint held;                 ///< of the tool, which trails the hand where there is a stabiliser
   double way = 0, seconds = 0;      ///< of the tool since the last dab
+  double spacing = 0;               ///< model units, from the last dab to the next
   bool missed = false;              ///< whether the last dab was out of reach
 
   /// A dab and its mirror images.
   struct Image {
-    bool swept = false;  ///< whether `centre` and `axis` are those of the dab before
-    Vec3d centre, axis;
+    bool swept = false;  ///< whether `cursor` and `axis` are those of the dab before
+    Vec3d cursor, axis;
     PickHint hint = {};
     std::array<PickHint, kRing> ring = {};
   };
@@ -183,7 +199,8 @@ struct StrokeEngine::State {
     const Vec3d along = (p.position - last->position) / all, from = held.position;
     const Vec3d gap = from - last->position + along * trail;
     const double t = last->t, pressure = last->pressure;
-    const auto steps = static_cast<std::size_t>(std::ceil(std::min(all / (0.5 * brush.radius / kDabsPerRadius), 1e7)));
+    const double closest = spacing_at(brush, std::min(pressure, p.pressure));
+    const auto steps = static_cast<std::size_t>(std::ceil(std::min(all / (0.5 * closest), 1e7)));
     for (std::size_t k = 1; k <= steps && !stopped(); ++k) {
       const double share = static_cast<double>(k) / static_cast<double>(steps), s = share * all;
       go({t + (p.t - t) * share, last->position + along * (s - trail) + gap * std::exp(-s / trail),
@@ -191,11 +208,10 @@ struct StrokeEngine::State {
     }
   }
 
-  /// The tool goes straight and evenly to b, with a dab at each radius/16 and each 8 ms.
+  /// The tool goes straight and evenly to b, with a dab at each radius/16, of the dab before, and each 8 ms.
   void go(const StrokePoint& b) {
     const StrokePoint a = held;
     const double all = length(b.position - a.position), time = std::max(b.t - a.t, 0.0);
-    const double spacing = brush.radius / kDabsPerRadius;
     double done = 0;  // share of the way
     while (!stopped()) {
       const double by_way = all > 0 ? (spacing - way) / all : Box3d::kFar;
@@ -215,6 +231,7 @@ struct StrokeEngine::State {
   /// Where `held` is, and in the mirrors.
   void dab(double lasted) {
     way = seconds = 0;
+    spacing = spacing_at(brush, held.pressure);
     missed = true;
     for (std::uint8_t image = 0; image <= brush.symmetry; ++image) {
       if ((image & ~brush.symmetry) != 0) continue;
@@ -235,27 +252,34 @@ struct StrokeEngine::State {
     const bool below = dot(off, place.normal) < 0;
     if (length(off) > brush.radius && !(tip && below)) return false;
     const ToolInfo& tool = info(brush.tool);
-    const double pressure = brush.pressure(held.pressure), strength = std::clamp(brush.strength, 0.0, 1.0);
+    const double size = size_at(brush, held.pressure), radius = brush.radius * size;
+    if (size < kThinnest) return true;
+    const bool drives_strength = brush.pressure_drives != PressureDrives::Radius;
+    const double pressure = drives_strength ? brush.pressure(held.pressure) : 1.0;
+    const double strength = std::clamp(brush.strength, 0.0, 1.0);
     // Only these have an axis; the others need to know which side is out.
     const bool turns = tool.action == Action::Cut || tool.action == Action::Plane;
-    const Vec3d axis = turns ? averaged_normal(surface, place, brush.radius, image.ring) : place.normal;
+    const Vec3d axis = turns ? averaged_normal(surface, place, radius, image.ring) : place.normal;
     Dab dab{.slab = place.slab,
             .contact = place.position,
             .cursor = at,
             .normal = axis,
             .pressure = pressure,
-            .seconds = lasted};
+            .seconds = lasted,
+            .size = size};
     if (tool.action == Action::Cut) {
-      const double deep = tip ? -dot(off, axis) - brush.resilience : strength * pressure * brush.radius;
+      const double deep = tip ? -dot(off, axis) - brush.resilience : strength * pressure * radius;
       // A tool that rests on the surface cuts nothing, also where the surface is hollow.
       if (!(deep > 0)) return true;
       if (!tip) dab.cursor = place.position - axis * (deep + brush.resilience);
-      const Vec3d centre = dab.cursor + axis * (brush.radius + brush.resilience);
+      // The sphere has the size of this dab at the other end, too, as deep as the one before was.
+      const double rises = radius + brush.resilience;
+      const Vec3d centre = dab.cursor + axis * rises;
+      dab.from = image.cursor + image.axis * rises;
       // The nearest place may leap, to another limb or round an edge; what lies between is not to be cut then.
-      dab.swept = was_swept && length(centre - image.centre) < 0.5 * brush.radius && dot(axis, image.axis) > 0.7;
-      dab.from = image.centre;
+      dab.swept = was_swept && length(centre - dab.from) < 0.5 * radius && dot(axis, image.axis) > 0.7;
       image.swept = true;
-      image.centre = centre;
+      image.cursor = dab.cursor;
       image.axis = axis;
     } else if (tool.writes == Layer::Displacement) {
       dab.contact = editor.position(place.slab, place.u, place.v);
@@ -317,7 +341,7 @@ StrokeResult play(Editor& editor, const Stroke& stroke, const Progress& progress
   const StrokePoint* before = nullptr;
   for (const StrokePoint& p : stroke.points) {
     if (!is_finite(p)) continue;
-    dabs += before == nullptr ? 1 : dabs_between(*before, p, stroke.brush.radius);
+    dabs += before == nullptr ? 1 : dabs_between(*before, p, stroke.brush);
     if (dabs > kMaxStrokeDabs) return {};
     before = &p;
   }

@@ -34,12 +34,14 @@ inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 
 /// Returns InvalidArgument for a stroke that cannot be played, naming the first offence. Offences: numbers that are not
 /// finite, radius <= 0, strength, pressure or colour outside 0 to 1, k or detail < 0. Also: an empty pressure curve,
-/// time that runs backwards, over kMaxStrokeDabs dabs.
+/// time that runs backwards, over kMaxStrokeDabs dabs. Where pressure drives the radius, light strokes need more dabs.
 [[nodiscard]] Status check(const Stroke& stroke);
 
-/// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The result depends on
-/// the path and its times, not on calls of move(). Points farther than the radius from the surface of the stroke's
-/// start are counted and left out. A stroke without duration is a tap of 0.1 s. One thread; the editor must outlive it.
+/// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The radius is the
+/// dab's: that of the brush times the pressure where Brush::pressure_drives says so, but for less than 1/64, where
+/// nothing is done. The result depends on the path and its times, not on calls of move(). Points farther than the
+/// radius from the surface of the stroke's start are counted and left out. A stroke without duration is a tap of 0.1 s.
+/// One thread; the editor must outlive it.
 class StrokeEngine {
  public:
   /// Gives dabs to an editor, which must outlive this.

@@ -14,12 +14,16 @@ using Unit = SettingInfo::Unit;
 constexpr std::array<std::string_view, 4> kFalloffs = {"own", "linear", "smooth", "dome"};
 constexpr std::array<std::string_view, 8> kSymmetries = {"none", "x", "y", "xy", "z", "xz", "yz", "xyz"};
 
-constexpr SettingInfo kRadius = {.id = "radius", .title = "Radius", .unit = Unit::Length};
+constexpr std::array<std::string_view, 3> kDriven = {"strength", "radius", "both"};
+
+constexpr SettingInfo kRadius = {.id = "radius", .title = "Radius", .unit = Unit::Length, .pressure_may_drive = true};
 constexpr SettingInfo kStrength = {
     .id = "strength", .title = "Strength", .unit = Unit::Percent, .preset = 0.5, .pressure_may_drive = true};
 constexpr SettingInfo kFalloff = {
     .id = "falloff", .title = "Fall-off", .kind = Kind::Choice, .max = 3, .step = 1, .choices = kFalloffs};
 constexpr SettingInfo kPressure = {.id = "pressure_curve", .title = "Pressure", .kind = Kind::Curve};
+constexpr SettingInfo kDrives = {
+    .id = "pressure_drives", .title = "Pressure drives", .kind = Kind::Choice, .max = 2, .step = 1, .choices = kDriven};
 constexpr SettingInfo kStabiliser = {.id = "stabiliser", .title = "Stabiliser", .unit = Unit::Length};
 constexpr SettingInfo kSymmetry = {
     .id = "symmetry", .title = "Symmetry", .kind = Kind::Choice, .max = 7, .step = 1, .choices = kSymmetries};
@@ -28,10 +32,10 @@ constexpr SettingInfo kExact = {.id = "exact", .title = "Exact cut", .kind = Kin
 constexpr SettingInfo kHeight = {.id = "height", .title = "Height", .unit = Unit::Length};
 constexpr SettingInfo kColour = {.id = "colour", .title = "Colour", .kind = Kind::Colour};
 
-constexpr std::array kOfAll = {kRadius, kStrength, kFalloff, kPressure, kStabiliser, kSymmetry};
-constexpr std::array kOfCarve = {kRadius, kStrength, kResilience, kExact, kPressure, kStabiliser, kSymmetry};
-constexpr std::array kOfLayer = {kRadius, kStrength, kHeight, kFalloff, kPressure, kStabiliser, kSymmetry};
-constexpr std::array kOfPaint = {kRadius, kStrength, kColour, kFalloff, kPressure, kStabiliser, kSymmetry};
+constexpr std::array kOfAll = {kRadius, kStrength, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
+constexpr std::array kOfCarve = {kRadius, kStrength, kResilience, kExact, kPressure, kDrives, kStabiliser, kSymmetry};
+constexpr std::array kOfLayer = {kRadius, kStrength, kHeight, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
+constexpr std::array kOfPaint = {kRadius, kStrength, kColour, kFalloff, kPressure, kDrives, kStabiliser, kSymmetry};
 
 // Rates are 1/s. The slow ones let a hand follow. Cover at 12/s is 70 % there after 0.1 s, the time in which a 5 mm
 // brush at 50 mm/s passes its own radius. Even at 60/s mixes a sample with its neighbours by a third per 8 ms; from
@@ -145,6 +149,14 @@ std::optional<Falloff> falloff_from_name(std::string_view text) noexcept {
   return static_cast<Falloff>(at - kFalloffs.begin());
 }
 
+std::string_view name(PressureDrives drives) noexcept { return kDriven[static_cast<std::size_t>(drives)]; }
+
+std::optional<PressureDrives> pressure_drives_from_name(std::string_view text) noexcept {
+  const auto at = std::ranges::find(kDriven, text);
+  if (at == kDriven.end()) return std::nullopt;
+  return static_cast<PressureDrives>(at - kDriven.begin());
+}
+
 double PressureCurve::operator()(double pressure) const noexcept {
   const double share = std::clamp((pressure - low) / (high - low), 0.0, 1.0);
   return exponent == 1 ? share : std::pow(share, exponent);
@@ -181,6 +193,7 @@ std::optional<double> setting(const Brush& brush, std::string_view id) noexcept 
   if (const double* number = number_of(brush, id)) return *number;
   if (id == kExact.id) return brush.exact ? 1.0 : 0.0;
   if (id == kFalloff.id) return static_cast<double>(brush.falloff);
+  if (id == kDrives.id) return static_cast<double>(brush.pressure_drives);
   if (id == kSymmetry.id) return static_cast<double>(brush.symmetry);
   return std::nullopt;
 }
@@ -195,6 +208,8 @@ bool set(Brush& brush, std::string_view id, double value) noexcept {
     brush.exact = value != 0;
   else if (id == kFalloff.id)
     brush.falloff = static_cast<Falloff>(std::min<std::uint8_t>(choice, kFalloffs.size() - 1));
+  else if (id == kDrives.id)
+    brush.pressure_drives = static_cast<PressureDrives>(std::min<std::uint8_t>(choice, kDriven.size() - 1));
   else if (id == kSymmetry.id)
     brush.symmetry = std::min<std::uint8_t>(choice, kSymmetries.size() - 1);
   else

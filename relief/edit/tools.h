@@ -38,6 +38,15 @@ struct PressureCurve {
   friend bool operator==(const PressureCurve&, const PressureCurve&) noexcept = default;
 };
 
+/// What the curve's pressure changes; names as in files.
+enum class PressureDrives : std::uint8_t {
+  Strength,  ///< how much a dab does, of the tools that know pressure
+  Radius,    ///< how wide it is: the radius times the pressure, of all tools
+  Both,
+};
+[[nodiscard]] std::string_view name(PressureDrives drives) noexcept;
+[[nodiscard]] std::optional<PressureDrives> pressure_drives_from_name(std::string_view text) noexcept;
+
 /// So many radii from sample to sample a ball is cut to 3 % of its depth, with a smooth rim.
 inline constexpr double kDetail = 1.0 / 12;
 /// No tool makes samples lie nearer than this part of the cage's diagonal.
@@ -56,7 +65,8 @@ struct Brush {
   Falloff falloff = Falloff::Own;  ///< how the effect ends towards the radius
   bool exact = false;              ///< Carve: the sphere itself, to the sample; its rims show the grid as teeth
   PressureCurve pressure = {};     ///< what pressure does; the identity by default
-  double stabiliser = 0;           ///< the tool trails the hand by about this length, >= 0
+  PressureDrives pressure_drives = PressureDrives::Strength;  ///< and to what
+  double stabiliser = 0;                                      ///< the tool trails the hand by about this length, >= 0
   std::uint8_t symmetry =
       0;                     ///< bit k: each dab also mirrored across the plane through `mirror` whose normal is axis k
   Vec3d mirror = {0, 0, 0};  ///< a point on the mirror planes
@@ -99,7 +109,7 @@ struct ToolInfo {
   Falloff falloff = Falloff::Smooth;                   ///< how it ends towards the radius
   double rate = 1;                                     ///< 1/s at strength, pressure and fall-off 1; Cut has none
   double value = 0;         ///< Cover of one channel: the value; Plane: its height above the mean, in radii
-  bool by_pressure = true;  ///< whether pressure drives it
+  bool by_pressure = true;  ///< whether pressure drives its strength
   bool lowers = true;       ///< Plane: what is above it goes down
   bool raises = true;       ///< Plane: what is below it goes up
   bool by_height = false;   ///< Cover: the value is the sample's own at the start, raised by Brush::height

@@ -51,7 +51,7 @@ bool counts(const StrokePoint& p, const StrokePoint* last) noexcept {
 
 /// Returns where a dab may have moved the surface. No dab moves it by more than a radius, or the brush's height.
 Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
-  const double reach = 2 * brush.radius + std::abs(brush.height);
+  const double radius = brush.radius * dab.size, reach = 2 * radius + std::abs(brush.height);
   Box3d box;
   const auto add = [&](Vec3d centre) {
     box.add(centre - Vec3d{reach, reach, reach});
@@ -59,7 +59,7 @@ Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
   };
   add(dab.contact);
   if (info(brush.tool).action == Action::Cut) {
-    const Vec3d to_centre = dab.normal * (brush.radius + brush.resilience);
+    const Vec3d to_centre = dab.normal * (radius + brush.resilience);
     add(dab.cursor + to_centre);
     if (dab.swept) add(dab.from);
   }
@@ -442,16 +442,17 @@ struct Document::State {
     const Brush& brush = open->stroke.brush;
     const ToolInfo& tool = relief::info(brush.tool);
     if (tool.writes != Layer::Displacement) return;
+    const double radius = brush.radius * dab.size;
     if (tool.action == Action::Cut) {
-      const Vec3d centre = dab.cursor + dab.normal * (brush.radius + brush.resilience);
-      add_solid(open->wanted.cut, {dab.swept ? dab.from : centre, centre, brush.radius, normalized(dab.normal)});
+      const Vec3d centre = dab.cursor + dab.normal * (radius + brush.resilience);
+      add_solid(open->wanted.cut, {dab.swept ? dab.from : centre, centre, radius, normalized(dab.normal)});
     } else if (result.limited > 0) {
       // How much more will come nobody knows: as much again as the tool is wide.
-      const Vec3d up = normalized(dab.normal), way = up * (2 * brush.radius);
+      const Vec3d up = normalized(dab.normal), way = up * (2 * radius);
       const bool sinks = tool.by_height && brush.height < 0;
-      if (!sinks) add_solid(open->wanted.fill, {dab.contact, dab.contact + way, brush.radius, up});
+      if (!sinks) add_solid(open->wanted.fill, {dab.contact, dab.contact + way, radius, up});
       if (sinks || tool.action == Action::Even || (tool.action == Action::Plane && tool.lowers))
-        add_solid(open->wanted.cut, {dab.contact, dab.contact - way / 2, brush.radius / 2, up});
+        add_solid(open->wanted.cut, {dab.contact, dab.contact - way / 2, radius / 2, up});
     }
     if (result.limited == 0) return;
     if (replaying || open->ends || open->room_asked != 0 || !may_make_room()) return;

@@ -37,7 +37,7 @@ inline constexpr std::string_view kUnits = "model units";
 
 // The sizes are a reminder: whoever adds a field to one of these adds a line below.
 static_assert(sizeof(DeviceState) == 184 && sizeof(ServoSample) == 280 && sizeof(ServoSettings) == 208 &&
-              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 136 && sizeof(Dab) == 128);
+              sizeof(DeviceInfo) == 272 && sizeof(Brush) == 144 && sizeof(Dab) == 136);
 
 template <Is<RecordedTick> T, typename Visit>
 void for_each_field(T& tick, Visit&& visit) {
@@ -153,6 +153,7 @@ void for_each_field(T& brush, Visit&& visit) {
   visit(Field{"pressure_low", ""}, brush.pressure.low);
   visit(Field{"pressure_high", ""}, brush.pressure.high);
   visit(Field{"pressure_exponent", ""}, brush.pressure.exponent);
+  visit(Field{"pressure_drives", ""}, brush.pressure_drives);
   visit(Field{"stabiliser", kUnits}, brush.stabiliser);
   visit(Field{"detail", "radii"}, brush.detail);
   visit(Field{"symmetry", ""}, brush.symmetry);
@@ -169,6 +170,7 @@ void for_each_field(T& dab, Visit&& visit) {
   visit(Field{"seconds", "s"}, dab.seconds);
   visit(Field{"from", kUnits}, dab.from);
   visit(Field{"swept", ""}, dab.swept);
+  visit(Field{"size", ""}, dab.size);
 }
 
 /// Holds what a row without numbers is made of: the end of a stroke.

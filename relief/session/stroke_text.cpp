@@ -16,12 +16,20 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 16> kFields = {
-    "tool",  "radius",         "strength",   "colour",   "points", "label",   "resilience", "height",
-    "exact", "pressure_curve", "stabiliser", "symmetry", "mirror", "falloff", "tip",        "detail"};
+constexpr std::array<std::string_view, 17> kFields = {
+    "tool",           "radius",          "strength",   "colour",   "points", "label",   "resilience", "height", "exact",
+    "pressure_curve", "pressure_drives", "stabiliser", "symmetry", "mirror", "falloff", "tip",        "detail"};
 /// What the journal adds to them.
 constexpr std::string_view kLimited = "limited";
 constexpr std::string_view kAxes = "xyz";
+
+/// "own, linear, smooth", for messages.
+template <typename Choices>
+std::string names_of(const Choices& all) {
+  std::string names;
+  for (const auto one : all) names.append(names.empty() ? "" : ", ").append(name(one));
+  return names;
+}
 
 std::string in_quotes(std::string_view text) { return '"' + printable(text, 40) + '"'; }
 
@@ -47,6 +55,7 @@ class StrokeReader {
     RELIEF_TRY(brush.symmetry, symmetry());
     RELIEF_TRY(brush.mirror, mirror());
     RELIEF_TRY(brush.pressure, pressure_curve());
+    RELIEF_TRY(brush.pressure_drives, pressure_drives());
     RELIEF_TRY(brush.colour, colour(brush));
     RELIEF_TRY(stroke.tip, flag("tip"));
     RELIEF_TRY(stroke.label, text("label"));
@@ -111,9 +120,7 @@ class StrokeReader {
     if (said.empty()) return Falloff::Own;
     if (const auto known = falloff_from_name(said)) return *known;
     constexpr std::array kAll = {Falloff::Own, Falloff::Linear, Falloff::Smooth, Falloff::Dome};
-    std::string names;
-    for (const Falloff one : kAll) names.append(names.empty() ? "" : ", ").append(name(one));
-    return problem("has the unknown \"falloff\" " + in_quotes(said) + "; known are " + names);
+    return problem("has the unknown \"falloff\" " + in_quotes(said) + "; known are " + names_of(kAll));
   }
 
   /// Axes whose planes mirror, each once: "x", "xz".
@@ -150,6 +157,14 @@ class StrokeReader {
     RELIEF_TRY(curve.high, number(*value, "high", curve.high));
     RELIEF_TRY(curve.exponent, number(*value, "exponent", curve.exponent));
     return curve;
+  }
+
+  [[nodiscard]] Result<PressureDrives> pressure_drives() const {
+    RELIEF_TRY(const std::string said, text("pressure_drives"));
+    if (said.empty()) return PressureDrives::Strength;
+    if (const auto known = pressure_drives_from_name(said)) return *known;
+    constexpr std::array kAll = {PressureDrives::Strength, PressureDrives::Radius, PressureDrives::Both};
+    return problem("has the unknown \"pressure_drives\" " + in_quotes(said) + "; known are " + names_of(kAll));
   }
 
   [[nodiscard]] Result<Vec3f> colour(const Brush& brush) const {
@@ -231,6 +246,7 @@ ordered_json json_of(const Stroke& stroke) {
   if (brush.pressure != plain.pressure)
     object["pressure_curve"] = {
         {"low", brush.pressure.low}, {"high", brush.pressure.high}, {"exponent", brush.pressure.exponent}};
+  if (brush.pressure_drives != plain.pressure_drives) object["pressure_drives"] = name(brush.pressure_drives);
   put("stabiliser", brush.stabiliser, plain.stabiliser);
   put("detail", brush.detail, plain.detail);
   std::string axes;

@@ -1620,6 +1620,23 @@ class Sculpt(Case):
         self.assertEqual(self.hash(out), full)
         self.assertTrue(Run("verify", out, "--json").json()["holds"])
 
+    def test_pressure_drives_strength_radius_or_both(self):
+        made = {}
+        for drives in (None, "strength", "radius", "both"):
+            stroke = {"tool": "deposit", "radius": 6, "detail": 0,
+                      "points": [[0.1 * k, -12 + 3 * k, 45, 60, 0.2 + 0.1 * k] for k in range(9)]}
+            if drives:
+                stroke["pressure_drives"] = drives
+            made[drives] = self.ok("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", self.folder / f"{drives}.relief",
+                                   "--json").json()["stroke_results"][0]["samples"]
+        self.assertEqual(made[None], made["strength"])
+        self.assertEqual(self.hash(self.folder / "None.relief"), self.hash(self.folder / "strength.relief"))
+        self.assertLess(made["radius"], made["strength"])
+        self.assertEqual(self.hash(self.folder / "radius.relief"), self.hash(self.folder / "both.relief"), "deposit knows no pressure")
+        stroke["pressure_drives"] = "size"
+        self.assert_failed(Run("sculpt", self.model, "--strokes", self.strokes([stroke]), "-o", self.folder / "no.relief"), 1,
+                           'pressure_drives', "known are strength, radius, both")
+
     def test_the_history_is_listed_with_what_is_undone(self):
         out = self.folder / "listed.relief"
         self.ok("sculpt", self.model, "--strokes", self.strokes(self.STROKES), "-o", out)

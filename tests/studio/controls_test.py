@@ -4,7 +4,7 @@ import collections
 import unittest
 
 import studio
-from studio import Case, OneStudio, Studio, wait
+from studio import Case, OneStudio, Studio, model, relief, wait
 
 CONTRACT = ("Viewport", "Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer", "Mask", "Unmask", "Touch", "Radius",
             "Strength", "Undo", "Redo", "Symmetry", "Device", "Status", "Tool panel", "Layers panel", "History panel", "Device panel")
@@ -101,7 +101,135 @@ class Keyboard(Case):
         s.hand.keys("Control_L+a")
         s.hand.write(str(out))
         s.hand.keys("Return")
+        s.find("Export", "push button")
+        s.hand.keys("Return")
         wait("the exported file", out.exists, 3 * studio.PATIENCE)
+        self.assertTrue(s.close())
+
+
+def label_of(o):
+    """What a choice is called: its own name is what is chosen."""
+    return next((r.getTarget(0).name for r in o.getRelationSet() if r.getRelationType() == studio.pyatspi.RELATION_LABELLED_BY), "")
+
+
+class Export(OneStudio):
+    """What the window exports is what the command line exports, to the byte."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.file = model(intervals=16)
+        cls.studio = Studio(cls.file)
+
+    def named(self, name):
+        """Ctrl+E, and a name in the file dialog."""
+        s = self.studio
+        out = studio.folder() / name
+        s.hands_off()
+        s.to_front()
+        s.hand.keys("Control_L+e")
+        wait("the file dialog", s.dialogs)
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(out))
+        s.hand.keys("Return")
+        return out
+
+    def asked(self):
+        """The dialog of the export."""
+        self.studio.find("Export", "push button")
+        return next(self.studio.all(lambda o: o.name.startswith("Export ") and o.getRoleName() == "dialog" and studio.shows(o)))
+
+    def choices(self):
+        """Its choices, by the label of each."""
+        return {label_of(o): o for o in self.studio.all(lambda o: o.getRoleName() == "combo box" and studio.shows(o), self.asked())}
+
+    def take_next(self, choice):
+        """The next one of a choice: a click, and a key in its list."""
+        s, was, dialogs = self.studio, choice.name, len(self.studio.dialogs())
+        x, y, width, height = studio.rect(choice)
+        s.hand.click(x + width // 2, y + height // 2)
+        wait("its list", lambda: len(s.dialogs()) > dialogs)
+        s.hand.keys("Down", "Return")
+        wait("the next one", lambda: choice.name != was and len(s.dialogs()) == dialogs)
+
+    def exported(self, out, mark):
+        self.assertEqual(self.studio.log.wait("exported", mark, patience=3 * studio.PATIENCE)["file"], str(out))
+        wait("the dialogs to close", lambda: not self.studio.dialogs())
+        return out.read_bytes()
+
+    def by_command(self, extension, *options):
+        out = studio.folder() / f"by-command{extension}"
+        relief("export", self.file, out, *options)
+        return out.read_bytes()
+
+    def test_01_every_sample_as_it_lies_unless_somebody_asks(self):
+        mark, out = self.studio.log.mark(), self.named("plain.ply")
+        self.assertEqual(self.asked().name, "Export plain.ply")
+        choices = self.choices()
+        self.assertEqual(sorted(choices), ["Level of detail", "Up axis"])
+        self.assertEqual(choices["Up axis"].name, "As the model lies")
+        self.assertRegex(choices["Level of detail"].name, "^Every sample: about [0-9,.]+ triangles$")
+        self.assertFalse(out.exists())
+        self.studio.hand.keys("Return")
+        self.assertEqual(self.exported(out, mark), self.by_command(".ply"))
+
+    def test_02_with_a_level_and_an_up_axis(self):
+        for extension in (".obj", ".glb"):
+            with self.subTest(extension):
+                mark, out = self.studio.log.mark(), self.named(f"turned{extension}")
+                choices = self.choices()
+                level, up = choices["Level of detail"], choices["Up axis"]
+                self.take_next(level)
+                self.assertRegex(level.name, "^One sample in 2: about [0-9,.]+ triangles$")
+                if extension == ".obj":  # the axis is remembered, the level is not
+                    self.take_next(up)
+                self.assertRegex(up.name, "^z: ")
+                self.studio.press("Export", "push button")
+                made = self.exported(out, mark)
+                self.assertEqual(made, self.by_command(extension, "--level", 1, "--up", "z"))
+                self.assertNotEqual(made, self.by_command(extension, "--level", 1))
+                self.assertNotEqual(made, self.by_command(extension, "--up", "z"))
+
+    def test_03_slabs_have_neither_and_nobody_is_asked(self):
+        mark, out = self.studio.log.mark(), self.named("cage.slabs")
+        self.assertEqual(self.exported(out, mark), self.by_command(".slabs"))
+
+    def test_04_cancel_writes_nothing(self):
+        s = self.studio
+        mark = s.log.mark()
+        self.named("never.stl")
+        self.asked()
+        s.press("Cancel", "push button")
+        wait("the dialog to close", lambda: not s.dialogs())
+        self.assertEqual(s.log.since(mark, "exported"), [])
+        self.assertEqual([file.name for file in studio.folder().iterdir() if "never" in file.name], [])
+
+    def test_05_a_name_without_an_extension_gets_that_of_the_kind(self):
+        s = self.studio
+        s.hands_off()
+        s.hand.keys("Control_L+e")
+        wait("the file dialog", s.dialogs)
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(studio.folder() / "kind"))
+        self.take_next(s.find("PLY (*.ply)", "combo box"))
+        s.hand.keys("Return")
+        self.assertEqual(self.asked().name, "Export kind.stl")
+        s.press("Cancel", "push button")
+        wait("the dialog to close", lambda: not s.dialogs())
+
+
+class ExportOfOneLevel(Case):
+    """A grid of 15 intervals has every sample or none: nothing is to be chosen there."""
+
+    def test_the_level_is_not_shown(self):
+        s = Studio(model(intervals=15))
+        s.hands_off()
+        s.hand.keys("Control_L+e")
+        wait("the file dialog", s.dialogs)
+        s.hand.keys("Return")
+        s.find("Export", "push button")
+        dialog = next(s.all(lambda o: o.name.startswith("Export ") and o.getRoleName() == "dialog" and studio.shows(o)))
+        self.assertEqual([label_of(o) for o in s.all(lambda o: o.getRoleName() == "combo box" and studio.shows(o), dialog)], ["Up axis"])
+        s.press("Cancel", "push button")
         self.assertTrue(s.close())
 
 

@@ -102,6 +102,119 @@ class Killed(Case):
         self.assertTrue(s.close())
 
 
+class Saving(Case):
+    """Save as, again and again, and given up: no stroke is lost, and no half file is left."""
+
+    def setUp(self):
+        super().setUp()
+        forget()
+        self.place = studio.folder() / f"saved-{time.monotonic_ns()}"
+        self.place.mkdir()
+        self.studio = Studio(model())
+        self.strokes = 0
+
+    def files(self):
+        """All that lies beside the saved models; a model that is open has a journal of SQLite's beside it."""
+        return sorted(file.name for file in self.place.iterdir() if not file.name.endswith(("-wal", "-shm", "-journal")))
+
+    def stroke(self):
+        s, mark = self.studio, self.studio.log.mark()
+        s.press("Carve")
+        at = 0.42 + 0.03 * self.strokes
+        self.made = s.stroke((at, 0.45), (at + 0.01, 0.55), steps=20, samples=0)
+        self.strokes += 1
+        s.log.wait("saved", mark, lambda e: e["stroke"] == self.strokes)
+
+    def dialog(self):
+        s = self.studio
+        s.hands_off()
+        s.to_front()
+        s.hand.keys("F3")
+        s.find("Commands")
+        s.hand.keys(*"save", "space", *"as", "Return")
+        s.find("Save", "push button")
+
+    def save_as(self, name, replaced=False):
+        """Where a file of that name is there, the dialog asks once more."""
+        s, mark = self.studio, self.studio.log.mark()
+        self.dialog()
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(self.place / name))
+        s.hand.keys("Return")
+        if replaced:
+            s.click("Yes", "push button")
+        self.assertEqual(s.log.wait("saved-elsewhere", mark)["file"], str(self.place / name))
+        wait("the dialogs to close", lambda: not s.dialogs())
+
+    def holds(self, name, strokes, made):
+        """The file is whole, and has so many strokes."""
+        self.assertEqual(len(journal(self.place / name)), strokes)
+        self.assertEqual(relief("info", self.place / name, "--json")["content_hash"], made["hash"])
+        self.assertTrue(relief("verify", self.place / name, "--json")["holds"])
+
+    def test_01_to_a_name_to_the_same_and_to_another(self):
+        s = self.studio
+        self.stroke()
+        self.save_as("a.relief")
+        self.stroke()
+        mark = s.log.mark()
+        self.dialog()
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(self.place / "a.relief"))
+        s.hand.keys("Return")
+        s.click("Yes", "push button")
+        s.log.wait("toast", mark, lambda e: "every finished stroke is in a.relief" in e["text"])
+        self.holds("a.relief", 2, self.made)
+        self.stroke()  # it goes on there
+        self.holds("a.relief", 3, self.made)
+        third = self.made
+        self.save_as("b.relief")
+        self.stroke()
+        self.holds("b.relief", 4, self.made)
+        self.holds("a.relief", 3, third)
+        self.assertEqual(self.files(), ["a.relief", "b.relief"])
+        self.assertTrue(s.close())
+        self.holds("b.relief", 4, self.made)
+        self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["a.relief", "b.relief"])
+
+    def test_02_over_a_file_that_another_model_had(self):
+        other = self.place / "other.relief"
+        shutil.copyfile(model(sample="torus"), other)
+        self.stroke()
+        self.save_as("other.relief", replaced=True)
+        self.stroke()
+        self.holds("other.relief", 2, self.made)
+        self.assertTrue(self.studio.close())
+        self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["other.relief"])
+
+    def test_03_two_in_a_row_without_a_stroke_between(self):
+        self.stroke()
+        self.save_as("a.relief")
+        self.save_as("b.relief")
+        self.save_as("a.relief", replaced=True)
+        self.stroke()
+        self.holds("a.relief", 2, self.made)
+        self.assertEqual(len(journal(self.place / "b.relief")), 1)
+        self.assertTrue(self.studio.close())
+        self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["a.relief", "b.relief"])
+
+    def test_04_given_up_in_the_dialog(self):
+        s = self.studio
+        self.stroke()
+        self.save_as("a.relief")
+        mark = s.log.mark()
+        self.dialog()
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(self.place / "never.relief"))
+        s.hand.keys("Escape")
+        wait("the dialog to close", lambda: not s.dialogs())
+        self.stroke()
+        self.assertEqual(s.log.since(mark, "saved-elsewhere"), [])
+        self.holds("a.relief", 2, self.made)
+        self.assertTrue(s.close())
+        self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["a.relief"])
+
+
 class Fault(Case):
     """A studio that ends by a fault says where."""
 

@@ -641,6 +641,22 @@
         <source>xyz</source>
         <translation>xyz</translation>
     </message>
+    <message>
+        <source>Pressure drives</source>
+        <translation>Druck steuert</translation>
+    </message>
+    <message>
+        <source>strength</source>
+        <translation>Stärke</translation>
+    </message>
+    <message>
+        <source>radius</source>
+        <translation>Radius</translation>
+    </message>
+    <message>
+        <source>both</source>
+        <translation>beides</translation>
+    </message>
 </context>
 <context>
     <name>StrokeInput</name>
@@ -1014,6 +1030,57 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>This kind of file cannot be opened. Known are %1.</source>
         <translation>Diese Art Datei lässt sich nicht öffnen. Bekannt sind %1.</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::ExportDialog</name>
+    <message>
+        <source>Export %1</source>
+        <translation>%1 exportieren</translation>
+    </message>
+    <message>
+        <source>Every sample: about %1 triangles</source>
+        <translation>Jeder Messpunkt: etwa %1 Dreiecke</translation>
+    </message>
+    <message>
+        <source>One sample in %1: about %2 triangles</source>
+        <translation>Einer von %1 Messpunkten: etwa %2 Dreiecke</translation>
+    </message>
+    <message>
+        <source>Level of detail</source>
+        <translation>Feinheit</translation>
+    </message>
+    <message>
+        <source>Which samples along an edge are taken; each level has about a quarter of the triangles</source>
+        <translation>Welche Messpunkte entlang einer Kante zählen; jede Stufe hat etwa ein Viertel der Dreiecke</translation>
+    </message>
+    <message>
+        <source>As the model lies</source>
+        <translation>Wie das Modell liegt</translation>
+    </message>
+    <message>
+        <source>z: turns a model whose y is up</source>
+        <translation>z: dreht ein Modell, dessen y nach oben zeigt</translation>
+    </message>
+    <message>
+        <source>y: turns a model whose z is up</source>
+        <translation>y: dreht ein Modell, dessen z nach oben zeigt</translation>
+    </message>
+    <message>
+        <source>Up axis</source>
+        <translation>Achse nach oben</translation>
+    </message>
+    <message>
+        <source>For programs whose up axis is another one</source>
+        <translation>Für Programme, in denen eine andere Achse nach oben zeigt</translation>
+    </message>
+    <message>
+        <source>Cancel</source>
+        <translation>Abbrechen</translation>
+    </message>
+    <message>
+        <source>Export</source>
+        <translation>Exportieren</translation>
     </message>
 </context>
 <context>
@@ -1469,14 +1536,6 @@ berühren, um weiterzumachen</translation>
         <translation>Relief-Modelle (*.relief)</translation>
     </message>
     <message>
-        <source>Export the surface as a mesh</source>
-        <translation>Oberfläche als Netz exportieren</translation>
-    </message>
-    <message>
-        <source>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)</source>
-        <translation>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf)</translation>
-    </message>
-    <message>
         <source>Exporting …</source>
         <translation>Wird exportiert …</translation>
     </message>
@@ -1487,10 +1546,6 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Saving …</source>
         <translation>Wird gespeichert …</translation>
-    </message>
-    <message>
-        <source>The surface could not be exported</source>
-        <translation>Die Oberfläche konnte nicht exportiert werden</translation>
     </message>
     <message>
         <source>Exported to %1</source>
@@ -1891,6 +1946,18 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Another part of the form is %1 away. A stroke grows to about the middle.</source>
         <translation>Ein anderer Teil der Form ist %1 entfernt. Ein Strich wächst bis etwa zur Mitte.</translation>
+    </message>
+    <message>
+        <source>Export the model</source>
+        <translation>Modell exportieren</translation>
+    </message>
+    <message>
+        <source>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf);;Slabs as text (*.slabs)</source>
+        <translation>PLY (*.ply);;STL (*.stl);;OBJ (*.obj);;glTF (*.glb);;3MF (*.3mf);;Platten als Text (*.slabs)</translation>
+    </message>
+    <message>
+        <source>The model could not be exported</source>
+        <translation>Das Modell konnte nicht exportiert werden</translation>
     </message>
 </context>
 <context>

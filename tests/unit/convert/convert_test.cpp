@@ -1,5 +1,6 @@
 #include "shapes.h"
 #include "support/data.h"
+#include "support/folder.h"
 
 #include <relief/base/paged_memory.h>
 #include <relief/convert/convert.h>
@@ -718,6 +719,53 @@ TEST(ToMesh, HasOneVertexPerDistinctSampleAndIsClosed) {
     EXPECT_NEAR(signed_volume(*mesh), 4.1, 0.1);
   }
   EXPECT_TRUE(full.colours.empty());
+}
+
+TEST(ExportSurface, TurnsAndThinsWhatItWrites) {
+  using Up = SurfaceExport::Up;
+  const testing::Folder folder;
+  const auto result = convert(testing::ball(30), few(60, 16));
+  ASSERT_TRUE(result);
+  const Snapshot& model = *result->model.head;
+  const auto exported = [&](const SurfaceExport& how) {
+    const auto made = export_surface(model, folder / "out.obj", how);
+    EXPECT_TRUE(made) << made.error().message;
+    auto read = import_mesh(folder / "out.obj");
+    EXPECT_TRUE(read);
+    EXPECT_EQ(made->vertices, read->positions.size());
+    EXPECT_EQ(made->triangles, read->triangles.size());
+    return std::move(read->positions);
+  };
+  for (const int level : {0, 1}) {
+    const std::vector<Vec3d> lies = exported({.level = level}), z_up = exported({.level = level, .up = Up::Z}),
+                             y_up = exported({.level = level, .up = Up::Y});
+    EXPECT_EQ(lies, to_mesh(model, level).positions);
+    ASSERT_EQ(z_up.size(), lies.size());
+    ASSERT_EQ(y_up.size(), lies.size());
+    for (std::size_t v = 0; v < lies.size(); ++v) {
+      EXPECT_EQ(z_up[v], (Vec3d{lies[v].x, -lies[v].z, lies[v].y}));
+      EXPECT_EQ(y_up[v], (Vec3d{lies[v].x, lies[v].z, -lies[v].y}));
+    }
+  }
+  const std::atomic<bool> cancel{true};
+  EXPECT_EQ(export_surface(model, folder / "never.obj", {}, {.report = {}, .cancel = &cancel}).error().code,
+            Errc::Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder / "never.obj"));
+}
+
+TEST(ExportSurface, FarFromTheOriginPlyKeepsDoubles) {
+  const testing::Folder folder;
+  TriangleMesh near = testing::ball(30), far = near;
+  for (Vec3d& p : far.positions) p += Vec3d{1e6, 0, 0};
+  for (TriangleMesh* source : {&near, &far}) {
+    const bool is_far = source == &far;
+    const auto result = convert(std::move(*source), few(60, 16));
+    ASSERT_TRUE(result);
+    ASSERT_TRUE(export_surface(*result->model.head, folder / "out.ply"));
+    const auto read = import_mesh(folder / "out.ply");
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->positions == to_mesh(*result->model.head).positions, is_far);
+  }
 }
 
 TEST(ToSlabsText, ReadsBackBitForBit) {

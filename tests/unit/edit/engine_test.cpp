@@ -55,12 +55,17 @@ std::vector<StrokePoint> uneven_events(Way way, int count) {
 SnapshotPtr bumpy_sheet() { return testing::displaced(testing::plane_shell(4, 32), testing::bumps); }
 
 /// What a stroke of a tool makes of the bumpy sheet, half masked where the tool writes the mask.
-SnapshotPtr played(Tool tool, const std::vector<StrokePoint>& points, const SnapshotPtr& on) {
+SnapshotPtr played(Tool tool, const std::vector<StrokePoint>& points, const SnapshotPtr& on,
+                   PressureDrives drives = PressureDrives::Strength) {
   Editor editor(on);
-  const StrokeResult result =
-      play(editor, {.brush = {.tool = tool, .radius = 0.1, .detail = 0, .strength = 0.7, .colour = {0.1F, 0.2F, 1}},
-                    .label = {},
-                    .points = points});
+  const StrokeResult result = play(editor, {.brush = {.tool = tool,
+                                                      .radius = 0.1,
+                                                      .detail = 0,
+                                                      .strength = 0.7,
+                                                      .colour = {0.1F, 0.2F, 1},
+                                                      .pressure_drives = drives},
+                                            .label = {},
+                                            .points = points});
   EXPECT_TRUE(result.changed) << name(tool);
   EXPECT_EQ(result.missed, 0U) << name(tool);
   return editor.head();
@@ -103,6 +108,17 @@ TEST_P(Events, OfALineMayBeFewOrMany) {
   for (const int count : {2, 171, 1711})
     expect_alike(*few, *played(tool(), events(line, count), on), std::to_string(count));
   expect_alike(*few, *played(tool(), uneven_events(line, 200), on), "uneven");
+}
+
+TEST_P(Events, MayBeFewOrManyWherePressureDrivesTheRadius) {
+  const SnapshotPtr on = sheet();
+  for (const PressureDrives drives : {PressureDrives::Radius, PressureDrives::Both}) {
+    const SnapshotPtr few = played(tool(), events(line, 17), on, drives);
+    for (const int count : {2, 171})
+      expect_alike(*few, *played(tool(), events(line, count), on, drives), std::to_string(count));
+    expect_alike(*few, *played(tool(), uneven_events(line, 200), on, drives), "uneven");
+    EXPECT_NE(few->content_hash(), played(tool(), events(line, 17), on)->content_hash());
+  }
 }
 
 TEST_P(Events, OfARoundMayBeFewOrMany) {
@@ -257,6 +273,121 @@ TEST(Pressure, BelowTheCurveNothingHappens) {
         .points = events(line, 20)};
     for (StrokePoint& p : stroke.points) p.pressure = 0.4;
     EXPECT_FALSE(play(editor, stroke).changed) << tool.id;
+  }
+}
+
+constexpr std::array kAllDriven = {PressureDrives::Strength, PressureDrives::Radius, PressureDrives::Both};
+
+TEST(Pressure, DrivesTheRadiiOfDabsInTheCurvesProportion) {
+  const PressureCurve curve{.low = 0.1, .high = 0.95, .exponent = 1.7};
+  const SnapshotPtr plane = Snapshot::make(testing::plane_shell(4, 32));
+  for (const PressureDrives drives : kAllDriven) {
+    Editor editor(plane);
+    StrokeEngine engine(editor);
+    std::vector<Dab> dabs;
+    engine.on_dab([&](const Dab& dab, const DabResult&) { dabs.push_back(dab); });
+    const Brush brush{.tool = Tool::Carve, .radius = 0.1, .detail = 0, .pressure = curve, .pressure_drives = drives};
+    engine.begin(brush);
+    engine.move(events(line, 30));
+    engine.end();
+    ASSERT_GT(dabs.size(), 50U);
+    for (std::size_t k = 0; k < dabs.size(); ++k) {
+      const double hand = 0.2 + 0.7 * (dabs[k].contact.x - 0.3) / 0.4, pressed = curve(hand);
+      EXPECT_NEAR(dabs[k].size, drives == PressureDrives::Strength ? 1 : pressed, 1e-6) << name(drives);
+      EXPECT_NEAR(dabs[k].pressure, drives == PressureDrives::Radius ? 1 : pressed, 1e-6) << name(drives);
+      if (k == 0) continue;
+      const double gone =
+          std::hypot(dabs[k].contact.x - dabs[k - 1].contact.x, dabs[k].contact.z - dabs[k - 1].contact.z);
+      EXPECT_LE(gone, brush.radius * dabs[k - 1].size / 16 + 1e-9) << "thin dabs lie closer together";
+    }
+  }
+}
+
+TEST(Pressure, OnTheRadiusIsAToolOfThatRadius) {
+  for (const ToolInfo& tool : tools()) {
+    SnapshotPtr on = testing::displaced(testing::sphere_shell(1, 8), testing::bumps);
+    // There must be a mask to be taken away.
+    if (tool.writes == Layer::Mask) on = testing::with_layer(on, Layer::Mask, 8, [](Vec3d) { return 0.5; });
+    const auto stroke = [&](double radius, double pressure, PressureDrives drives) {
+      Editor editor(on);
+      Stroke made{.brush = {.tool = *tool_from_name(tool.id),
+                            .radius = radius,
+                            .strength = 0.4,
+                            .colour = {0, 0, 1},
+                            .height = 0.02,
+                            .pressure_drives = drives,
+                            .stabiliser = 0.05,
+                            .symmetry = 1},
+                  .label = {},
+                  .points = {}};
+      for (int k = 0; k < 12; ++k)
+        made.points.push_back({0.02 * k,
+                               closest_point(*on, {0.95 * std::cos(0.05 * k), 0.95 * std::sin(0.05 * k), 0.3}).position,
+                               pressure});
+      EXPECT_TRUE(play(editor, made).changed) << tool.id;
+      EXPECT_TRUE(valid(*editor.head()));
+      return editor.head()->content_hash();
+    };
+    // Halves are exact, so it is the same to the bit: dabs, grid, and what they do.
+    EXPECT_EQ(stroke(0.2, 0.5, PressureDrives::Radius), stroke(0.1, 1, PressureDrives::Strength)) << tool.id;
+    EXPECT_EQ(stroke(0.2, 0.5, PressureDrives::Both), stroke(0.1, 0.5, PressureDrives::Strength)) << tool.id;
+    EXPECT_EQ(stroke(0.2, 0.5, PressureDrives::Radius) == stroke(0.2, 0.5, PressureDrives::Both), !tool.by_pressure);
+  }
+}
+
+TEST(Pressure, OnTheRadiusCutsAsDeepAsEachPlaceOfTheWaySays) {
+  const SnapshotPtr plane = Snapshot::make(testing::plane_shell(4, 64));
+  for (const bool lighter : {false, true}) {
+    Editor editor(plane);
+    Stroke stroke{.brush = {.tool = Tool::Carve,
+                            .radius = 0.1,
+                            .detail = 0,
+                            .strength = 0.5,
+                            .pressure_drives = PressureDrives::Radius},
+                  .label = {},
+                  .points = {{0, {0.3, 0, 0.5}, lighter ? 1 : 0.25}, {0.4, {0.7, 0, 0.5}, lighter ? 0.25 : 1}}};
+    play(editor, stroke);
+    for (double x = 0.35; x < 0.65; x += 0.01) {
+      const double share = (x - 0.3) / 0.4, hand = lighter ? 1 - 0.75 * share : 0.25 + 0.75 * share;
+      EXPECT_NEAR(height(*editor.head(), x, 0.5), -0.5 * hand * 0.1, 0.02 * 0.1) << x;
+      // The groove is as wide as a ball that goes in to half of its radius.
+      const double wide = std::sqrt(0.75) * hand * 0.1;
+      EXPECT_LT(height(*editor.head(), x, 0.5 + 0.7 * wide), -0.1 * hand * 0.1) << x;
+      EXPECT_GT(height(*editor.head(), x, 0.5 + 1.3 * wide), -1e-4) << x;
+    }
+  }
+}
+
+TEST(Pressure, OnTheRadiusLeavesALayerItsHeight) {
+  Editor editor(Snapshot::make(testing::plane_shell(4, 32)));
+  play(editor, {.brush = {.tool = Tool::Layer, .radius = 0.2, .detail = 0, .pressure_drives = PressureDrives::Radius},
+                .label = {},
+                .points = {{0, {0.5, 0, 0.5}, 0.5}, {2, {0.5, 0, 0.5}, 0.5}}});
+  EXPECT_NEAR(height(*editor.head(), 0.5, 0.5), 0.02, 2e-4) << "10 % of the brush's radius";
+}
+
+TEST(Pressure, OnTheRadiusEndsAtASixtyFourthOfIt) {
+  for (const ToolInfo& tool : tools()) {
+    const auto changed = [&](double pressure) {
+      Editor editor(bumpy_sheet());
+      Stroke stroke{.brush = {.tool = *tool_from_name(tool.id),
+                              .radius = 0.4,
+                              .detail = 0,
+                              .colour = {0, 0, 1},
+                              .pressure_drives = PressureDrives::Radius},
+                    .label = {},
+                    .points = events(line, 20)};
+      if (tool.id == "unmask")
+        editor = Editor(testing::with_layer(bumpy_sheet(), Layer::Mask, 32, [](Vec3d) { return 0.5; }));
+      for (StrokePoint& p : stroke.points) p.pressure = pressure;
+      EXPECT_TRUE(check(stroke)) << "no more dabs than a stroke may have";
+      const StrokeResult result = play(editor, stroke);
+      EXPECT_EQ(result.missed, 0U) << tool.id;
+      return result.changed;
+    };
+    EXPECT_FALSE(changed(0)) << tool.id;
+    EXPECT_FALSE(changed(0.99 / 64)) << tool.id;
+    EXPECT_TRUE(changed(4.0 / 64)) << tool.id;
   }
 }
 

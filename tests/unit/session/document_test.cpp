@@ -207,6 +207,44 @@ TEST(Document, TheFileHasEachStrokeWithTheTextThatMakesItAgain) {
   }
 }
 
+TEST(Document, WherePressureDrivesTheRadiusTheTextMakesTheSameStroke) {
+  for (const PressureDrives drives : {PressureDrives::Strength, PressureDrives::Radius, PressureDrives::Both}) {
+    const Folder folder;
+    std::uint64_t hash = 0;
+    {
+      Document document = document_in(folder / "a.relief", ball());
+      Stroke live = stroke_over_ball(0, 40);
+      live.brush.pressure = {.low = 0.1, .high = 0.9, .exponent = 1.4};
+      live.brush.pressure_drives = drives;
+      live.brush.symmetry = 1;
+      for (std::size_t k = 0; k < live.points.size(); ++k)
+        live.points[k].pressure = 0.5 - 0.5 * std::cos(0.3 * static_cast<double>(k));
+      document.post(BeginStroke{.brush = live.brush, .tip = false, .label = {}, .source = 0});
+      for (const StrokePoint& point : live.points) document.post(MoveStroke{{point}, 0});
+      document.post(EndStroke{0});
+      document.settle();
+      hash = hash_of(document);
+      ASSERT_TRUE(document.close());
+    }
+    auto file = ModelFile::open(folder / "a.relief");
+    ASSERT_TRUE(file) << file.error().message;
+    const auto journal = file->strokes();
+    ASSERT_TRUE(journal);
+    std::string text = journal->at(0).details;
+    const std::string word = R"("pressure_drives":")" + std::string(name(drives)) + R"(",)";
+    const std::size_t at = text.find(word);
+    EXPECT_EQ(at == std::string::npos, drives == PressureDrives::Strength) << text.substr(0, 200);
+    const auto hash_by = [&](const std::string& of) {
+      Editor editor(*file->at(0));
+      EXPECT_TRUE(play(editor, *stroke_of(of, "journal")).changed);
+      return editor.head()->content_hash();
+    };
+    EXPECT_EQ(hash_by(text), hash);
+    if (at == std::string::npos) continue;
+    EXPECT_NE(hash_by(text.erase(at, word.size())), hash) << "without the word pressure means strength";
+  }
+}
+
 TEST(Document, UndoGoesOnIntoTheStrokesThatTheFileHad) {
   const Folder folder;
   std::vector<std::uint64_t> hashes;

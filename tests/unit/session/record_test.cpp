@@ -608,7 +608,8 @@ TEST_F(Record, ALiveSessionOfSculptingIsRepeatedThroughItsEdits) {
   ASSERT_TRUE(made) << made.error().message;
   Document document({.info = {}, .head = start});
   Session session(device, document, {.servo = settings(), .sculpt = {.full_depth = 0.02}}, &*made);
-  session.set_brushes({{.tool = Tool::Carve, .radius = 0.2}, {.tool = Tool::Deposit, .radius = 0.15, .strength = 0.4}});
+  session.set_brushes({{.tool = Tool::Carve, .radius = 0.2, .pressure_drives = PressureDrives::Both},
+                       {.tool = Tool::Deposit, .radius = 0.15, .strength = 0.4}});
   ServoSettings stiffer = settings();
   stiffer.force.stiffness = 600;
   ASSERT_TRUE(session.set_servo(stiffer));

@@ -23,6 +23,7 @@ Stroke full() {
   b.falloff = Falloff::Dome;
   b.exact = true;
   b.pressure = {.low = 0.1, .high = 0.9, .exponent = 2.2};
+  b.pressure_drives = PressureDrives::Both;
   b.stabiliser = 0.7;
   b.symmetry = 5;
   b.mirror = {1e300, -0.1, 5e-324};
@@ -121,6 +122,9 @@ TEST(StrokeText, ProblemsNameTheStrokeAndTheField) {
       {R"([{"tool":"carve","radius":1,"pressure_curve":3}])", {"\"pressure_curve\"", "object"}},
       {R"([{"tool":"carve","radius":1,"pressure_curve":{"hi":1}}])", {"\"hi\"", "known are low, high, exponent"}},
       {R"([{"tool":"carve","radius":1,"pressure_curve":{"low":1,"high":0},)" + points + "}]", {"pressure curve", ""}},
+      {R"([{"tool":"carve","radius":1,"pressure_drives":"size"}])",
+       {"\"pressure_drives\" \"size\"", "known are strength, radius, both"}},
+      {R"([{"tool":"carve","radius":1,"pressure_drives":2}])", {"\"pressure_drives\"", "no text"}},
       {R"([{"tool":"carve","radius":1,"label":3}])", {"\"label\"", "no text"}},
       {"[", {"line 1, column 2: not JSON", ""}},
       {R"([{"tool":"carve","radius":1e999}])", {"a number is too large", ""}},
