@@ -77,8 +77,8 @@ constexpr std::size_t kMaxSamplesPerDab = std::size_t{1} << 22U, kMaxModelSample
 /// microseconds. A long way with a tool far smaller than the slabs would otherwise take minutes.
 constexpr std::size_t kMaxSlabsPerStroke = 4'000, kMaxRebuiltSlabs = 300'000;
 
-/// By how much the spacing that tools go by falls per length, beside coarser samples. A blend of twice the width that
-/// ended at once would be a step in the rim. With twice this its normals are uneven, too (cuts_test).
+/// How fast the spacing that tools go by falls beside coarser samples, per length. A blend of twice the width that
+/// ended at once would be a step in the rim. At twice this value the rim's normals are uneven, too (cuts_test).
 constexpr double kSpacingFalls = 0.0625;
 
 struct Editor::State {
@@ -166,7 +166,7 @@ struct Editor::State {
   std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> first_normals;  ///< the same by slab of `began`, on its grids
   std::vector<SlabId> first_normal_slabs;
-  /// Of the samples in a slab of `began`, for the tool's size at the open dab.
+  /// Holds the spacing of samples in a slab of `began`, for the tool's size at the open dab.
   struct Spacing {
     double widest = 0;            ///< model units; 0 where nobody has asked
     std::unique_ptr<Tile> plane;  ///< at each sample, in radii of the tool; null where nobody has asked

@@ -115,23 +115,24 @@ struct Kernels {
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
                std::uint8_t* over, std::size_t count);
-  /// Fall-off of the distance from the surface at each sample to the origin, times 1 - protect.
+  /// Writes the fall-off of the distance from the surface at each sample to the origin, times 1 - protect.
   void (*weigh)(const SlabFrame& frame, Falloff falloff, const float* displacement, const float* protect, float* to,
                 std::size_t count);
-  /// amount * weight along the fibre, as a displacement.
+  /// Writes amount * weight along the fibre, as a displacement.
   void (*raise)(const SlabFrame& frame, float amount, const float* weight, float* change, std::size_t count);
-  /// Towards the plane by 1 - exp(-amount * weight).
+  /// Writes the way towards the plane, times 1 - exp(-amount * weight).
   void (*flatten)(const SlabFrame& frame, const TargetPlane& plane, float amount, const float* displacement,
                   const float* weight, float* change, std::size_t count);
-  /// change *= 1 - exp(-amount * weight).
+  /// Multiplies change by 1 - exp(-amount * weight).
   void (*approach)(float amount, const float* weight, float* change, std::size_t count);
-  /// change *= amount * weight.
+  /// Multiplies change by amount * weight.
   void (*scale)(float amount, const float* weight, float* change, std::size_t count);
-  /// The least of 1 - weight * (1 - room / fade) over the samples that rise, where room is what is left above them and
-  /// fade where it begins to end; 1 where there is room for all.
+  /// Returns the least of 1 - weight * (1 - room / fade) over the samples that rise, where room is what is left above
+  /// them and fade where it begins to end; 1 where there is room for all.
   float (*room)(const SlabFrame& frame, const float* weight, const float* change, const float* start, const float* from,
                 std::size_t count);
-  /// from + change * share, kept within 0..1; how many would have gone beyond with all of the change, 1 in `over`.
+  /// Writes from + change * share, kept within 0..1. Returns how many would have gone beyond with all of the change;
+  /// those have 1 in `over`.
   std::size_t (*settle)(const float* from, const float* change, float share, float* to, std::uint8_t* over,
                         std::size_t count);
   /// cover += (1 - cover) * (1 - exp(-amount * weight)), from one plane to another.

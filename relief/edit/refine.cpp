@@ -8,8 +8,8 @@ namespace relief::detail {
 
 namespace {
 
-/// Of a surface that stands steeply on its slab no more counts than this, in lengths across the fibres: finer grids do
-/// not help where the fibres lean.
+/// The most of a steep surface's slope that counts, in lengths along the fibre per length across: finer grids do not
+/// help where fibres lean.
 constexpr double kMostSlope = 1.5;
 
 /// A fibre of a slab of some cage with the roots of `began`, and where the surface of that crosses it.

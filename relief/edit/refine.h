@@ -19,8 +19,8 @@ inline constexpr int kMostIntervals = 32;
 struct Need {
   Layer layer = Layer::Displacement;
   Sphere sphere;       ///< where
-  Vec3d up;            ///< the side that it works on
-  double spacing = 0;  ///< the largest that it takes, model units
+  Vec3d up;            ///< unit, outwards on the side that the tool works on
+  double spacing = 0;  ///< the largest that the tool takes, model units
 };
 
 /// Holds what a plan may add.

@@ -40,10 +40,10 @@ std::vector<double> widths_of(const ClosedSource& source, std::span<const std::u
   return widths;
 }
 
-/// An edge of the hole that a tip leaves, as the patch runs along it, and the face beyond it.
+/// Holds an edge of the hole that a tip leaves, in the direction of the patch, and the face beyond the edge.
 struct RimEdge {
   std::uint32_t tip, from, to;
-  Vec3d beyond;  ///< its unit normal
+  Vec3d beyond;  ///< the face's unit normal
   bool phantom;
 };
 

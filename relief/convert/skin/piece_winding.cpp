@@ -37,7 +37,8 @@ class AroundEdge {
   int way_ = 0;
 };
 
-/// A half-edge, with the normal of its piece turned so that the piece lies to the left of the edge's own way.
+/// Holds a half-edge and the normal of its piece. The normal is turned so that the piece lies to the left of the
+/// edge's own way.
 struct Wing {
   std::uint32_t half_edge;
   bool along;  // the edge's own way

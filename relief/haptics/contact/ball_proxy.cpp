@@ -107,7 +107,7 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
 
 void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
   const Vec3d move = cursor - std::exchange(last_, cursor);
-  const bool free = !touches_;  // until it has landed
+  const bool free = !touches_;  // until the ball has landed
   const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
   // What carrying took where the model has changed does not count.
   const Limits limits = {surface.placed(), kWork << doubled};

@@ -124,8 +124,8 @@ class Proxy {
   bool open_ = false;  ///< the last way was free, and a clear ball may be found
   SurfacePlace place_;
   SlabCorners corners_{};      ///< of the point's slab
-  detail::Foothold foothold_;  ///< in it
-  SlabId slab_ = kNoSlab;      ///< which that is
+  detail::Foothold foothold_;  ///< of the point in its slab
+  SlabId slab_ = kNoSlab;      ///< of the point
   detail::Ledger ledger_;
   Vec3d way_out_;
   double depth_ = 0, rise_ = 0, travel_ = 0;
