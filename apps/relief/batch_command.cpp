@@ -292,6 +292,7 @@ Result<bool> Batch::is_settled(const Scan& scan, const Inputs& inputs) {
   }
   const fs::path model = output(scan.name, ".relief");
   const auto opened = ModelFile::open(model, true, {.report = {}, .cancel = context_.progress.cancel});
+  if (!opened && opened.error().code == Errc::Cancelled) return std::unexpected(opened.error());
   const bool is_broken = !opened && (opened.error().code == Errc::Corrupt || opened.error().code == Errc::NotFound ||
                                      opened.error().code == Errc::UnsupportedFormat);
   if (!is_broken) {

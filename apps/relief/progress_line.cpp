@@ -59,11 +59,6 @@ constexpr std::array kPhases = {
     Phase{"export", "open", "reading", 0.50},
     Phase{"export", "surface", "gathering", 0.30},
     Phase{"export", "export", "writing", 0.20},
-    Phase{"replay", "open", "reading", 0.10},
-    Phase{"replay", "csv", "writing", 0.15},
-    Phase{"replay", "mcap", "writing", 0.25},
-    Phase{"replay", "verify", "verifying", 0.25},
-    Phase{"replay", "compare", "comparing", 0.25},
     Phase{"sample", "sample", "making", 0.70},
     Phase{"sample", "export", "writing", 0.30},
 };

@@ -165,14 +165,23 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
   RELIEF_TRY(Replay replay, Replay::open(o.recording));
   SnapshotPtr model;
   ModelInfo info;
-  if (o.verify || o.change || !o.model.empty()) {
+  const bool needs_model = o.verify || o.change || !o.model.empty();
+  const int parts = (needs_model ? 1 : 0) + (o.csv.empty() ? 0 : 1) + (o.mcap.empty() ? 0 : 1) + (o.verify ? 1 : 0) +
+                    (o.change ? 1 : 0);
+  int part = 0;
+  // What was asked for shares the whole evenly.
+  const auto next_part = [&](std::string_view name) {
+    const double from = part++;
+    return part_of(context.progress, name, from / parts, (from + 1) / parts);
+  };
+  if (needs_model) {
     RELIEF_TRY(SnapshotPtr found, find_model(
                                       replay, o.model,
                                       [&](const auto& file, const ModelFile& opened) {
                                         info = opened.model().info;
                                         return warn_of_doubt(file.string(), opened, context);
                                       },
-                                      context.progress));
+                                      next_part("reading")));
     model = std::move(found);
     RELIEF_CHECK(check_tool_radius(o.tool_radius, {.info = info, .head = model}, o.recording));
   }
@@ -182,10 +191,8 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
     if (const std::string law = other_law(replay.contact_law()); !law.empty() && !o.verify)
       print(printable(o.recording) + ": " + law + "\n");
   }
-  if (!o.csv.empty())
-    RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone, part_of(context.progress, "csv", 0, 1)));
-  if (!o.mcap.empty())
-    RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone, part_of(context.progress, "mcap", 0, 1)));
+  if (!o.csv.empty()) RELIEF_CHECK(export_csv(replay.recording(), o.csv, kSlabOrNone, next_part("writing")));
+  if (!o.mcap.empty()) RELIEF_CHECK(export_mcap(replay.recording(), o.mcap, kSlabOrNone, next_part("writing")));
   replay.rewind();
   if (!o.report.empty()) {
     RELIEF_CHECK(write_replay_page(replay, o.report));
@@ -198,7 +205,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
 
   std::string failed;
   if (o.verify) {
-    RELIEF_TRY(const Verification result, verify(replay, model, context.progress));
+    RELIEF_TRY(const Verification result, verify(replay, model, next_part("verifying")));
     json["verification"] = to_json(result);
     failed = complaint(result);
     if (!context.json && failed.empty())
@@ -210,7 +217,7 @@ Status run_replay(const ReplayOptions& o, const Context& context) {
                                                                    printable(joined(result.missing), 400))));
   }
   if (o.change) {
-    RELIEF_TRY(const Comparison result, compare(replay, model, o.change, context.progress));
+    RELIEF_TRY(const Comparison result, compare(replay, model, o.change, next_part("comparing")));
     ServoSettings changed = replay.settings().front();
     o.change(changed);
     json["other_settings"] = to_json(changed, replay.device());

@@ -34,6 +34,8 @@ void MainWindow::build_actions() {
     if (bridge_.document() == nullptr) return;
     if (Shelf::is_unnamed(text(bridge_.file())))
       ask_save_as();
+    else if (bridge_.document()->statistics().unsaved > 0)
+      say(tr("Saving …"));
     else
       say(tr("Saved as you work: every finished stroke is in %1.")
               .arg(QString::fromStdString(bridge_.file().filename().string())));

@@ -74,8 +74,9 @@ void MainWindow::ask_save_as() {
   const QString file = ask_where(tr("Name the model"), QStringLiteral("save"), documents(), QStringLiteral(".relief"),
                                  tr("Relief models (*.relief)"));
   if (file.isEmpty()) return;
-  // The name that the model has: every finished stroke is there already.
-  if (QFileInfo(file) == QFileInfo(text(bridge_.file()))) {
+  // The name that the model has: nothing is to be written a second time.
+  const QString own = text(bridge_.file());
+  if (QFileInfo(file) == QFileInfo(own) && !Shelf::is_unnamed(own)) {
     actions_.at("save")->trigger();
     return;
   }
@@ -92,13 +93,16 @@ void MainWindow::ask_export() {
   if (file.isEmpty()) return;
   // Slabs are written as they lie, and whole.
   if (QFileInfo(file).suffix().toLower() == QLatin1String("slabs")) {
-    export_to(file, [head, file](const Progress&) { return export_slabs(head->slab_mesh(), path(file)); });
+    export_to(file, [head, file](const Progress& progress) -> Status {
+      if (progress.cancelled()) return fail(Errc::Cancelled, "nothing is exported: cancelled");
+      return export_slabs(head->slab_mesh(), path(file));
+    });
     return;
   }
   auto* dialog = new ExportDialog(settings_, *head, file, this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
-  connect(dialog, &ExportDialog::chosen, this, [this, head, file](SurfaceExport how) {
-    how.unit = unit_;
+  connect(dialog, &ExportDialog::chosen, this, [this, head, file, unit = unit_](SurfaceExport how) {
+    how.unit = unit;
     export_to(file, [head, file, how](const Progress& progress) -> Status {
       constexpr double kSurfaceShare = 0.6;  // of the time
       const Progress whole = {

@@ -346,8 +346,8 @@ struct Editor::State {
     }
     return widest;
   }
-  /// Returns how far beside a ball a cut blends in a slab, at most, model units: little more than a spacing, see
-  /// kernels.cpp.
+  /// Returns how far beside a ball a cut blends in a slab, at most, model units. A blend of width h radii at right
+  /// angles ends within h + sqrt(1 + h^2) radii of the centre, so within 1.1 h of the ball for h up to 1/6.
   double blend_beside(SlabId s) {
     return 1.1 * std::min(widest_spacing(s), static_cast<double>(detail::kWidestBlend) * radius);
   }
@@ -1137,7 +1137,8 @@ DabResult Editor::dab(const Dab& dab) {
   const Vec3d up = normalized(dab.normal);
   const bool good = dab.slab < state_->cage().slab_count() && is_finite(dab.contact) && is_finite(dab.cursor) &&
                     is_finite(up) && std::abs(dot(up, up) - 1) <= 1e-6 && std::isfinite(dab.pressure) &&
-                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from)) && dab.size > 0 && dab.size <= 1;
+                    std::isfinite(dab.seconds) && (!dab.swept || is_finite(dab.from)) &&
+                    state_->brush.radius * dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
   StrokeResult& so_far = state_->so_far;

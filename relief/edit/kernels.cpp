@@ -171,10 +171,10 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
 /// start or the ball itself where they are farther apart. `gap`: where the fibre enters the ball if that is below the
 /// start, else 0; `climb`: of the fibre along the start's normal; `per_two`: one over twice how far the start lies
 /// below the ball's centre along it; `width`: of the blend along the normal.
-// A place t along the fibre lies climb t above the start, and q t + clear above the ball, both along the normal. The
-// blend is where the larger one, plus max(width - |their difference|, 0)^2 / (4 width), is 0. So its body does not
-// depend on how fibres stand, and fibres that pass the ball by meet it, too. From inside the ball, q is that of the
-// chord, so that t is the gap where the blend ends. Without a width, the gap is taken in any case.
+// A place t along the fibre lies climb t above the start, and q t - clear beyond the ball's wall, both along the
+// normal. The blend is where the larger one, plus max(width - |their difference|, 0)^2 / (4 width), is 0. So its body
+// does not depend on how fibres stand, and fibres that pass the ball by meet it, too. From inside the ball, q is that
+// of the chord, so that t is the gap where the blend ends. Without a width, the gap is taken in any case.
 [[gnu::always_inline]] inline float blended(const Meeting& met, float gap, float climb, float per_two,
                                             float width) noexcept {
   const float clear = met.outside * per_two, left = larger(width - clear, 0.0F);

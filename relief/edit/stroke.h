@@ -37,10 +37,10 @@ inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 /// time that runs backwards, over kMaxStrokeDabs dabs. Where pressure drives the radius, light strokes need more dabs.
 [[nodiscard]] Status check(const Stroke& stroke);
 
-/// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The radius is the
-/// dab's: that of the brush times the pressure where Brush::pressure_drives says so, but for less than 1/64, where
-/// nothing is done. The result depends on the path and its times, not on calls of move(). Points farther than the
-/// radius from the surface of the stroke's start are counted and left out. A stroke without duration is a tap of 0.1 s.
+/// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The radius there is
+/// the dab's: Brush::pressure_drives may let the pressure scale it. Below 1/64 of the brush's nothing is done. The
+/// result depends on the path and its times, not on calls of move(). Points farther than the brush's radius from the
+/// surface of the stroke's start are counted and left out. A stroke without duration is a tap of 0.1 s.
 /// One thread; the editor must outlive it.
 class StrokeEngine {
  public:

@@ -49,9 +49,11 @@ bool counts(const StrokePoint& p, const StrokePoint* last) noexcept {
          (last == nullptr || p.t >= last->t);
 }
 
-/// Returns where a dab may have moved the surface. No dab moves it by more than a radius, or the brush's height.
+/// Returns where a dab may have moved the surface. No dab moves it by more than a radius, or the brush's height, which
+/// is a tenth of the brush's radius where nobody set one.
 Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
-  const double radius = brush.radius * dab.size, reach = 2 * radius + std::abs(brush.height);
+  const double radius = brush.radius * dab.size,
+               reach = 2 * radius + std::max(std::abs(brush.height), 0.1 * brush.radius);
   Box3d box;
   const auto add = [&](Vec3d centre) {
     box.add(centre - Vec3d{reach, reach, reach});
