@@ -115,14 +115,16 @@ void ToolPanel::add_setting(const SettingInfo& setting, QVBoxLayout& into) {
     auto* label = new QLabel(title, this);
     auto* choice = new QComboBox(this);
     choice->setObjectName(QStringLiteral("setting-") + id);
+    choice->setAccessibleName(title);
     label->setBuddy(choice);
+    // "Pressure drives" goes on with its choice. A capital would make that the name of another control.
+    const bool by_pressure = id == QLatin1String("pressure_drives");
     for (const std::string_view each : setting.choices) {
       QString words = QCoreApplication::translate("Settings", std::string(each).c_str());
-      words[0] = words[0].toUpper();
+      if (!by_pressure) words[0] = words[0].toUpper();
       choice->addItem(words);
     }
     connect(choice, &QComboBox::currentIndexChanged, this, [this, id](int index) { tools_.set_value(id, index); });
-    const bool by_pressure = id == QLatin1String("pressure_drives");
     refreshers_.emplace_back([this, choice, id, by_pressure] {
       choice->setCurrentIndex(static_cast<int>(tools_.value(id)));
       choice->setEnabled(!by_pressure || tools_.use_pressure());

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -263,6 +264,7 @@ class Cut {
   void find_ripple(const Patch& after, Error& error) const {
     const Heights now(after, ball_, spacing_);
     double heights = 0, turns = 0;
+    int taken = 0;
     for (int curve = 0; curve < kCurves; ++curve) {
       const double beside = spacing_ * (2.0 * curve / (kCurves - 1) - 1);
       std::vector<double> off;
@@ -281,7 +283,8 @@ class Cut {
         turns_of.push_back({dot(turn, outwards), dot(turn, along), dot(turn, ball_.axis)});
       }
       if (off.size() <= 2 * kRippleAngles) continue;
-      const double share = 1.0 / (kCurves * static_cast<double>(off.size()));
+      ++taken;
+      const double share = 1.0 / static_cast<double>(off.size());
       for (std::size_t k = 0; k < off.size(); ++k) {
         const double uneven = off[k] - mean_around(off, k);
         const Vec3d turned = turns_of[k] - mean_around(turns_of, k);
@@ -289,8 +292,10 @@ class Cut {
         turns += dot(turned, turned) * share / (kDegree * kDegree);
       }
     }
-    error.ripple = std::sqrt(heights);
-    error.ripple_degrees = std::sqrt(turns);
+    // No curve, no figure: one that misses every goal.
+    const double none = std::numeric_limits<double>::infinity();
+    error.ripple = taken > 0 ? std::sqrt(heights / taken) : none;
+    error.ripple_degrees = taken > 0 ? std::sqrt(turns / taken) : none;
   }
 
   const Snapshot& start_;
