@@ -125,7 +125,8 @@ class Saving(Case):
         self.strokes += 1
         s.log.wait("saved", mark, lambda e: e["stroke"] == self.strokes)
 
-    def dialog(self):
+    def dialog(self, name):
+        """The file dialog, with the name typed into it."""
         s = self.studio
         s.hands_off()
         s.to_front()
@@ -133,13 +134,13 @@ class Saving(Case):
         s.find("Commands")
         s.hand.keys(*"save", "space", *"as", "Return")
         s.find("Save", "push button")
+        s.hand.keys("Control_L+a")
+        s.hand.write(str(self.place / name))
 
     def save_as(self, name, replaced=False):
         """Where a file of that name is there, the dialog asks once more."""
         s, mark = self.studio, self.studio.log.mark()
-        self.dialog()
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(self.place / name))
+        self.dialog(name)
         s.hand.keys("Return")
         if replaced:
             s.click("Yes", "push button")
@@ -158,9 +159,7 @@ class Saving(Case):
         self.save_as("a.relief")
         self.stroke()
         mark = s.log.mark()
-        self.dialog()
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(self.place / "a.relief"))
+        self.dialog("a.relief")
         s.hand.keys("Return")
         s.click("Yes", "push button")
         s.log.wait("toast", mark, lambda e: "every finished stroke is in a.relief" in e["text"])
@@ -203,9 +202,7 @@ class Saving(Case):
         self.stroke()
         self.save_as("a.relief")
         mark = s.log.mark()
-        self.dialog()
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(self.place / "never.relief"))
+        self.dialog("never.relief")
         s.hand.keys("Escape")
         wait("the dialog to close", lambda: not s.dialogs())
         self.stroke()
