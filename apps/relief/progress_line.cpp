@@ -57,8 +57,7 @@ constexpr std::array kPhases = {
     Phase{"touch", "recording", "reading", 0.05},
     Phase{"touch", "touch", "touching", 0.90},
     Phase{"export", "open", "reading", 0.50},
-    Phase{"export", "surface", "gathering", 0.30},
-    Phase{"export", "export", "writing", 0.20},
+    Phase{"export", "export", "writing", 0.50},
     Phase{"sample", "sample", "making", 0.70},
     Phase{"sample", "export", "writing", 0.30},
 };

@@ -104,15 +104,7 @@ void MainWindow::ask_export() {
   connect(dialog, &ExportDialog::chosen, this, [this, head, file, unit = unit_](SurfaceExport how) {
     how.unit = unit;
     export_to(file, [head, file, how](const Progress& progress) -> Status {
-      constexpr double kSurfaceShare = 0.6;  // of the time
-      const Progress whole = {
-          .report =
-              [&progress](std::string_view phase, double share) {
-                const bool gathers = phase == "surface";
-                progress(phase, gathers ? kSurfaceShare * share : kSurfaceShare + (1 - kSurfaceShare) * share);
-              },
-          .cancel = progress.cancel};
-      RELIEF_CHECK(export_surface(*head, path(file), how, whole));
+      RELIEF_CHECK(export_surface(*head, path(file), how, progress));
       return {};
     });
   });

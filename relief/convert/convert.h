@@ -224,7 +224,7 @@ struct Exported {
 };
 
 /// Writes the displaced surface as a mesh, as export_mesh() does. PLY gets double coordinates where the model lies
-/// farther than 20 of its diagonals from the origin. Phases "surface", then "export". Errors: those of export_mesh().
+/// farther than 20 of its diagonals from the origin. Phase "export". Errors: those of export_mesh().
 [[nodiscard]] Result<Exported> export_surface(const Snapshot& model, const std::filesystem::path& file,
                                               const SurfaceExport& how = {}, const Progress& progress = {});
 

@@ -1,4 +1,5 @@
 #include <relief/base/atomic_file.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/core/tessellate.h>
@@ -14,6 +15,8 @@ namespace relief {
 
 namespace {
 
+/// Share of the time of an export that gathers the surface: 0.15 for 3MF, 0.55 for OBJ, 0.8 for PLY (4M triangles).
+constexpr double kGathered = 0.6;
 /// Diagonals from the origin. So far out a float is off by a millionth of the diagonal, a tenth of what the finest
 /// samples lie apart.
 constexpr double kFarOut = 20;
@@ -48,11 +51,11 @@ TriangleMesh to_mesh(const Snapshot& model, int level, const Progress& progress)
 
 Result<Exported> export_surface(const Snapshot& model, const std::filesystem::path& file, const SurfaceExport& how,
                                 const Progress& progress) {
-  TriangleMesh mesh = to_mesh(model, how.level, progress);
+  TriangleMesh mesh = to_mesh(model, how.level, part_of(progress, "export", 0, kGathered));
   if (progress.cancelled()) return fail(Errc::Cancelled, printable(file.string()) + ": is not written: cancelled");
   turn(mesh, how.up);
   const ExportSettings settings = {.unit = how.unit, .double_positions = is_far_out(bounds(mesh))};
-  RELIEF_CHECK(export_mesh(mesh, file, settings, progress));
+  RELIEF_CHECK(export_mesh(mesh, file, settings, part_of(progress, "export", kGathered, 1)));
   return Exported{mesh.positions.size(), mesh.triangles.size()};
 }
 

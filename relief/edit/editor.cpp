@@ -131,16 +131,11 @@ struct Editor::State {
   Brush brush;
   const ToolInfo* tool = nullptr;
   StrokeResult so_far;
-  double radius = 0;        ///< of the tool's sphere at the open dab, model units
-  double wanted = 0;        ///< spacing that the open dab takes, model units; 0: any
-  double finest = 0;        ///< that any takes, model units
-  std::size_t rebuilt = 0;  ///< slabs of the cages that the open stroke has made
-  /// Where all was made fine enough for a spacing.
-  struct Fine {
-    Sphere where;
-    double spacing;
-  };
-  std::vector<Fine> fine_enough;                ///< what the dabs before found so, the last ones
+  double radius = 0;                            ///< of the tool's sphere at the open dab, model units
+  double wanted = 0;                            ///< spacing that the stroke takes, model units; 0: any
+  bool too_fine = false;                        ///< whether the brush wants a smaller one
+  std::size_t rebuilt = 0;                      ///< slabs of the cages that the open stroke has made
+  std::vector<Sphere> fine_enough;              ///< what the dabs before found so, the last ones
   static constexpr std::size_t kKeptFine = 16;  ///< two for each mirror image
   std::vector<RootPlace> parts;                 ///< by slab: of which slab of the cage of `began`; empty: the same
   LocateHint seat;                              ///< of the last contact
@@ -166,13 +161,12 @@ struct Editor::State {
   std::vector<SlabId> normal_slabs;
   std::vector<std::unique_ptr<Tile>> first_normals;  ///< the same by slab of `began`, on its grids
   std::vector<SlabId> first_normal_slabs;
-  /// Holds the spacing of samples in a slab of `began`, for the tool's size at the open dab.
+  /// Holds the spacing of samples in a slab of `began`.
   struct Spacing {
     double widest = 0;            ///< model units; 0 where nobody has asked
-    std::unique_ptr<Tile> plane;  ///< at each sample, in radii of the tool; null where nobody has asked
+    std::unique_ptr<Tile> plane;  ///< at each sample, in radii of the brush; null where nobody has asked
   };
   std::vector<Spacing> spacings;              ///< by slab of `began`
-  std::vector<SlabId> spacing_slabs;          ///< about which somebody has asked; some twice
   std::vector<std::shared_ptr<Tile>> spaces;  ///< by slab: the planes of parts
   std::vector<SlabId> space_slabs;
   /// Of a grid of a slab that is a part of a root.
@@ -331,18 +325,12 @@ struct Editor::State {
     const SlabCorners k = began->slab_mesh().corners(s);
     return {(k.inner[0] + k.outer[0]) / 2.0, (k.inner[1] + k.outer[1]) / 2.0, (k.inner[2] + k.outer[2]) / 2.0};
   }
-  void forget_spacings() {
-    for (const SlabId s : spacing_slabs) spacings[s] = {};
-    spacing_slabs.clear();
-    reset_all(spaces, space_slabs, spaces.size());
-  }
   /// Returns the largest in a slab.
   double widest_spacing(SlabId s) {
     const SlabId first = part(s).root;
     double& widest = spacings[first].widest;
     if (!(widest > 0)) {
       for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
-      spacing_slabs.push_back(first);
     }
     return widest;
   }
@@ -356,12 +344,11 @@ struct Editor::State {
   const Tile& spacing_at_first(SlabId s) {
     auto& found = spacings[s].plane;
     if (found) return *found;
-    spacing_slabs.push_back(s);
     const int n = began->tile(Layer::Displacement, s).intervals();
     const double own = own_spacing(s);
     const std::array<Vec3d, 3> middle = middle_triangle(s);
     const double area = length(cross(middle[1] - middle[0], middle[2] - middle[0]));
-    found = std::make_unique<Tile>(n, 1, static_cast<float>(own / radius));
+    found = std::make_unique<Tile>(n, 1, static_cast<float>(own / brush.radius));
     float* const plane = found->plane();
     for_each_side(s, [&](const Side& side) {
       if (!(side.spacing > own)) return;
@@ -379,7 +366,7 @@ struct Editor::State {
           const double along = std::clamp(dot(p, side.way) * per_square, 0.0, 1.0);
           float& at = plane[sample_index(n, {w[1], w[2]})];
           const double there = side.spacing - kSpacingFalls * length(p - side.way * along);
-          at = std::max(at, static_cast<float>(there / radius));
+          at = std::max(at, static_cast<float>(there / brush.radius));
         }
       }
     });
@@ -428,6 +415,7 @@ struct Editor::State {
   detail::SlabFrame spaced_frame(SlabId s, Vec3d origin, int n) {
     detail::SlabFrame made = frame(s, origin, n);
     made.space = spacing_of(s, n);
+    made.space_unit = static_cast<float>(brush.radius / radius);
     return made;
   }
 
@@ -509,8 +497,8 @@ struct Editor::State {
     parts.clear();
     fine_enough.clear();
     reset_all(first_normals, first_normal_slabs, 0);
-    forget_spacings();
     spacings.clear();
+    reset_all(spaces, space_slabs, spaces.size());
     if (other_cage) return take_cage();
     forget_fine();
     reset_all(normals, normal_slabs, normals.size());
@@ -532,7 +520,6 @@ struct Editor::State {
 
   struct Reach;
   void begin();
-  void take_size(double size);
   [[nodiscard]] SlabId seed_of(const Dab& dab);
   void refine(const Reach& reach, SlabId seed, DabResult& result);
   void count_added(const DetailChange& finer, DabResult& result) const;
@@ -819,7 +806,7 @@ void Editor::State::cover_samples(const Dab& dab, std::span<const SlabId> reache
   const Layer layer = tool->writes;
   // In radii of the dab. It is that of the brush whatever the dab's size: the layer is even.
   const double height =
-      (brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : 0.1) / dab.size;
+      (brush.height != 0 && std::isfinite(brush.height) ? brush.height / brush.radius : kLayerHeight) / dab.size;
   for (const SlabId s : reached) {
     const Tile& base = base_tile(s);
     const int n = base.intervals();
@@ -875,19 +862,15 @@ struct Editor::State::Reach {
 void Editor::State::begin() {
   spacings.resize(began->slab_mesh().slab_count());
   first_normals.resize(began->slab_mesh().slab_count());
-  finest = kFinestDetail * diagonal(began->slab_mesh().bounds());
-  radius = wanted = 0;
-  rebuilt = 0;
-}
-
-/// The tool's sphere is that of the dab, and so is the spacing that it takes.
-void Editor::State::take_size(double size) {
-  if (brush.radius * size == radius) return;
-  radius = brush.radius * size;
-  forget_spacings();
+  // One spacing for the stroke, whatever the sizes of its dabs: what a cut leaves does not depend on their order.
+  const double light = brush.pressure_drives == PressureDrives::Strength ? 1.0 : kLightRadius;
+  const double asked = brush.detail * brush.radius * light;
   // On a finer grid smoothing would only do less: there is nothing finer than the grid to even out.
-  const bool refines = brush.detail > 0 && std::isfinite(brush.detail) && tool->action != Action::Even;
-  wanted = refines ? std::max(brush.detail * radius, finest) : 0;
+  const bool refines = asked > 0 && std::isfinite(asked) && tool->action != Action::Even;
+  wanted = refines ? std::max(asked, kFinestDetail * diagonal(began->slab_mesh().bounds())) : 0;
+  too_fine = wanted > asked;
+  radius = 0;
+  rebuilt = 0;
 }
 
 /// Returns the slab of a dab's contact, whose number may be that of a cage before.
@@ -900,8 +883,8 @@ SlabId Editor::State::seed_of(const Dab& dab) {
 /// Makes the grid under the tool as fine as it needs it, and that around it, so that the next dabs find it done.
 void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
   const Sphere& sphere = reach.sphere;
-  const auto holds = [&](const Fine& fine) {
-    return fine.spacing <= wanted && length(fine.where.centre - sphere.centre) + sphere.radius <= fine.where.radius;
+  const auto holds = [&](const Sphere& fine) {
+    return length(fine.centre - sphere.centre) + sphere.radius <= fine.radius;
   };
   if (!(wanted > 0) || std::ranges::any_of(fine_enough, holds)) return;
   const Sphere ring = {sphere.centre, sphere.radius + radius * kRing};
@@ -923,7 +906,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     const detail::DetailBudget budget = {
         kMaxSlabsPerStroke - added,
         std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
-    result.detail_limited = wanted > brush.detail * radius;
+    result.detail_limited = too_fine;
     // What is not available is had as far as it goes.
     bool planned = plan.run(near, need, highest_there, touched, budget);
     while (!planned && plan.wanted(near, need)) {
@@ -942,7 +925,7 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
     }
   }
   if (fine_enough.size() == kKeptFine) fine_enough.erase(fine_enough.begin());
-  fine_enough.push_back({ring, wanted});
+  fine_enough.push_back(ring);
 }
 
 /// Counts what a change adds: samples of all layers.
@@ -1039,7 +1022,7 @@ SnapshotPtr Editor::State::carried(const Snapshot& before, const Snapshot& made,
 // ---- The dab
 
 DabResult Editor::State::apply(const Dab& given) {
-  take_size(given.size);
+  radius = brush.radius * given.size;
   const Reach reach(given, brush, radius, *tool);
   const Dab& dab = reach.dab;
   const Vec3d up = reach.up;

@@ -89,17 +89,19 @@ struct SampleFibre {
 struct FrameReader {
   std::array<Vec3f, 3> inner, direction;
   const float *wa, *wb, *wc, *spaces;
+  float space_unit;
   [[gnu::always_inline]] explicit FrameReader(const SlabFrame& frame) noexcept
       : inner(frame.inner),
         direction(frame.direction),
         wa(frame.weight[0]),
         wb(frame.weight[1]),
         wc(frame.weight[2]),
-        spaces(frame.space) {}
+        spaces(frame.space),
+        space_unit(frame.space_unit) {}
   [[gnu::always_inline]] [[nodiscard]] SampleFibre fibre(std::size_t k) const noexcept {
     return {mix3(inner, wa[k], wb[k], wc[k]), mix3(direction, wa[k], wb[k], wc[k])};
   }
-  [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept { return spaces[k]; }
+  [[gnu::always_inline]] [[nodiscard]] float space(std::size_t k) const noexcept { return space_unit * spaces[k]; }
 };
 
 /// 1 - exp(-x) for x >= 0: never falls, within 1e-7 for x <= 0.1, within 0.003 everywhere.

@@ -64,7 +64,8 @@ struct SlabFrame {
   SlabFrame(const SlabCorners& root, Vec3d origin, double radius, const GridWeights& weights) noexcept;
   std::array<Vec3f, 3> inner, direction;
   std::array<const float*, 3> weight;
-  const float* space = nullptr;  ///< the spacing around each sample, in radii; for cut, lift and room
+  const float* space = nullptr;  ///< the spacing around each sample; for cut, lift and room
+  float space_unit = 1;          ///< of `space`, in radii
 };
 
 /// The ball of Carve, swept along a line. The frame's origin is its lowest point.

@@ -49,6 +49,11 @@ enum class PressureDrives : std::uint8_t {
 
 /// So many radii from sample to sample a ball is cut to 3 % of its depth, with a smooth rim.
 inline constexpr double kDetail = 1.0 / 12;
+/// Where pressure drives the radius, samples under the whole stroke lie as close as a dab of this part of the radius
+/// takes them. A quarter would cost 16 times the samples of a plain stroke; this costs four.
+inline constexpr double kLightRadius = 0.5;
+/// How high Layer rises where nobody says it, in radii of the brush.
+inline constexpr double kLayerHeight = 0.1;
 /// No tool makes samples lie nearer than this part of the cage's diagonal.
 inline constexpr double kFinestDetail = 1e-5;
 
@@ -57,11 +62,11 @@ struct Brush {
   Tool tool = Tool::Carve;   ///< which tool
   double radius = 1;         ///< of the tool's sphere, > 0
   double detail = kDetail;   ///< the largest spacing of samples under the tool, in radii; where it is larger the grid
-                             ///< gets finer, down to kFinestDetail; 0: it stays as it is
+                             ///< gets finer, down to kFinestDetail; 0: it stays as it is; see kLightRadius
   double strength = 1;       ///< 0..1; see the tools' help
   Vec3f colour = {1, 1, 1};  ///< Paint: sRGB 0..1
   double resilience = 0;     ///< Carve: k, thickness of the band that yields without being cut (paper, Sec. 4.1)
-  double height = 0;         ///< Layer: how high it rises, may be negative; 0: 10 % of the radius
+  double height = 0;         ///< Layer: how high it rises, may be negative; 0: kLayerHeight
   Falloff falloff = Falloff::Own;  ///< how the effect ends towards the radius
   bool exact = false;              ///< Carve: the sphere itself, to the sample; its rims show the grid as teeth
   PressureCurve pressure = {};     ///< what pressure does; the identity by default

@@ -53,7 +53,7 @@ bool counts(const StrokePoint& p, const StrokePoint* last) noexcept {
 /// is a tenth of the brush's radius where nobody set one.
 Box3d reach_of(const Brush& brush, const Dab& dab) noexcept {
   const double radius = brush.radius * dab.size,
-               reach = 2 * radius + std::max(std::abs(brush.height), 0.1 * brush.radius);
+               reach = 2 * radius + std::max(std::abs(brush.height), kLayerHeight * brush.radius);
   Box3d box;
   const auto add = [&](Vec3d centre) {
     box.add(centre - Vec3d{reach, reach, reach});

@@ -751,6 +751,17 @@ TEST(ExportSurface, TurnsAndThinsWhatItWrites) {
   EXPECT_EQ(export_surface(model, folder / "never.obj", {}, {.report = {}, .cancel = &cancel}).error().code,
             Errc::Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "never.obj"));
+
+  double told = 0;
+  const Progress progress = {.report =
+                                 [&](std::string_view phase, double share) {
+                                   EXPECT_EQ(phase, "export");
+                                   EXPECT_GE(share, told) << "one share of the whole";
+                                   told = share;
+                                 },
+                             .cancel = nullptr};
+  ASSERT_TRUE(export_surface(model, folder / "out.obj", {}, progress));
+  EXPECT_EQ(told, 1);
 }
 
 TEST(ExportSurface, FarFromTheOriginPlyKeepsDoubles) {

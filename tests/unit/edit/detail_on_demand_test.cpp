@@ -158,42 +158,50 @@ TEST(DetailOnDemand, UndoAndRedoCrossTheChangeOfTheCage) {
   }
 }
 
-TEST(DetailOnDemand, TheDabsOfACarvingGiveTheSameBitsInAnyOrderAndHoweverOften) {
-  for (const int n : {8, 32}) {
-    const SnapshotPtr before = coarse(n);
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> unit(-1, 1);
-    std::vector<Dab> dabs;
-    for (int k = 0; k < 60; ++k) {
-      const Vec3d way = {0.3 + 0.25 * unit(random), 0.8, 0.5 + 0.25 * unit(random)};
-      dabs.push_back(dab_near(*before, way, 0.02 + 0.01 * unit(random)));
-    }
-    std::map<std::array<double, 3>, float> first;
-    for (int run = 0; run < 4; ++run) {
-      if (run > 0) std::ranges::shuffle(dabs, random);
-      Editor editor(before);
-      editor.begin_stroke({.radius = 0.05});
-      for (int again = 0; again < (run == 2 ? 3 : 1); ++again)
-        for (const Dab& dab : dabs) editor.dab(dab);
-      const StrokeResult told = editor.end_stroke();
-      EXPECT_GT(told.slabs_added, 0U);
-      EXPECT_TRUE(valid(*editor.head()));
-      const auto found = samples_by_place(*editor.head());
-      if (run == 0) {
-        first = found;
-        continue;
-      }
-      std::size_t common = 0, other = 0;
-      for (const auto& [place, alpha] : found) {
-        const auto there = first.find(place);
-        if (there == first.end()) continue;
-        ++common;
-        other += there->second != alpha ? 1U : 0U;
-      }
-      EXPECT_GT(common, first.size() * 9 / 10);
-      EXPECT_EQ(other, 0U) << "of " << common << " in run " << run << ", n " << n;
-    }
+void expect_any_order(int n, PressureDrives drives) {
+  const SnapshotPtr before = coarse(n);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Dab> dabs;
+  for (int k = 0; k < 60; ++k) {
+    const Vec3d way = {0.3 + 0.25 * unit(random), 0.8, 0.5 + 0.25 * unit(random)};
+    const double size = drives == PressureDrives::Strength ? 1 : std::array{1.0, 0.6, 0.25}[random() % 3];
+    dabs.push_back(dab_near(*before, way, size * (0.02 + 0.01 * unit(random))));
+    dabs.back().size = size;
   }
+  std::map<std::array<double, 3>, float> first;
+  for (int run = 0; run < 4; ++run) {
+    if (run > 0) std::ranges::shuffle(dabs, random);
+    Editor editor(before);
+    editor.begin_stroke({.radius = 0.05, .pressure_drives = drives});
+    for (int again = 0; again < (run == 2 ? 3 : 1); ++again)
+      for (const Dab& dab : dabs) editor.dab(dab);
+    const StrokeResult told = editor.end_stroke();
+    EXPECT_GT(told.slabs_added, 0U);
+    EXPECT_TRUE(valid(*editor.head()));
+    const auto found = samples_by_place(*editor.head());
+    if (run == 0) {
+      first = found;
+      continue;
+    }
+    std::size_t common = 0, other = 0;
+    for (const auto& [place, alpha] : found) {
+      const auto there = first.find(place);
+      if (there == first.end()) continue;
+      ++common;
+      other += there->second != alpha ? 1U : 0U;
+    }
+    EXPECT_GT(common, first.size() * 9 / 10);
+    EXPECT_EQ(other, 0U) << "of " << common << " in run " << run << ", n " << n;
+  }
+}
+
+TEST(DetailOnDemand, TheDabsOfACarvingGiveTheSameBitsInAnyOrderAndHoweverOften) {
+  for (const int n : {8, 32}) expect_any_order(n, PressureDrives::Strength);
+}
+
+TEST(DetailOnDemand, DabsOfAllSizesDoSo) {
+  for (const int n : {8, 32}) expect_any_order(n, PressureDrives::Radius);
 }
 
 TEST(DetailOnDemand, AStrokeDoesWhatItDoesOnAGridThatIsFineFromTheStart) {
