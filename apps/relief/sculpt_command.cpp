@@ -148,6 +148,9 @@ ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
                     {"samples", s.result.samples},
                     {"limited", s.result.limited},
                     {"missed", s.result.missed},
+                    {"slabs_added", s.result.slabs_added},
+                    {"samples_added", s.result.samples_added},
+                    {"detail_limited", s.result.detail_limited},
                     {"tiles", s.tiles},
                     {"seconds", s.seconds}});
   return json;
@@ -159,10 +162,11 @@ std::string counted(std::uint64_t count, std::string_view what) {
 
 /// What the strokes could not do; empty where they did all.
 std::string limits_of(const std::vector<StrokeFinished>& strokes) {
-  std::uint64_t limited = 0, missed = 0;
+  std::uint64_t limited = 0, missed = 0, coarse = 0;
   for (const StrokeFinished& s : strokes) {
     limited += s.result.limited;
     missed += s.result.missed;
+    coarse += s.result.detail_limited ? 1 : 0;
   }
   std::string text;
   if (limited > 0)
@@ -170,6 +174,9 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes) {
   if (missed > 0)
     text += (text.empty() ? "" : "; ") + counted(missed, "point") +
             " lay farther from the surface than the radius, and " + (missed == 1 ? "was" : "were") + " left out";
+  if (coarse > 0)
+    text += (text.empty() ? "" : "; ") + std::string("the grid stayed coarser than the tool wants under ") +
+            counted(coarse, "stroke") + ": a larger radius, or shorter strokes, help";
   return text.empty() ? text : text + '\n';
 }
 

@@ -44,6 +44,7 @@ class DocumentBridge : public QObject {
   void savedElsewhere(const QString& file, bool whole);
   void limitReached(const relief::StrokeResult& so_far);
   void pointMissed();
+  void detailLimited();
   void roomAsked();
   void roomEnded(const relief::RoomEnded& room);
   void cageChanged(const relief::CageChanged& change);

@@ -55,6 +55,11 @@ void MainWindow::connect_document() {
     if (std::exchange(limit_told_, true)) return;
     say(tr("The clay ends here: no further in this direction."));
   });
+  connect(&bridge_, &DocumentBridge::pointMissed, this,
+          [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
+  connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
+    say(tr("The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps."));
+  });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {
     changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));

@@ -133,6 +133,11 @@ struct LimitReached {
 struct PointMissed {
   StrokeSource source = 0;  ///< whose stroke it is
 };
+/// The first time in a stroke that the grid stays coarser than its tool wants: finer samples would exceed what a
+/// stroke may add, or kFinestDetail.
+struct DetailLimited {
+  StrokeSource source = 0;  ///< whose stroke it is
+};
 /// A stroke runs out of clay, or of the room above it: from now on room is made under it.
 struct RoomAsked {
   StrokeSource source = 0;  ///< whose stroke it is
@@ -168,7 +173,7 @@ struct Progressed {
 };
 using Event =
     std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved, SavedElsewhere,
-                 LimitReached, PointMissed, RoomAsked, RoomEnded, CageChanged, Failed, Progressed>;
+                 LimitReached, PointMissed, DetailLimited, RoomAsked, RoomEnded, CageChanged, Failed, Progressed>;
 
 // ---- What a recorder must know to make the same snapshots again, in order
 

@@ -1763,8 +1763,19 @@ class Sculpt(Case):
         stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([deep]), "-o", out, "--force", "--json").json()["stroke_results"][0]
         self.assertGreater(stroke["limited"], 0)
         self.assertEqual(stroke["missed"], 1)
+        self.assertFalse(stroke["detail_limited"])
         journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
         self.assertEqual(journal[0]["limited"], stroke["limited"])
+
+    def test_detail_that_a_stroke_could_not_have_is_said(self):
+        out = self.folder / "fine.relief"
+        fine = dict(self.STROKES[0], detail=0.001, points=self.STROKES[0]["points"][:1])
+        run = self.ok("sculpt", self.model, "--strokes", self.strokes([fine]), "-o", out)
+        self.assertIn("coarser than the tool wants under 1 stroke: a larger radius", run.out)
+        stroke = self.ok("sculpt", self.model, "--strokes", self.strokes([fine]), "-o", out, "--force", "--json").json()["stroke_results"][0]
+        self.assertTrue(stroke["detail_limited"])
+        self.assertGreater(stroke["slabs_added"], 0)
+        self.assertGreater(stroke["samples_added"], 10 * stroke["slabs_added"])
 
     def test_control_c_stops_inside_a_stroke_and_keeps_those_before(self):
         out = self.folder / "stopped.relief"

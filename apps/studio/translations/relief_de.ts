@@ -1959,6 +1959,14 @@ berühren, um weiterzumachen</translation>
         <source>The model could not be exported</source>
         <translation>Das Modell konnte nicht exportiert werden</translation>
     </message>
+    <message>
+        <source>The tool is away from the surface: what it does there is left out.</source>
+        <translation>Das Werkzeug ist nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
+    </message>
+    <message>
+        <source>The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps.</source>
+        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius oder ein kürzerer Strich hilft.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>

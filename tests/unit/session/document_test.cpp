@@ -477,6 +477,22 @@ TEST(Document, LimitsAndMissedPointsAreToldOnceAStroke) {
   EXPECT_EQ(events.of<LimitReached>().size(), 1U) << "a gentle one reaches none";
 }
 
+TEST(Document, AGridThatStaysTooCoarseIsToldOnceAStroke) {
+  Events events;
+  Document document(ball(), events.settings());
+  Stroke fine = stroke_over_ball(0, 20);
+  fine.brush.detail = 1e-6;
+  post(document, fine);
+  document.settle();
+  EXPECT_EQ(events.of<DetailLimited>().size(), 1U);
+  EXPECT_TRUE(events.of<StrokeFinished>().back().result.detail_limited);
+  fine.brush.detail = 0;
+  post(document, fine);
+  document.settle();
+  EXPECT_EQ(events.of<DetailLimited>().size(), 1U);
+  EXPECT_FALSE(events.of<StrokeFinished>().back().result.detail_limited);
+}
+
 TEST(Document, ABrushThatIsNoneIsRefusedWithASentence) {
   Events events;
   Document document(ball(), events.settings());
