@@ -151,6 +151,7 @@ ordered_json json_of(const std::vector<StrokeFinished>& strokes) {
                     {"slabs_added", s.result.slabs_added},
                     {"samples_added", s.result.samples_added},
                     {"detail_limited", s.result.detail_limited},
+                    {"beside", s.result.beside},
                     {"tiles", s.tiles},
                     {"seconds", s.seconds}});
   return json;
@@ -162,11 +163,12 @@ std::string counted(std::uint64_t count, std::string_view what) {
 
 /// What the strokes could not do; empty where they did all.
 std::string limits_of(const std::vector<StrokeFinished>& strokes) {
-  std::uint64_t limited = 0, missed = 0, coarse = 0;
+  std::uint64_t limited = 0, missed = 0, coarse = 0, beside = 0;
   for (const StrokeFinished& s : strokes) {
     limited += s.result.limited;
     missed += s.result.missed;
     coarse += s.result.detail_limited ? 1 : 0;
+    beside += s.result.beside ? 1 : 0;
   }
   std::string text;
   if (limited > 0)
@@ -177,6 +179,9 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes) {
   if (coarse > 0)
     text += (text.empty() ? "" : "; ") + std::string("the grid stayed coarser than the tool wants under ") +
             counted(coarse, "stroke") + ": a larger radius, or shorter strokes, help";
+  if (beside > 0)
+    text += (text.empty() ? "" : "; ") + std::string("fibres lean under ") + counted(beside, "stroke") +
+            ", so clay beside the tool was taken, too";
   return text.empty() ? text : text + '\n';
 }
 

@@ -45,6 +45,7 @@ class DocumentBridge : public QObject {
   void limitReached(const relief::StrokeResult& so_far);
   void pointMissed();
   void detailLimited();
+  void takenBeside();
   void roomAsked();
   void roomEnded(const relief::RoomEnded& room);
   void cageChanged(const relief::CageChanged& change);

@@ -60,6 +60,8 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
     say(tr("The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps."));
   });
+  connect(&bridge_, &DocumentBridge::takenBeside, this,
+          [this] { say(tr("The fibres lean here: the tool takes some clay from beside it, too.")); });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {
     changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));

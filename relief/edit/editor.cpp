@@ -529,7 +529,7 @@ struct Editor::State {
   DabResult apply(const Dab& dab);
   [[nodiscard]] double fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                 std::span<const SlabId> reached, DabResult& result);
-  std::size_t cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result);
+  std::size_t cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result, std::size_t& beside);
   void move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount, DabResult& result);
   void cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result);
   void find_around(std::span<const SlabId> reached, Vec3d origin, bool borders);
@@ -593,12 +593,14 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
   return static_cast<double>(most) * radius;
 }
 
-std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result) {
+std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result,
+                               std::size_t& beside) {
   const Tile& base = base_tile(s);
   const int n = base.intervals();
   const Tile& upright = start_normals(s);
   const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
-  kernels.cut(spaced_frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(), base.size());
+  beside += kernels.cut(spaced_frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(),
+                        base.size());
   return changes_between(base, result);
 }
 
@@ -1044,7 +1046,7 @@ DabResult Editor::State::apply(const Dab& given) {
     const Vec3d origin = reach.lowest + up * lift;
     for (const SlabId s : reached) {
       const Tile& base = base_tile(s);
-      const std::size_t changes = cut(s, origin, reach.cutter, result_like(base));
+      const std::size_t changes = cut(s, origin, reach.cutter, result_like(base), result.beside);
       add(s, base, nullptr, changes);
     }
   } else if (tool->action == Action::Cover) {
@@ -1129,6 +1131,7 @@ DabResult Editor::dab(const Dab& dab) {
   so_far.slabs_added += result.slabs_added;
   so_far.samples_added += result.samples_added;
   so_far.detail_limited = so_far.detail_limited || result.detail_limited;
+  so_far.beside = so_far.beside || result.beside > 0;
   return result;
 }
 

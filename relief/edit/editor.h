@@ -35,6 +35,9 @@ struct DabResult {
   std::size_t slabs_added = 0;    ///< by cuts, for detail
   std::size_t samples_added = 0;  ///< in all layers
   bool detail_limited = false;    ///< whether the grid stayed coarser than the tool wanted it
+  /// Carve: samples that it took though they stood over a twentieth of the radius beside the sphere and the column
+  /// above it, for their fibres lean into it; copies counted likewise
+  std::size_t beside = 0;
 };
 
 /// Holds what a stroke did from its beginning.
@@ -47,6 +50,7 @@ struct StrokeResult {
   /// for detail; 0 where nothing has changed
   std::size_t slabs_added = 0, samples_added = 0;
   bool detail_limited = false;  ///< whether the grid stayed coarser somewhere than the tool wanted it
+  bool beside = false;          ///< whether a dab has taken something from beside the sphere
 };
 
 /// What unpainted surface counts as when the first stroke of paint makes the colour layer; sRGB.

@@ -185,9 +185,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   return climb * gap <= -width ? gap : smaller(-blend, gap);
 }
 
-[[gnu::always_inline]] inline void cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
-                                            const float* __restrict protect, const float* __restrict from,
-                                            float* __restrict to, std::size_t count) noexcept {
+[[gnu::always_inline]] inline std::size_t cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
+                                                   const float* __restrict protect, const float* __restrict from,
+                                                   float* __restrict to, std::size_t count) noexcept {
   const FrameReader read(frame);
   const Vec3f up = cutter.up;
   const Sweep sweep = sweep_of(cutter);
@@ -197,6 +197,7 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   const float* __restrict nz = start.z;
   const float blends = cutter.exact ? 0.0F : 3 * kWidestBlend;
   float least_climb = 0;
+  std::uint32_t beside = 0;
   for (const Vec3f fibre : frame.direction) least_climb = larger(least_climb, kSteepest * length(fibre));
   RELIEF_VECTORS
   for (std::size_t k = 0; k < count; ++k) {
@@ -216,7 +217,12 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
     const float kept = low < fade ? faded : lowest;
     const float part = a + (kept - a) * (1.0F - protect[k]);
     to[k] = smaller(part, from[k]);
+    // A blend of width h ends within 1.1 h of the ball.
+    const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kBeside) + 1.1F * blend;
+    const int taken = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
+    beside += static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
   }
+  return beside;
 }
 
 [[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter,
@@ -575,9 +581,9 @@ template <bool kSwell>
 // The kernels as one build has them: the bodies above, compiled for it.
 #define RELIEF_KERNEL_BUILD(space, ...)                                                                               \
   namespace space {                                                                                                   \
-  __VA_ARGS__ void cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
-                       const float* from, float* to, std::size_t count) {                                             \
-    cut_body(frame, cutter, start, protect, from, to, count);                                                         \
+  __VA_ARGS__ std::size_t cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, \
+                              const float* from, float* to, std::size_t count) {                                      \
+    return cut_body(frame, cutter, start, protect, from, to, count);                                                  \
   }                                                                                                                   \
   __VA_ARGS__ Lift lift(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,       \
                         std::uint8_t* over, std::size_t count) {                                                      \

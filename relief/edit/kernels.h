@@ -79,6 +79,10 @@ inline constexpr float kSteepestRim = 4;
 /// In radii: below six spacings per radius a blend takes too much of the depth. It goes from there to four.
 inline constexpr float kWidestBlend = 1.0F / 6;
 
+/// In radii, beyond the cutter and the column above it: so far off a cut takes clay where fibres lean into the cutter.
+/// Half as much is told in places that miss the ball by no more than the grid's spacing does.
+inline constexpr float kBeside = 0.05F;
+
 /// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
 struct Start {
   const float *displacement, *x, *y, *z;
@@ -110,9 +114,10 @@ struct Neighbours {
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
   /// Cuts: alpha becomes min(from, start blended with the fibre's entry into the cutter), see
-  /// docs/decisions/0010-strokes.md. `protect` keeps its share.
-  void (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
-              float* to, std::size_t count);
+  /// docs/decisions/0010-strokes.md. `protect` keeps its share. Returns how many of the samples that it takes stood
+  /// beside the cutter and its blend by more than kBeside.
+  std::size_t (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,
+                     const float* from, float* to, std::size_t count);
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
                std::uint8_t* over, std::size_t count);

@@ -274,7 +274,7 @@ struct Document::State {
     std::uint64_t cpu = 0;  ///< ns of the edit thread
     int unseen = 0;         ///< dabs since the last publication
     Box3d box;              ///< of these
-    bool said_limit = false, said_miss = false, said_coarse = false;
+    bool said_limit = false, said_miss = false, said_coarse = false, said_beside = false;
     RoomWanted wanted;             ///< by what it has done so far
     int rooms = 0;                 ///< how often room was made
     bool ends = false;             ///< room is made at its end
@@ -353,10 +353,14 @@ struct Document::State {
 
   void after_point() {
     const StrokeResult& so_far = engine.so_far();
-    const bool ends = so_far.limited > 0 && !may_make_room();
-    if (ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, so_far});
-    if (so_far.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
-    if (so_far.detail_limited && !std::exchange(open->said_coarse, true)) emit(DetailLimited{open->source});
+    tell_shortcomings(so_far, so_far.limited > 0 && !may_make_room());
+  }
+  /// What a stroke could not do, each once.
+  void tell_shortcomings(const StrokeResult& result, bool clay_ends) {
+    if (clay_ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, result});
+    if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
+    if (result.detail_limited && !std::exchange(open->said_coarse, true)) emit(DetailLimited{open->source});
+    if (result.beside && !std::exchange(open->said_beside, true)) emit(TakenBeside{open->source});
   }
 
   void take(const EndStroke& end) {
@@ -399,9 +403,7 @@ struct Document::State {
 
   /// What the last dab brought.
   void after_end(const StrokeResult& result) {
-    if (result.limited > 0 && !open->said_limit) emit(LimitReached{open->source, result});
-    if (result.missed > 0 && !open->said_miss) emit(PointMissed{open->source});
-    if (result.detail_limited && !open->said_coarse) emit(DetailLimited{open->source});
+    tell_shortcomings(result, result.limited > 0);
     const std::scoped_lock lock(counted_mutex);
     counted.missed += result.missed;
     counted.strokes += result.changed ? 1U : 0U;

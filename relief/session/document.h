@@ -138,6 +138,10 @@ struct PointMissed {
 struct DetailLimited {
   StrokeSource source = 0;  ///< whose stroke it is
 };
+/// The first time in a stroke that Carve takes clay from beside the tool, see DabResult::beside.
+struct TakenBeside {
+  StrokeSource source = 0;  ///< whose stroke it is
+};
 /// A stroke runs out of clay, or of the room above it: from now on room is made under it.
 struct RoomAsked {
   StrokeSource source = 0;  ///< whose stroke it is
@@ -171,9 +175,9 @@ struct Progressed {
   std::string phase;  ///< what is done
   double share = 0;   ///< 0..1
 };
-using Event =
-    std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved, SavedElsewhere,
-                 LimitReached, PointMissed, DetailLimited, RoomAsked, RoomEnded, CageChanged, Failed, Progressed>;
+using Event = std::variant<SnapshotChanged, StrokeFinished, StrokeRefused, HistoryChanged, HistoryDropped, Saved,
+                           SavedElsewhere, LimitReached, PointMissed, DetailLimited, TakenBeside, RoomAsked, RoomEnded,
+                           CageChanged, Failed, Progressed>;
 
 // ---- What a recorder must know to make the same snapshots again, in order
 

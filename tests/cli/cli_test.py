@@ -535,7 +535,7 @@ class Contract(Case):
         again, other = self.folder / "i.relief", self.folder / "i.ply"
         for args, phase in ((["verify", model, "--source", mended], b"comparing"),
                             (["convert", self.scan, "-o", again, "--slabs", 100_000, "--mended", other], b"verifying"),
-                            (["export", model, self.folder / "i.ply"], b"gathering"),
+                            (["export", model, self.folder / "i.ply"], b"writing"),
                             (["export", model, self.folder / "i.3mf"], b"writing"),
                             (["render", model, "--size", "4000x4000", "--supersample", "1", "--lights", "1", "-o", picture],
                              b"writing")):
@@ -1764,6 +1764,7 @@ class Sculpt(Case):
         self.assertGreater(stroke["limited"], 0)
         self.assertEqual(stroke["missed"], 1)
         self.assertFalse(stroke["detail_limited"])
+        self.assertIsInstance(stroke["beside"], bool)
         journal = self.ok("info", out, "--strokes", "--json").json()["journal"]
         self.assertEqual(journal[0]["limited"], stroke["limited"])
 

@@ -1967,6 +1967,10 @@ berühren, um weiterzumachen</translation>
         <source>The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps.</source>
         <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius oder ein kürzerer Strich hilft.</translation>
     </message>
+    <message>
+        <source>The fibres lean here: the tool takes some clay from beside it, too.</source>
+        <translation>Hier stehen die Fasern schräg: Das Werkzeug nimmt auch neben sich etwas Ton weg.</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>

@@ -3,6 +3,8 @@
 #include "flood_fill.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <random>
 
@@ -122,6 +124,26 @@ TEST(Carve, ResilientBandIsNotCut) {
   EXPECT_GT(apply(editor, brush, dab_near(*before, at, 0.06)).samples, 0U);
   // The cut is as deep as the cursor went beyond the band.
   EXPECT_NEAR(closest_point(*editor.head(), {0.4, -0.02, 0.61}).position.y, -0.01, 1e-3);
+}
+
+/// On a plane whose fibres lean by an angle, the outermost one that the ball meets touches it. Its start lies beside
+/// the ball where it leans so much that it passes under the rim.
+TEST(Carve, TellsWhatItTakesFromBesideTheBall) {
+  constexpr double kRadius = 0.2, kDegree = std::numbers::pi / 180;
+  for (const double depth : {0.3, 0.6})
+    for (const double lean : {0.0, 20.0, 40.0, 50.0, 60.0}) {
+      const double slope = std::tan(lean * kDegree), high = 1 - depth;
+      const auto mesh = testing::mapped_shell(*testing::plane_shell(4, 64),
+                                              [&](Vec3d p) { return Vec3d{p.x + slope * p.y, p.y, p.z}; });
+      const double start = (1 - high * std::sin(lean * kDegree)) / std::cos(lean * kDegree);
+      const bool passes_under = start * std::sin(lean * kDegree) > high * std::cos(lean * kDegree);
+      const bool is_beside = passes_under && std::hypot(start, high) > 1.05;
+      Editor editor(Snapshot::make(mesh));
+      const DabResult told = apply(editor, {.tool = Tool::Carve, .radius = kRadius, .detail = 0, .exact = true},
+                                   dab_near(*editor.head(), {0.5, 0, 0.5}, depth * kRadius));
+      EXPECT_GT(told.samples, 0U);
+      EXPECT_EQ(told.beside > 0, is_beside) << lean << " degrees, " << depth << " deep";
+    }
 }
 
 TEST(Carve, FadesOutBeforeTheClayEnds) {
