@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/base/steps.h>
 #include <relief/base/try.h>
 #include <relief/convert/convert.h>
 #include <relief/convert/refine.h>
@@ -32,27 +33,37 @@ std::size_t saturated(const Snapshot& model) {
   return sum;
 }
 
-/// How far the samples of one surface lie from another.
-void measure(const Snapshot& from, const Snapshot& to, Refined& result, const Progress& progress) {
-  const SlabMesh& mesh = to.slab_mesh();
-  double sum = 0;
+/// Distances between two surfaces.
+struct Distances {
+  double most = 0, squares = 0;
   std::size_t count = 0;
+};
+/// Adds how far the samples of one surface lie from another.
+void add_distances(const Snapshot& of, const Snapshot& from, Distances& found, const Progress& progress) {
+  const SlabMesh& mesh = of.slab_mesh();
   PickHint hint;
   for (SlabId s = 0; s < mesh.slab_count() && !progress.cancelled(); ++s) {
     const int n = mesh.intervals(s), step = std::max(1, n / 32);
     for (int j = 0; j <= n; j += step)
       for (int i = 0; i + j <= n; i += step) {
-        const Vec3d p = sample_position(to, s, {i, j});
+        const Vec3d p = sample_position(of, s, {i, j});
         const SurfacePoint near = closest_point(from, p, hint);
         if (near.slab == kNoSlab) continue;
         const double off = length(near.position - p);
-        sum += off * off;
-        ++count;
-        result.moved_max = std::max(result.moved_max, off);
+        found.squares += off * off;
+        ++found.count;
+        found.most = std::max(found.most, off);
       }
     progress("measure", static_cast<double>(s) / mesh.slab_count());
   }
-  result.moved_rms = count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
+}
+/// Both ways: a part that is gone lies far from what is left, not the other way round.
+void measure(const Snapshot& before, const Snapshot& after, Refined& result, const Progress& progress) {
+  Distances found;
+  add_distances(after, before, found, part_of(progress, "measure", 0, 0.5));
+  add_distances(before, after, found, part_of(progress, "measure", 0.5, 1));
+  result.moved_max = found.most;
+  result.moved_rms = found.count == 0 ? 0 : std::sqrt(found.squares / static_cast<double>(found.count));
 }
 
 // ---- Saturated

@@ -3,6 +3,7 @@
 #include "support/data.h"
 
 #include <relief/convert/convert.h>
+#include <relief/convert/refine.h>
 #include <relief/convert/room.h>
 #include <relief/core/detail.h>
 #include <relief/mesh/import.h>
@@ -231,6 +232,43 @@ TEST_P(Clay, TenRoundsOfCarvingAndRefiningLeaveAllElseToTheBit) {
   std::printf("%s: %zu fibres moved in ten rounds; %zu of %u slabs compared, %u slabs now\n", GetParam().c_str(), moved,
               same, was.slab_count(), is.slab_count());
   EXPECT_GT(2 * same, was.slab_count());
+}
+
+/// New slabs for all of a model with a thin thorn: what is told of the surface covers what was there, too.
+TEST(NewSlabs, TellHowFarTheSurfaceMovedBothWays) {
+  ConvertSettings settings;
+  settings.slabs = 100;
+  settings.intervals = 16;
+  auto made = convert(*make_sample("head", 3000), settings);
+  ASSERT_TRUE(made) << made.error().message;
+  Model model = made->model;
+  const double diagonal = model.info.source_diagonal;
+  const Box3d box = bounds_of_surface(*model.head);
+  const auto hit = raycast(*model.head, {{0, box.high.y + diagonal, 0}, {0, -1, 0}});
+  ASSERT_TRUE(hit);
+  Editor editor(model.head);
+  Stroke thorn;
+  thorn.brush = {.tool = Tool::Deposit, .radius = 0.006 * diagonal, .detail = 0.25};
+  for (int k = 0; k <= 10; ++k) thorn.points.push_back({0.1 * k, hit->point.position, 1});
+  ASSERT_TRUE(play(editor, thorn).changed);
+  model.head = editor.head();
+  const auto refined = refine(model, RefineWhere::Model);
+  ASSERT_TRUE(refined) << refined.error().message;
+  double most = 0;
+  PickHint hint;
+  for (SlabId s = 0; s < model.head->slab_mesh().slab_count(); ++s) {
+    if (model.head->slab_mesh().box(s).distance2(hit->point.position) > 1e-4 * diagonal * diagonal) continue;
+    const int n = model.head->slab_mesh().intervals(s);
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i + j <= n; ++i) {
+        const Vec3d p = sample_position(*model.head, s, {i, j});
+        if (length(p - hit->point.position) < 0.01 * diagonal)
+          most = std::max(most, length(closest_point(*refined->model.head, p, hint).position - p));
+      }
+  }
+  std::printf("new slabs: moved by at most %.2e of the diagonal; what was there lies up to %.2e from them\n",
+              refined->moved_max / diagonal, most / diagonal);
+  EXPECT_GE(refined->moved_max, most);
 }
 
 /// A fine stroke of one second at 1,000 points a second over slabs that are far too coarse for it: how many frames of a
