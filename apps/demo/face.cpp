@@ -158,7 +158,7 @@ Performance plan_face(const Snapshot& model, const Workspace& workspace, bool br
   Planner plan(model, workspace);
   const double d = plan.scale();
   const std::vector<Brush> brushes = {
-      {.tool = Tool::Carve, .radius = 0.012 * d, .resilience = 0.002 * d},
+      {.tool = Tool::Carve, .radius = 0.012 * d, .detail = kDetail / 2, .resilience = 0.002 * d},
       {.tool = Tool::Smooth, .radius = 0.016 * d, .strength = 0.6},
       {.tool = Tool::Deposit, .radius = 0.024 * d, .strength = 1.0},
       {.tool = Tool::Paint, .radius = 0.019 * d, .strength = 1.0, .colour = {0.23F, 0.11F, 0.05F}},

@@ -60,8 +60,10 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
     say(tr("The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps."));
   });
-  connect(&bridge_, &DocumentBridge::takenBeside, this,
-          [this] { say(tr("The fibres lean here: the tool takes some clay from beside it, too.")); });
+  connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
+    if (std::exchange(lean_told_, true)) return;
+    say(tr("The fibres lean here: the tool takes some clay from beside it, too."));
+  });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {
     changing_cage_ = false;
     end_aside(std::exchange(saving_, nullptr));
@@ -156,6 +158,7 @@ void MainWindow::connect_files() {
     opening_->hide();
     const SnapshotPtr head = bridge_.head();
     unit_ = bridge_.document()->info().unit;
+    lean_told_ = false;
     const bool frame_it = viewport_->scene().mesh == nullptr;
     const Box3d surface = surface_bounds(*head);
     tools_.set_diagonal(diagonal(surface));

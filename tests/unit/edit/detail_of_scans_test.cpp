@@ -92,7 +92,7 @@ TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
   const double radius = 0.005 * diagonal_, depth = 0.6 * radius;
   std::vector<double> errors;
   std::vector<std::size_t> slabs, samples;
-  std::size_t limited = 0;
+  std::size_t limited = 0, beside = 0;
   double before = 0;
   for (int place = 0; place < 100; ++place) {
     Editor editor(model_);
@@ -100,8 +100,8 @@ TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
     const double began = cpu_seconds();
     const DabResult told = testing::apply(editor, {.radius = radius}, dab);
     before += cpu_seconds() - began;
-    if (told.limited > 0) {
-      ++limited;
+    if (told.limited > 0 || told.beside > 0) {
+      ++(told.limited > 0 ? limited : beside);
       continue;
     }
     errors.push_back(cut_error(*model_, *editor.head(), dab, radius) / depth);
@@ -115,13 +115,15 @@ TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
   std::ranges::sort(slabs);
   std::ranges::sort(samples);
   std::printf(
-      "%s: %u slabs, %zu samples; %zu places, %zu at the end of the clay: rms of the depth median %.3f, 90 %% "
+      "%s: %u slabs, %zu samples; %zu at the end of the clay, %zu where fibres lean; %zu others: rms of the depth "
+      "median %.3f, 90 %% "
       "%.3f, most %.3f; slabs added median %zu, most %zu; samples added median %zu, most %zu; %.2f ms a stroke\n",
-      GetParam(), model_->slab_mesh().slab_count(), samples_of(*model_), errors.size(), limited,
+      GetParam(), model_->slab_mesh().slab_count(), samples_of(*model_), limited, beside, errors.size(),
       errors[errors.size() / 2], errors[errors.size() * 9 / 10], errors.back(), slabs[slabs.size() / 2], slabs.back(),
       samples[samples.size() / 2], samples.back(), 10 * before);
-  // A few places have fibres that lean so much that the ball's wall overhangs them.
-  EXPECT_LE(errors[errors.size() * 96 / 100], 0.05);
+  // Of what was not told, one in a hundred may lie where the tool fades out before the end of the clay.
+  EXPECT_LE(errors[errors.size() * 97 / 100], 0.05);
+  EXPECT_GE(errors.size(), 40U);
 }
 
 TEST_P(DetailOfScans, TwentyPlacesCostLittle) {
