@@ -1,6 +1,7 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "hand.h"
 #include "hand_overlay.h"
 #include "history_panel.h"
 #include "layers_panel.h"
@@ -35,6 +36,7 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <cmath>
+#include <initializer_list>
 
 namespace relief::studio {
 
@@ -85,7 +87,12 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   if (!desk_.shelf().complaint().isEmpty()) say(desk_.shelf().complaint());
 }
 
-MainWindow::~MainWindow() = default;
+/// Whatever shows the document goes before it does, also where the window was never asked to close.
+MainWindow::~MainWindow() {
+  delete hand_;
+  for (QObject* each : std::initializer_list<QObject*>{&bridge_, &tools_, &desk_}) each->disconnect();
+  qDeleteAll(findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly));
+}
 
 void MainWindow::open(const QString& file, const std::optional<Camera>& camera) {
   camera_ = camera;
@@ -238,12 +245,6 @@ void MainWindow::say(const QString& words) {
   say_in_status(words);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
   toast_->say(words, viewport_->ring_in_window());
-}
-
-void MainWindow::warn(const QString& sentence) {
-  banner_->say(Mood::Bad, sentence);
-  say_in_status(sentence);
-  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 
 void MainWindow::keep_picture() {

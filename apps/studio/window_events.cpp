@@ -24,6 +24,12 @@
 
 namespace relief::studio {
 
+namespace {
+
+const QString kUnsaved = QStringLiteral("unsaved");  // a subject of the banner
+
+}  // namespace
+
 void MainWindow::connect_document() {
   log_document(bridge_, *viewport_);
   connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
@@ -41,10 +47,7 @@ void MainWindow::connect_document() {
     }
   });
   connect(&bridge_, &DocumentBridge::historyChanged, this, [this] { refresh(); });
-  connect(&bridge_, &DocumentBridge::saved, this, [this] {
-    if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
-    banner_->setObjectName(QString());
-  });
+  connect(&bridge_, &DocumentBridge::saved, this, [this] { banner_->retract(kUnsaved); });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
     end_aside(std::exchange(saving_, nullptr));
@@ -108,8 +111,7 @@ void MainWindow::connect_document() {
            static_cast<int>(unsaved))
             .arg(message);
     event_log().write(QStringLiteral("banner"), {{"text", words}});
-    banner_->setObjectName(QStringLiteral("unsaved"));
-    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}});
+    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}}, kUnsaved);
   });
 }
 
