@@ -232,6 +232,7 @@ void MainWindow::say_state() {
     if (verdict_ && !verdict_->lines.isEmpty()) facts.append(verdict_->lines.first());
   }
   facts_->setText(facts.join(QStringLiteral(" · ")));
+  fit_status();
 }
 
 void MainWindow::say_in_status(const QString& words) {
@@ -239,6 +240,16 @@ void MainWindow::say_in_status(const QString& words) {
   status_->setAccessibleDescription(words);
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
   QAccessible::updateAccessibility(&event);
+  fit_status();
+}
+
+/// What happens counts more than what the model is: where not all has room, the rest goes.
+void MainWindow::fit_status() {
+  int room = statusBar()->width() - status_->sizeHint().width() - scaled(16);
+  for (QLabel* each : {drawing_, facts_}) {
+    room -= each->sizeHint().width() + scaled(16);
+    each->setVisible(room >= 0);
+  }
 }
 
 void MainWindow::say(const QString& words) {
@@ -271,7 +282,10 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 }
 
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) place_over();
+  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) {
+    place_over();
+    fit_status();
+  }
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);

@@ -76,6 +76,7 @@ class MainWindow : public QMainWindow {
   void refresh();
   void say(const QString& words);
   void say_in_status(const QString& words);
+  void fit_status();
   void say_state();
   void keep_picture();
   void place_over();

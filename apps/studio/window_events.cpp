@@ -209,6 +209,7 @@ void MainWindow::connect_view() {
   connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name, bool software) {
     drawing_->setText(software ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
+    fit_status();
   });
   connect(viewport_, &Viewport::colourPicked, this,
           [this](Vec3f colour) { choose_colour(QColor::fromRgbF(colour.x, colour.y, colour.z)); });
@@ -235,8 +236,8 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     event_log().write(QStringLiteral("verdict"),
                       {{"title", verdict->title}, {"text", verdict->lines.join(QLatin1Char(' '))}});
     if (card_ == nullptr) card_ = new Card(verdict->title, verdict->lines, viewport_);
-    card_->setObjectName(QStringLiteral("verdict"));
     card_->set_title(verdict->title);
+    card_->setObjectName(QStringLiteral("verdict"));
     card_->set_lines(verdict->lines);
     card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
     if (card_->findChild<QPushButton*>() == nullptr) {

@@ -2,6 +2,7 @@
 
 #include "accessible.h"
 #include "icons.h"
+#include "paragraph.h"
 
 #include <QEvent>
 #include <QHBoxLayout>
@@ -20,12 +21,11 @@ constexpr double kGroundShare = 0.14;  // of the state's colour in the backgroun
 
 }  // namespace
 
-Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new QLabel), buttons_(new QHBoxLayout) {
+Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new Paragraph), buttons_(new QHBoxLayout) {
   set_accessible_role(this, QAccessible::AlertMessage);
   setObjectName(QStringLiteral("banner"));
-  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Minimum);
   words_->setObjectName(QStringLiteral("banner.words"));
-  words_->setWordWrap(true);
   words_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
   auto* layout = new QHBoxLayout(this);
   layout->setContentsMargins(0, 7, 0, 7);
