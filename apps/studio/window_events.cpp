@@ -18,6 +18,7 @@
 
 #include <QDockWidget>
 #include <QFile>
+#include <QFileInfo>
 #include <QLabel>
 #include <QPushButton>
 #include <QStackedWidget>
@@ -99,7 +100,10 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::notSavedElsewhere, this, [this](bool was_cancelled) {
     end_aside(std::exchange(saving_, nullptr));
-    if (was_cancelled) say(tr("Cancelled; nothing was kept."));
+    if (!was_cancelled) return;
+    const QString file = text(bridge_.file());
+    say(tr("Cancelled: nothing was written. The model goes on in %1.")
+            .arg(Shelf::is_unnamed(file) ? desk_.title() : QFileInfo(file).fileName()));
   });
   connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
     if (unsaved == 0) {
