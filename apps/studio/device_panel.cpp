@@ -4,6 +4,7 @@
 #include "text.h"
 #include "widgets/accessible.h"
 #include "widgets/icons.h"
+#include "widgets/paragraph.h"
 #include "widgets/plot.h"
 #include "widgets/theme.h"
 #include "widgets/value_bar.h"
@@ -55,9 +56,9 @@ DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
     : QWidget(parent),
       hand_(hand),
       device_(new QPushButton(this)),
-      claim_(new QLabel(this)),
-      state_(new QLabel(this)),
-      at_cursor_(new QLabel(this)),
+      claim_(new Paragraph({}, this)),
+      state_(new Paragraph({}, this)),
+      at_cursor_(new Paragraph({}, this)),
       live_(new QWidget(this)) {
   setObjectName(QStringLiteral("device-settings"));
   auto* column = new QVBoxLayout(this);
@@ -69,15 +70,12 @@ DevicePanel::DevicePanel(Hand& hand, QMenu& devices, QWidget* parent)
   device_->setIcon(icon(u"device"));
   device_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   claim_->setProperty("role", "dim");
-  claim_->setWordWrap(true);
   state_->setObjectName(QStringLiteral("hand-state"));
   state_->setAccessibleName(tr("State of the hand"));
-  state_->setWordWrap(true);
   state_->setFont(ui_font(10, QFont::DemiBold));
   at_cursor_->setObjectName(QStringLiteral("hand-at-cursor"));
   at_cursor_->setAccessibleName(tr("At the cursor"));
   at_cursor_->setProperty("role", "dim");
-  at_cursor_->setWordWrap(true);
   at_cursor_->hide();
   column->addWidget(device_);
   column->addWidget(claim_);

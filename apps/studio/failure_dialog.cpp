@@ -19,7 +19,6 @@ FailureDialog::FailureDialog(const QString& title, const QString& why, const QSt
   setAccessibleName(title);
   setAccessibleDescription(why);
   setAttribute(Qt::WA_DeleteOnClose);
-  setMinimumWidth(scaled(460));
   auto* whole = new QVBoxLayout(this);
   whole->setContentsMargins(scaled(20), scaled(18), scaled(20), scaled(16));
   auto* top = new QHBoxLayout;
@@ -30,6 +29,7 @@ FailureDialog::FailureDialog(const QString& title, const QString& why, const QSt
   auto* heading = new QLabel(title, this);
   heading->setFont(ui_font(12, QFont::DemiBold));
   heading->setWordWrap(true);
+  heading->setMinimumWidth(scaled(380));
   auto* reason = new QLabel(why, this);
   reason->setWordWrap(true);
   reason->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);

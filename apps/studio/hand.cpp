@@ -7,7 +7,6 @@
 
 #include <relief/base/try.h>
 #include <relief/core/query.h>
-#include <relief/devices/open_device.h>
 #include <relief/session/replay.h>
 
 #include <QFileInfo>
@@ -143,10 +142,10 @@ Result<std::unique_ptr<Hand::Live>> Hand::make_live(Document& document, const QS
     live->device = std::move(played.device);
   } else {
     const std::string name = id_ == kSimulated ? "sim:hand" : id_.toStdString();
-    RELIEF_TRY(const std::unique_ptr<HapticDevice> known, open_device(name, {}));
+    RELIEF_TRY(const std::unique_ptr<HapticDevice> known, open_(name, {}));
     live->servo.workspace = fit_workspace(known->info(), model);
     HandScript script = exploring_hand(*model.head, live->servo.workspace);
-    RELIEF_TRY(live->device, open_device(name, [script = std::move(script)](double t) { return script(kCalm * t); }));
+    RELIEF_TRY(live->device, open_(name, [script = std::move(script)](double t) { return script(kCalm * t); }));
   }
   RELIEF_CHECK(live->device->open());
   if (const DeviceStatus status = live->device->status(); !status.to_do.empty())
@@ -179,6 +178,7 @@ void Hand::start(const QString& recording) {
   live_ = *std::move(made);
   monitor_.clear();
   stops_ = 0;
+  stopped_by_ = ServoFault::None;
   told_ = {};
   late_ = since_log_ = 0;
   compute_ = {};
@@ -245,9 +245,11 @@ void Hand::take_ticks() {
   }
   if (fresh > 0) emit ticked(static_cast<int>(fresh));
   const SafetyWatch& watch = monitor_.safety();
-  if (watch.stops() > stops_) {
+  // One time without force may have several causes, one after the other.
+  if (const ServoFault cause = watch.last_stop().cause; watch.stops() > stops_ || cause != stopped_by_) {
     stops_ = watch.stops();
-    if (const QString sentence = alarm_sentence(watch.last_stop().cause); !sentence.isEmpty()) emit alarm(sentence);
+    stopped_by_ = cause;
+    if (const QString sentence = alarm_sentence(cause); !sentence.isEmpty()) emit alarm(sentence);
   }
   if (const HandSafety now = watch.now(); now != told_) {
     told_ = now;
@@ -260,7 +262,10 @@ void Hand::take_ticks() {
   const bool played = id_.startsWith(kReplay);
   stop();
   id_ = kNone;
-  emit said(played ? tr("The recording has been played.") : tr("The device is lost. Choose it again once it answers."));
+  if (played)
+    emit said(tr("The recording has been played."));
+  else
+    emit alarm(tr("The device is lost. Choose it again once it answers."));
   emit changed();
 }
 

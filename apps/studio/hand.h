@@ -4,13 +4,17 @@
 #include "bridge.h"
 #include "tool_state.h"
 
+#include <relief/devices/open_device.h>
 #include <relief/devices/pointer_device.h>
 #include <relief/session/hand_control.h>
 #include <relief/session/hand_monitor.h>
 
 #include <QObject>
 #include <QTimer>
+#include <functional>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace relief::studio {
@@ -32,6 +36,10 @@ class Hand : public QObject {
   };
   /// "none", "mouse", "simulated", and those of open_device(), each with what is claimed of it.
   [[nodiscard]] static std::vector<Choice> choices();
+
+  /// How choose() comes to a device; open_device() where nobody says otherwise.
+  using Opener = std::function<Result<std::unique_ptr<HapticDevice>>(const std::string& name, HandScript script)>;
+  void open_devices_with(Opener open) { open_ = std::move(open); }
 
   /// An id of choices(), or "replay:FILE". Where no document is open, the session begins with the next one. What went
   /// wrong, said() tells.
@@ -113,13 +121,15 @@ class Hand : public QObject {
   bool forces_ = true;
   double limit_ = 0, cap_ = 1, scale_ = 1;  ///< limit 0: the device's
   double depth_;                            ///< m
+  Opener open_ = open_device;
   PickHint hint_;
   Ray3d ray_;
   bool has_ray_ = false;
   HandMonitor monitor_;
   HandSafety told_;
   std::uint64_t stops_ = 0;
-  int since_log_ = 0, late_ = 0;  ///< late_: ticks since the session began
+  ServoFault stopped_by_ = ServoFault::None;  ///< told of last
+  int since_log_ = 0, late_ = 0;              ///< late_: ticks since the session began
   TimeHistogram compute_;
   QTimer timer_;
   std::unique_ptr<HandSound> sound_;

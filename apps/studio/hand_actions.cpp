@@ -33,6 +33,9 @@ namespace relief::studio {
 
 namespace {
 
+// Subjects of the banner.
+const QString kHand = QStringLiteral("hand"), kForcesOff = QStringLiteral("forces-off");
+
 /// A new place for a recording of a model; its folder exists.
 QString new_recording(const std::filesystem::path& model) {
   const QString folder = state_folder() + QStringLiteral("/recordings");
@@ -114,14 +117,14 @@ void MainWindow::build_hand_actions() {
     group->addAction(action);
     devices_->addAction(action);
     connect(action, &QAction::toggled, this, [this, id = choice.id](bool on) {
-      if (on && hand_->id() != id) hand_->choose(id);
+      if (on && hand_->id() != id) use_device(id);
     });
   }
   devices_->setToolTipsVisible(true);
   devices_->addAction(add(QStringLiteral("play-recording"), tr("&Play a recording …"), {}, [this] {
     const QString file = QFileDialog::getOpenFileName(
         this, tr("Play a recording"), state_folder() + QStringLiteral("/recordings"), tr("Recordings (*.rlog)"));
-    if (!file.isEmpty()) hand_->choose(QStringLiteral("replay:") + file);
+    if (!file.isEmpty()) use_device(QStringLiteral("replay:") + file);
   }));
   devices_->addSeparator();
   devices_->addAction(add(QStringLiteral("forces-off"), tr("&Forces off"), QKeySequence(Qt::Key_Pause),
@@ -142,7 +145,7 @@ void MainWindow::connect_hand() {
   connect(hand_, &Hand::safetyChanged, this, &MainWindow::show_hand_state);
   connect(hand_, &Hand::ticked, this, &MainWindow::show_hand_tick);
   connect(hand_, &Hand::said, this, &MainWindow::say);
-  connect(hand_, &Hand::alarm, this, &MainWindow::warn);
+  connect(hand_, &Hand::alarm, this, &MainWindow::warn_of_hand);
   connect(device_panel_, &DevicePanel::recentreAsked, this, &MainWindow::recentre_hand);
   connect(device_panel_, &DevicePanel::recordAsked, this, [this] { record_hand(true); });
   connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
@@ -152,7 +155,10 @@ void MainWindow::connect_hand() {
           [this] { device_panel_->set_unit(bridge_.document()->info().unit); });
 }
 
-void MainWindow::use_device(const QString& id) { hand_->choose(id); }
+void MainWindow::use_device(const QString& id) {
+  banner_->retract(kHand);  // it spoke of another session
+  hand_->choose(id);
+}
 QString MainWindow::device() const { return hand_->id(); }
 
 void MainWindow::recentre_hand() {
@@ -192,16 +198,22 @@ void MainWindow::show_hand() {
   show_hand_state();
 }
 
+void MainWindow::warn_of_hand(const QString& sentence) {
+  banner_->say(Mood::Bad, sentence, {}, kHand);
+  say_in_status(sentence);
+  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
+}
+
 /// A banner as long as somebody has switched the forces off.
 void MainWindow::show_forces_off() {
   const bool off = hand_->active() && !hand_->forces();
   if (off == std::exchange(forces_off_shown_, off)) return;
   if (!off) {
-    banner_->retract();
+    banner_->retract(kForcesOff);
     return;
   }
   const QString sentence = safety_sentence(hand_->safety(), true);
-  banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}});
+  banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}}, kForcesOff);
   say_in_status(sentence);
   event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }

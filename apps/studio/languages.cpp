@@ -20,6 +20,8 @@ namespace {
 const QString kInvented = QStringLiteral("xx");
 /// By how much the words of the invented language are longer: what German adds to short English labels.
 constexpr double kLonger = 0.4;
+/// Letters of a word of it, with the space before.
+constexpr qsizetype kWord = 9;
 
 /// How much of `words` from `at` on is no text: a place for a value, a tag, a character by its name, a file pattern.
 qsizetype kept_at(const QString& words, qsizetype at) {
@@ -153,8 +155,12 @@ QString invented(const QString& words) {
     ++letters;
     made += accented(words[at++]);
   }
-  const auto more = static_cast<qsizetype>(std::ceil(kLonger * static_cast<double>(letters)));
-  return QLatin1Char('[') + made + QString(std::max<qsizetype>(0, more - 2), QLatin1Char('~')) + QLatin1Char(']');
+  const auto more = static_cast<qsizetype>(std::ceil(kLonger * static_cast<double>(letters))) - 2;
+  QString longer(std::max<qsizetype>(0, more), QLatin1Char('~'));
+  // A sentence stays one that can be broken into lines.
+  if (words.contains(QLatin1Char(' ')))
+    for (qsizetype at = 0; at < longer.size(); at += kWord) longer[at] = QLatin1Char(' ');
+  return QLatin1Char('[') + made + longer + QLatin1Char(']');
 }
 
 const QStringList& test_names() {

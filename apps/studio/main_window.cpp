@@ -1,6 +1,7 @@
 #include "main_window.h"
 
 #include "event_log.h"
+#include "hand.h"
 #include "hand_overlay.h"
 #include "history_panel.h"
 #include "layers_panel.h"
@@ -35,6 +36,7 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <cmath>
+#include <initializer_list>
 
 namespace relief::studio {
 
@@ -85,7 +87,12 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   if (!desk_.shelf().complaint().isEmpty()) say(desk_.shelf().complaint());
 }
 
-MainWindow::~MainWindow() = default;
+/// Whatever shows the document goes before it does, also where the window was never asked to close.
+MainWindow::~MainWindow() {
+  delete hand_;
+  for (QObject* each : std::initializer_list<QObject*>{&bridge_, &tools_, &desk_}) each->disconnect();
+  qDeleteAll(findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly));
+}
 
 void MainWindow::open(const QString& file, const std::optional<Camera>& camera) {
   camera_ = camera;
@@ -225,6 +232,7 @@ void MainWindow::say_state() {
     if (verdict_ && !verdict_->lines.isEmpty()) facts.append(verdict_->lines.first());
   }
   facts_->setText(facts.join(QStringLiteral(" · ")));
+  fit_status();
 }
 
 void MainWindow::say_in_status(const QString& words) {
@@ -232,18 +240,22 @@ void MainWindow::say_in_status(const QString& words) {
   status_->setAccessibleDescription(words);
   QAccessibleEvent event(status_, QAccessible::DescriptionChanged);
   QAccessible::updateAccessibility(&event);
+  fit_status();
+}
+
+/// What happens counts more than what the model is: where not all has room, the rest goes.
+void MainWindow::fit_status() {
+  int room = statusBar()->width() - status_->sizeHint().width() - scaled(16);
+  for (QLabel* each : {drawing_, facts_}) {
+    room -= each->sizeHint().width() + scaled(16);
+    each->setVisible(room >= 0);
+  }
 }
 
 void MainWindow::say(const QString& words) {
   say_in_status(words);
   event_log().write(QStringLiteral("toast"), {{"text", words}});
   toast_->say(words, viewport_->ring_in_window());
-}
-
-void MainWindow::warn(const QString& sentence) {
-  banner_->say(Mood::Bad, sentence);
-  say_in_status(sentence);
-  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
 }
 
 void MainWindow::keep_picture() {
@@ -270,7 +282,10 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 }
 
 bool MainWindow::eventFilter(QObject* object, QEvent* event) {
-  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) place_over();
+  if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) {
+    place_over();
+    fit_status();
+  }
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();
   return QMainWindow::eventFilter(object, event);

@@ -76,9 +76,8 @@ class MainWindow : public QMainWindow {
   void refresh();
   void say(const QString& words);
   void say_in_status(const QString& words);
+  void fit_status();
   void say_state();
-  /// What must not be missed: across the top until somebody has read it.
-  void warn(const QString& sentence);
   void keep_picture();
   void place_over();
   void choose_colour(const QColor& colour);
@@ -109,6 +108,8 @@ class MainWindow : public QMainWindow {
   void build_hand();
   void build_hand_actions();
   void connect_hand();
+  /// Why forces went off without anybody's doing: across the top until somebody has read it.
+  void warn_of_hand(const QString& sentence);
   void recentre_hand();
   void record_hand(bool on);
   void show_hand();

@@ -46,13 +46,13 @@ void outlined(QPainter& painter, const QPolygonF& line, const QColor& colour, do
 std::optional<RingOverlay::Lines> RingOverlay::lines(const OverlayView& view) const {
   if (!place) return std::nullopt;
   Lines lines{.radius = circle(view, *place, radius),
+              .most = radius < most ? circle(view, *place, most) : QPolygonF(),
               .strength = circle(view, *place, radius * std::clamp(strength, 0.05, 1.0)),
               .normal = {},
               .mirrored = {}};
   if (lines.radius.isEmpty()) return std::nullopt;
   const auto from = seen_at(view.camera, place->at, view.size.width(), view.size.height());
-  const auto to =
-      seen_at(view.camera, place->at + place->normal * (0.5 * radius), view.size.width(), view.size.height());
+  const auto to = seen_at(view.camera, place->at + place->normal * (0.5 * most), view.size.width(), view.size.height());
   if (from && to) lines.normal = {*from, *to};
   for (const SurfacePlace& each : mirrored)
     if (QPolygonF ghost = circle(view, each, radius); !ghost.isEmpty()) lines.mirrored.push_back(std::move(ghost));
@@ -62,7 +62,9 @@ std::optional<RingOverlay::Lines> RingOverlay::lines(const OverlayView& view) co
 QRectF RingOverlay::bounds(const OverlayView& view) const {
   const auto all = lines(view);
   if (!all) return {};
-  QRectF box = all->radius.boundingRect().united(QRectF(all->normal.p1(), all->normal.p2()).normalized());
+  QRectF box = all->radius.boundingRect()
+                   .united(all->most.boundingRect())
+                   .united(QRectF(all->normal.p1(), all->normal.p2()).normalized());
   for (const QPolygonF& ghost : all->mirrored) box = box.united(ghost.boundingRect());
   return box.adjusted(-kOutline, -kOutline, kOutline, kOutline);
 }
@@ -72,6 +74,7 @@ void RingOverlay::paint(QPainter& painter, const OverlayView& view) const {
   if (!all) return;
   const QColor light(255, 240, 224, pressed ? 255 : 225);
   for (const QPolygonF& ghost : all->mirrored) outlined(painter, ghost, QColor(255, 240, 224, 150), 1.2, Qt::DashLine);
+  if (!all->most.isEmpty()) outlined(painter, all->most, QColor(255, 240, 224, 90), 1);
   if (strength < 0.999) outlined(painter, all->strength, QColor(255, 240, 224, 190), 1.6, Qt::DotLine);
   outlined(painter, all->radius, light, pressed ? 2.2 : 1.6);
   outlined(painter, QPolygonF({all->normal.p1(), all->normal.p2()}), light, 1.4);

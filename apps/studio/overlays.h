@@ -40,13 +40,13 @@ class Overlay {
   virtual void paint(QPainter& painter, const OverlayView& view) const = 0;
 };
 
-/// The brush on the surface: solid for the radius, dotted for radius times strength, a short normal, and a dashed
-/// circle at each mirrored place.
+/// The brush on the surface: solid for the radius of a dab, dotted for that times strength, faint for the radius that
+/// the most pressure gives, a short normal, and a dashed circle at each mirrored place.
 class RingOverlay : public Overlay {
  public:
   std::optional<SurfacePlace> place;
   std::vector<SurfacePlace> mirrored;
-  double radius = 1, strength = 1;
+  double radius = 1, most = 1, strength = 1;  ///< radius: at most `most`
   bool pressed = false;
 
   [[nodiscard]] QRectF bounds(const OverlayView& view) const override;
@@ -54,7 +54,7 @@ class RingOverlay : public Overlay {
 
  private:
   struct Lines {
-    QPolygonF radius, strength;
+    QPolygonF radius, most, strength;
     QLineF normal;
     std::vector<QPolygonF> mirrored;
   };

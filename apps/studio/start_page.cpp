@@ -4,6 +4,7 @@
 #include "widgets/card.h"
 #include "widgets/drop_area.h"
 #include "widgets/icons.h"
+#include "widgets/paragraph.h"
 #include "widgets/theme.h"
 
 #include <relief/mesh/samples.h>
@@ -48,18 +49,6 @@ class Page : public QWidget {
  private:
   void grow() {
     if (layout() != nullptr && layout()->hasHeightForWidth()) setMinimumHeight(layout()->totalHeightForWidth(width()));
-  }
-};
-
-/// Words in lines, always as high as all of them: layouts in layouts forget to ask.
-class Paragraph : public QLabel {
- public:
-  Paragraph(const QString& words, QWidget* parent) : QLabel(words, parent) { setWordWrap(true); }
-
- protected:
-  void resizeEvent(QResizeEvent* event) override {
-    QLabel::resizeEvent(event);
-    setMinimumHeight(heightForWidth(width()));
   }
 };
 

@@ -5,6 +5,7 @@
 #include "widgets/theme.h"
 
 #include <relief/core/query.h>
+#include <relief/edit/stroke.h>
 
 #include <QAccessible>
 #include <QApplication>
@@ -377,7 +378,10 @@ void Viewport::update_ring() {
   const Brush brush = tools_.brush();
   ring_.place.reset();
   ring_.mirrored.clear();
-  ring_.radius = brush.radius;
+  ring_.most = brush.radius;
+  // The hand that sets the radius wants to see it whole.
+  const bool light = pen_ && tools_.use_pressure() && tools_.tool() && drag_.isEmpty();
+  ring_.radius = brush.radius * (light ? dab_size(brush, *pen_) : 1);
   ring_.strength = tools_.tool() ? brush.strength : 1;
   ring_.pressed = stroke_.open();
   planes_.box = scene_.model ? box_ : Box3d{};

@@ -71,6 +71,8 @@ class Viewport : public QWidget {
   [[nodiscard]] OverlayView overlay_view() const;
   /// Where the ring is in the window's pixels; empty where it is not.
   [[nodiscard]] QRect ring_in_window() const;
+  /// Model units: of the dab that the pointer makes, or would make; 0 where there is no ring.
+  [[nodiscard]] double ring_radius() const { return ring_.place ? ring_.radius : 0; }
   [[nodiscard]] const QImage& picture() const { return picture_; }
   /// What the pointer hits on the surface.
   [[nodiscard]] std::optional<RayHit> hit(QPointF at) const;
@@ -173,6 +175,7 @@ class Viewport : public QWidget {
   Gesture gesture_ = Gesture::None;
   Qt::MouseButton button_ = Qt::NoButton;
   QPointF pointer_, last_;
+  std::optional<double> pen_;  ///< pressure of the pen that is near or draws; none where the mouse was heard last
   bool over_ = false;
   QString drag_;
   double drag_from_ = 0;

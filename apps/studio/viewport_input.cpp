@@ -134,6 +134,7 @@ void Viewport::mousePressEvent(QMouseEvent* event) {
 
 void Viewport::mouseMoveEvent(QMouseEvent* event) {
   if (pen_down_) return;
+  pen_.reset();
   if (const auto axis = axes_.ball.hit(event->position()); gesture_ == Gesture::None && axis != axes_.ball.hovered()) {
     axes_.ball.set_hovered(axis);
     update_overlays();
@@ -167,6 +168,7 @@ bool Viewport::tablet(QTabletEvent* event) {
   const double raw = event->pressure();
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()),
                              std::isfinite(raw) ? std::clamp(raw, 0.0, 1.0) : 0.0};
+  pen_ = sample.pressure;
   emit pointerKnown(event->pointingDevice()->name(), sample.pressure, std::hypot(event->xTilt(), event->yTilt()));
   const bool eraser = event->pointerType() == QPointingDevice::PointerType::Eraser;
   switch (event->type()) {
@@ -311,6 +313,7 @@ void Viewport::enterEvent(QEnterEvent*) {
 
 void Viewport::leaveEvent(QEvent*) {
   over_ = false;
+  pen_.reset();
   emit left();
   update_ring();
 }

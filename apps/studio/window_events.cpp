@@ -18,11 +18,18 @@
 
 #include <QDockWidget>
 #include <QFile>
+#include <QFileInfo>
 #include <QLabel>
 #include <QPushButton>
 #include <QStackedWidget>
 
 namespace relief::studio {
+
+namespace {
+
+const QString kUnsaved = QStringLiteral("unsaved");  // a subject of the banner
+
+}  // namespace
 
 void MainWindow::connect_document() {
   log_document(bridge_, *viewport_);
@@ -41,10 +48,7 @@ void MainWindow::connect_document() {
     }
   });
   connect(&bridge_, &DocumentBridge::historyChanged, this, [this] { refresh(); });
-  connect(&bridge_, &DocumentBridge::saved, this, [this] {
-    if (banner_->objectName() == QLatin1String("unsaved")) banner_->retract();
-    banner_->setObjectName(QString());
-  });
+  connect(&bridge_, &DocumentBridge::saved, this, [this] { banner_->retract(kUnsaved); });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool whole) {
     event_log().write(QStringLiteral("saved-elsewhere"), {{"file", file}});
     end_aside(std::exchange(saving_, nullptr));
@@ -105,7 +109,10 @@ void MainWindow::connect_document() {
   });
   connect(&bridge_, &DocumentBridge::notSavedElsewhere, this, [this](bool was_cancelled) {
     end_aside(std::exchange(saving_, nullptr));
-    if (was_cancelled) say(tr("Cancelled; nothing was kept."));
+    if (!was_cancelled) return;
+    const QString file = text(bridge_.file());
+    say(tr("Cancelled: nothing was written. The model goes on in %1.")
+            .arg(Shelf::is_unnamed(file) ? desk_.title() : QFileInfo(file).fileName()));
   });
   connect(&bridge_, &DocumentBridge::failed, this, [this](const QString& message, quint64 unsaved) {
     if (unsaved == 0) {
@@ -117,8 +124,7 @@ void MainWindow::connect_document() {
            static_cast<int>(unsaved))
             .arg(message);
     event_log().write(QStringLiteral("banner"), {{"text", words}});
-    banner_->setObjectName(QStringLiteral("unsaved"));
-    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}});
+    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}}, kUnsaved);
   });
 }
 
@@ -217,6 +223,7 @@ void MainWindow::connect_view() {
   connect(viewport_, &Viewport::deviceKnown, this, [this](const QString& name, bool software) {
     drawing_->setText(software ? tr("Software drawing") : name.section(QLatin1Char('/'), 0, 0));
     drawing_->setToolTip(name);
+    fit_status();
   });
   connect(viewport_, &Viewport::colourPicked, this,
           [this](Vec3f colour) { choose_colour(QColor::fromRgbF(colour.x, colour.y, colour.z)); });
@@ -243,8 +250,8 @@ void MainWindow::show_verdict(const std::optional<Verdict>& verdict, const QStri
     event_log().write(QStringLiteral("verdict"),
                       {{"title", verdict->title}, {"text", verdict->lines.join(QLatin1Char(' '))}});
     if (card_ == nullptr) card_ = new Card(verdict->title, verdict->lines, viewport_);
-    card_->setObjectName(QStringLiteral("verdict"));
     card_->set_title(verdict->title);
+    card_->setObjectName(QStringLiteral("verdict"));
     card_->set_lines(verdict->lines);
     card_->set_mood(verdict->certified ? Mood::Good : Mood::Warn);
     if (card_->findChild<QPushButton*>() == nullptr) {

@@ -13,6 +13,10 @@
 
 namespace relief {
 
+double dab_size(const Brush& brush, double pressure) noexcept {
+  return brush.pressure_drives == PressureDrives::Strength ? 1.0 : brush.pressure(pressure);
+}
+
 namespace {
 
 constexpr double kDabsPerRadius = 16;   // a groove round a ball of six radii then turns by half a degree per dab
@@ -25,14 +29,9 @@ constexpr double kThinnest = 1.0 / 64;
 constexpr int kRing = 12;             // places around the tool from which its axis comes
 constexpr double kRingRadius = 0.75;  // of the tool's
 
-/// Returns how wide a dab is at a pressure of the hand, as a share of the brush's radius.
-double size_at(const Brush& brush, double pressure) noexcept {
-  return brush.pressure_drives == PressureDrives::Strength ? 1.0 : brush.pressure(pressure);
-}
-
 /// Returns how far the next dab is from one at a pressure of the hand, model units.
 double spacing_at(const Brush& brush, double pressure) noexcept {
-  return brush.radius * std::max(size_at(brush, pressure), kThinnest) / kDabsPerRadius;
+  return brush.radius * std::max(dab_size(brush, pressure), kThinnest) / kDabsPerRadius;
 }
 
 /// Dabs that the way between two points needs for its length; clamped so that it fits an integer.
@@ -252,7 +251,7 @@ struct StrokeEngine::State {
     const bool below = dot(off, place.normal) < 0;
     if (length(off) > brush.radius && !(tip && below)) return false;
     const ToolInfo& tool = info(brush.tool);
-    const double size = size_at(brush, held.pressure), radius = brush.radius * size;
+    const double size = dab_size(brush, held.pressure), radius = brush.radius * size;
     if (size < kThinnest) return true;
     const bool drives_strength = brush.pressure_drives != PressureDrives::Radius;
     const double pressure = drives_strength ? brush.pressure(held.pressure) : 1.0;

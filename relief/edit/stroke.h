@@ -37,6 +37,10 @@ inline constexpr std::size_t kMaxStrokeDabs = 10'000'000;
 /// time that runs backwards, over kMaxStrokeDabs dabs. Where pressure drives the radius, light strokes need more dabs.
 [[nodiscard]] Status check(const Stroke& stroke);
 
+/// Returns how wide a dab is at a pressure of the hand (0..1), as a share of the brush's radius; 1 where pressure does
+/// not drive it. Any thread; of constant cost.
+[[nodiscard]] double dab_size(const Brush& brush, double pressure) noexcept;
+
 /// Turns points into dabs while they come: one after every radius/16 or 8 ms, and one at the end. The radius there is
 /// the dab's: Brush::pressure_drives may let the pressure scale it. Below 1/64 of the brush's nothing is done. The
 /// result depends on the path and its times, not on calls of move(). Points farther than the brush's radius from the

@@ -462,6 +462,8 @@ Result<ModelFile> ModelFile::create(const std::filesystem::path& file, const Mod
     {
       const Progress saving = part_of(progress, "save", kCheckedShare, 1);
       RELIEF_TRY(ModelFile unsaved, make_unsaved(replacement.file(), file, model, saving));
+      // What is not in its place yet can still be given up.
+      if (progress.cancelled()) return unsaved.state_->database.cancelled();
       made = State{.database = {}, .meta = unsaved.state_->meta, .layers = unsaved.state_->layers, .model = model};
     }
     RELIEF_CHECK(replacement.replace_target());
@@ -538,6 +540,8 @@ Status ModelFile::copy(const std::filesystem::path& from, const std::filesystem:
     RELIEF_CHECK(database.run("PRAGMA journal_mode = MEMORY"));
     RELIEF_CHECK(database.run("PRAGMA synchronous = OFF"));
     RELIEF_CHECK(database.copy_from(source, part_of(progress, "copy", 0.5, 1)));
+    // What is not in its place yet can still be given up.
+    if (progress.cancelled()) return database.cancelled();
   }
   return replacement.replace_target();
 }

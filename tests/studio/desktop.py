@@ -45,7 +45,7 @@ def start(size=(1600, 1000)):
     atexit.register(_stop)
     _set_environment(folder)
     _desktop.server, number = _told(
-        ["Xvfb", "-displayfd", "{fd}", "-screen", "0", f"{size[0]}x{size[1]}x24", "-nolisten", "tcp", "-noreset"])
+        ["Xvfb", "-displayfd", "{fd}", "-screen", "0", f"{size[0]}x{size[1]}x24", "-nolisten", "tcp", "-noreset", "-r"])
     os.environ["DISPLAY"] = ":" + number
     _desktop.bus, address = _told(["dbus-daemon", "--session", "--nofork", "--nopidfile", "--print-address={fd}"])
     os.environ["DBUS_SESSION_BUS_ADDRESS"] = address

@@ -161,7 +161,7 @@ class FullDisk(Case):
         second = s.stroke((0.48, 0.45), (0.52, 0.45))
         s.log.wait("banner", mark)
         self.assertEqual(len(journal(file)), 1)
-        alerts = lambda: [o for o in s.all(studio.shows) if o.getRoleName() in ("alert", "notification")]
+        alerts = lambda: [o for o in s.all(studio.shows) if o.getRoleName() == "alert"]
         wait("a banner of role alert", alerts)
         before = s.picture()
         third = s.stroke((0.42, 0.55), (0.46, 0.55))  # work goes on in memory

@@ -1,10 +1,15 @@
 """The haptic hand beside the mouse: the simulated one, its plots and meters, and what must switch its forces off."""
 
+import csv
 import time
 import unittest
 
 import studio
 from studio import Case, SOAK, Studio, measured, model, relief, wait
+
+
+def alerts(s):
+    return [o for o in s.all(lambda o: o.getRoleName() == "alert" and studio.shows(o))]
 
 
 class SimulatedHand(Case):
@@ -50,7 +55,7 @@ class SimulatedHand(Case):
                 mark = s.log.mark()
                 s.hand.keys(*chord)
                 s.log.wait("banner", mark)
-                alert = wait("the banner", lambda: next(s.all(lambda o: o.getRoleName() in ("alert", "notification") and studio.shows(o)), None))
+                alert = wait("the banner", lambda: alerts(s))[0]
                 self.assertIn("off", (alert.name + alert.description).lower())
                 self.assertIn("off", s.described("Status", "label").lower())
                 off = s.log.wait("hand", mark, lambda e: e["force"] == 0)
@@ -58,8 +63,52 @@ class SimulatedHand(Case):
                 s.log.wait("hand", later)
                 self.assertEqual([e["force"] for e in s.log.since(later, "hand")][0], 0, off)
                 s.press("Forces on again")
+                wait("the banner to go", lambda: not alerts(s))
                 s.log.wait("hand", later, lambda e: e["force"] > 0, patience=3 * studio.PATIENCE)
         self.assertTrue(s.close())
+
+
+class TooFast(Case):
+    """A recorded hand that presses, goes on within the solid, leaves it, and presses again. A device that is lost, and how
+    many ticks a force goes on: safety_test.cpp, with a device that can fail."""
+
+    AIR, SIDE = 100.0, 50.0  # x in model units, before the pumpkin and in its side
+    WORDS = "The hand moved too fast; forces are off until you let go."
+
+    def touched(self, name, *legs):
+        """The recording of legs (x, ticks) that begin in the air, and its rows of force."""
+        place, way = self.AIR, []
+        for to, ticks in legs:
+            way += [place + (to - place) * k / ticks for k in range(1, ticks + 1)]
+            place = to
+        path, forces, made = (studio.folder() / f"{name}.{kind}" for kind in ("path", "csv", "rlog"))
+        path.write_text("t,x,y,z\n" + "".join(f"{k / 1000},{x},40,0\n" for k, x in enumerate(way)))
+        relief("touch", self.file, "--path", path, "-o", forces, "--record", made)
+        with open(forces) as written:
+            return made, list(csv.DictReader(written))
+
+    def test_only_the_jump_alarms(self):
+        self.file = model()
+        surface = next(float(row["x"]) for row in self.touched("probe", (self.SIDE, 1000))[1] if row["contact"] == "1")
+        for name, ticks, alarms in (("slow", 100, 0), ("fast", 1, 1)):  # ms for 2 cm
+            with self.subTest(name):
+                made, _ = self.touched(name, (surface - 2, 400), (surface - 2, 200), (surface - 28, ticks), (surface - 28, 300),
+                                       (surface + 10, 400), (surface - 2, 400), (surface - 2, 400))
+                s = Studio(self.file, "--device", f"replay:{made}", ready=False)
+                s.log.wait("toast", 0, lambda e: "has been played" in e["text"])
+                told = s.log.since(0, "hand")
+                self.assertGreater(max(e["force"] for e in told), 0.1)
+                self.assertEqual(told[-1]["kind"], "touching", "it is felt again")
+                self.assertEqual([e["text"] for e in s.log.since(0, "banner")], [self.WORDS] * alarms)
+                self.assertEqual([o.name for o in alerts(s)], [self.WORDS] * alarms)
+                stopped = [e for e in told if e["kind"] == "no force"]
+                self.assertEqual(bool(stopped), bool(alarms))
+                for event in stopped:
+                    self.assertEqual((event["cause"], event["force"], event["state"]), ("too fast", 0, self.WORDS))
+                if alarms:
+                    s.press("I have read it")
+                    wait("the banner to go", lambda: not alerts(s))
+                self.assertTrue(s.close())
 
 
 if __name__ == "__main__":

@@ -110,8 +110,11 @@ class Saving(Case):
         forget()
         self.place = studio.folder() / f"saved-{time.monotonic_ns()}"
         self.place.mkdir()
-        self.studio = Studio(model())
+        self.studio = self.start()
         self.strokes = 0
+
+    def start(self):
+        return Studio(model())
 
     def files(self):
         """All that lies beside the saved models; a model that is open has a journal of SQLite's beside it."""
@@ -210,6 +213,65 @@ class Saving(Case):
         self.holds("a.relief", 2, self.made)
         self.assertTrue(s.close())
         self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["a.relief"])
+
+
+class CancelledSaving(Saving):
+    """Cancel while another file is being written, to a disk that does not answer just then."""
+
+    test_01_to_a_name_to_the_same_and_to_another = test_02_over_a_file_that_another_model_had = None
+    test_03_two_in_a_row_without_a_stroke_between = test_04_given_up_in_the_dialog = None
+
+    def start(self):
+        self.slow = studio.folder() / "the-disk-is-slow"
+        return Studio(model(), environment={"LD_PRELOAD": str(studio.BIN / "libstudio_slow_disk.so"), "RELIEF_TEST_SLOW": str(self.slow)})
+
+    def tearDown(self):
+        self.slow.unlink(missing_ok=True)
+        super().tearDown()
+
+    def being_written(self, name):
+        """Save as, over a file that is there, has begun and gets no further; the mark of the log before it."""
+        s, mark = self.studio, self.studio.log.mark()
+        self.dialog(name)
+        self.slow.touch()
+        s.hand.keys("Return")
+        s.click("Yes", "push button")
+        wait("the dialogs to close", lambda: not s.dialogs())
+        s.find("Convert progress")
+        wait("a file that is being written", lambda: len(self.files()) > 2)
+        return mark
+
+    def test_the_old_files_stay(self):
+        s = self.studio
+        shutil.copyfile(model(sample="torus"), self.place / "other.relief")
+        other = (self.place / "other.relief").read_bytes()
+        self.stroke()
+        self.save_as("a.relief")
+        mark = self.being_written("other.relief")
+        s.press("Carve")
+        self.made = s.stroke((0.45, 0.45), (0.46, 0.55), steps=20, samples=0)  # work goes on meanwhile
+        s.press("Cancel", "push button")
+        wait("the answer to Cancel", lambda: s.described("Convert progress").startswith("Stopping"))
+        self.slow.unlink()
+        told = s.log.wait("toast", mark, lambda e: "ancelled" in e["text"])["text"]
+        self.assertEqual(told, "Cancelled: nothing was written. The model goes on in a.relief.")
+        self.assertEqual(s.described("Status", "label"), told)
+        wait("the progress to go", lambda: not s.showing("Convert progress"))
+        self.assertEqual(s.log.since(mark, "saved-elsewhere") + s.log.since(mark, "banner") + s.log.since(mark, "failed"), [])
+        self.assertEqual(self.files(), ["a.relief", "other.relief"])
+        self.assertEqual((self.place / "other.relief").read_bytes(), other)
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 2)
+        self.holds("a.relief", 2, self.made)
+        # The control: the same without a Cancel.
+        mark = self.being_written("other.relief")
+        self.slow.unlink()
+        s.log.wait("saved-elsewhere", mark)
+        self.strokes = 2
+        self.stroke()
+        self.holds("other.relief", 3, self.made)
+        self.assertEqual(len(journal(self.place / "a.relief")), 2)
+        self.assertTrue(s.close())
+        self.assertEqual(sorted(file.name for file in self.place.iterdir()), ["a.relief", "other.relief"])
 
 
 class Fault(Case):

@@ -106,6 +106,7 @@ class PenTest : public ::testing::Test {
   DocumentBridge bridge;
   ToolState tools;
   Viewport view{bridge, tools};
+  double wanted = 1;  ///< of the ring, as a share of the radius
   quint64 now = 1000;
   bool mouse_too = false;
 };
@@ -176,6 +177,55 @@ TEST_F(PenTest, APressureThatIsNoNumberIsNone) {
   stroke([](double share) { return share < 0.5 ? 0.5 : std::numeric_limits<double>::quiet_NaN(); });
   for (const Stroke& each : strokes_in_file())
     for (const StrokePoint& point : each.points) EXPECT_TRUE(point.pressure >= 0 && point.pressure <= 1);
+}
+
+TEST_F(PenTest, TheRingIsAsWideAsTheDab) {
+  const PressureCurve curve{.low = 0.1, .high = 0.8, .exponent = 0.5};
+  tools.set_pressure(curve);
+  const auto near = [&](double pressure) {
+    send(QEvent::TabletMove, place(0.5), pressure);
+    return QTest::qWaitFor([&] { return std::abs(view.ring_radius() - kRadius * wanted) < 1e-9; }, kPatience);
+  };
+  for (const int drives : {1, 2, 0}) {  // radius, both, strength
+    tools.set_value("pressure_drives", drives);
+    for (const double pressure : {0.0, 0.25, 0.5, 1.0}) {
+      wanted = drives == 0 ? 1 : curve(pressure);
+      EXPECT_TRUE(near(pressure)) << drives << ' ' << pressure << ": " << view.ring_radius();
+    }
+  }
+  tools.set_value("pressure_drives", 1);
+  wanted = curve(0.25);
+  ASSERT_TRUE(near(0.25));
+  const QImage light = view.grab().toImage();
+  wanted = curve(0.5);
+  ASSERT_TRUE(near(0.5));
+  EXPECT_NE(view.grab().toImage(), light);
+  wanted = 1;
+  tools.set_use_pressure(false);
+  EXPECT_TRUE(near(0.25)) << "pressure is off";
+  tools.set_use_pressure(true);
+  QMouseEvent moved(QEvent::MouseMove, place(0.5), place(0.5), Qt::NoButton, Qt::NoButton, Qt::NoModifier);
+  QCoreApplication::sendEvent(&view, &moved);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return std::abs(view.ring_radius() - kRadius) < 1e-9; }, kPatience)) << "a mouse";
+}
+
+TEST_F(PenTest, TheCutIsAsWideAsTheRing) {
+  tools.set_value("pressure_drives", 1);
+  const auto deep = [&](double away) {  // below the ball, model units to the side of the way's middle
+    const auto seen = seen_at(view.camera(), Vec3d{0, away, std::sqrt(1 - away * away)}, view.width(), view.height());
+    const auto hit = seen ? view.hit(*seen) : std::nullopt;
+    return hit ? 1 - length(hit->point.position) : 1;
+  };
+  const double ring = 0.5 * kRadius, within = 0.7 * ring, outside = 1.3 * ring;
+  const double within_before = deep(within), outside_before = deep(outside);
+  QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+  send(QEvent::TabletPress, place(0), 0.5);
+  for (int k = 1; k <= kEvents; ++k) send(QEvent::TabletMove, place(k / double{kEvents}), 0.5);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return std::abs(view.ring_radius() - ring) < 1e-9; }, kPatience));
+  send(QEvent::TabletRelease, place(1), 0);
+  ASSERT_TRUE(QTest::qWaitFor([&] { return !finished.isEmpty(); }, kPatience));
+  EXPECT_GT(deep(within), within_before + 0.01);
+  EXPECT_NEAR(deep(outside), outside_before, 0.001);
 }
 
 TEST_F(PenTest, ItsNamePressureAndTiltAreTold) {

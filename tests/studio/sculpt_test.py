@@ -1,7 +1,6 @@
 """Sculpting by mouse and key: carve, every tool, radius and strength, undo, replay, symmetry, colour."""
 
 import contextlib
-import itertools
 import json
 import re
 import sqlite3
@@ -74,7 +73,8 @@ class Tools(OneStudio):
     """Every tool by name and by key; radius and strength in all their ways."""
 
     TITLES = ("Carve", "Deposit", "Paint", "Smooth", "Flatten", "Inflate", "Clay", "Layer")
-    KEYS = {"carve": "c", "deposit": "d", "paint": "b", "smooth": "s", "inflate": "i", "mask": "m"}
+    KEYS = {"Touch": "t", "Carve": "c", "Deposit": "d", "Paint": "b", "Smooth": "s", "Flatten": "Shift_L+t", "Inflate": "i",
+            "Clay": "Shift_L+d", "Layer": "l", "Mask": "m", "Unmask": "Shift_L+m"}
 
     def setUp(self):
         super().setUp()
@@ -145,50 +145,76 @@ class Tools(OneStudio):
         self.assertGreater(bare.differing(s.picture(area), 8), 100)
         self.assertGreater(cut["samples"], 0)
 
+    def by_key(self, title):
+        mark = self.studio.log.mark()
+        self.studio.hand.keys(self.KEYS[title])
+        self.assertEqual(self.studio.log.wait("tool", mark)["id"], title.lower())
+        wait(f"{title} to be checked", lambda: checked(self.studio.find(title)))
+
+    def dab(self):
+        """The event of a dab where the pointer is. It has no times of a hand's, so it is the same whenever it is made."""
+        mark = self.studio.log.mark()
+        self.studio.hand.keys("Return")
+        made = self.studio.log.wait("stroke", mark)
+        self.studio.log.wait("history", mark, lambda e: e["hash"] == made["hash"])
+        return made
+
     def test_03_every_tool_by_key(self):
         s = self.studio
-        self.chosen("Flatten")
-        s.hand.at(*s.pixel(0.5, 0.5))
-        for tool, key in self.KEYS.items():
-            with self.subTest(tool):
-                mark = s.log.mark()
-                s.hand.keys(key)
-                self.assertEqual(s.log.wait("tool", mark)["id"], tool)
-                self.assertTrue(checked(s.find(tool.capitalize())))
-        mark = s.log.mark()
-        s.hand.keys("c")
-        s.log.wait("tool", mark, lambda e: e["id"] == "carve")
-        by_key = self.stroke_in_file()
-        self.undo_all()
-        self.chosen("Paint")
+        column = {o.name for o in s.all(lambda o: o.getRoleName() == "check box" and studio.shows(o), s.find("Tools", "tool bar"))}
+        self.assertEqual(column, set(self.KEYS))
         self.chosen("Carve")
-        self.assertEqual(self.stroke_in_file(), by_key)
-
-    def stroke_in_file(self):
-        """A stroke as the file has it, without its times: no hand keeps those to the millisecond. Places at which the hand
-        rested come once."""
-        s, mark = self.studio, self.studio.log.mark()
-        made = s.stroke(*ACROSS, samples=0)
-        s.log.wait("saved", mark, lambda e: e["stroke"] == made["stroke"])
-        stroke = journal(self.file)[-1]
-        stroke["points"] = [place for place, _ in itertools.groupby(point[1:] for point in stroke["points"])]
-        return stroke
+        s.hand.at(*s.pixel(0.5, 0.5))
+        self.dab()  # that smooth and flatten have something to do
+        self.chosen("Mask")
+        s.hand.at(*s.pixel(0.51, 0.5))
+        rough = self.dab()["hash"]  # and unmask
+        hashes = set()
+        for title in self.KEYS:
+            with self.subTest(title):
+                if title == "Touch":
+                    self.by_key(title)
+                    mark = s.log.mark()
+                    s.hand.keys("Return")
+                    continue
+                self.chosen(title)
+                by_name = self.dab()
+                self.assertEqual(by_name["tool"], title.lower())
+                self.assertGreater(by_name["samples"], 0)
+                self.assertNotEqual(by_name["hash"], rough)
+                self.undone(rough)
+                self.chosen("Paint" if title == "Carve" else "Carve")
+                self.by_key(title)
+                by_key = self.dab()
+                self.assertEqual((by_key["tool"], by_key["samples"], by_key["hash"]), (by_name["tool"], by_name["samples"], by_name["hash"]))
+                self.undone(rough)
+                hashes.add(by_key["hash"])
+        self.assertEqual(len(hashes), len(self.KEYS) - 1, "each tool does something else")
+        self.assertEqual([e for e in s.log.since(mark, "stroke") if e["tool"] == "touch"], [], "Touch leaves no trace")
 
     def test_04_a_key_in_a_text_field_is_text(self):
         s = self.studio
         self.chosen("Carve")
-        mark = s.log.mark()
-        s.hand.at(*s.pixel(0.5, 0.5))
-        s.hand.keys("F3")
-        palette = s.find("Commands")
-        s.hand.keys("b", "d")
-        field = wait("the field of the palette", lambda: next(s.all(lambda o: o.getRoleName() == "text" and studio.shows(o), palette), None))
-        wait("the text", lambda: field.queryText().getText(0, -1) == "bd")
-        s.hand.keys("Escape")
-        wait("the palette to close", lambda: not s.showing("Commands"))
-        self.assertEqual(s.log.since(mark, "tool"), [])
-        s.hand.keys("b")  # the control: the focus is the viewport's again
-        self.assertEqual(s.log.wait("tool", mark)["id"], "paint")
+        x, y, width, height = studio.rect(s.find("Radius"))
+
+        def type_a_radius():
+            s.hand.click(x + width // 2, y + height // 2)
+            s.hand.click(x + width // 2, y + height // 2)
+        for open_it, below in ((lambda: s.hand.keys("F3"), "Commands"), (type_a_radius, "Top bar")):
+            with self.subTest(below):
+                mark = s.log.mark()
+                s.hand.at(*s.pixel(0.5, 0.5))
+                open_it()
+                field = wait("a text field", lambda: next(s.all(lambda o: o.getRoleName() == "text" and studio.shows(o), s.find(below)), None))
+                s.hand.keys("Control_L+a", "b", "d", "l")
+                wait("the text", lambda: field.queryText().getText(0, -1) == "bdl")
+                s.hand.keys("Escape")
+                wait("the field to go", lambda: not list(s.all(lambda o: o.getRoleName() == "text" and studio.shows(o))))
+                self.assertEqual(s.log.since(mark, "tool"), [])
+                s.hand.at(*s.pixel(0.5, 0.5))
+                s.hand.keys("b")  # the control: the keys are the viewport's again
+                self.assertEqual(s.log.wait("tool", mark)["id"], "paint")
+                self.chosen("Carve")
 
     # ---- radius and strength
 

@@ -1627,6 +1627,10 @@ berühren, um weiterzumachen</translation>
         <translation>Abgebrochen; nichts wurde behalten.</translation>
     </message>
     <message>
+        <source>Cancelled: nothing was written. The model goes on in %1.</source>
+        <translation>Abgebrochen: Geschrieben wurde nichts. Das Modell bleibt in %1.</translation>
+    </message>
+    <message>
         <source>Software drawing</source>
         <translation>Zeichnen ohne Grafikkarte</translation>
     </message>

@@ -2,6 +2,7 @@
 
 #include "accessible.h"
 #include "icons.h"
+#include "paragraph.h"
 
 #include <QEvent>
 #include <QHBoxLayout>
@@ -9,6 +10,7 @@
 #include <QPainter>
 #include <QPushButton>
 #include <QStyle>
+#include <utility>
 
 namespace relief::studio {
 
@@ -19,12 +21,11 @@ constexpr double kGroundShare = 0.14;  // of the state's colour in the backgroun
 
 }  // namespace
 
-Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new QLabel), buttons_(new QHBoxLayout) {
+Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new Paragraph), buttons_(new QHBoxLayout) {
   set_accessible_role(this, QAccessible::AlertMessage);
   setObjectName(QStringLiteral("banner"));
-  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Minimum);
   words_->setObjectName(QStringLiteral("banner.words"));
-  words_->setWordWrap(true);
   words_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
   auto* layout = new QHBoxLayout(this);
   layout->setContentsMargins(0, 7, 0, 7);
@@ -37,25 +38,44 @@ Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new 
   hide();
 }
 
-void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions) {
-  mood_ = mood;
-  words_->setText(words);
+void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions, const QString& subject) {
+  std::erase_if(said_, [&](const Said& each) { return each.subject == subject; });
+  if (actions.empty()) actions.push_back({tr("I have read it"), {}});
+  said_.push_back({subject, words, mood, std::move(actions)});
+  show_newest();
+}
+
+void Banner::retract(const QString& subject) {
+  if (said_.empty()) return;
+  const bool seen = said_.back().subject == subject;
+  std::erase_if(said_, [&](const Said& each) { return each.subject == subject; });
+  if (!seen) return;
+  if (!said_.empty()) {
+    show_newest();
+    return;
+  }
+  hide();
+  emit closed();
+}
+
+void Banner::show_newest() {
+  const Said& newest = said_.back();
+  words_->setText(newest.words);
   show_icon();
-  setAccessibleName(words);
+  setAccessibleName(newest.words);
   while (QLayoutItem* item = buttons_->takeAt(0)) {
     item->widget()->hide();
     item->widget()->deleteLater();  // it may be the one whose click has led here
     delete item;
   }
-  if (actions.empty()) actions.push_back({tr("I have read it"), {}});
-  for (BannerAction& action : actions) {
+  for (const BannerAction& action : newest.actions) {
     auto* button = new QPushButton(action.text);
     button->setObjectName(QStringLiteral("banner.") + action.text);
     button->setAccessibleName(action.text);
-    button->setAccessibleDescription(words);
+    button->setAccessibleDescription(newest.words);
     button->setToolTip(action.text);
-    connect(button, &QPushButton::clicked, this, [this, run = std::move(action.run)] {
-      retract();
+    connect(button, &QPushButton::clicked, this, [this, subject = newest.subject, run = action.run] {
+      retract(subject);
       if (run) run();
     });
     buttons_->addWidget(button);
@@ -66,16 +86,10 @@ void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> acti
   QAccessible::updateAccessibility(&event);
 }
 
-void Banner::retract() {
-  if (isHidden()) return;
-  hide();
-  emit closed();
-}
-
-QColor Banner::ground() const { return mixed(current_theme().panel, colour_of(mood_), kGroundShare); }
+QColor Banner::ground() const { return mixed(current_theme().panel, colour_of(mood()), kGroundShare); }
 
 void Banner::show_icon() {
-  icon_->setPixmap(icon_pixmap(icon_of(mood_), scaled(kIcon), colour_of(mood_), devicePixelRatioF()));
+  icon_->setPixmap(icon_pixmap(icon_of(mood()), scaled(kIcon), colour_of(mood()), devicePixelRatioF()));
 }
 
 void Banner::changeEvent(QEvent* event) {
@@ -85,7 +99,7 @@ void Banner::changeEvent(QEvent* event) {
 
 void Banner::paintEvent(QPaintEvent*) {
   QPainter painter(this);
-  const QColor colour = colour_of(mood_);
+  const QColor colour = colour_of(mood());
   painter.fillRect(rect(), ground());
   painter.fillRect(QStyle::visualRect(layoutDirection(), rect(), {0, 0, kEdge, height()}), colour);
   painter.fillRect(QRect(0, height() - 1, width(), 1), mixed(ground(), colour, 0.5));

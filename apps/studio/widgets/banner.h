@@ -17,22 +17,24 @@ struct BannerAction {
   std::function<void()> run;
 };
 
-/// Colour, icon and words; to assistive tools an alert. Stays until one of its buttons is pressed or retract() is
-/// called because what it says is no longer so.
+/// Colour, icon and words; to assistive tools an alert. What it says stays until one of its buttons is pressed, or
+/// retract() is called because it is no longer so. Of several subjects the newest is seen; what it covers comes back.
 class Banner : public QFrame {
   Q_OBJECT
  public:
   explicit Banner(QWidget* parent = nullptr);
 
-  /// One sentence. Replaces what stands there. Without actions there is a button that says "I have read it". A button
-  /// closes the banner, then runs its action.
-  void say(Mood mood, const QString& words, std::vector<BannerAction> actions = {});
-  void retract();
-  [[nodiscard]] Mood mood() const { return mood_; }
+  /// One sentence. Replaces what was said of the same subject. Without actions there is a button that says "I have read
+  /// it". A button takes the sentence away, then runs its action.
+  void say(Mood mood, const QString& words, std::vector<BannerAction> actions = {}, const QString& subject = {});
+  /// Nothing happens where nothing of the subject is said.
+  void retract(const QString& subject = {});
+  [[nodiscard]] Mood mood() const { return said_.empty() ? Mood::Plain : said_.back().mood; }
   /// The background, on which `words` stand; for tests of contrast.
   [[nodiscard]] QColor ground() const;
 
  signals:
+  /// Nothing is said any more.
   void closed();
 
  protected:
@@ -40,9 +42,15 @@ class Banner : public QFrame {
   void changeEvent(QEvent* event) override;
 
  private:
+  struct Said {
+    QString subject, words;
+    Mood mood;
+    std::vector<BannerAction> actions;
+  };
+  void show_newest();
   void show_icon();
 
-  Mood mood_ = Mood::Plain;
+  std::vector<Said> said_;  ///< the newest last
   QLabel *icon_, *words_;
   QHBoxLayout* buttons_;
 };

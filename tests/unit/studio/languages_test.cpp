@@ -142,6 +142,8 @@ TEST_F(Language, InventedWordsAreLongerAndKeepTheirPlaces) {
     EXPECT_EQ(places(words), places(longer)) << each;
     EXPECT_EQ(words.count(u'&'), longer.count(u'&')) << each;
   }
+  for (const QString& word : invented(QString(80, QLatin1Char('a')).replace(40, 1, QLatin1Char(' '))).split(u' '))
+    EXPECT_LE(word.size(), 41 + 1) << word.toStdString();  // the given ones, and a bracket
   EXPECT_TRUE(invented(QStringLiteral("Relief models (*.relief)")).contains(QLatin1String("(*.relief)")));
   use_language(*qApp, QStringLiteral("en"));
   EXPECT_EQ(qApp->layoutDirection(), Qt::LeftToRight);

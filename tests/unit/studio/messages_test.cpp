@@ -105,6 +105,28 @@ TEST(Banner, AnActionMaySayTheNextThing) {
   EXPECT_EQ(banner.accessibleName(), QStringLiteral("Saved."));
 }
 
+TEST(Banner, WhatIsCoveredComesBack) {
+  Banner banner;
+  const QSignalSpy closed(&banner, &Banner::closed);
+  const QString disk = QStringLiteral("disk"), hand = QStringLiteral("hand");
+  banner.say(Mood::Warn, QStringLiteral("The disk is full."), {}, disk);
+  banner.say(Mood::Bad, QStringLiteral("The hand moved too fast."), {}, hand);
+  EXPECT_EQ(banner.accessibleName(), QStringLiteral("The hand moved too fast."));
+  banner.retract(hand);
+  EXPECT_EQ(banner.accessibleName(), QStringLiteral("The disk is full."));
+  EXPECT_EQ(banner.mood(), Mood::Warn);
+  banner.say(Mood::Bad, QStringLiteral("The device is lost."), {}, hand);
+  banner.retract(disk);  // what is covered goes unseen
+  EXPECT_EQ(banner.accessibleName(), QStringLiteral("The device is lost."));
+  banner.say(Mood::Bad, QStringLiteral("The device answers again."), {}, hand);
+  EXPECT_EQ(closed.size(), 0);
+  banner.retract(QStringLiteral("nobody"));
+  EXPECT_FALSE(banner.isHidden());
+  banner.retract(hand);  // said twice, gone at once
+  EXPECT_TRUE(banner.isHidden());
+  EXPECT_EQ(closed.size(), 1);
+}
+
 TEST(Banner, WordsAndIconAreLegibleOnItsGround) {
   for (const Theme* theme : {&dark_theme(), &light_theme()}) {
     apply(*qApp, *theme, 1);
