@@ -18,7 +18,8 @@
 #include <QSettings>
 #include <QTest>
 #include <atomic>
-#include <cmath>
+#include <memory>
+#include <utility>
 
 namespace relief::studio {
 namespace {
