@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -249,6 +250,99 @@ TEST(Uncalibrated, IsAWarningAndForcesGoOn) {
   EXPECT_EQ(hand.felt.flags, bit(ServoFault::Uncalibrated));
   EXPECT_NEAR(hand.felt.force.y, 0.4, 1e-6);
   EXPECT_EQ(turned(2101, -0.0101).flags, 0U) << "until it moves";
+}
+
+// ---- What a reading may say
+
+/// What is wrong with the second of two readings, `gap` apart.
+std::uint32_t faults_of(Vec3d first, Vec3d second, double gap, const Workspace& space = {}) {
+  Readings readings({.workspace_radius = 0});
+  DeviceState state;
+  state.position = first;
+  EXPECT_EQ(readings.judge(state, space).faults, 0U);
+  state.t = gap;
+  state.position = second;
+  return readings.judge(state, space).faults;
+}
+
+TEST(Bounds, OfPlaceAndTime) {
+  const auto faults = [&](double t, double x, double metres_per_unit) {
+    DeviceState state;
+    state.t = t;
+    state.position = {x, 0, 0};
+    return Readings({.workspace_radius = 0}).judge(state, {.metres_per_unit = metres_per_unit}).faults;
+  };
+  EXPECT_EQ(faults(0, 9.99, 1), 0U);
+  EXPECT_EQ(faults(0, 10.01, 1), bit(ServoFault::BadPosition)) << "m";
+  EXPECT_EQ(faults(0, 0.99, 1e-100), 0U);
+  EXPECT_EQ(faults(0, 1.01, 1e-100), bit(ServoFault::BadPosition)) << "whose square is no number";
+  EXPECT_EQ(faults(0.99e12, 0, 1), 0U);
+  EXPECT_EQ(faults(1.01e12, 0, 1), bit(ServoFault::BadTime));
+}
+
+TEST(Bounds, OfSpeed) {
+  // 10 m/s, and a tenth of a millimetre in no time.
+  for (const double gap : {1e-6, 1e-3, 0.04}) {
+    EXPECT_EQ(faults_of({}, {10 * gap + 0.99e-4, 0, 0}, gap), 0U) << gap;
+    EXPECT_EQ(faults_of({}, {10 * gap + 1.01e-4, 0, 0}, gap), bit(ServoFault::TooFast)) << gap;
+  }
+  const auto said = [&](double speed) {
+    DeviceState state;
+    state.velocity = {0, speed, 0};
+    state.has_velocity = true;
+    return Readings({.workspace_radius = 0}).judge(state, {}).faults;
+  };
+  EXPECT_EQ(said(9.99), 0U);
+  EXPECT_EQ(said(10.01), bit(ServoFault::TooFast));
+}
+
+TEST(Bounds, OfAVelocityThatGoesNowhere) {
+  for (const double speed : {0.049, 0.051}) {
+    Readings readings({});
+    int first = -1;
+    for (int k = 0; k < 100; ++k) {
+      DeviceState state = reading(1e-3 * k, {0.3, 0, 0});
+      state.velocity = {0, 0, speed};
+      state.has_velocity = true;
+      if (readings.judge(state, kSpace).faults != 0 && first < 0) first = k;
+    }
+    if (speed < 0.05)
+      EXPECT_EQ(first, -1) << "what a sensor says at rest";
+    else
+      EXPECT_NEAR(first, 21, 1) << "20 ms on";
+  }
+}
+
+TEST(Velocity, FollowsWithThreeMilliseconds) {
+  Readings readings({});
+  for (int k = 0; k < 10; ++k) {
+    const Readings::Judged now = readings.judge(reading(1e-3 * k, {0, 1e-2 * k, 0}), kSpace);
+    EXPECT_NEAR(now.velocity.y, 1 - std::pow(0.75, k), 1e-9) << k;
+  }
+}
+
+TEST(Period, OneLateTickInAThousandIsNone) {
+  for (const int every : {400, 1500}) {
+    Readings readings({});
+    double t = 0, late = 0;
+    for (int k = 1; k <= 6000; ++k) {
+      t += k % every == 0 ? 5e-3 : 1e-3;
+      static_cast<void>(readings.judge(reading(t, {}), kSpace));
+      late = std::max(late, readings.late());
+    }
+    EXPECT_EQ(late > 0, every < 1000) << every;
+  }
+}
+
+TEST(Buttons, AreEightAndAboveThemStandsANumber) {
+  Readings readings({});
+  readings.set({.debounce = 5e-3});
+  DeviceState state = reading(0, {});
+  state.buttons = 0x5'80;
+  EXPECT_EQ(readings.judge(state, kSpace).buttons, 0x5'80U);
+  state = reading(1e-3, {});
+  state.buttons = 0x6'00;
+  EXPECT_EQ(readings.judge(state, kSpace).buttons, 0x6'80U) << "the eighth drops out, and the number is another";
 }
 
 // ---- What was between two readings
