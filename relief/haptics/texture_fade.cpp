@@ -7,7 +7,6 @@
 namespace relief {
 
 namespace {
-constexpr double kMost = 1.1;              // turns per tick: more than that count as so many
 constexpr double kFelt = 0.9, kFaded = 1;  // turns per tick up to which all is felt, and from which nothing is
 constexpr double kCount = 1.0 / 32;        // share of the last tick in the mean of turns
 constexpr double kTrend = 8;               // ticks over which the means of slopes and normals go
@@ -57,7 +56,7 @@ TextureFade::Fade TextureFade::step(const Snapshot& model, const SurfacePoint& a
     }
     if (pieces > 1) turns += run_over(way / pieces, height, pieces, unfelt) ? 1 : 0;
     // What lies between two roots is not looked at.
-    if (same_root) turns_ = std::min(turns_ + (std::min(turns, kMostTurns) - turns_) * kCount, kMost);
+    if (same_root) turns_ = std::min(turns_ + (std::min(turns, kMostTurns) - turns_) * kCount, kFaded);
     heights_[tick_] = sum / pieces;
     tick_ = (tick_ + 1) % kTicks;
     normal_ = normalized(normal_ + (normal - normal_) / kTrend);

@@ -76,6 +76,26 @@ TEST(TextureFade, ItEndsWhereTheTipSlowsDown) {
   EXPECT_EQ(go(1e-5, 60), 0);
 }
 
+TEST(TextureFade, ItEndsAsSoonAsAfterAnyFasterHand) {
+  const SnapshotPtr model = waves_on_a_slope();
+  TextureFade fade;
+  LocateHint hint;
+  double share = 0;
+  const auto at = [&](double x) {
+    const auto place = probe(*model, {x, 0, 0.37}, hint);
+    share = place ? fade.step(*model, place->surface, place->surface.normal, 1e-9).share : -1;
+  };
+  double x = 0.05, step = kPitch / 1.02;
+  for (int k = 0; k < 400; ++k, x += step) {
+    if (x + step < 0.05 || x + step > 0.95) step = -step;
+    at(x);
+  }
+  EXPECT_EQ(share, 1);
+  int ticks = 0;
+  for (; share > 0 && ticks < 100; ++ticks) at(x += 1e-5);
+  EXPECT_LE(ticks, 5) << "0.9 of 1 after 4 ticks of 32";
+}
+
 /// Amplitude in N, under a Hann window, of what waves of a pitch in m make of the force at a speed in m/s, 200 ms on.
 double felt_of_waves(const Snapshot& model, double edge, std::span<const Vec3d> tool, double pitch, double speed) {
   ServoSettings settings = testing::settings_with(400, 0, 0, edge);
