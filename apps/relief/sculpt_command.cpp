@@ -178,7 +178,7 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes) {
             " lay farther from the surface than the radius, and " + (missed == 1 ? "was" : "were") + " left out";
   if (coarse > 0)
     text += (text.empty() ? "" : "; ") + std::string("the grid stayed coarser than the tool wants under ") +
-            counted(coarse, "stroke") + ": a larger radius, or shorter strokes, help";
+            counted(coarse, "stroke") + ": a larger radius or detail helps, or shorter strokes";
   if (beside > 0)
     text += (text.empty() ? "" : "; ") + std::string("fibres lean under ") + counted(beside, "stroke") +
             ", so clay beside the tool was taken, too";

@@ -189,7 +189,6 @@ class MainWindow : public QMainWindow {
   QLabel *status_ = nullptr, *facts_ = nullptr, *drawing_ = nullptr;
   std::optional<Verdict> verdict_;
   Unit unit_ = Unit::Millimetre;
-  bool limit_told_ = false;     ///< in the open stroke
   bool lean_told_ = false;      ///< in the open model: fibres lean in many places of some
   bool changing_cage_ = false;  ///< the document works on other slabs
 };

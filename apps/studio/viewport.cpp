@@ -379,8 +379,8 @@ void Viewport::update_ring() {
   ring_.place.reset();
   ring_.mirrored.clear();
   ring_.most = brush.radius;
-  // The hand that sets the radius wants to see it whole.
-  const bool light = pen_ && tools_.use_pressure() && tools_.tool() && drag_.isEmpty();
+  // Who sets the radius, or aims with a pen in the air, wants to see it whole.
+  const bool light = pen_ && *pen_ > 0 && tools_.use_pressure() && tools_.tool() && drag_.isEmpty();
   ring_.radius = brush.radius * (light ? dab_size(brush, *pen_) : 1);
   ring_.strength = tools_.tool() ? brush.strength : 1;
   ring_.pressed = stroke_.open();

@@ -175,7 +175,8 @@ class Viewport : public QWidget {
   Gesture gesture_ = Gesture::None;
   Qt::MouseButton button_ = Qt::NoButton;
   QPointF pointer_, last_;
-  std::optional<double> pen_;  ///< pressure of the pen that is near or draws; none where the mouse was heard last
+  std::optional<double>
+      pen_;  ///< pressure of the pen that is near or draws; none where a mouse or a key was heard last
   bool over_ = false;
   QString drag_;
   double drag_from_ = 0;

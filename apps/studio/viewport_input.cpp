@@ -106,6 +106,7 @@ void Viewport::navigate(QPointF by) {
 void Viewport::mousePressEvent(QMouseEvent* event) {
   window()->setProperty("keyboard", false);
   if (pen_down_ || event->source() != Qt::MouseEventNotSynthesized) return;
+  pen_.reset();
   if (gesture_ == Gesture::Drag) {
     end_drag(event->button() != Qt::RightButton);
     return;
@@ -266,6 +267,7 @@ void Viewport::keyPressEvent(QKeyEvent* event) {
 
 /// Arrows move the ring; Shift by a pixel, else by ten.
 void Viewport::move_ring_by_keys(QKeyEvent* event) {
+  pen_.reset();
   window()->setProperty("keyboard", true);
   if (!over_) pointer_ = QPointF(width() * 0.5, height() * 0.5);
   over_ = true;
@@ -285,6 +287,7 @@ void Viewport::move_ring_by_keys(QKeyEvent* event) {
 /// Enter: a tap where the ring is.
 void Viewport::dab_at_ring() {
   if (gesture_ != Gesture::None) return;
+  pen_.reset();
   window()->setProperty("keyboard", true);
   if (!over_) pointer_ = QPointF(width() * 0.5, height() * 0.5);
   over_ = true;

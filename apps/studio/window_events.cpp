@@ -39,7 +39,6 @@ void MainWindow::connect_document() {
     viewport_->set_model(head);
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
-    limit_told_ = false;
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
       QStringList used;
@@ -55,14 +54,12 @@ void MainWindow::connect_document() {
     say(whole ? tr("Saved as %1").arg(file) : tr("Saved as %1, with the last steps of the history").arg(file));
     refresh();
   });
-  connect(&bridge_, &DocumentBridge::limitReached, this, [this] {
-    if (std::exchange(limit_told_, true)) return;
-    say(tr("The clay ends here: no further in this direction."));
-  });
+  connect(&bridge_, &DocumentBridge::limitReached, this,
+          [this] { say(tr("The clay ends here: no further in this direction.")); });
   connect(&bridge_, &DocumentBridge::pointMissed, this,
           [this] { say(tr("The tool is away from the surface: what it does there is left out.")); });
   connect(&bridge_, &DocumentBridge::detailLimited, this, [this] {
-    say(tr("The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps."));
+    say(tr("The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail."));
   });
   connect(&bridge_, &DocumentBridge::takenBeside, this, [this] {
     if (std::exchange(lean_told_, true)) return;

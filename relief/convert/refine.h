@@ -31,7 +31,7 @@ struct Refined {
   /// Saturated
   std::size_t fibres_moved = 0, fibres_lacking = 0;
   std::size_t slabs_left = 0;  ///< All: slabs that keep their grid, for an odd number of intervals cannot be halved
-  /// Between the two surfaces, from the samples of each to the other; model units
+  /// Between the two surfaces, from up to 32 rows of samples per slab of each to the other; model units
   double moved_rms = 0, moved_max = 0;
 };
 

@@ -329,9 +329,7 @@ struct Editor::State {
   double widest_spacing(SlabId s) {
     const SlabId first = part(s).root;
     double& widest = spacings[first].widest;
-    if (!(widest > 0)) {
-      for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
-    }
+    if (!(widest > 0)) for_each_side(first, [&](const Side& side) { widest = std::max(widest, side.spacing); });
     return widest;
   }
   /// Returns how far beside a ball a cut blends in a slab, at most, model units. A blend of width h radii at right
@@ -529,7 +527,7 @@ struct Editor::State {
   DabResult apply(const Dab& dab);
   [[nodiscard]] double fade_out(const Dab& dab, const Sphere& ball, detail::Cutter cutter,
                                 std::span<const SlabId> reached, DabResult& result);
-  std::size_t cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result, std::size_t& beside);
+  std::size_t cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result, bool& beside);
   void move_samples(const Dab& dab, Vec3d up, std::span<const SlabId> reached, float amount, DabResult& result);
   void cover_samples(const Dab& dab, std::span<const SlabId> reached, float amount, DabResult& result);
   void find_around(std::span<const SlabId> reached, Vec3d origin, bool borders);
@@ -594,12 +592,12 @@ double Editor::State::fade_out(const Dab& dab, const Sphere& ball, detail::Cutte
 }
 
 std::size_t Editor::State::cut(SlabId s, const Vec3d& origin, const detail::Cutter& cutter, Tile& result,
-                               std::size_t& beside) {
+                               bool& beside) {
   const Tile& base = base_tile(s);
   const int n = base.intervals();
   const Tile& upright = start_normals(s);
   const detail::Start first = {start_tile(s).plane(), upright.plane(0), upright.plane(1), upright.plane(2)};
-  beside += kernels.cut(spaced_frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(),
+  beside |= kernels.cut(spaced_frame(s, origin, n), cutter, first, protection(s, n), base.plane(), result.plane(),
                         base.size());
   return changes_between(base, result);
 }
@@ -871,7 +869,6 @@ void Editor::State::begin() {
   const bool refines = asked > 0 && std::isfinite(asked) && tool->action != Action::Even;
   wanted = refines ? std::max(asked, kFinestDetail * diagonal(began->slab_mesh().bounds())) : 0;
   too_fine = wanted > asked;
-  radius = 0;
   rebuilt = 0;
 }
 
@@ -894,21 +891,21 @@ void Editor::State::refine(const Reach& reach, SlabId seed, DabResult& result) {
   const auto touched = [&](SlabId s) {
     return draft && draft->now().shared_tile(tool->writes, s) != start->shared_tile(tool->writes, s);
   };
-  const std::size_t added = cage().slab_count() - began->slab_mesh().slab_count();
-  if (added >= kMaxSlabsPerStroke || rebuilt >= kMaxRebuiltSlabs) {
-    result.detail_limited = true;
-    return;
-  }
+  result.detail_limited = too_fine;
   const auto near = region.grow(cage(), seed, ring, reach.up, highest_there);
   detail::RefinePlan plan(*start, *began);
   detail::Need need = {.layer = tool->writes, .sphere = ring, .up = reach.up, .spacing = wanted};
   if (plan.wanted(near, need)) {
+    const std::size_t added = cage().slab_count() - began->slab_mesh().slab_count();
+    if (added >= kMaxSlabsPerStroke || rebuilt >= kMaxRebuiltSlabs) {
+      result.detail_limited = true;
+      return;
+    }
     std::size_t samples = 0;
     for (SlabId s = 0; s < cage().slab_count(); ++s) samples += sample_count(cage().intervals(s));
     const detail::DetailBudget budget = {
         kMaxSlabsPerStroke - added,
         std::min(kMaxSamplesPerDab, kMaxModelSamples - std::min(samples, kMaxModelSamples))};
-    result.detail_limited = too_fine;
     // What is not available is had as far as it goes.
     bool planned = plan.run(near, need, highest_there, touched, budget);
     while (!planned && plan.wanted(near, need)) {
@@ -1079,6 +1076,15 @@ DabResult Editor::State::apply(const Dab& given) {
 
 // ---- The editor
 
+void StrokeResult::add(const DabResult& dab) noexcept {
+  ++dabs;
+  limited += dab.limited;
+  slabs_added += dab.slabs_added;
+  samples_added += dab.samples_added;
+  detail_limited = detail_limited || dab.detail_limited;
+  beside = beside || dab.beside;
+}
+
 Editor::Editor(SnapshotPtr head) : state_(std::make_unique<State>(std::move(head))) {}
 Editor::Editor(Editor&&) noexcept = default;
 Editor& Editor::operator=(Editor&&) noexcept = default;
@@ -1126,12 +1132,7 @@ DabResult Editor::dab(const Dab& dab) {
                     state_->brush.radius * dab.size > 0 && dab.size <= 1;
   if (!good) return {};
   const DabResult result = state_->apply(dab);
-  StrokeResult& so_far = state_->so_far;
-  ++so_far.dabs;
-  so_far.slabs_added += result.slabs_added;
-  so_far.samples_added += result.samples_added;
-  so_far.detail_limited = so_far.detail_limited || result.detail_limited;
-  so_far.beside = so_far.beside || result.beside > 0;
+  state_->so_far.add(result);
   return result;
 }
 
@@ -1144,6 +1145,7 @@ StrokeResult Editor::end_stroke() {
     for_each_change(*state.start, *state.head, [&](Layer layer, SlabId s) {
       result.samples += state.changes_between(state.start->tile(layer, s), state.head->tile(layer, s));
     });
+  result.limited = 0;  // those that differ, not those of all dabs
   for (const SlabId s : state.beyond_slabs)
     result.limited += static_cast<std::size_t>(std::ranges::count(state.beyond[s], 1));
   result.changed = result.samples > 0;

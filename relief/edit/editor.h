@@ -35,9 +35,9 @@ struct DabResult {
   std::size_t slabs_added = 0;    ///< by cuts, for detail
   std::size_t samples_added = 0;  ///< in all layers
   bool detail_limited = false;    ///< whether the grid stayed coarser than the tool wanted it
-  /// Carve: samples that it took though they stood over a twentieth of the radius beside the sphere and the column
-  /// above it, for their fibres lean into it; copies counted likewise
-  std::size_t beside = 0;
+  /// Carve: whether it took samples that stood over a twentieth of the radius beside the sphere and the column above
+  /// it, for their fibres lean into it
+  bool beside = false;
 };
 
 /// Holds what a stroke did from its beginning.
@@ -51,6 +51,8 @@ struct StrokeResult {
   std::size_t slabs_added = 0, samples_added = 0;
   bool detail_limited = false;  ///< whether the grid stayed coarser somewhere than the tool wanted it
   bool beside = false;          ///< whether a dab has taken something from beside the sphere
+  /// Adds a dab, but for `samples`: those of several dabs may be the same.
+  void add(const DabResult& dab) noexcept;
 };
 
 /// What unpainted surface counts as when the first stroke of paint makes the colour layer; sRGB.

@@ -185,9 +185,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
   return climb * gap <= -width ? gap : smaller(-blend, gap);
 }
 
-[[gnu::always_inline]] inline std::size_t cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
-                                                   const float* __restrict protect, const float* __restrict from,
-                                                   float* __restrict to, std::size_t count) noexcept {
+[[gnu::always_inline]] inline bool cut_body(const SlabFrame& frame, const Cutter& cutter, const Start& start,
+                                            const float* __restrict protect, const float* __restrict from,
+                                            float* __restrict to, std::size_t count) noexcept {
   const FrameReader read(frame);
   const Vec3f up = cutter.up;
   const Sweep sweep = sweep_of(cutter);
@@ -220,9 +220,9 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
     // A blend of width h ends within 1.1 h of the ball.
     const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kBeside) + 1.1F * blend;
     const int taken = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
-    beside += static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
+    beside |= static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
   }
-  return beside;
+  return beside != 0;
 }
 
 [[gnu::always_inline]] inline Lift lift_body(const SlabFrame& frame, const Cutter& cutter,
@@ -581,8 +581,8 @@ template <bool kSwell>
 // The kernels as one build has them: the bodies above, compiled for it.
 #define RELIEF_KERNEL_BUILD(space, ...)                                                                               \
   namespace space {                                                                                                   \
-  __VA_ARGS__ std::size_t cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, \
-                              const float* from, float* to, std::size_t count) {                                      \
+  __VA_ARGS__ bool cut(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,        \
+                       const float* from, float* to, std::size_t count) {                                             \
     return cut_body(frame, cutter, start, protect, from, to, count);                                                  \
   }                                                                                                                   \
   __VA_ARGS__ Lift lift(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,       \

@@ -114,10 +114,10 @@ struct Neighbours {
 /// and square root and division are exact to the last bit in each.
 struct Kernels {
   /// Cuts: alpha becomes min(from, start blended with the fibre's entry into the cutter), see
-  /// docs/decisions/0010-strokes.md. `protect` keeps its share. Returns how many of the samples that it takes stood
-  /// beside the cutter and its blend by more than kBeside.
-  std::size_t (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect,
-                     const float* from, float* to, std::size_t count);
+  /// docs/decisions/0010-strokes.md. `protect` keeps its share. Returns whether samples that it takes stood beside
+  /// the cutter and its blend by more than kBeside.
+  bool (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
+              float* to, std::size_t count);
   /// See Lift; `over` gets 1 at samples that would have gone beyond.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
                std::uint8_t* over, std::size_t count);

@@ -284,11 +284,7 @@ struct StrokeEngine::State {
       dab.contact = editor.position(place.slab, place.u, place.v);
     }
     const DabResult result = editor.dab(dab);
-    ++so_far.dabs;
-    so_far.limited += result.limited;
-    so_far.slabs_added += result.slabs_added;
-    so_far.samples_added += result.samples_added;
-    so_far.detail_limited = so_far.detail_limited || result.detail_limited;
+    so_far.add(result);
     if (on_dab) on_dab(dab, result);
     return true;
   }

@@ -274,7 +274,7 @@ struct Document::State {
     std::uint64_t cpu = 0;  ///< ns of the edit thread
     int unseen = 0;         ///< dabs since the last publication
     Box3d box;              ///< of these
-    bool said_limit = false, said_miss = false, said_coarse = false, said_beside = false;
+    bool said_limit = false, said_miss = false, said_coarse = false;
     RoomWanted wanted;             ///< by what it has done so far
     int rooms = 0;                 ///< how often room was made
     bool ends = false;             ///< room is made at its end
@@ -355,12 +355,11 @@ struct Document::State {
     const StrokeResult& so_far = engine.so_far();
     tell_shortcomings(so_far, so_far.limited > 0 && !may_make_room());
   }
-  /// What a stroke could not do, each once.
+  /// What a stroke could not do, each once; what matters most comes last.
   void tell_shortcomings(const StrokeResult& result, bool clay_ends) {
-    if (clay_ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, result});
-    if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
     if (result.detail_limited && !std::exchange(open->said_coarse, true)) emit(DetailLimited{open->source});
-    if (result.beside && !std::exchange(open->said_beside, true)) emit(TakenBeside{open->source});
+    if (result.missed > 0 && !std::exchange(open->said_miss, true)) emit(PointMissed{open->source});
+    if (clay_ends && !std::exchange(open->said_limit, true)) emit(LimitReached{open->source, result});
   }
 
   void take(const EndStroke& end) {
@@ -403,6 +402,7 @@ struct Document::State {
 
   /// What the last dab brought.
   void after_end(const StrokeResult& result) {
+    if (result.beside) emit(TakenBeside{open->source});
     tell_shortcomings(result, result.limited > 0);
     const std::scoped_lock lock(counted_mutex);
     counted.missed += result.missed;

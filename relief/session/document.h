@@ -133,12 +133,13 @@ struct LimitReached {
 struct PointMissed {
   StrokeSource source = 0;  ///< whose stroke it is
 };
-/// The first time in a stroke that the grid stays coarser than its tool wants: finer samples would exceed what a
-/// stroke may add, or kFinestDetail.
+/// The first time in a stroke that the grid stays coarser than its tool wants: finer samples would exceed what a dab, a
+/// stroke or a model may add, or kFinestDetail.
 struct DetailLimited {
   StrokeSource source = 0;  ///< whose stroke it is
 };
-/// The first time in a stroke that Carve takes clay from beside the tool, see DabResult::beside.
+/// At the end of a stroke of Carve that took clay from beside the tool, see DabResult::beside. Until then the stroke
+/// may get other fibres.
 struct TakenBeside {
   StrokeSource source = 0;  ///< whose stroke it is
 };

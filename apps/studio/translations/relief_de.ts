@@ -1968,8 +1968,8 @@ berühren, um weiterzumachen</translation>
         <translation>Das Werkzeug ist nicht an der Oberfläche: Was es dort tut, entfällt.</translation>
     </message>
     <message>
-        <source>The surface stays coarser here than this tool wants. A larger radius or a shorter stroke helps.</source>
-        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius oder ein kürzerer Strich hilft.</translation>
+        <source>The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail.</source>
+        <translation>Die Oberfläche bleibt hier gröber, als dieses Werkzeug sie braucht. Ein größerer Radius hilft, oder ein gröberes Detail.</translation>
     </message>
     <message>
         <source>The fibres lean here: the tool takes some clay from beside it, too.</source>

@@ -142,7 +142,7 @@ TEST(Carve, TellsWhatItTakesFromBesideTheBall) {
       const DabResult told = apply(editor, {.tool = Tool::Carve, .radius = kRadius, .detail = 0, .exact = true},
                                    dab_near(*editor.head(), {0.5, 0, 0.5}, depth * kRadius));
       EXPECT_GT(told.samples, 0U);
-      EXPECT_EQ(told.beside > 0, is_beside) << lean << " degrees, " << depth << " deep";
+      EXPECT_EQ(told.beside, is_beside) << lean << " degrees, " << depth << " deep";
     }
 }
 

@@ -100,7 +100,7 @@ TEST_P(DetailOfScans, ASmallBallIsCutAsItIsAnywhere) {
     const double began = cpu_seconds();
     const DabResult told = testing::apply(editor, {.radius = radius}, dab);
     before += cpu_seconds() - began;
-    if (told.limited > 0 || told.beside > 0) {
+    if (told.limited > 0 || told.beside) {
       ++(told.limited > 0 ? limited : beside);
       continue;
     }

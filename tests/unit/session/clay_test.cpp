@@ -268,6 +268,7 @@ TEST(NewSlabs, TellHowFarTheSurfaceMovedBothWays) {
   }
   std::printf("new slabs: moved by at most %.2e of the diagonal; what was there lies up to %.2e from them\n",
               refined->moved_max / diagonal, most / diagonal);
+  EXPECT_GT(most, 2e-4 * diagonal) << "a part of the thorn is gone";
   EXPECT_GE(refined->moved_max, most);
 }
 
@@ -278,7 +279,8 @@ TEST(ClayInTime, AFineStrokeIsPublishedAsItGoes) {
   ASSERT_TRUE(made) << made.error().message;
   const double diagonal = made->model.info.source_diagonal;
   const SnapshotPtr before = made->model.head;
-  Document document(made->model);
+  Events events;
+  Document document(made->model, events.settings());
   const Box3d box = bounds_of_surface(*before);
   const Vec3d middle = (box.low + box.high) / 2;
   std::vector<StrokePoint> way;
@@ -316,7 +318,7 @@ TEST(ClayInTime, AFineStrokeIsPublishedAsItGoes) {
   std::printf("a stroke of 1 s: %zu publications, %zu of %zu frames without one; %u slabs became %u\n", publications,
               missed, frames, before->slab_mesh().slab_count(), slabs);
   EXPECT_GT(slabs, before->slab_mesh().slab_count());
-  EXPECT_GT(publications, 0U);
+  EXPECT_FALSE(events.of<SnapshotChanged>().empty());
   EXPECT_TRUE(validate(*document.head()));
 }
 

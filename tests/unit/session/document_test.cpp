@@ -486,11 +486,32 @@ TEST(Document, AGridThatStaysTooCoarseIsToldOnceAStroke) {
   document.settle();
   EXPECT_EQ(events.of<DetailLimited>().size(), 1U);
   EXPECT_TRUE(events.of<StrokeFinished>().back().result.detail_limited);
+  post(document, fine);
+  document.settle();
+  EXPECT_EQ(events.of<DetailLimited>().size(), 2U) << "another one, on the grid of the first";
   fine.brush.detail = 0;
   post(document, fine);
   document.settle();
-  EXPECT_EQ(events.of<DetailLimited>().size(), 1U);
+  EXPECT_EQ(events.of<DetailLimited>().size(), 2U);
   EXPECT_FALSE(events.of<StrokeFinished>().back().result.detail_limited);
+}
+
+TEST(Document, ClayTakenBesideTheToolIsToldOnceAStroke) {
+  for (const double lean : {0.0, 1.5}) {
+    const auto mesh = testing::mapped_shell(*testing::plane_shell(4, 32, 0.3),
+                                            [&](Vec3d p) { return Vec3d{p.x + lean * p.y, p.y, p.z}; });
+    Events events;
+    Model model;
+    model.head = Snapshot::make(mesh);
+    Document document(std::move(model), events.settings());
+    Stroke cut;
+    cut.brush = {.tool = Tool::Carve, .radius = 0.15, .detail = 0, .strength = 0.6};
+    for (int k = 0; k <= 20; ++k) cut.points.push_back({0.02 * k, {0.4 + 0.01 * k, 0, 0.5}, 1});
+    post(document, cut);
+    document.settle();
+    EXPECT_EQ(events.of<TakenBeside>().size(), lean > 0 ? 1U : 0U);
+    EXPECT_EQ(events.of<StrokeFinished>().back().result.beside, lean > 0);
+  }
 }
 
 TEST(Document, ABrushThatIsNoneIsRefusedWithASentence) {
