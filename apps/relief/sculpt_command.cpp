@@ -170,19 +170,19 @@ std::string limits_of(const std::vector<StrokeFinished>& strokes) {
     coarse += s.result.detail_limited ? 1 : 0;
     beside += s.result.beside ? 1 : 0;
   }
-  std::string text;
+  std::vector<std::string> said;
   if (limited > 0)
-    text = counted(limited, "sample") + " could not go as far as asked: the clay below them, or the room above, ends";
+    said.push_back(counted(limited, "sample") +
+                   " could not go as far as asked: the clay below them, or the room above, ends");
   if (missed > 0)
-    text += (text.empty() ? "" : "; ") + counted(missed, "point") +
-            " lay farther from the surface than the radius, and " + (missed == 1 ? "was" : "were") + " left out";
+    said.push_back(counted(missed, "point") + " lay farther from the surface than the radius, and " +
+                   (missed == 1 ? "was" : "were") + " left out");
   if (coarse > 0)
-    text += (text.empty() ? "" : "; ") + std::string("the grid stayed coarser than the tool wants under ") +
-            counted(coarse, "stroke") + ": a larger radius or detail helps, or shorter strokes";
+    said.push_back("the grid stayed coarser than the tool wants under " + counted(coarse, "stroke") +
+                   ": a larger radius or detail helps, or shorter strokes");
   if (beside > 0)
-    text += (text.empty() ? "" : "; ") + std::string("fibres lean under ") + counted(beside, "stroke") +
-            ", so clay beside the tool was taken, too";
-  return text.empty() ? text : text + '\n';
+    said.push_back("fibres lean under " + counted(beside, "stroke") + ", so clay beside the tool was taken, too");
+  return said.empty() ? "" : joined(said, "; ") + '\n';
 }
 
 void say_strokes(const std::string& out, const std::vector<StrokeFinished>& strokes, std::uint64_t total) {
