@@ -131,6 +131,8 @@ struct Meeting {
   float inwards;       ///< what `outside` falls along the fibre: at the start, or from inside the ball to its entry
   float gap;           ///< from the start to where the fibre enters that ball, in shares of it
   int hit;             ///< whether it does
+  float inside;        ///< how far inside the ball's outline as seen along the fibre, near it; below 0 outside
+  float along;         ///< dot of fibre and `out`
 };
 /// Says how the ball is swept. The share of the sweep that counts at a place, counted from its centre, is
 /// dot(place, per_way) + before.
@@ -159,7 +161,7 @@ Sweep sweep_of(const Cutter& cutter) noexcept {
   const float root = std::sqrt(larger(found, 0.0F));
   const float above = along < 0 ? c : -(root + along), below = along < 0 ? root - along : square;
   const int hit = static_cast<int>(found >= 0) & static_cast<int>(root - along + start * square >= 0);
-  return {out, c, square, larger(root, -along) - along, above / below, hit};
+  return {out, c, square, larger(root, -along) - along, above / below, hit, 0.5F * found / square, along};
 }
 
 /// What normals of samples on a ball may be off by, for they are those of facets: in radians, on a ball of a radius of
@@ -168,6 +170,25 @@ constexpr float kFacetNormal = 0.25F;
 /// A fibre that stands at no more than this above the surface is taken to stand so: what it would have to go grows
 /// without bound.
 constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
+
+/// In radii: so far inside its outline, as seen along the fibre, the ball's wall becomes steeper than 70 degrees.
+constexpr float kWall = 1.0F / 16;
+
+/// Returns where a fibre enters the ball below the start, in shares of the fibre; 0 where it does not. A wall that
+/// stands along the fibres has teeth as wide as the spacing, for each of them is in or out. There it becomes a ramp,
+/// from `width` inside the outline to half of that outside. `top`: what the blend takes of the ramp's upper end.
+[[gnu::always_inline]] inline float ramped(const Meeting& met, float start, float width, float top) noexcept {
+  const float within = smaller(kWall, width), beyond = 0.5F * width;
+  // Beside the outline the ball counts as so much larger that the fibre enters it where the ramp begins.
+  const float lacks = larger(within - met.inside, 0.0F), c = met.outside - 2.0F * lacks;
+  const float root = std::sqrt(larger(2.0F * (met.inside + lacks) * met.fibre_square, 0.0F));
+  const bool inwards = met.along < 0;
+  const float entry = (inwards ? c : -(root + met.along)) / (inwards ? root - met.along : met.fibre_square);
+  const float share = larger(1.0F - lacks / larger(within + beyond, 1e-9F), 0.0F);
+  const float soft = share * share * (3.0F - 2.0F * share);
+  // A ball that ends before the fibre begins is not met.
+  return root - met.along + start * met.fibre_square >= 0 ? smaller(entry + (1.0F - soft) * top, 0.0F) * soft : 0.0F;
+}
 
 /// Where a fibre leaves the blend of the start's surface with the ball, from the start, in shares of the fibre; the
 /// start or the ball itself where they are farther apart. `gap`: where the fibre enters the ball if that is below the
@@ -210,8 +231,8 @@ constexpr float kSteepest = 0.1F;  // cosine between fibre and normal
     const float side = std::sqrt(std::abs(met.outside + (1.0F - down * down)));  // below 0 by rounding alone
     const float slope = smaller(larger((side + side) * per_two - kFacetNormal * space, 0.0F), kSteepestRim);
     const float blend = smaller(larger(blends - 2.0F * space, 0.0F), space);
-    const float gap = met.hit != 0 ? smaller(met.gap, 0.0F) : 0.0F;
-    const float lowest = a + blended(met, gap, climb, per_two, blend * slope);
+    const float width = blend * slope, gap = ramped(met, a, blend, width / climb);
+    const float lowest = a + blended(met, gap, climb, per_two, width);
     const float fade = kBlendFade * fade_of(a * climb, space), low = lowest * climb;
     const float faded = fade * fade / ((2.0F * fade - low) * climb);
     const float kept = low < fade ? faded : lowest;

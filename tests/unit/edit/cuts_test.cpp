@@ -188,6 +188,54 @@ TEST(Cuts, InSlabsOfAnyShape) {
   }
 }
 
+/// Where the wall of a shaft stands at half of its height, in spacings from the circle that the ball leaves.
+struct Wall {
+  double off = 0, teeth = 0;
+};
+Wall wall_of(const Shape& sheet, double radius, double depth, bool exact) {
+  constexpr int kTurns = 360;
+  const double h = sheet.spacing;
+  const SnapshotPtr plane = Snapshot::make(sheet.mesh);
+  const Vec3d at = {0.513, 0, 0.507};
+  Editor editor(plane);
+  Dab dab = dab_near(*plane, at, 0);
+  dab.normal = {0, 1, 0};
+  dab.cursor = at - Vec3d{0, depth, 0};
+  EXPECT_EQ(testing::apply(editor, {.tool = Tool::Carve, .radius = radius, .detail = 0, .exact = exact}, dab).limited,
+            0U);
+  Wall wall;
+  std::vector<double> offs;
+  for (int k = 0; k < kTurns; ++k) {
+    const double turn = 2 * std::numbers::pi * k / kTurns, c = std::cos(turn), s = std::sin(turn);
+    double out = radius - 3 * h;
+    while (out < radius + 3 * h &&
+           below(*editor.head(), at.x + out * c, at.z + out * s).position.y < -0.5 * (depth - radius))
+      out += h / 50;
+    offs.push_back((out - radius) / h);
+    wall.off += offs.back() / kTurns;
+  }
+  for (const double off : offs) wall.teeth += std::pow(off - wall.off, 2) / kTurns;
+  wall.teeth = std::sqrt(wall.teeth);
+  return wall;
+}
+
+TEST(Cuts, AWallAlongTheFibresHasNoTeeth) {
+  // A ball that goes deeper than its radius leaves a shaft. Its wall has the fibres' direction, so each of them is
+  // either in or out: the samples' lattice shows in it, with teeth of half a spacing each way.
+  const Shape sheet = even_sheet(64);
+  for (const int spacings : {12, 25}) {
+    const double radius = spacings * sheet.spacing;
+    const Wall smooth = wall_of(sheet, radius, 1.6 * radius, false), hard = wall_of(sheet, radius, 1.6 * radius, true);
+    const std::string what = "shaft, r/h " + std::to_string(spacings);
+    tell(what + ": off, h", smooth.off);
+    tell(what + ": teeth, h", smooth.teeth);
+    tell(what + ", exact: off, h", hard.off);
+    tell(what + ", exact: teeth, h", hard.teeth);
+    EXPECT_LE(smooth.teeth, 0.5 * hard.teeth);
+    EXPECT_LE(std::abs(smooth.off), 0.3);
+  }
+}
+
 TEST(Cuts, AreBlendedByTheSamplesUnderThemNotByThoseFarAway) {
   // A slab whose neighbours have samples twice as far apart: in its middle they do not count.
   const double spacing = 0.25 / 128, radius = 12 * spacing;
