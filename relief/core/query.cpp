@@ -1,5 +1,6 @@
 #include <relief/base/steps.h>
 #include <relief/base/triangle.h>
+#include <relief/core/facets.h>
 #include <relief/core/micro_triangles.h>
 #include <relief/core/query.h>
 
@@ -300,13 +301,12 @@ class Holes {
 /// `inside` and that are no hole(at, sample, next sample).
 template <typename Position, typename Inside, typename Hole>
 Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside, const Hole& hole) noexcept {
-  static constexpr std::array<GridPoint, 7> kRing = {{{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}, {1, 0}}};
   const Vec3d centre = position(at);
   Vec3d sum;
   Vec3d before;
   GridPoint last;
   bool have = false;
-  for (const GridPoint step : kRing) {
+  for (const GridPoint step : detail::kAround) {
     const GridPoint p = {at.i + step.i, at.j + step.j};
     if (!inside(p)) {
       have = false;
@@ -316,6 +316,26 @@ Vec3d ring_sum(GridPoint at, const Position& position, const Inside& inside, con
     if (have && !hole({at, last, p})) sum += cross(before, edge);
     before = edge;
     last = p;
+    have = true;
+  }
+  return sum;
+}
+
+/// Returns the same of a grid with new samples, as if each of the six lay one spacing off.
+template <typename Position>
+Vec3d facet_sum(const detail::Facets& facets, GridPoint at, const Position& position) noexcept {
+  const Vec3d centre = position(at);
+  Vec3d sum, before;
+  bool have = false;
+  for (const GridPoint way : detail::kAround) {
+    const int reach = facets.reach(at, way);
+    if (reach == 0) {
+      have = false;
+      continue;
+    }
+    const Vec3d edge = (position({at.i + reach * way.i, at.j + reach * way.j}) - centre) / reach;
+    if (have) sum += cross(before, edge);
+    before = edge;
     have = true;
   }
   return sum;
@@ -337,10 +357,13 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
     const auto part = [&](int of_n) { return step != 0 ? of_n * step : double(of_n) / n; };
     return corners.point({part(k[0]), part(k[1]), part(k[2])}, double{d[sample_index(n, p)]});
   };
-  return ring_sum(
-             at, position, [&](GridPoint p) { return on_grid(n, p); },
-             [&](const std::array<GridPoint, 3>& t) { return holes.contain(t); }) *
-         (halvings * halvings);
+  const detail::Facets facets(mesh, slab, d);
+  const Vec3d sum = facets.step() > 1 && !model.has(Layer::Void)
+                        ? facet_sum(facets, at, position)
+                        : ring_sum(
+                              at, position, [&](GridPoint p) { return on_grid(n, p); },
+                              [&](const std::array<GridPoint, 3>& t) { return holes.contain(t); });
+  return sum * (halvings * halvings);
 }
 
 Vec3d shared_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
@@ -465,13 +488,16 @@ const std::array<Vec3d, 3>& detail::corner_normals(const Snapshot& model, SlabId
         have[k] = true;
       }
   const int n = model.slab_mesh().intervals(slab);
-  const auto inside = [n](GridPoint p) { return p.i > 0 && p.j > 0 && p.i + p.j < n; };
-  if (have == std::array{false, false, false} && std::ranges::all_of(cell, inside) && !model.has(Layer::Void))
+  // Those of one slab alone, from the six samples around.
+  const bool plain =
+      !model.has(Layer::Void) && detail::Facets(model.slab_mesh(), slab, model.displacement(slab)).step() == 1;
+  const auto inside = [n, plain](GridPoint p) { return plain && p.i > 0 && p.j > 0 && p.i + p.j < n; };
+  if (have == std::array{false, false, false} && std::ranges::all_of(cell, inside))
     made.normals = inner_normals(model.slab_mesh().corners(slab), model.displacement(slab), n, cell);
   else
     for (std::size_t k = 0; k < 3; ++k)
       if (!have[k])
-        made.normals[k] = inside(cell[k]) && !model.has(Layer::Void)
+        made.normals[k] = inside(cell[k])
                               ? inner_normal(model.slab_mesh().corners(slab), model.displacement(slab), n, cell[k])
                               : shading_normal(model, slab, cell[k]);
   known = made;

@@ -467,6 +467,12 @@ Box3d DisplayCache::box_of(const Snapshot& model, SlabId s, const Window& window
   return {to_double(low) * unit_ + shift, to_double(high) * unit_ + shift};
 }
 
+namespace {
+/// How far from changed samples normals change. A new sample tells whether it is changed by ends that lie up to half of
+/// a step away.
+int changes_beside(const Facets& facets) { return facets.step() > 1 ? 2 * facets.step() : 1; }
+}  // namespace
+
 /// Bounds of the whole slab; words inside it, of the rows of the window and of those beside them.
 void DisplayCache::measure(const Snapshot& model, SlabId s, const Window& changed, bool fresh) {
   const SlabMesh& mesh = model.slab_mesh();
@@ -494,7 +500,15 @@ void DisplayCache::measure(const Snapshot& model, SlabId s, const Window& change
     state.cosine = fresh ? cosine : std::min(state.cosine, cosine);
     find_inner_words(positions_, n, changed.j0 - 1, changed.j1 + 1, curvature_, seconds_);
   }
-  const int first = std::max(changed.j0 - 1, 0), last = std::min(changed.j1 + 1, n);
+  const Facets facets(mesh, s, alpha);
+  const int beside = changes_beside(facets);
+  const int first = std::max(changed.j0 - beside, 0), last = std::min(changed.j1 + beside, n);
+  if (facets.step() > 1 && !state.holed)
+    for (int j = std::max(first, 1); j <= std::min(last, n - 2); ++j)
+      for (int i = 1; i + j < n; ++i) {
+        const Umbrella umbrella = facet_umbrella(positions_, n, facets, {i, j});
+        seconds_[sample_index(n, {i, j})] = second_word(umbrella.normal, umbrella.spread, curvature_);
+      }
   find_first_words(alpha, masked ? masks_.data() : nullptr, n, first, last, firsts_);
   SampleWord* const to = chunks_[state.chunk].sample_words + state.samples_at;
   const std::uint16_t* const slots = grids_.at(n).slots.data();
@@ -531,9 +545,12 @@ void DisplayCache::note_border(const Snapshot& model, SlabId s, const Window& ch
   const auto halvings = std::ldexp(static_cast<float>(n & -n), mesh.level(s));
   const Grid& grid = grids_.at(n);
   const BorderTable& table = *grid.border;
+  const Facets facets(mesh, s, model.displacement(s));
   for (std::uint32_t k = 0; k < table.places.size(); ++k) {
     const BorderTable::Place& place = table.places[k];
-    Umbrella umbrella = slabs_[s].holed ? umbrellas_[place.own] : border_umbrella(positions_, place);
+    Umbrella umbrella = slabs_[s].holed      ? umbrellas_[place.own]
+                        : facets.step() == 1 ? border_umbrella(positions_, place)
+                                             : facet_umbrella(positions_, n, facets, ring_point(n, k));
     umbrella.normal *= halvings;
     umbrella.spread *= halvings;
     Umbrella& kept = rings_[slabs_[s].ring_at + k];
@@ -669,10 +686,9 @@ std::optional<DisplayCache::Changes> DisplayCache::update(const Snapshot& model,
     const bool whole = all_shapes || new_voids || is_reshaped(s) || std::ranges::binary_search(voids, s);
     const Window changed = changed_samples(model, s, whole);
     if (changed.empty()) continue;
-    // Normals change one sample farther than positions.
-    const int n = mesh.intervals(s);
-    touch(s, {std::max(changed.i0 - 1, 0), std::max(changed.j0 - 1, 0), std::min(changed.i1 + 1, n),
-              std::min(changed.j1 + 1, n)});
+    const int n = mesh.intervals(s), beside = changes_beside({mesh, s, model.displacement(s)});
+    touch(s, {std::max(changed.i0 - beside, 0), std::max(changed.j0 - beside, 0), std::min(changed.i1 + beside, n),
+              std::min(changed.j1 + beside, n)});
     measure(model, s, changed, whole);
     note_border(model, s, changed, fresh || is_reshaped(s));
   }

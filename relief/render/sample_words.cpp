@@ -207,4 +207,27 @@ Umbrella border_umbrella(const SlabPositions& at, const BorderTable::Place& plac
   return sum;
 }
 
+Umbrella facet_umbrella(const SlabPositions& at, int n, const Facets& facets, GridPoint p) {
+  const Vec3f middle = at.at(sample_index(n, p));
+  Umbrella sum;
+  Vec3f before, bend_before;
+  bool have = false;
+  for (const GridPoint way : kAround) {
+    const int reach = facets.reach(p, way);
+    if (reach > 0) {
+      const float share = 1.0F / static_cast<float>(reach);
+      const Vec3f next = (at.at(sample_index(n, {p.i + reach * way.i, p.j + reach * way.j})) - middle) * share;
+      const Vec3f bend = next * share;
+      if (have) {
+        sum.normal += cross(before, next);
+        sum.spread += bend_before + bend;
+      }
+      before = next;
+      bend_before = bend;
+    }
+    have = reach > 0;
+  }
+  return sum;
+}
+
 }  // namespace relief::detail

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <relief/base/vec.h>
+#include <relief/core/facets.h>
 #include <relief/core/slab_mesh.h>
 
 #include <array>
@@ -70,6 +71,10 @@ struct BorderTable {
   explicit BorderTable(int n);
 };
 [[nodiscard]] Umbrella border_umbrella(const SlabPositions& at, const BorderTable::Place& place);
+
+/// Returns the umbrella of a sample of a slab with new samples, or the slab's part of it on the border; as if each of
+/// the six lay one spacing off.
+[[nodiscard]] Umbrella facet_umbrella(const SlabPositions& at, int n, const Facets& facets, GridPoint p);
 
 /// Returns the second word of a sample with this umbrella.
 [[nodiscard]] inline std::uint32_t second_word(Vec3f normal, Vec3f spread, float curvature) noexcept {

@@ -246,6 +246,68 @@ TEST(Detail, NormalsOfCopiesAreTheSameToTheBit) {
       }
 }
 
+/// The same surface with four times as many samples along each edge of every third slab, two times elsewhere.
+SnapshotPtr finer(const SnapshotPtr& model) {
+  Detail detail;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s)
+    detail.grids.push_back({Layer::Displacement, s, (s % 3 == 0 ? 4 : 2) * model->intervals(Layer::Displacement, s)});
+  const Result<SnapshotPtr> made = with_detail(model, detail);
+  EXPECT_TRUE(made);
+  return *made;
+}
+
+TEST(Detail, NewSamplesShowNoCreases) {
+  // The judge: the smooth surface itself, a wave over a plane whose fibres stand along y.
+  const auto height = [](Vec3d p) { return 0.04 * std::sin(4 * p.x) * std::cos(3 * p.z); };
+  const auto normal = [](Vec3d p) {
+    return normalized(
+        Vec3d{-0.16 * std::cos(4 * p.x) * std::cos(3 * p.z), 1, 0.12 * std::sin(4 * p.x) * std::sin(3 * p.z)});
+  };
+  const SnapshotPtr model = displaced(plane_shell(1, 32, 0.25), [&](Vec3d p) { return 0.5 + 2 * height(p); });
+  const SnapshotPtr fine = cut_at_random(finer(model), 2);
+  // Beside it, what the triangles would show, whose edges are the old ones.
+  double normals = 0, facets = 0, worst_normal = 0, worst_facet = 0;
+  for (SlabId s = 0; s < fine->slab_mesh().slab_count(); ++s) {
+    const int n = fine->slab_mesh().intervals(s);
+    for (int j = 1; j < n; ++j)
+      for (int i = 1; i + j < n; ++i) {
+        const auto at = [&](int a, int b) { return sample_position(*fine, s, {a, b}); };
+        const Vec3d right = at(i, j), wanted = normal(right);
+        const Vec3d facet = normalized(cross(at(i + 1, j) - right, at(i, j + 1) - right));
+        const double off = length(cross(wanted, sample_normal(*fine, s, {i, j}))), flat = length(cross(wanted, facet));
+        normals += off * off;
+        facets += flat * flat;
+        worst_normal = std::max(worst_normal, off);
+        worst_facet = std::max(worst_facet, flat);
+      }
+  }
+  // Near the slab's border the normals know one side only.
+  EXPECT_LE(std::sqrt(normals), 0.3 * std::sqrt(facets));
+  EXPECT_LE(worst_normal, 0.7 * worst_facet);
+}
+
+TEST(Detail, WhatAToolHasChangedIsNoLongerSmoothedOver) {
+  // One new sample is lowered: it and its neighbours have the normals of the triangles around, and no others.
+  const SnapshotPtr fine = finer(displaced(sphere_shell(1, 16), [](Vec3d) { return 0.5; }));
+  const SlabId s = 0;
+  const int n = fine->slab_mesh().intervals(s);
+  const GridPoint dent = {n / 4 + 1, n / 4 + 1};
+  SnapshotDraft draft(fine);
+  draft.edit(Layer::Displacement, s).set(0, sample_index(n, dent), 0.3F);
+  const SnapshotPtr changed = draft.finish();
+  for (int j = 1; j < n; ++j)
+    for (int i = 1; i + j < n; ++i) {
+      const bool near =
+          std::abs(i - dent.i) <= 1 && std::abs(j - dent.j) <= 1 && std::abs(i + j - dent.i - dent.j) <= 1;
+      const double turned = length(cross(sample_normal(*fine, s, {i, j}), sample_normal(*changed, s, {i, j})));
+      if (GridPoint{i, j} == dent) continue;
+      if (near)
+        EXPECT_GT(turned, 0.1) << i << " " << j;
+      else
+        EXPECT_LT(turned, 0.02) << i << " " << j;
+    }
+}
+
 TEST(Detail, WalksAcrossEdgesFindTheTriangleBeyond) {
   for (const SnapshotPtr& model : models()) {
     const SnapshotPtr cut = cut_at_random(model, 30);

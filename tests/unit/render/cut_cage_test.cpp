@@ -2,6 +2,7 @@
 #include "render_support.h"
 #include "support/cuts.h"
 
+#include <relief/core/detail.h>
 #include <relief/core/tessellate.h>
 #include <relief/render/coverage.h>
 #include <relief/render/display_cache.h>
@@ -126,6 +127,25 @@ TEST(CutCage, LooksLikeTheUncutOne) {
         EXPECT_GT(psnr(*before, *after), n == 32 ? 50 : 40) << "n " << n << " map " << int(map);
       }
   }
+}
+
+TEST(CutCage, FinerGridsShowNoCreases) {
+  const auto wave = [](Vec3d p) { return 0.5 + 0.1 * std::sin(7 * p.x) * std::cos(5 * p.z); };
+  const SnapshotPtr model = displaced(plane_shell(2, 16), wave);
+  Detail detail;
+  for (SlabId s = 0; s < model->slab_mesh().slab_count(); ++s) detail.grids.push_back({Layer::Displacement, s, 64});
+  const Result<SnapshotPtr> fine = with_detail(model, detail);
+  ASSERT_TRUE(fine);
+  // The judge: the same shape whose new samples lie on it, not on the old triangles.
+  const SnapshotPtr shape = displaced(plane_shell(2, 64), wave);
+  Frame frame = small_frame({.eye = {0.5, 1, 0.5}, .target = {0.5, 0, 0.5}, .up = {0, 0, 1}});
+  frame.tau = 0;
+  frame.samples = 4;
+  frame.look.light = Look::Light::Matcap;
+  const auto before = renderer().picture(*model, frame), after = renderer().picture(**fine, frame),
+             wanted = renderer().picture(*shape, frame);
+  ASSERT_TRUE(before && after && wanted);
+  EXPECT_GT(psnr(*wanted, *after), psnr(*wanted, *before) - 1);
 }
 
 /// Some of a layer changed around a direction, alike in all copies.
