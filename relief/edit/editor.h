@@ -29,9 +29,10 @@ struct Dab {
 
 /// Holds what a dab did.
 struct DabResult {
-  std::size_t slabs = 0;          ///< reached by the sphere
-  std::size_t samples = 0;        ///< whose value changed, copies of shared samples counted once per copy
-  std::size_t limited = 0;        ///< that would have gone beyond their fibre's ends, counted likewise
+  std::size_t slabs = 0;    ///< reached by the sphere
+  std::size_t samples = 0;  ///< whose value changed, copies of shared samples counted once per copy
+  /// that would have gone beyond their fibre's ends, or kept Carve from its depth by over 5 % of the radius; likewise
+  std::size_t limited = 0;
   std::size_t slabs_added = 0;    ///< by cuts, for detail
   std::size_t samples_added = 0;  ///< in all layers
   bool detail_limited = false;    ///< whether the grid stayed coarser than the tool wanted it
@@ -45,7 +46,7 @@ struct StrokeResult {
   bool changed = false;     ///< whether any sample has
   std::size_t dabs = 0;     ///< dabs that were applied
   std::size_t samples = 0;  ///< whose value is another one, copies counted once per copy
-  std::size_t limited = 0;  ///< different ones that would have gone beyond their fibre's ends
+  std::size_t limited = 0;  ///< different ones, see DabResult
   std::size_t missed = 0;   ///< points of the stroke that were farther from the surface than the radius, and left out
   /// for detail; 0 where nothing has changed
   std::size_t slabs_added = 0, samples_added = 0;

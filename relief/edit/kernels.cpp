@@ -239,7 +239,7 @@ constexpr float kWall = 1.0F / 16;
     const float part = a + (kept - a) * (1.0F - protect[k]);
     to[k] = smaller(part, from[k]);
     // A blend of width h ends within 1.1 h of the ball.
-    const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kBeside) + 1.1F * blend;
+    const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kTold) + 1.1F * blend;
     const int taken = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
     beside |= static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
   }
@@ -260,14 +260,14 @@ constexpr float kWall = 1.0F / 16;
     const Meeting met = meet(f, start[k], up, sweep);
     const float at = start[k] + met.gap;
     const int cuts = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
-    const int beyond = cuts & static_cast<int>(at < 0);
-    over[k] = static_cast<std::uint8_t>(beyond);
-    limited += static_cast<std::uint32_t>(beyond);
     const float fade = fade_of(start[k], read.space(k) / std::sqrt(met.fibre_square));
     const float kept = fade * fade / larger(2.0F * fade - at, 1e-9F);
     const float lift = (kept - at) * dot(f.along, up) * (1.0F - protect[k]);
-    const bool late = (cuts & static_cast<int>(at < fade)) != 0;
-    const auto bits = std::bit_cast<std::int32_t>(late ? lift : 0.0F);
+    const int late = cuts & static_cast<int>(at < fade);
+    const int beyond = late & (static_cast<int>(at < 0) | static_cast<int>(lift > kTold));
+    over[k] = static_cast<std::uint8_t>(beyond);
+    limited += static_cast<std::uint32_t>(beyond);
+    const auto bits = std::bit_cast<std::int32_t>(late != 0 ? lift : 0.0F);
     most = bits > most ? bits : most;
   }
   return {std::bit_cast<float>(most), limited};

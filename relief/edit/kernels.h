@@ -79,9 +79,9 @@ inline constexpr float kSteepestRim = 4;
 /// In radii: below six spacings per radius a blend takes too much of the depth. It goes from there to four.
 inline constexpr float kWidestBlend = 1.0F / 6;
 
-/// In radii, beyond the cutter and the column above it: so far off a cut takes clay where fibres lean into the cutter.
-/// Half as much is told in places that miss the ball by no more than the grid's spacing does.
-inline constexpr float kBeside = 0.05F;
+/// In radii: by more than this a cut may miss the ball only if it is told. Half as much is told in places that miss it
+/// by no more than the grid's spacing does.
+inline constexpr float kTold = 0.05F;
 
 /// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
 struct Start {
@@ -99,7 +99,7 @@ struct TargetPlane {
 inline constexpr float kFadeShare = 0.1F, kFadeSpacings = 2.0F;
 
 /// Holds what Carve must be lifted by, so that it fades out in the last of the clay, in radii; and how many samples it
-/// would have taken beyond the inner end of their fibre.
+/// would have taken beyond the inner end of their fibre, or ask for more than kTold of that.
 struct Lift {
   float lift = 0;
   std::size_t limited = 0;
@@ -115,10 +115,10 @@ struct Neighbours {
 struct Kernels {
   /// Cuts: alpha becomes min(from, start blended with the fibre's entry into the cutter), see
   /// docs/decisions/0010-strokes.md. `protect` keeps its share. Returns whether samples that it takes stood beside
-  /// the cutter and its blend by more than kBeside.
+  /// the cutter and its blend by more than kTold.
   bool (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);
-  /// See Lift; `over` gets 1 at samples that would have gone beyond.
+  /// See Lift; `over` gets 1 at the samples that count as limited.
   Lift (*lift)(const SlabFrame& frame, const Cutter& cutter, const float* start, const float* protect,
                std::uint8_t* over, std::size_t count);
   /// Writes the fall-off of the distance from the surface at each sample to the origin, times 1 - protect.

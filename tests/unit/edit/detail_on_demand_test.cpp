@@ -295,12 +295,13 @@ TEST(DetailOnDemand, TheEndOfTheClayIsToldAndFadedOnCutSlabsToo) {
   const DabResult of_coarse = testing::apply(as_it_is, {.radius = 0.36, .detail = 0}, dab);
   EXPECT_GT(told.samples_added, 0U);
   ASSERT_GT(of_coarse.limited, 0U);
-  // As many samples beyond the clay, counted in the same area.
+  // As many samples beyond the clay, counted in the same area; a few less, for a coarse grid fades out over two of its
+  // own spacings.
   const SlabMesh& mesh = on_demand.head()->slab_mesh();
   int finest = 0;
   for (SlabId s = 0; s < mesh.slab_count(); ++s) finest = std::max(finest, mesh.intervals(s) << mesh.level(s));
   const double finer = finest / 8.0 * finest / 8.0;
-  EXPECT_GT(static_cast<double>(told.limited), 0.7 * finer * static_cast<double>(of_coarse.limited));
+  EXPECT_GT(static_cast<double>(told.limited), 0.6 * finer * static_cast<double>(of_coarse.limited));
   EXPECT_LT(static_cast<double>(told.limited), 1.3 * finer * static_cast<double>(of_coarse.limited));
   testing::for_each_sample(on_demand.head()->slab_mesh(), [&](SlabId s, std::size_t k, GridPoint) {
     EXPECT_GT(on_demand.head()->displacement(s)[k], 0.0F) << "no bare inner triangle";
