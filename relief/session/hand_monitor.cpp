@@ -73,7 +73,7 @@ void SafetyWatch::count_alarm(bool lost, double t) noexcept {
   unsteady_ = lost || (was_unsteady && t - answers_since_ < kSteady);
   const bool of_line = last_stop_.cause == ServoFault::DeviceLost || last_stop_.cause == ServoFault::Reconnected;
   // Whoever was told of the loss hears no more of the line before it is steady.
-  if (!untold_ || (of_line && was_unsteady && alarm_.cause == ServoFault::DeviceLost)) return;
+  if (!untold_ || (of_line && was_unsteady && unsteady_ && alarm_.cause == ServoFault::DeviceLost)) return;
   untold_ = false;
   alarm_ = last_stop_;
   ++alarms_;

@@ -1730,8 +1730,8 @@ berühren, um weiterzumachen</translation>
         <translation>&amp;Bedienfelder</translation>
     </message>
     <message>
-        <source>&amp;Help</source>
-        <translation>&amp;Hilfe</translation>
+        <source>Hel&amp;p</source>
+        <translation>Hil&amp;fe</translation>
     </message>
     <message>
         <source>Save what is whole of %1</source>

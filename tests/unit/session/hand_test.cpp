@@ -320,7 +320,7 @@ HandSafety lost_once(SafetyWatch& watch, int from, int stopped, int ticks) {
 
 TEST(SafetyWatch, ALineThatComesAndGoesAlarmsOnce) {
   SafetyWatch watch;
-  after(watch, 0, 10, 0, true);
+  after(watch, 0, 10, 0);
   EXPECT_EQ(watch.alarms(), 0U);
   int k = 10;
   for (const int period : {50, 500, kSteady - 100, 50}) {
@@ -344,7 +344,7 @@ TEST(SafetyWatch, ADeviceThatAnswersIsToldWhenItHasDoneSoForAWhile) {
   SafetyWatch watch;
   lost_once(watch, 0, kSteady - 1, kSteady + 1);
   EXPECT_EQ(watch.alarms(), 1U);
-  after(watch, kSteady + 1, 1, kLatched);
+  after(watch, kSteady + 1, 2, kLatched);
   EXPECT_EQ(watch.alarms(), 2U);
   EXPECT_EQ(watch.alarm().cause, ServoFault::Reconnected);
   EXPECT_FALSE(watch.alarm().over);
@@ -354,7 +354,7 @@ TEST(SafetyWatch, ADeviceThatAnswersIsToldWhenItHasDoneSoForAWhile) {
   lost_once(anew, 5010, 10, 20);
   after(anew, 0, kSteady, 0);
   EXPECT_EQ(anew.alarms(), 1U);
-  after(anew, kSteady, 1, 0);
+  after(anew, kSteady, 2, 0);
   EXPECT_EQ(anew.alarms(), 2U);
 }
 
