@@ -89,14 +89,12 @@ class ToldTest : public ::testing::Test {
     move(kRight);
     release(kRight);
   }
-  /// A way over the front of a ball of so many slabs that a stroke may have few of them made finer.
-  void cross_the_ball(double radius) {
-    open(testing::sphere_shell(5, 4), AxisView::Front);
+  /// A dab on a sheet with fibres so long that the finest spacing, a share of them, is coarse for a small tool.
+  void touch_the_sheet(double radius) {
+    open(testing::plane_shell(4, 32, 20), AxisView::Top);
     set("radius", radius);
-    const auto on_ball = [](double x) { return Vec3d{x, 0, std::sqrt(1 - x * x)}; };
-    press(on_ball(-0.5));
-    for (int k = -99; k <= 100; ++k) move(on_ball(0.005 * k));
-    release(on_ball(0.5));
+    press(kMiddle);
+    release(kMiddle);
   }
   [[nodiscard]] QString status() { return window.findChild<QLabel*>("status")->accessibleDescription(); }
   /// In the status line, and over the picture.
@@ -105,7 +103,7 @@ class ToldTest : public ::testing::Test {
     EXPECT_EQ(window.findChild<Toast*>()->findChild<QLabel*>()->text(), words);
   }
 
-  static constexpr Vec3d kLeft{-0.5, 0, 0.866}, kRight{0.5, 0, 0.866};
+  static constexpr Vec3d kLeft{-0.5, 0, 0.866}, kRight{0.5, 0, 0.866}, kMiddle{0.5, 0, 0.5};
   testing::Folder folder;
   QSettings settings{text(folder / "studio.conf"), QSettings::IniFormat};
   DesktopScheme desktop;
@@ -136,12 +134,12 @@ TEST_F(ToldTest, AToolOnTheSurfaceIsNotTold) {
 }
 
 TEST_F(ToldTest, AGridThatStaysTooCoarse) {
-  cross_the_ball(0);  // the smallest
+  touch_the_sheet(0);  // the smallest
   says(kCoarse);
 }
 
 TEST_F(ToldTest, AGridThatIsFineEnoughIsNotTold) {
-  cross_the_ball(0.5);
+  touch_the_sheet(0.15);
   EXPECT_NE(status(), kCoarse);
 }
 
