@@ -227,6 +227,13 @@ TEST(HandText, EachCauseHasASentenceOfItsOwn) {
   EXPECT_EQ(alarm_sentence({.cause = ServoFault::Reconnected, .over = true}), "The device answers again.");
 }
 
+TEST(HandText, ALossStandsAsLongAsItTakesToRead) {
+  const auto words = alarm_sentence({.cause = ServoFault::DeviceLost}).split(' ').size();
+  const double seconds = static_cast<double>(words) * 60 / 200;
+  EXPECT_GE(SafetyWatch::kSteady, seconds);
+  EXPECT_LT(SafetyWatch::kSteady, 2 * seconds) << "nobody waits for nothing";
+}
+
 TEST(PanicKeys, PauseAndEscTwiceWhateverHasTheFocus) {
   int off = 0;
   PanicKeys keys([&] { ++off; });
