@@ -237,7 +237,7 @@ void MainWindow::build_menus() {
     for (QDockWidget* dock : docks_) panels->addAction(dock->toggleViewAction());
   });
   fill(view, {"panels", "-", "redraw", "fullscreen", "theme"});
-  QMenu* help = menuBar()->addMenu(tr("&Help"));
+  QMenu* help = menuBar()->addMenu(tr("Hel&p"));
   help->addAction(palette_->open_action());
 }
 

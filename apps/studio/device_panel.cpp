@@ -168,8 +168,7 @@ void DevicePanel::build_buttons() {
       hand_.stop_recording();
   });
   connect(recentre_, &QPushButton::clicked, this, &DevicePanel::recentreAsked);
-  connect(play_, &QPushButton::clicked, this,
-          [this] { hand_.choose(QStringLiteral("replay:") + hand_.last_recording()); });
+  connect(play_, &QPushButton::clicked, this, &DevicePanel::playAsked);
   connect(limit_, &ValueBar::valueEdited, &hand_, &Hand::set_force_limit);
   connect(scale_, &ValueBar::valueEdited, &hand_, &Hand::set_scale);
 }

@@ -27,6 +27,7 @@ class DevicePanel : public QWidget {
  signals:
   void recentreAsked();
   void recordAsked();
+  void playAsked();
 
  private:
   void build_plots();

@@ -177,8 +177,7 @@ void Hand::start(const QString& recording) {
   }
   live_ = *std::move(made);
   monitor_.clear();
-  stops_ = 0;
-  stopped_by_ = ServoFault::None;
+  alarms_ = 0;
   told_ = {};
   late_ = since_log_ = 0;
   compute_ = {};
@@ -245,12 +244,8 @@ void Hand::take_ticks() {
   }
   if (fresh > 0) emit ticked(static_cast<int>(fresh));
   const SafetyWatch& watch = monitor_.safety();
-  // One time without force may have several causes, one after the other.
-  if (const ServoFault cause = watch.last_stop().cause; watch.stops() > stops_ || cause != stopped_by_) {
-    stops_ = watch.stops();
-    stopped_by_ = cause;
-    if (const QString sentence = alarm_sentence(cause); !sentence.isEmpty()) emit alarm(sentence);
-  }
+  if (watch.alarms() > std::exchange(alarms_, watch.alarms()))
+    if (const QString sentence = alarm_sentence(watch.alarm()); !sentence.isEmpty()) emit alarm(sentence);
   if (const HandSafety now = watch.now(); now != told_) {
     told_ = now;
     log_state();

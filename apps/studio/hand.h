@@ -127,9 +127,8 @@ class Hand : public QObject {
   bool has_ray_ = false;
   HandMonitor monitor_;
   HandSafety told_;
-  std::uint64_t stops_ = 0;
-  ServoFault stopped_by_ = ServoFault::None;  ///< told of last
-  int since_log_ = 0, late_ = 0;              ///< late_: ticks since the session began
+  std::uint64_t alarms_ = 0;      ///< told
+  int since_log_ = 0, late_ = 0;  ///< late_: ticks since the session began
   TimeHistogram compute_;
   QTimer timer_;
   std::unique_ptr<HandSound> sound_;

@@ -1,6 +1,5 @@
 // The hand in the window: its menu, button, panel, keys, and what of it lies over the picture.
 #include "device_panel.h"
-#include "event_log.h"
 #include "hand.h"
 #include "hand_overlay.h"
 #include "hand_text.h"
@@ -124,7 +123,7 @@ void MainWindow::build_hand_actions() {
   devices_->addAction(add(QStringLiteral("play-recording"), tr("&Play a recording …"), {}, [this] {
     const QString file = QFileDialog::getOpenFileName(
         this, tr("Play a recording"), state_folder() + QStringLiteral("/recordings"), tr("Recordings (*.rlog)"));
-    if (!file.isEmpty()) use_device(QStringLiteral("replay:") + file);
+    if (!file.isEmpty()) play_recording(file);
   }));
   devices_->addSeparator();
   devices_->addAction(add(QStringLiteral("forces-off"), tr("&Forces off"), QKeySequence(Qt::Key_Pause),
@@ -145,9 +144,12 @@ void MainWindow::connect_hand() {
   connect(hand_, &Hand::safetyChanged, this, &MainWindow::show_hand_state);
   connect(hand_, &Hand::ticked, this, &MainWindow::show_hand_tick);
   connect(hand_, &Hand::said, this, &MainWindow::say);
-  connect(hand_, &Hand::alarm, this, &MainWindow::warn_of_hand);
+  // Why forces went off without anybody's doing: it stays until somebody has read it.
+  connect(hand_, &Hand::alarm, this,
+          [this](const QString& sentence) { say_in_banner(Mood::Bad, sentence, kHand, {}); });
   connect(device_panel_, &DevicePanel::recentreAsked, this, &MainWindow::recentre_hand);
   connect(device_panel_, &DevicePanel::recordAsked, this, [this] { record_hand(true); });
+  connect(device_panel_, &DevicePanel::playAsked, this, [this] { play_recording(hand_->last_recording()); });
   connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
   connect(viewport_, &Viewport::left, hand_, &Hand::leave);
   connect(viewport_, &Viewport::depthTurned, hand_, &Hand::turn_depth);
@@ -160,6 +162,8 @@ void MainWindow::use_device(const QString& id) {
   hand_->choose(id);
 }
 QString MainWindow::device() const { return hand_->id(); }
+
+void MainWindow::play_recording(const QString& file) { use_device(QStringLiteral("replay:") + file); }
 
 void MainWindow::recentre_hand() {
   hand_->recentre(viewport_->ray(QPointF(viewport_->width() * 0.5, viewport_->height() * 0.5)));
@@ -198,12 +202,6 @@ void MainWindow::show_hand() {
   show_hand_state();
 }
 
-void MainWindow::warn_of_hand(const QString& sentence) {
-  banner_->say(Mood::Bad, sentence, {}, kHand);
-  say_in_status(sentence);
-  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
-}
-
 /// A banner as long as somebody has switched the forces off.
 void MainWindow::show_forces_off() {
   const bool off = hand_->active() && !hand_->forces();
@@ -212,10 +210,8 @@ void MainWindow::show_forces_off() {
     banner_->retract(kForcesOff);
     return;
   }
-  const QString sentence = safety_sentence(hand_->safety(), true);
-  banner_->say(Mood::Warn, sentence, {{tr("Forces on again"), [this] { hand_->set_forces(true); }}}, kForcesOff);
-  say_in_status(sentence);
-  event_log().write(QStringLiteral("banner"), {{"text", sentence}});
+  say_in_banner(Mood::Warn, safety_sentence(hand_->safety(), true), kForcesOff,
+                {{tr("Forces on again"), [this] { hand_->set_forces(true); }}});
 }
 
 void MainWindow::show_hand_state() {

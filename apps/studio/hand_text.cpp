@@ -75,9 +75,11 @@ QString safety_sentence(const HandSafety& safety, bool switched_off) {
   return {};
 }
 
-QString alarm_sentence(ServoFault cause) {
+QString alarm_sentence(const HandStop& stop) {
   // A tool that begins inside the model, or forces that somebody switches off here, surprise nobody.
+  const ServoFault cause = stop.cause;
   if (cause == ServoFault::StartInside || cause == ServoFault::None || cause == ServoFault::ForcesOff) return {};
+  if (cause == ServoFault::Reconnected && stop.over) return HandText::tr("The device answers again.");
   return reason(cause);
 }
 

@@ -11,7 +11,7 @@ namespace relief::studio {
 /// One sentence for the state at the moment. `switched_off`: somebody has switched the forces off here.
 [[nodiscard]] QString safety_sentence(const HandSafety& safety, bool switched_off);
 /// What people should know of a time without force even after it is over; empty where the state says enough.
-[[nodiscard]] QString alarm_sentence(ServoFault cause);
+[[nodiscard]] QString alarm_sentence(const HandStop& stop);
 /// The role of a label that holds such a sentence: good, dim, warn or bad.
 [[nodiscard]] QString safety_role(HandState state);
 /// A word for the state, for logs and tests; not translated.

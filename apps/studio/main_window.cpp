@@ -258,6 +258,13 @@ void MainWindow::say(const QString& words) {
   toast_->say(words, viewport_->ring_in_window());
 }
 
+void MainWindow::say_in_banner(Mood mood, const QString& words, const QString& subject,
+                               std::vector<BannerAction> actions) {
+  banner_->say(mood, words, std::move(actions), subject);
+  say_in_status(words);
+  event_log().write(QStringLiteral("banner"), {{"text", words}});
+}
+
 void MainWindow::keep_picture() {
   if (bridge_.document() == nullptr || viewport_->picture().isNull()) return;
   viewport_->picture()

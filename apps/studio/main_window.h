@@ -29,6 +29,7 @@ class QToolButton;
 namespace relief::studio {
 
 class Banner;
+struct BannerAction;
 class Card;
 class ColourPalette;
 class CommandPalette;
@@ -48,6 +49,7 @@ class StartPage;
 class Toast;
 class ToolPanel;
 class ValueBar;
+enum class Mood;
 
 class MainWindow : public QMainWindow {
   Q_OBJECT
@@ -76,6 +78,8 @@ class MainWindow : public QMainWindow {
   void refresh();
   void say(const QString& words);
   void say_in_status(const QString& words);
+  /// What must not be missed: across the top, in the status line and in the log of events.
+  void say_in_banner(Mood mood, const QString& words, const QString& subject, std::vector<BannerAction> actions);
   void fit_status();
   void say_state();
   void keep_picture();
@@ -108,8 +112,7 @@ class MainWindow : public QMainWindow {
   void build_hand();
   void build_hand_actions();
   void connect_hand();
-  /// Why forces went off without anybody's doing: across the top until somebody has read it.
-  void warn_of_hand(const QString& sentence);
+  void play_recording(const QString& file);
   void recentre_hand();
   void record_hand(bool on);
   void show_hand();

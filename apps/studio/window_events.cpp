@@ -120,8 +120,7 @@ void MainWindow::connect_document() {
         tr("%n stroke(s) could not be saved yet: %1. You can go on; it is tried again every ten seconds.", nullptr,
            static_cast<int>(unsaved))
             .arg(message);
-    event_log().write(QStringLiteral("banner"), {{"text", words}});
-    banner_->say(Mood::Bad, words, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}}, kUnsaved);
+    say_in_banner(Mood::Warn, words, kUnsaved, {{tr("Save elsewhere …"), [this] { ask_save_as(); }}});
   });
 }
 

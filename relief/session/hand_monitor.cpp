@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace relief {
@@ -32,6 +33,11 @@ ServoFault first_of(const std::array<ServoFault, N>& faults, std::uint32_t flags
 void SafetyWatch::tick(const ServoSample& sample) noexcept {
   // A device that does not answer tells no time.
   const double t = std::isfinite(sample.t) ? sample.t : last_stop_.t + last_stop_.seconds;
+  judge(sample, t);
+  count_alarm((sample.flags & bit(ServoFault::DeviceLost)) != 0, t);
+}
+
+void SafetyWatch::judge(const ServoSample& sample, double t) noexcept {
   if (std::exchange(first_, false)) touched_ = limited_ = t - 2 * kHold;
   if (sample.contact) touched_ = t;
   if (const ServoFault limit = first_of(kLimits, sample.flags); limit != ServoFault::None) {
@@ -52,11 +58,25 @@ void SafetyWatch::tick(const ServoSample& sample) noexcept {
   if (!was_stopped) {
     ++stops_;
     last_stop_ = {.cause = cause, .t = t};
+    untold_ = true;
   } else if (cause != ServoFault::None && cause != ServoFault::StartInside) {
+    untold_ = untold_ || cause != last_stop_.cause;
     last_stop_.cause = cause;  // the newest one is what people must know to go on
   }
   last_stop_.seconds = std::max(last_stop_.seconds, t - last_stop_.t);
   now_ = {.state = HandState::NoForce, .cause = last_stop_.cause, .lift_off = (sample.flags & kLasting) == 0};
+}
+
+void SafetyWatch::count_alarm(bool lost, double t) noexcept {
+  const bool was_unsteady = unsteady_;
+  answers_since_ = lost ? std::numeric_limits<double>::infinity() : std::min(answers_since_, t);
+  unsteady_ = lost || (was_unsteady && t - answers_since_ < kSteady);
+  const bool of_line = last_stop_.cause == ServoFault::DeviceLost || last_stop_.cause == ServoFault::Reconnected;
+  // Whoever was told of the loss hears no more of the line before it is steady.
+  if (!untold_ || (of_line && was_unsteady && unsteady_ && alarm_.cause == ServoFault::DeviceLost)) return;
+  untold_ = false;
+  alarm_ = last_stop_;
+  ++alarms_;
 }
 
 HandMonitor::HandMonitor(std::size_t capacity) : queue_(kWaiting), capacity_(std::max<std::size_t>(capacity, 1)) {

@@ -56,6 +56,9 @@ class SafetyWatch {
  public:
   /// s for which a touch, or a limit, is reported after its last tick: words that flicker cannot be read.
   static constexpr double kHold = 0.3;
+  /// s for which a device must have answered before it counts as back: a sentence of ten words is read in that time, at
+  /// 200 words a minute.
+  static constexpr double kSteady = 3;
 
   /// Takes a tick. The thread that drains the telemetry.
   void tick(const ServoSample& sample) noexcept;
@@ -65,12 +68,23 @@ class SafetyWatch {
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
   /// Returns the last time that the force ended.
   [[nodiscard]] const HandStop& last_stop() const noexcept { return last_stop_; }
+  /// Causes so far of which people must hear. That a device answers again is told once it has answered for kSteady.
+  /// Until then no other loss of it is told.
+  [[nodiscard]] std::uint64_t alarms() const noexcept { return alarms_; }
+  /// Returns the newest of them, as it was when it was counted.
+  [[nodiscard]] const HandStop& alarm() const noexcept { return alarm_; }
 
  private:
+  void judge(const ServoSample& sample, double t) noexcept;
+  void count_alarm(bool lost, double t) noexcept;
+
   HandSafety now_;
-  HandStop last_stop_;
-  std::uint64_t stops_ = 0;
+  HandStop last_stop_, alarm_;
+  std::uint64_t stops_ = 0, alarms_ = 0;
   bool first_ = true;
+  bool untold_ = false;               ///< last_stop_'s cause is not yet among the alarms
+  bool unsteady_ = false;             ///< the device was lost, and does not yet count as back
+  double answers_since_ = 0;          ///< s; infinite while it is lost
   double touched_ = 0, limited_ = 0;  ///< s, when last; below the first tick's time where never
   ServoFault limit_ = ServoFault::None;
 };

@@ -151,7 +151,7 @@ class FullDisk(Case):
     def test_nothing_is_lost(self):
         flag = studio.folder() / "the-disk-is-full"
         file = model()
-        s = Studio(file, environment={"LD_PRELOAD": str(studio.BIN / "libstudio_full_disk.so"), "RELIEF_TEST_FULL": str(flag)})
+        s = Studio(file, environment={"LD_PRELOAD": str(studio.BIN / "libstudio_disk.so"), "RELIEF_TEST_FULL": str(flag)})
         s.press("Carve")
         mark = s.log.mark()
         s.stroke((0.42, 0.45), (0.46, 0.45))
@@ -162,7 +162,9 @@ class FullDisk(Case):
         s.log.wait("banner", mark)
         self.assertEqual(len(journal(file)), 1)
         alerts = lambda: [o for o in s.all(studio.shows) if o.getRoleName() == "alert"]
-        wait("a banner of role alert", alerts)
+        banner = wait("a banner of role alert", alerts)[0]
+        self.assertIn("could not be saved yet", banner.name)
+        wait("the same words in the status line", lambda: s.described("Status", "label") == banner.name)
         before = s.picture()
         third = s.stroke((0.42, 0.55), (0.46, 0.55))  # work goes on in memory
         self.assertGreater(before.differing(s.picture(), 8), 100)

@@ -223,7 +223,7 @@ class CancelledSaving(Saving):
 
     def start(self):
         self.slow = studio.folder() / "the-disk-is-slow"
-        return Studio(model(), environment={"LD_PRELOAD": str(studio.BIN / "libstudio_slow_disk.so"), "RELIEF_TEST_SLOW": str(self.slow)})
+        return Studio(model(), environment={"LD_PRELOAD": str(studio.BIN / "libstudio_disk.so"), "RELIEF_TEST_SLOW": str(self.slow)})
 
     def tearDown(self):
         self.slow.unlink(missing_ok=True)

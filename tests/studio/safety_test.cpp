@@ -16,6 +16,7 @@
 #include <QLabel>
 #include <QPushButton>
 #include <QSettings>
+#include <QSignalSpy>
 #include <QTest>
 #include <atomic>
 #include <memory>
@@ -29,10 +30,11 @@ constexpr int kPatience = 20'000;  // ms, on a machine that is busy with other t
 /// What the test and the device tell each other. Numbers of readings count from 1.
 struct Wire {
   // What is to happen, once there is a force.
-  std::atomic<bool> jump{false};  ///< a reading is far from the one before
-  std::atomic<bool> lost{false};  ///< the device does not answer
-  std::atomic<bool> gone{false};  ///< nothing will ever come again; at once
-  std::atomic<bool> off{false};   ///< there is no force to wait for
+  std::atomic<bool> jump{false};   ///< a reading is far from the one before
+  std::atomic<bool> lost{false};   ///< the device does not answer
+  std::atomic<bool> flaps{false};  ///< it does not for five readings of forty
+  std::atomic<bool> gone{false};   ///< nothing will ever come again; at once
+  std::atomic<bool> off{false};    ///< there is no force to wait for
   // What has happened.
   std::atomic<std::uint64_t> readings{0};  ///< so many were given, or refused
   std::atomic<std::uint64_t> felt{0};      ///< number of the last one to which a force was commanded
@@ -53,7 +55,7 @@ class FailingDevice : public HapticDevice {
   [[nodiscard]] bool read(DeviceState& state) noexcept override {
     const std::uint64_t number = ++wire_->readings;
     const bool felt = wire_->force > 0;
-    if (wire_->lost && (felt || refuses_ || wire_->off)) {
+    if ((wire_->lost || (wire_->flaps && number % 40 < 5)) && (felt || refuses_ || wire_->off)) {
       if (!std::exchange(refuses_, true)) wire_->fault = number;
       return false;
     }
@@ -126,6 +128,11 @@ class SafetyTest : public ::testing::Test {
     EXPECT_EQ(label->text(), words);
     EXPECT_EQ(status(), words);
   }
+  /// Whether forces are back by then depends on where the hand was.
+  void answers_again() {
+    ASSERT_TRUE(comes([&] { return banner().accessibleName().startsWith("The device answers again"); }));
+    is_alert(banner().accessibleName());
+  }
   /// No reading of `ticks` that follow is answered with a force, from `first` on.
   void stays_off(std::uint64_t first, std::uint64_t ticks = 50) {
     ASSERT_TRUE(comes([&] { return wire->readings >= first + ticks; }));
@@ -184,8 +191,20 @@ TEST_F(SafetyTest, ADeviceThatIsLostAndAnswersAgain) {
   EXPECT_EQ(wire->force_at_fault, 0) << "an explicit zero";
   stays_off(wire->fault);
   wire->lost = false;
-  is_alert("The device answers again; forces come back when you lift off.");
+  answers_again();
   EXPECT_TRUE(touches());
+}
+
+TEST_F(SafetyTest, ALineThatComesAndGoesAlarmsOnce) {
+  const QSignalSpy told(&hand(), &Hand::alarm);
+  wire->off = wire->flaps = true;
+  const std::uint64_t begun = wire->readings;
+  ASSERT_TRUE(comes([&] { return wire->readings > begun + 1000; }));
+  is_alert("The device does not answer; it is tried again.");
+  EXPECT_EQ(told.size(), 1) << "though it was lost 25 times";
+  wire->off = wire->flaps = false;
+  answers_again();
+  EXPECT_EQ(told.size(), 2);
 }
 
 TEST_F(SafetyTest, ADeviceThatIsLostForGood) {
@@ -197,6 +216,34 @@ TEST_F(SafetyTest, ADeviceThatIsLostForGood) {
   window.use_device("simulated");
   EXPECT_TRUE(banner().isHidden()) << "it is chosen again";
   EXPECT_TRUE(touches());
+}
+
+TEST_F(SafetyTest, ARecordingThatIsPlayedIsAnotherSession) {
+  const QString file = text(folder / "hand.rlog");
+  hand().record(file);
+  ASSERT_TRUE(hand().recording());
+  ASSERT_TRUE(touches());
+  hand().stop_recording();
+  wire->jump = true;
+  is_alert("The hand moved too fast; forces are off until you let go.");
+  window.findChild<QPushButton*>("hand-play")->click();
+  EXPECT_EQ(hand().id(), "replay:" + file);
+  EXPECT_TRUE(banner().isHidden()) << banner().accessibleName().toStdString();
+}
+
+TEST_F(SafetyTest, ForcesThatAreSwitchedOffCoverNoAlarm) {
+  wire->jump = true;
+  is_alert("The hand moved too fast; forces are off until you let go.");
+  for (int k = 0; k < 2; ++k) {
+    window.findChild<QAction*>("forces-off")->trigger();
+    EXPECT_EQ(banner().accessibleName(), "The hand moved too fast; forces are off until you let go.");
+    EXPECT_EQ(status(), "Forces are off. You switched them off.");
+    if (k == 0) window.findChild<QAction*>("forces-on")->trigger();
+  }
+  press("I have read it");
+  EXPECT_EQ(banner().accessibleName(), "Forces are off. You switched them off.");
+  press("Forces on again");
+  EXPECT_TRUE(banner().isHidden());
 }
 
 TEST_F(SafetyTest, OneThatIsSwitchedOnAgainHidesNoOther) {

@@ -20,8 +20,9 @@ import unittest
 import desktop
 
 _desktop = desktop.start()
-# What Qt, fontconfig and the driver keep to the end is theirs; what is preloaded comes before the sanitizer.
-os.environ["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0"
+# What is preloaded comes before the sanitizer.
+os.environ["ASAN_OPTIONS"] = "verify_asan_link_order=0"
+os.environ["UBSAN_OPTIONS"] = "print_stacktrace=1"
 import pyatspi  # noqa: E402  it connects to the bus that desktop.start() made
 from gi.repository import Atspi  # noqa: E402
 

@@ -129,6 +129,10 @@
         <translation>Der Rechner stand einen Augenblick still; die Kräfte sind aus, bis Sie abheben.</translation>
     </message>
     <message>
+        <source>The device answers again.</source>
+        <translation>Das Gerät antwortet wieder.</translation>
+    </message>
+    <message>
         <source>The device answers again; forces come back when you lift off.</source>
         <translation>Das Gerät antwortet wieder; die Kräfte kommen zurück, wenn Sie abheben.</translation>
     </message>
@@ -1726,8 +1730,8 @@ berühren, um weiterzumachen</translation>
         <translation>&amp;Bedienfelder</translation>
     </message>
     <message>
-        <source>&amp;Help</source>
-        <translation>&amp;Hilfe</translation>
+        <source>Hel&amp;p</source>
+        <translation>Hil&amp;fe</translation>
     </message>
     <message>
         <source>Save what is whole of %1</source>

@@ -10,6 +10,7 @@
 #include <QPainter>
 #include <QPushButton>
 #include <QStyle>
+#include <algorithm>
 #include <utility>
 
 namespace relief::studio {
@@ -39,10 +40,16 @@ Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new 
 }
 
 void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions, const QString& subject) {
+  if (std::ranges::any_of(
+          said_, [&](const Said& each) { return each.subject == subject && each.words == words && each.mood == mood; }))
+    return;
+  const bool was_seen = !said_.empty() && said_.back().subject == subject;
   std::erase_if(said_, [&](const Said& each) { return each.subject == subject; });
   if (actions.empty()) actions.push_back({tr("I have read it"), {}});
-  said_.push_back({subject, words, mood, std::move(actions)});
-  show_newest();
+  const auto worse = std::ranges::find_if(said_, [&](const Said& each) { return each.mood > mood; });
+  const bool is_seen = worse == said_.end();
+  said_.insert(worse, {subject, words, mood, std::move(actions)});
+  if (was_seen || is_seen) show_first();
 }
 
 void Banner::retract(const QString& subject) {
@@ -51,30 +58,30 @@ void Banner::retract(const QString& subject) {
   std::erase_if(said_, [&](const Said& each) { return each.subject == subject; });
   if (!seen) return;
   if (!said_.empty()) {
-    show_newest();
+    show_first();
     return;
   }
   hide();
   emit closed();
 }
 
-void Banner::show_newest() {
-  const Said& newest = said_.back();
-  words_->setText(newest.words);
+void Banner::show_first() {
+  const Said& first = said_.back();
+  words_->setText(first.words);
   show_icon();
-  setAccessibleName(newest.words);
+  setAccessibleName(first.words);
   while (QLayoutItem* item = buttons_->takeAt(0)) {
     item->widget()->hide();
     item->widget()->deleteLater();  // it may be the one whose click has led here
     delete item;
   }
-  for (const BannerAction& action : newest.actions) {
+  for (const BannerAction& action : first.actions) {
     auto* button = new QPushButton(action.text);
     button->setObjectName(QStringLiteral("banner.") + action.text);
     button->setAccessibleName(action.text);
-    button->setAccessibleDescription(newest.words);
+    button->setAccessibleDescription(first.words);
     button->setToolTip(action.text);
-    connect(button, &QPushButton::clicked, this, [this, subject = newest.subject, run = action.run] {
+    connect(button, &QPushButton::clicked, this, [this, subject = first.subject, run = action.run] {
       retract(subject);
       if (run) run();
     });

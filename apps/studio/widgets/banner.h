@@ -18,14 +18,15 @@ struct BannerAction {
 };
 
 /// Colour, icon and words; to assistive tools an alert. What it says stays until one of its buttons is pressed, or
-/// retract() is called because it is no longer so. Of several subjects the newest is seen; what it covers comes back.
+/// retract() is called because it is no longer so. Of several subjects the worst is seen, of equally bad ones the
+/// newest; what it covers comes back.
 class Banner : public QFrame {
   Q_OBJECT
  public:
   explicit Banner(QWidget* parent = nullptr);
 
-  /// One sentence. Replaces what was said of the same subject. Without actions there is a button that says "I have read
-  /// it". A button takes the sentence away, then runs its action.
+  /// One sentence. Replaces what was said of the same subject; the same once more changes nothing. Without actions
+  /// there is a button that says "I have read it". A button takes the sentence away, then runs its action.
   void say(Mood mood, const QString& words, std::vector<BannerAction> actions = {}, const QString& subject = {});
   /// Nothing happens where nothing of the subject is said.
   void retract(const QString& subject = {});
@@ -47,10 +48,10 @@ class Banner : public QFrame {
     Mood mood;
     std::vector<BannerAction> actions;
   };
-  void show_newest();
+  void show_first();
   void show_icon();
 
-  std::vector<Said> said_;  ///< the newest last
+  std::vector<Said> said_;  ///< the one that is seen last
   QLabel *icon_, *words_;
   QHBoxLayout* buttons_;
 };

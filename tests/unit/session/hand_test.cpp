@@ -261,6 +261,8 @@ TEST(HandMonitor, IsFedFromAnotherThread) {
 
 // ---- What the hand is told
 
+constexpr std::uint32_t kLatched = bit(ServoFault::Latched);
+
 HandSafety after(SafetyWatch& watch, int from, int ticks, std::uint32_t flags, bool contact = false) {
   for (int k = from; k < from + ticks; ++k) watch.tick(tick(k, flags, contact).sample);
   return watch.now();
@@ -276,7 +278,6 @@ TEST(SafetyWatch, TellsTouchingFromFreeWithoutFlicker) {
 }
 
 TEST(SafetyWatch, TheCauseStaysUntilTheHandHasLiftedOff) {
-  constexpr std::uint32_t kLatched = bit(ServoFault::Latched);
   for (const ServoFault cause : {ServoFault::TooFast, ServoFault::BadPosition, ServoFault::BadTime, ServoFault::Stalled,
                                  ServoFault::SurfaceJumped, ServoFault::Reconnected}) {
     SafetyWatch watch;
@@ -293,7 +294,6 @@ TEST(SafetyWatch, TheCauseStaysUntilTheHandHasLiftedOff) {
 }
 
 TEST(SafetyWatch, TheNewestCauseIsToldAndALastingOneHasNoLiftOff) {
-  constexpr std::uint32_t kLatched = bit(ServoFault::Latched);
   SafetyWatch watch;
   after(watch, 0, 1, bit(ServoFault::TooFast) | kLatched);
   EXPECT_EQ(after(watch, 1, 5, bit(ServoFault::ForcesOff) | kLatched),
@@ -306,6 +306,70 @@ TEST(SafetyWatch, TheNewestCauseIsToldAndALastingOneHasNoLiftOff) {
   EXPECT_EQ(watch.stops(), 1U);
   SafetyWatch inside;
   EXPECT_EQ(after(inside, 0, 5, bit(ServoFault::StartInside)).cause, ServoFault::StartInside);
+}
+
+constexpr int kSteady = static_cast<int>(1000 * SafetyWatch::kSteady);  // ticks
+
+/// A device that is lost for a tick from `from` on, answers again, and has its force back after `stopped` ticks.
+HandSafety lost_once(SafetyWatch& watch, int from, int stopped, int ticks) {
+  after(watch, from, 1, bit(ServoFault::DeviceLost));
+  after(watch, from + 1, 1, bit(ServoFault::Reconnected) | kLatched);
+  after(watch, from + 2, stopped, kLatched);
+  return after(watch, from + 2 + stopped, ticks - 2 - stopped, 0);
+}
+
+TEST(SafetyWatch, ALineThatComesAndGoesAlarmsOnce) {
+  SafetyWatch watch;
+  after(watch, 0, 10, 0);
+  EXPECT_EQ(watch.alarms(), 0U);
+  int k = 10;
+  for (const int period : {50, 500, kSteady - 100, 50}) {
+    const int stopped = period / 2;
+    EXPECT_EQ(lost_once(watch, k, stopped, period).state, HandState::Free) << "the state is that of the moment";
+    EXPECT_EQ(watch.alarms(), 1U) << period;
+    EXPECT_EQ(watch.alarm().cause, ServoFault::DeviceLost);
+    k += period;
+  }
+  EXPECT_EQ(watch.stops(), 4U);
+  after(watch, k, kSteady, 0);
+  EXPECT_EQ(watch.alarms(), 2U) << "it answers";
+  EXPECT_EQ(watch.alarm().cause, ServoFault::Reconnected);
+  EXPECT_TRUE(watch.alarm().over);
+  lost_once(watch, k + kSteady, 10, 20);
+  EXPECT_EQ(watch.alarms(), 3U) << "the next loss is another one";
+  EXPECT_EQ(watch.alarm().cause, ServoFault::DeviceLost);
+}
+
+TEST(SafetyWatch, ADeviceThatAnswersIsToldWhenItHasDoneSoForAWhile) {
+  SafetyWatch watch;
+  lost_once(watch, 0, kSteady - 1, kSteady + 1);
+  EXPECT_EQ(watch.alarms(), 1U);
+  after(watch, kSteady + 1, 2, kLatched);
+  EXPECT_EQ(watch.alarms(), 2U);
+  EXPECT_EQ(watch.alarm().cause, ServoFault::Reconnected);
+  EXPECT_FALSE(watch.alarm().over);
+  // Its clock may begin anew with its connection.
+  SafetyWatch anew;
+  after(anew, 5000, 10, 0);
+  lost_once(anew, 5010, 10, 20);
+  after(anew, 0, kSteady, 0);
+  EXPECT_EQ(anew.alarms(), 1U);
+  after(anew, kSteady, 2, 0);
+  EXPECT_EQ(anew.alarms(), 2U);
+}
+
+TEST(SafetyWatch, WhatElseHappensWhileTheLineIsUnsteadyIsToldAtOnce) {
+  SafetyWatch watch;
+  lost_once(watch, 0, 10, 20);
+  after(watch, 20, 1, bit(ServoFault::TooFast) | kLatched);
+  EXPECT_EQ(watch.alarms(), 2U);
+  EXPECT_EQ(watch.alarm().cause, ServoFault::TooFast);
+  lost_once(watch, 21, 10, 20);
+  EXPECT_EQ(watch.alarms(), 3U) << "nobody would know else";
+  EXPECT_EQ(watch.alarm().cause, ServoFault::DeviceLost);
+  after(watch, 41, 2 * kSteady, 0);
+  EXPECT_EQ(watch.alarms(), 4U);
+  EXPECT_EQ(watch.alarm().cause, ServoFault::Reconnected);
 }
 
 TEST(SafetyWatch, LimitsAreToldWhileTheyLastAndNormalWorkIsNot) {

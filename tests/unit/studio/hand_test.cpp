@@ -220,8 +220,18 @@ TEST(HandText, EachCauseHasASentenceOfItsOwn) {
     EXPECT_TRUE(sentences.insert(safety_sentence({.state = HandState::Limited, .cause = cause}, false)).second);
   EXPECT_EQ(safety_sentence({.state = HandState::NoForce, .cause = ServoFault::TooFast, .lift_off = true}, false),
             "The hand moved too fast; forces are off until you let go.");
-  EXPECT_TRUE(alarm_sentence(ServoFault::StartInside).isEmpty());
-  EXPECT_FALSE(alarm_sentence(ServoFault::DeviceLost).isEmpty());
+  EXPECT_TRUE(alarm_sentence({.cause = ServoFault::StartInside}).isEmpty());
+  EXPECT_FALSE(alarm_sentence({.cause = ServoFault::DeviceLost}).isEmpty());
+  EXPECT_EQ(alarm_sentence({.cause = ServoFault::Reconnected}),
+            "The device answers again; forces come back when you lift off.");
+  EXPECT_EQ(alarm_sentence({.cause = ServoFault::Reconnected, .over = true}), "The device answers again.");
+}
+
+TEST(HandText, ALossStandsAsLongAsItTakesToRead) {
+  const auto words = alarm_sentence({.cause = ServoFault::DeviceLost}).split(' ').size();
+  const double seconds = static_cast<double>(words) * 60 / 200;
+  EXPECT_GE(SafetyWatch::kSteady, seconds);
+  EXPECT_LT(SafetyWatch::kSteady, 2 * seconds) << "nobody waits for nothing";
 }
 
 TEST(PanicKeys, PauseAndEscTwiceWhateverHasTheFocus) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <studio/desktop_scheme.h>
+#include <studio/languages.h>
 #include <studio/main_window.h>
 #include <studio/preferences_dialog.h>
 #include <studio/text.h>
@@ -16,10 +17,15 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
+#include <QMenuBar>
 #include <QTemporaryDir>
 #include <QTest>
 #include <QThreadPool>
 #include <QToolButton>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
 
 namespace relief::studio {
 namespace {
@@ -122,6 +128,22 @@ TEST_F(Window, NoTwoCommandsHaveTheSameKey) {
                           << each->objectName().toStdString();
     }
   EXPECT_GT(taken.size(), 40U);
+}
+
+TEST_F(Window, NoCommandHasTheKeyOfAMenu) {
+  for (const char* language : {"en", "de"}) {
+    use_language(*qApp, language);
+    make();
+    std::set<QKeySequence> taken;
+    for (const QAction* each : window->findChildren<QAction*>())
+      for (const QKeySequence& key : each->shortcuts()) taken.insert(key);
+    for (const QAction* menu : window->menuBar()->actions()) {
+      const QKeySequence key = QKeySequence::mnemonic(menu->text());
+      EXPECT_FALSE(key.isEmpty()) << menu->text().toStdString();
+      EXPECT_TRUE(taken.insert(key).second) << language << ' ' << menu->text().toStdString();
+    }
+  }
+  use_language(*qApp, "en");
 }
 
 TEST_F(Window, AnotherLanguageBuildsItAnewWithTheModel) {

@@ -127,6 +127,29 @@ TEST(Banner, WhatIsCoveredComesBack) {
   EXPECT_EQ(closed.size(), 1);
 }
 
+TEST(Banner, WhatIsLessBadCoversNothingWorse) {
+  Banner banner;
+  const QString disk = QStringLiteral("disk"), hand = QStringLiteral("hand"), off = QStringLiteral("off");
+  const auto names = [&] { return banner.accessibleName().toStdString(); };
+  banner.say(Mood::Warn, QStringLiteral("1 stroke is not saved."), {}, disk);
+  banner.say(Mood::Bad, QStringLiteral("The device is lost."), {}, hand);
+  banner.say(Mood::Warn, QStringLiteral("2 strokes are not saved."), {}, disk);
+  EXPECT_EQ(names(), "The device is lost.");
+  EXPECT_EQ(banner.mood(), Mood::Bad);
+  banner.say(Mood::Warn, QStringLiteral("Forces are off."), {}, off);
+  EXPECT_EQ(names(), "The device is lost.");
+  banner.say(Mood::Warn, QStringLiteral("2 strokes are not saved."), {}, disk);  // tried again in vain
+  banner.retract(hand);
+  EXPECT_EQ(names(), "Forces are off.") << "the newest of two that are equally bad";
+  banner.say(Mood::Bad, QStringLiteral("The device is lost."), {}, hand);
+  banner.say(Mood::Good, QStringLiteral("The device answers again."), {}, hand);
+  EXPECT_EQ(names(), "Forces are off.") << "what is good again makes room";
+  banner.retract(off);
+  EXPECT_EQ(names(), "2 strokes are not saved.");
+  banner.retract(disk);
+  EXPECT_EQ(names(), "The device answers again.");
+}
+
 TEST(Banner, WordsAndIconAreLegibleOnItsGround) {
   for (const Theme* theme : {&dark_theme(), &light_theme()}) {
     apply(*qApp, *theme, 1);

@@ -1,0 +1,147 @@
+// What a stroke could not do as it was wanted: the window says so while it goes on. Strokes are made with the mouse on
+// models on which each of these happens, and on none of them more than one.
+#include "support/folder.h"
+#include "support/shells.h"
+
+#include <relief/file/model_file.h>
+
+#include <gtest/gtest.h>
+#include <studio/camera_control.h>
+#include <studio/desktop_scheme.h>
+#include <studio/main_window.h>
+#include <studio/text.h>
+#include <studio/widgets/toast.h>
+#include <studio/widgets/value_bar.h>
+
+#include <QAction>
+#include <QApplication>
+#include <QLabel>
+#include <QSettings>
+#include <QTest>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace relief::studio {
+namespace {
+
+constexpr int kPatience = 60'000;  // ms, on a machine that is busy with other things
+const QString kAway = QStringLiteral("The tool is away from the surface: what it does there is left out.");
+const QString kCoarse =
+    QStringLiteral("The surface stays coarser here than this tool wants. A larger radius helps, or a coarser detail.");
+const QString kLean = QStringLiteral("The fibres lean here: the tool takes some clay from beside it, too.");
+
+/// Fibres straight up through a sheet, or leaning by `lean` sideways for each unit up.
+std::shared_ptr<const SlabMesh> sheet(double lean) {
+  return testing::mapped_shell(*testing::plane_shell(4, 32, 0.3),
+                               [lean](Vec3d p) { return Vec3d{p.x + lean * p.y, p.y, p.z}; });
+}
+
+class ToldTest : public ::testing::Test {
+ protected:
+  ToldTest() { window.resize(1200, 800); }
+
+  void open(std::shared_ptr<const SlabMesh> cage, AxisView from) {
+    Model model;
+    model.head = Snapshot::make(std::move(cage));
+    const auto file = folder / "model.relief";
+    ASSERT_TRUE(ModelFile::create(file, model));
+    window.show();
+    window.open(text(file));
+    ASSERT_TRUE(QTest::qWaitFor([&] { return view().scene().model != nullptr; }, kPatience));
+    view().set_camera(look_along(view().camera(), from, {0, 1, 0}));
+    QTest::keyClick(&view(), Qt::Key_C);
+    set("strength", 0.3);
+  }
+  [[nodiscard]] Viewport& view() { return window.viewport(); }
+  /// As a bar of a setting does when somebody drags it.
+  void set(const char* bar, double value) { emit window.findChild<ValueBar*>(bar)->valueEdited(value); }
+  /// A place on the model, in the picture.
+  [[nodiscard]] QPoint at(Vec3d place) {
+    const auto seen = seen_at(view().camera(), place, view().width(), view().height());
+    return seen ? seen->toPoint() : QPoint();
+  }
+  void press(Vec3d place) { QTest::mousePress(&view(), Qt::LeftButton, {}, at(place)); }
+  void move(Vec3d place) {
+    QTest::mouseMove(&view(), at(place));
+    QApplication::processEvents();
+  }
+  /// Ends the stroke, and waits until all is said of it.
+  void release(Vec3d place) {
+    QTest::mouseRelease(&view(), Qt::LeftButton, {}, at(place));
+    const auto* undo = window.findChild<QAction*>("undo");
+    ASSERT_TRUE(QTest::qWaitFor([&] { return undo->isEnabled(); }, kPatience));
+  }
+  /// A stroke over the middle of a sheet.
+  void cut_the_sheet() {
+    set("radius", 0.15);
+    set("strength", 0.6);
+    press({0.4, 0, 0.5});
+    for (int k = 1; k <= 20; ++k) move({0.4 + 0.01 * k, 0, 0.5});
+    release({0.6, 0, 0.5});
+  }
+  /// Two places on the front of a ball, one after the other, with nothing between.
+  void leap_over_the_ball(double stabiliser) {
+    open(testing::sphere_shell(3, 16), AxisView::Front);
+    set("radius", 0.05);
+    set("setting-stabiliser", stabiliser);
+    press(kLeft);
+    move(kRight);
+    release(kRight);
+  }
+  /// A dab on a sheet with fibres so long that the finest spacing, a share of them, is coarse for a small tool.
+  void touch_the_sheet(double radius) {
+    open(testing::plane_shell(4, 32, 20), AxisView::Top);
+    set("radius", radius);
+    press(kMiddle);
+    release(kMiddle);
+  }
+  [[nodiscard]] QString status() { return window.findChild<QLabel*>("status")->accessibleDescription(); }
+  /// In the status line, and over the picture.
+  void says(const QString& words) {
+    EXPECT_EQ(status(), words);
+    EXPECT_EQ(window.findChild<Toast*>()->findChild<QLabel*>()->text(), words);
+  }
+
+  static constexpr Vec3d kLeft{-0.5, 0, 0.866}, kRight{0.5, 0, 0.866}, kMiddle{0.5, 0, 0.5};
+  testing::Folder folder;
+  QSettings settings{text(folder / "studio.conf"), QSettings::IniFormat};
+  DesktopScheme desktop;
+  MainWindow window{settings, desktop};
+};
+
+TEST_F(ToldTest, FibresThatLean) {
+  open(sheet(1.5), AxisView::Top);
+  cut_the_sheet();
+  says(kLean);
+}
+
+TEST_F(ToldTest, FibresThatStandUprightAreNotTold) {
+  open(sheet(0), AxisView::Top);
+  cut_the_sheet();
+  EXPECT_NE(status(), kLean);
+}
+
+// A tool on a string cuts the corner: it goes through the ball, farther from its surface than its radius.
+TEST_F(ToldTest, AToolAwayFromTheSurface) {
+  leap_over_the_ball(0.8);
+  says(kAway);
+}
+
+TEST_F(ToldTest, AToolOnTheSurfaceIsNotTold) {
+  leap_over_the_ball(0);
+  EXPECT_NE(status(), kAway);
+}
+
+TEST_F(ToldTest, AGridThatStaysTooCoarse) {
+  touch_the_sheet(0);  // the smallest
+  says(kCoarse);
+}
+
+TEST_F(ToldTest, AGridThatIsFineEnoughIsNotTold) {
+  touch_the_sheet(0.15);
+  EXPECT_NE(status(), kCoarse);
+}
+
+}  // namespace
+}  // namespace relief::studio
