@@ -155,7 +155,7 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
                                         limits.half(), limits.half());
   const Vec3d rest = ball.centre();
   const bool near = ahead.settled && ahead.slid <= detail::kNear * depth && rest != last_;
-  if (near || length(rest - centre_ - own) <= detail::kOffMinimum * way) {
+  if (near || length(rest - centre_ - own) <= detail::kAlong * way) {
     ball.put_back_within();
     ledger_.settle();
     return;

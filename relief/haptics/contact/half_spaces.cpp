@@ -8,8 +8,7 @@
 namespace relief::detail {
 namespace {
 
-constexpr std::size_t kFew = 12;      // half-spaces that are tried before all
-constexpr double kParallel2 = 1e-20;  // squared sine between normals that are taken for the same
+constexpr std::size_t kFew = 12;  // half-spaces that are tried before all
 
 /// On the line where the planes of a and b meet.
 std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const HalfSpace& a, const HalfSpace& b,
@@ -24,7 +23,7 @@ std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const Ha
   double low = -kAnywhere, high = kAnywhere, lowest = low, highest = high;  // lowest, highest: with the slack
   for (const HalfSpace& s : spaces) {
     const double room = s.room(start), speed = dot(s.normal, way);
-    if (std::abs(speed) <= 1e-12) {
+    if (speed == 0) {
       if (room < -slack) return std::nullopt;
     } else if (speed > 0) {
       low = std::max(low, -room / speed);
@@ -46,7 +45,7 @@ std::optional<Vec3d> nearest_on_plane(std::span<const HalfSpace> spaces, const H
   for (std::size_t k = 0; k < spaces.size(); ++k) {
     if (spaces[k].room(x) >= -slack) continue;
     const Vec3d along = cross(a.normal, spaces[k].normal);
-    if (!(dot(along, along) > kParallel2)) return std::nullopt;
+    if (!(dot(along, along) > 0)) return std::nullopt;
     const auto found = nearest_on_line(spaces.first(k), a, spaces[k], goal, slack);
     if (!found) return std::nullopt;
     x = *found;
