@@ -23,28 +23,23 @@ constexpr double kRest = 1e-6;      // of the radius: a step that is none
 constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
 constexpr double kFine = 5e-4;      // of the radius: the same after a step
 constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
-constexpr double kSlack = 1e-9;     // of the radius: rounding
+constexpr double kSlack = 1e-9;     // of the radius, or of a triangle: rounding
 constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
 constexpr double kBehind =
-    1e-4;  // of the radius: by so much a sheet's back may be in the ball before it is let through
-constexpr double kWithin = 1e-9;  // of a triangle: how far within it the ball is taken to touch it
-constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
+    1e-4;                       // of the radius: by so much a sheet's back may be in the ball before it is let through
+constexpr double kFlat = 3e-5;  // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
 constexpr int kWork = 480;
+constexpr int kAheadWork = 430;    // up to which what may be near soon is made ready
 constexpr int kListWork = 140;     // what the first list is taken to cost
 constexpr int kTriangleWork = 2;   // work units of a near triangle
-constexpr int kMostWork = 4000;    // and where the model has changed
-constexpr int kAheadWork = 430;    // up to which what may be near soon is made ready
-constexpr int kMostLate = 2;       // ticks that the ball may be late; each that follows may take twice as much
-constexpr int kMostDoubled = 3;    // but no more than that many times
-constexpr int kMostWaits = 2;      // ticks in which the ball may be left where it is, as it takes too long to see more;
-constexpr int kMostPatience = 10;  // each that follows may take twice as much for a look, but no more than so many
 constexpr int kStepWork = 8;       // work units of a step beside its query
-constexpr double kMargin = 1.0;    // of the radius: how much farther than a look the list at the start goes at most
-constexpr double kAway = 0.3;      // the same, farther off
-constexpr double kSoon = 0.3;      // the same, of what a ball in free space may meet soon,
-constexpr double kTouchSoon = 0.15;  // and in the next tick
-constexpr double kLeap = 10;         // radii: how far a ball in free space goes at a time
+constexpr int kMostWaits = 2;      // ticks in which the ball may be late, or left where it is, for want of time to see;
+constexpr int kMostDoubled = 3;    // each that follows may take twice as much where it is late, so many times,
+constexpr int kMostPatience = 10;  // and twice as much for a look, so many times
+constexpr int kMostWork = kWork << kMostDoubled;  // and where the model has changed
+constexpr double kSoon = 0.3;  // of the radius: how much farther than a look reaches what a ball may meet soon
+constexpr double kLeap = 10;   // radii: how far a ball in free space goes at a time
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
@@ -232,10 +227,8 @@ class Mover {
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
-    const double next = near() + kTouchSoon * radius_;
     if (const Neighbourhood* list = known(centre_, soon()))
-      for (const double reach : {next, soon()})
-        list->prepare(surface_, room_.patches, centre_, reach, next, kAheadWork);
+      list->prepare(surface_, room_.patches, centre_, soon(), soon(), kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -439,7 +432,7 @@ class Mover {
   /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
   /// Returns how much farther the list goes that may be made next.
-  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * room_.home.share(); }
+  [[nodiscard]] double margin() const noexcept { return radius_ * room_.home.share(); }
   /// Returns whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// Returns a list of what is as near as that to a place.
@@ -460,8 +453,7 @@ class Mover {
     const bool home = near_start(at);
     if (!home) room_.last_away ^= 1U;
     auto& list = home ? room_.home : room_.away[room_.last_away];
-    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), near() + (home ? kMargin : kAway) * radius_,
-                kFlat * radius_);
+    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), home ? near() + radius_ : soon(), kFlat * radius_);
     int& work = home ? room_.home_work : room_.away_work;
     work = std::max(surface_.placed() - before, work * 3 / 4);
     return list.covers(at, near()) ? &list : nullptr;

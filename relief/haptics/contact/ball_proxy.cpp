@@ -108,7 +108,7 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
 void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
   const Vec3d move = cursor - std::exchange(last_, cursor);
   const bool free = !touches_;  // until the ball has landed
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
+  const int doubled = std::clamp(late_ - kMostWaits + 1, 0, kMostDoubled);
   // What carrying took where the model has changed does not count.
   const Limits limits = {surface.placed(), kWork << doubled};
   const int work = limits.most();
@@ -190,7 +190,7 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
       const int n = surface.mesh().intervals(touched->slab);
       for (std::size_t k = 0; k < 3; ++k) {
         // Not on its rim: beyond that may be a hole.
-        const double weight = touched->weights[k] + kWithin * (1.0 / 3 - touched->weights[k]);
+        const double weight = touched->weights[k] + kSlack * (1.0 / 3 - touched->weights[k]);
         u += weight * touched->corners[k].i / n;
         v += weight * touched->corners[k].j / n;
       }
