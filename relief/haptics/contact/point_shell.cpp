@@ -16,8 +16,8 @@ constexpr double kForesight = 3;         // lengths of its way for which a point
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
-constexpr int kLook = 300;  // samples that are placed to tell a point that it is clear
-constexpr int kCheck = 32, kFirst = 200, kStep = 10;
+constexpr int kCheck = 32, kStep = 10;
+constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -99,7 +99,7 @@ bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optiona
   // A ball around the middle of the way that has the way in it.
   const double half = 0.5 * way * (1 + 1e-9);
   const double room =
-      detail::clear_around(surface, (point.now + point.last) * 0.5, half, kForesight * way, point.nearest, kLook);
+      detail::clear_around(surface, (point.now + point.last) * 0.5, half, kForesight * way, point.nearest, kFirst);
   if (!(room > half)) {
     point.close = kClose;
     return false;
