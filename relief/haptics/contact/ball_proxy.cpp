@@ -73,7 +73,7 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   const Vec3d goal = waits ? centre_ + with_it : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
-  settled_ = overlap_ <= kTouching * radius && (way.settled || waits);
+  settled_ = overlap_ <= kRest * radius && (way.settled || waits);
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
 }
@@ -184,7 +184,7 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
     normals_ = {};
   } else {
     // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
-    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
+    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kRest));
     if (const NearTriangle* touched = that_pushes_most(around, normalized(centre_ - last_), touching)) {
       double u = 0, v = 0;
       const int n = surface.mesh().intervals(touched->slab);
