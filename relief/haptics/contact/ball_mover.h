@@ -15,36 +15,24 @@
 
 namespace relief::detail::ball {
 
-constexpr int kMost = 48;           // micro-triangles that are minded at a time
-constexpr int kFew = 10;            // of those that the ball is in
-constexpr double kSkin = 1e-3;      // of the radius: how far beyond it they are minded before the ball comes there
-constexpr double kStride = 0.5;     // of the radius: how far the ball goes at a time where it may meet something
-constexpr double kRest = 1e-6;      // of the radius: a step that is none
-constexpr double kEnough = 0.05;    // of the first step of a tick: what is left to the next tick
-constexpr double kFine = 5e-4;      // of the radius: the same after a step
-constexpr double kLong = 0.05;      // of the radius: a step that may be stopped by what is not near yet
-constexpr double kSlack = 1e-9;     // of the radius: rounding
-constexpr double kTouching = 1e-5;  // of the radius: nearer than that counts as touching
-constexpr double kBehind =
-    1e-4;  // of the radius: by so much a sheet's back may be in the ball before it is let through
-constexpr double kWithin = 1e-9;  // of a triangle: how far within it the ball is taken to touch it
-constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
+constexpr int kMost = 48;        // micro-triangles that are minded at a time
+constexpr int kFew = 10;         // of those that the ball is in
+constexpr double kSkin = 1e-3;   // of the radius: how far beyond it they are minded before the ball comes there
+constexpr double kStride = 0.5;  // of the radius: how far the ball goes at a time where it may meet something
+constexpr double kRest = 1e-6;   // of the radius: a step that is none
+constexpr double kFine = 5e-4;   // of the radius: the same after a step
+constexpr double kLong = 0.05;   // of the radius: a step that may be stopped by what is not near yet
+constexpr double kSlack = 1e-9;  // of the radius, or of a triangle: rounding
+constexpr double kFlat = 3e-5;   // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
 constexpr int kWork = 480;
-constexpr int kListWork = 140;     // what the first list is taken to cost
-constexpr int kTriangleWork = 2;   // work units of a near triangle
-constexpr int kMostWork = 4000;    // and where the model has changed
-constexpr int kAheadWork = 430;    // up to which what may be near soon is made ready
-constexpr int kMostLate = 2;       // ticks that the ball may be late; each that follows may take twice as much
-constexpr int kMostDoubled = 3;    // but no more than that many times
-constexpr int kMostWaits = 2;      // ticks in which the ball may be left where it is, as it takes too long to see more;
-constexpr int kMostPatience = 10;  // each that follows may take twice as much for a look, but no more than so many
-constexpr int kStepWork = 8;       // work units of a step beside its query
-constexpr double kMargin = 1.0;    // of the radius: how much farther than a look the list at the start goes at most
-constexpr double kAway = 0.3;      // the same, farther off
-constexpr double kSoon = 0.3;      // the same, of what a ball in free space may meet soon,
-constexpr double kTouchSoon = 0.15;  // and in the next tick
-constexpr double kLeap = 10;         // radii: how far a ball in free space goes at a time
+constexpr int kAheadWork = 430;   // up to which what may be near soon is made ready
+constexpr int kTriangleWork = 2;  // work units of a near triangle
+constexpr int kStepWork = 8;      // work units of a step beside its query
+constexpr int kMostWaits = 2;     // ticks in which the ball may be late, or left where it is, for want of time to see;
+constexpr int kMostDoubled = 3;   // each that follows may take twice as much; a late ball's, so many times
+constexpr int kMostWork = kWork << kMostDoubled;  // and where the model has changed
+constexpr double kSoon = 0.3;  // of the radius: how much farther than a look reaches what a ball may meet soon
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
@@ -111,12 +99,12 @@ inline double overlap_in(const Around& around, double radius) noexcept {
 /// Returns whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a
 /// ridge the two sides are equally near, and one of them shows its face.
 inline bool is_behind(const Around& around, double radius) noexcept {
-  double face2 = kAnywhere, back2 = radius * radius * (1 - kBehind);
+  double face2 = kAnywhere, back2 = radius * radius;
   for (const NearTriangle& t : around.all()) {
     double& least = shows_its_back(t) ? back2 : face2;
     least = std::min(least, t.distance2);
   }
-  return back2 < radius * radius * (1 - kBehind) && back2 * (1 + kBehind) < face2;
+  return back2 < std::min(radius * radius, face2);
 }
 
 /// Of the triangles that are no farther than `touching`, the one that pushes most that way; none where none does.
@@ -187,10 +175,10 @@ struct Room {
   Patches patches;
   Stops stops;
   Walls walls;
-  int look_work = 0;                                 ///< what the last look took at what is known
-  int home_work = kListWork, away_work = kListWork;  ///< and the last list of either kind
-  int waits = 0;                                     ///< for so many ticks it was left where it was
-  SlabId nearest = kNoSlab;                          ///< where to look first in free space
+  int look_work = 0;                 ///< what the last look took at what is known
+  int home_work = 0, away_work = 0;  ///< and the last list of either kind
+  int waits = 0;                     ///< for so many ticks it was left where it was
+  SlabId nearest = kNoSlab;          ///< where to look first in free space
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
@@ -202,8 +190,7 @@ struct Room {
     patches.forget();
     stops.forget();
     walls.forget();
-    look_work = waits = 0;
-    home_work = away_work = kListWork;
+    look_work = home_work = away_work = waits = 0;
     nearest = kNoSlab;
     known = false;
   }
@@ -232,10 +219,8 @@ class Mover {
   }
   /// Gets ready what may be near in the next ticks.
   void prepare() noexcept {
-    const double next = near() + kTouchSoon * radius_;
     if (const Neighbourhood* list = known(centre_, soon()))
-      for (const double reach : {next, soon()})
-        list->prepare(surface_, room_.patches, centre_, reach, next, kAheadWork);
+      list->prepare(surface_, room_.patches, centre_, soon(), soon(), kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -324,7 +309,7 @@ class Mover {
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
-      const int look_most = may_wait ? most : std::max(most, kWork << std::min(room_.waits, kMostPatience));
+      const int look_most = may_wait ? most : std::max(most, patience());
       way.cut = !look_at(next, count_ == 0 ? radius_ + length(goal - next) : 0, *there_, look_most);
       const bool barred = bars();
       if (barred) {
@@ -338,7 +323,7 @@ class Mover {
       if (within) within_ = next;
       if (slides) way.slid += std::min(wanted, longest);
       if (goes) reach -= std::min(wanted, longest);
-      if (!short_of && !pushed) rest = std::max({rest, kEnough * wanted, kFine * radius_});
+      if (!short_of && !pushed) rest = std::max(rest, kFine * radius_);
       way.settled = next == goal;
       if (way.settled) break;
       share_ = pushed ? 1 : 0;
@@ -366,9 +351,7 @@ class Mover {
       if (const double speed = dot(s.normal, way); speed < 0) share = std::min(share, s.room({}) / -speed);
     return share < 1 ? way * std::max(0.0, share) : way;
   }
-  [[nodiscard]] std::span<const HalfSpace> spaces() const noexcept {
-    return std::span(spaces_).first(static_cast<std::size_t>(count_));
-  }
+  [[nodiscard]] std::span<HalfSpace> spaces() const noexcept { return spaces_.first(static_cast<std::size_t>(count_)); }
   /// Returns those that the last try has found.
   [[nodiscard]] std::span<const HalfSpace> found_bars() const noexcept {
     return spaces().last(static_cast<std::size_t>(barring_));
@@ -433,13 +416,13 @@ class Mover {
   }
   /// Returns the same of a place in free space.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
-    return clear_around(surface_, at, soon(), std::max(soon(), std::min(far, kLeap * radius_)), room_.nearest, 0);
+    return clear_around(surface_, at, soon(), std::max(soon(), far), room_.nearest, 0);
   }
   [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
   /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
   /// Returns how much farther the list goes that may be made next.
-  [[nodiscard]] double margin() const noexcept { return kMargin * radius_ * room_.home.share(); }
+  [[nodiscard]] double margin() const noexcept { return radius_ * room_.home.share(); }
   /// Returns whether one list holds what is around a place and around the start.
   [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
   /// Returns a list of what is as near as that to a place.
@@ -452,6 +435,10 @@ class Mover {
       }
     return nullptr;
   }
+  /// Returns what a look may take that has waited: twice as much with each tick.
+  [[nodiscard]] int patience() const noexcept {
+    return static_cast<int>(std::min<double>(kAnyWork, std::ldexp(kWork, room_.waits)));
+  }
   /// Returns what one is taken to cost.
   [[nodiscard]] int list_work(Vec3d at) const noexcept { return near_start(at) ? room_.home_work : room_.away_work; }
   /// Makes one, with what is around the start where that is not too far; none where there is too much. `before`: what
@@ -460,8 +447,7 @@ class Mover {
     const bool home = near_start(at);
     if (!home) room_.last_away ^= 1U;
     auto& list = home ? room_.home : room_.away[room_.last_away];
-    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), near() + (home ? kMargin : kAway) * radius_,
-                kFlat * radius_);
+    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), home ? near() + radius_ : soon(), kFlat * radius_);
     int& work = home ? room_.home_work : room_.away_work;
     work = std::max(surface_.placed() - before, work * 3 / 4);
     return list.covers(at, near()) ? &list : nullptr;
@@ -514,8 +500,7 @@ class Mover {
     const double radius2 = radius_ * radius_;
     if (t.distance2 >= radius2) return std::nullopt;
     const NearTriangle here = seen_from(t, -tried_);
-    if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2 * (1 - kBehind)))
-      return std::nullopt;
+    if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2)) return std::nullopt;
     const HalfSpace space = beyond(here, radius_, share_);
     if (space.room(tried_) >= -2 * kSlack * radius_) return std::nullopt;
     return share_ > 0 ? beyond(here, radius_, 1) : space;

@@ -73,7 +73,7 @@ bool BallProxy::carry(MicroTriangles& surface, double radius) noexcept {
   const Vec3d goal = waits ? centre_ + with_it : last_;
   const Mover::Way way = ball.advance(goal, kAnywhere, Mover::Until::Reach, true, kSearches, kMostWork, kMostWork);
   arrive(ball, radius);
-  settled_ = overlap_ <= kTouching * radius && (way.settled || waits);
+  settled_ = overlap_ <= kRest * radius && (way.settled || waits);
   ledger_.clear();  // what an edit gives is no gain of the hand
   return true;
 }
@@ -108,7 +108,7 @@ bool BallProxy::past_the_middle(const Snapshot& model, Vec3d cursor, double radi
 void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcept {
   const Vec3d move = cursor - std::exchange(last_, cursor);
   const bool free = !touches_;  // until the ball has landed
-  const int doubled = std::clamp(late_ - kMostLate + 1, 0, kMostDoubled);
+  const int doubled = std::clamp(late_ - kMostWaits + 1, 0, kMostDoubled);
   // What carrying took where the model has changed does not count.
   const Limits limits = {surface.placed(), kWork << doubled};
   const int work = limits.most();
@@ -155,7 +155,7 @@ void BallProxy::go_along(Mover& ball, Vec3d move, const Limits& limits) noexcept
                                         limits.half(), limits.half());
   const Vec3d rest = ball.centre();
   const bool near = ahead.settled && ahead.slid <= detail::kNear * depth && rest != last_;
-  if (near || length(rest - centre_ - own) <= detail::kOffMinimum * way) {
+  if (near || length(rest - centre_ - own) <= detail::kAlong * way) {
     ball.put_back_within();
     ledger_.settle();
     return;
@@ -184,13 +184,13 @@ void BallProxy::touch(MicroTriangles& surface, const Around& around, double radi
     normals_ = {};
   } else {
     // In the air it keeps the last one; where there was none yet, it takes one that it all but touches.
-    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kTouching));
+    const double touching = radius * (1 + (surface_.slab == kNoSlab ? kSkin : kRest));
     if (const NearTriangle* touched = that_pushes_most(around, normalized(centre_ - last_), touching)) {
       double u = 0, v = 0;
       const int n = surface.mesh().intervals(touched->slab);
       for (std::size_t k = 0; k < 3; ++k) {
         // Not on its rim: beyond that may be a hole.
-        const double weight = touched->weights[k] + kWithin * (1.0 / 3 - touched->weights[k]);
+        const double weight = touched->weights[k] + kSlack * (1.0 / 3 - touched->weights[k]);
         u += weight * touched->corners[k].i / n;
         v += weight * touched->corners[k].j / n;
       }

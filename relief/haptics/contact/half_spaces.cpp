@@ -1,15 +1,12 @@
 #include <relief/haptics/contact/half_spaces.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace relief::detail {
 namespace {
-
-constexpr std::size_t kFew = 12;      // half-spaces that are tried before all
-constexpr double kParallel2 = 1e-20;  // squared sine between normals that are taken for the same
 
 /// On the line where the planes of a and b meet.
 std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const HalfSpace& a, const HalfSpace& b,
@@ -24,7 +21,7 @@ std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const Ha
   double low = -kAnywhere, high = kAnywhere, lowest = low, highest = high;  // lowest, highest: with the slack
   for (const HalfSpace& s : spaces) {
     const double room = s.room(start), speed = dot(s.normal, way);
-    if (std::abs(speed) <= 1e-12) {
+    if (speed == 0) {
       if (room < -slack) return std::nullopt;
     } else if (speed > 0) {
       low = std::max(low, -room / speed);
@@ -46,7 +43,7 @@ std::optional<Vec3d> nearest_on_plane(std::span<const HalfSpace> spaces, const H
   for (std::size_t k = 0; k < spaces.size(); ++k) {
     if (spaces[k].room(x) >= -slack) continue;
     const Vec3d along = cross(a.normal, spaces[k].normal);
-    if (!(dot(along, along) > kParallel2)) return std::nullopt;
+    if (!(dot(along, along) > 0)) return std::nullopt;
     const auto found = nearest_on_line(spaces.first(k), a, spaces[k], goal, slack);
     if (!found) return std::nullopt;
     x = *found;
@@ -67,25 +64,24 @@ std::optional<Vec3d> by_increments(std::span<const HalfSpace> spaces, Vec3d goal
 
 }  // namespace
 
-std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept {
+std::optional<Vec3d> nearest_in(std::span<HalfSpace> spaces, Vec3d goal, double slack) noexcept {
   // What is nearest in a few of them and is in all is the answer.
-  std::array<HalfSpace, kFew> few;
   Vec3d x = goal;
-  for (std::size_t count = 0;; ++count) {
+  for (std::size_t few = 0; few < spaces.size(); ++few) {
     double least = -slack;
-    const HalfSpace* worst = nullptr;
-    for (const HalfSpace& s : spaces)
+    HalfSpace* worst = nullptr;
+    for (HalfSpace& s : spaces.subspan(few))
       if (const double room = s.room(x); room < least) {
         least = room;
         worst = &s;
       }
-    if (worst == nullptr) return x;
-    if (count == few.size()) return by_increments(spaces, goal, slack);
-    few[count] = *worst;
-    const auto found = by_increments(std::span(few).first(count + 1), goal, slack);
+    if (worst == nullptr) break;
+    std::swap(*worst, spaces[few]);
+    const auto found = by_increments(spaces.first(few + 1), goal, slack);
     if (!found) return std::nullopt;
     x = *found;
   }
+  return x;
 }
 
 }  // namespace relief::detail

@@ -17,8 +17,8 @@ struct HalfSpace {
 };
 
 /// Returns the point of the intersection nearest to the goal, at most `slack` beyond any half-space. Empty where there
-/// is none, or where doubles cannot tell. Incremental over planes, lines and points (after Seidel 1991); the cost grows
-/// with the half-spaces times the few that bar the goal most.
-[[nodiscard]] std::optional<Vec3d> nearest_in(std::span<const HalfSpace> spaces, Vec3d goal, double slack) noexcept;
+/// is none, or where doubles cannot tell. Those that bar the goal most come to the front. Incremental over planes,
+/// lines and points (after Seidel 1991). The cost grows with the half-spaces times the few that bar the goal most.
+[[nodiscard]] std::optional<Vec3d> nearest_in(std::span<HalfSpace> spaces, Vec3d goal, double slack) noexcept;
 
 }  // namespace relief::detail

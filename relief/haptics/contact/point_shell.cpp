@@ -13,13 +13,11 @@ constexpr double kNorm = 16;
 constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
 constexpr std::uint32_t kLightTurn = 4;  // ticks in which such a point has one turn
 constexpr double kForesight = 3;         // lengths of its way for which a point is said at once that it is clear
-constexpr double kReach = 0.02;          // radii of the tool: and so far at least
 constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
 constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
-constexpr int kLook = 300;  // samples that are placed to tell a point that it is clear
-constexpr int kCheck = 32, kFirst = 200, kStep = 10;
-constexpr int kShortWay = 96;  // samples on a way, of which those after that are seldom in the cache and count twice
+constexpr int kCheck = 32, kStep = 10;
+constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
 
 double to_the_15th(double x) noexcept {
   const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
@@ -100,8 +98,8 @@ bool PointShell::stays_clear(MicroTriangles& surface, Point& point, std::optiona
   work_ += kCheck;
   // A ball around the middle of the way that has the way in it.
   const double half = 0.5 * way * (1 + 1e-9);
-  const double room = detail::clear_around(surface, (point.now + point.last) * 0.5, half,
-                                           std::max(kForesight * way, kReach * ball_.radius), point.nearest, kLook);
+  const double room =
+      detail::clear_around(surface, (point.now + point.last) * 0.5, half, kForesight * way, point.nearest, kFirst);
   if (!(room > half)) {
     point.close = kClose;
     return false;
@@ -131,7 +129,7 @@ void PointShell::work_on(MicroTriangles& surface, Point& point, Proxy& proxy) no
   point.way_out = proxy.way_out();
   point.depth = proxy.depth();
   const int samples = proxy.samples_placed();
-  work_ += kStep + samples * 4 / 3 + std::max(0, samples - kShortWay);
+  work_ += kStep + samples * 4 / 3;
   ++worked_;
   rise_ = std::max(rise_, proxy.rise());
   if (proxy.lost()) {

@@ -12,9 +12,9 @@ namespace relief::detail {
 constexpr double kFollow = 10;   // lengths of the cursor's way that what is held may go in a tick,
 constexpr double kRelax = 0.02;  // or this share of the depth, so that it settles under a resting cursor
 constexpr double kMiddle = 2;    // depths from it within which the line through the cursor comes out of the body
-// Past the middle, in lengths of the hand's own way: how far it may go to a minimum, how far that minimum may lie off
-// the hand's way, and how far it goes along with the hand.
-constexpr double kToMinimum = 3, kOffMinimum = 2, kAlong = 2;
+// Past the middle, in lengths of the hand's own way: how far it may go to a minimum in a tick; and how far it goes
+// along with the hand, or to a minimum that lies so far off there.
+constexpr double kToMinimum = 3, kAlong = 2;
 constexpr double kNear = 0.5;  // depths of way within which a minimum is near by
 
 [[nodiscard]] inline double distance2(Vec3d a, Vec3d b) noexcept { return dot(a - b, a - b); }

@@ -14,13 +14,10 @@ namespace {
 using detail::distance2;
 using detail::kAnywhere;
 
-constexpr int kHeights = 3;      // times that the place that the hand has gone to is brought to the surface's height
-constexpr double kStill = 1e-9;  // of the depth: a way that is none, except for rounding
-constexpr double kSteep = 0.25;  // squared cosine from a triangle to a normal that is followed into its plane
-constexpr double kGain = 1 - 1e-12;  // squared distance that a landing must win: above rounding
-constexpr double kClearWays = 16;    // ways like the last one for which a clear ball is looked for
-constexpr int kClearSamples = 64;    // that may be placed to find one
-constexpr double kFacing = 0.5;      // cosine from a normal to the way out, at least: so much of its force pushes out
+constexpr double kStill = 1e-9;    // of the depth: a way that is none, except for rounding
+constexpr double kClearWays = 16;  // ways like the last one for which a clear ball is looked for
+constexpr int kClearSamples = 64;  // that may be placed to find one
+constexpr double kFacing = 0.5;    // cosine from a normal to the way out, at least: so much of its force pushes out
 
 /// Returns the interpolated normal at the place beside the given one whose own normal leads to the goal. The nearest
 /// place stands still at samples and leaps from triangle to triangle; this one goes evenly. It turns no further from
@@ -37,7 +34,7 @@ Vec3d leading_normal(const SurfacePlace& place, const std::array<Vec3d, 3>& norm
   Vec3d n = normal;
   for (int step = 0; step < 2; ++step) {
     const double along = dot(n, area);
-    if (!(along * along > kSteep * area2 * dot(n, n))) return normal;
+    if (!(along > 0)) return normal;
     const Vec3d p = start + n * (height / along);  // in the plane of the triangle
     n = normals[0] + by_b * dot(p, to_b) + by_c * dot(p, to_c);
   }
@@ -238,21 +235,17 @@ void Proxy::go_along(MicroTriangles& surface, Vec3d cursor, Vec3d move, const de
   if (!(way > 0)) return;
   const bool near =
       descent.ended && descent.way <= detail::kNear * depth && !detail::leads_into_air(surface, descent.rest, cursor);
-  if (near || length(descent.rest.position - place_.position - own) <= detail::kOffMinimum * way) {
+  if (near || length(descent.rest.position - place_.position - own) <= detail::kAlong * way) {
     detail::follow(surface, place_, descent, cursor, detail::kToMinimum * way);
     ledger_.settle();
     return;
   }
   // To a minimum that is farther away the point would run round the part: it stays over the hand.
   const Vec3d up = normalized(place_.triangle.area()), past = detail::past(up, move);
-  Vec3d goal = place_.position + past + ledger_.owed();
+  const Vec3d goal = place_.position + past + ledger_.owed();
   SurfacePlace next = place_;
   int tries = detail::kTries;
-  double left = detail::kAlong * length(past);
-  for (int k = 0; k < kHeights && left > 0; ++k) {
-    left -= detail::walk(surface, next, goal, left, tries);
-    goal += up * dot(next.position - goal, up);
-  }
+  if (past != Vec3d{}) detail::walk(surface, next, goal, detail::kAlong * length(past), tries);
   if (ledger_.allows(place_.position, next.position, cursor - move * 0.5)) place_ = next;
   ledger_.owe(goal - place_.position, up, depth);
 }
@@ -261,7 +254,7 @@ void Proxy::leave(MicroTriangles& surface, Vec3d cursor) noexcept {
   if (!detail::leads_into_air(surface, place_, cursor)) return;
   Sweep sweep(surface, detail::above(surface, place_), cursor, Crossing::In);
   const auto landing = sweep.run();
-  if (landing && !(distance2(landing->position, cursor) < distance2(place_.position, cursor) * kGain)) return;
+  if (landing && !(distance2(landing->position, cursor) < distance2(place_.position, cursor))) return;
   has_left_ = true;
   left_at_ = place_.position;
   if (landing) return land(*landing);

@@ -80,7 +80,7 @@ TEST(HalfSpaces, NearlyParallelPlanesThatTouchLeaveAPlace) {
 }
 
 TEST(HalfSpaces, SqueezedFromBothSidesThereIsNoPlace) {
-  const detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{0, -1, 0}, 1}};
+  detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{0, -1, 0}, 1}};
   EXPECT_FALSE(detail::nearest_in(spaces, {}, 1e-9));
 }
 

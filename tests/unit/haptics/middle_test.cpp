@@ -257,6 +257,23 @@ TEST(SphericalShell, APointBelowItKeepsUpWithASlideHoweverDeep) {
   }
 }
 
+/// The nearest place goes five times as fast as the hand there, and the point at most three times. While it is behind
+/// by less than half the depth it is still led there, by whatever sideways way the hand makes.
+TEST(SphericalShell, APointThatLagsCatchesUpWhileTheHandStirs) {
+  const SnapshotPtr model = spherical_shell(0.02);
+  Led led{*model};
+  led.begin({0, 0, 1.02});
+  led.straight({0, 0, 0.2}, 1e-3);
+  led.lost = 0;
+  const auto behind = [&] { return std::acos(dot(normalized(led.cursor), normalized(led.proxy.position()))); };
+  led.straight({0.07, 0, 0.2}, 1e-3);
+  EXPECT_GT(behind(), 0.11) << "there is something to catch up with";
+  EXPECT_LT(behind(), 0.25);
+  for (int k = 0; k < 100; ++k) led.to({0.07 + 1e-3 * (k % 2), 0, 0.2});
+  EXPECT_LT(behind(), 0.03);
+  EXPECT_EQ(led.lost, 0);
+}
+
 TEST(Wedge, OnItsFlatSideThePointKeepsUpAndPastTheEdgeItLetsGo) {
   // 30 degrees; at 0.2 from the edge it is 0.115 thick.
   const SnapshotPtr model = converted(testing::wedge(kPi / 6, 0.5));

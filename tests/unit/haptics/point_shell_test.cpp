@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -290,6 +291,21 @@ TEST(PointShell, IsClearOnlyWhereNoPointIsInside) {
   EXPECT_FALSE(clear({2, 0, 0}));
   EXPECT_TRUE(clear({0, 0, 0})) << "in the hole of the torus";
   EXPECT_FALSE(clear({2, 0.9, 0}));
+}
+
+TEST(PointShell, LooksForFourPointsAmongTheSlabsATick) {
+  // A ring of 40 points above the inner flank of the torus, which is within the ring's ball.
+  const SnapshotPtr model = rough_torus();
+  std::vector<Vec3d> ring;
+  for (int k = 0; k < 40; ++k)
+    ring.push_back(
+        {1.3 * std::cos(2 * std::numbers::pi * k / 40), 0.85, 1.3 * std::sin(2 * std::numbers::pi * k / 40)});
+  PointShell shell(ring);
+  for (int twice = 0; twice < 2; ++twice) {
+    int asked = 1;
+    while (!shell.clear(*model, {}) && asked < 100) ++asked;
+    EXPECT_EQ(asked, 10);
+  }
 }
 
 TEST(PointShell, ASurfaceThatRisesPastFreePointsIsSeen) {

@@ -419,6 +419,8 @@ TEST(Proxy, OtherSlabsUnderItWithoutASurfaceNearItAreReported) {
   const SnapshotPtr far = displaced(sphere_shell(2, 8, 2.7, 3.3), [](Vec3d) { return 0.5; });
   EXPECT_FALSE(proxy.step(*far, {0, 0, 0.9}));
   EXPECT_TRUE(proxy.lost());
+  // As much work as the search for its place takes, in samples: by its root, along its fibre, and all around.
+  EXPECT_NEAR(proxy.samples_placed(), 4 + 40 + 120, 2);
 }
 
 TEST(Proxy, AskedForItsNormalOrNotItGoesTheSameWay) {
@@ -444,6 +446,22 @@ TEST(Proxy, AskedForItsNormalOrNotItGoesTheSameWay) {
     }
   }
   EXPECT_GT(held, 500);
+}
+
+/// Where samples stand up like needles their normals go anywhere, also to where the force would pull in.
+TEST(Proxy, AtLeastHalfOfTheForceAlongItsNormalPushesOut) {
+  const SnapshotPtr model = testing::rough_models(128).front();
+  Proxy proxy;
+  testing::WanderingHand wandering;
+  int held = 0;
+  double least = 1;
+  for (int k = 0; k < 20000; ++k) {
+    if (!proxy.step(*model, wandering.next()) || !(proxy.depth() > 0)) continue;
+    ++held;
+    least = std::min(least, dot(proxy.describe(*model).normal, proxy.way_out()));
+  }
+  EXPECT_GT(held, 5000);
+  EXPECT_NEAR(least, 0.5, 1e-4) << "and it is led no further than that";
 }
 
 TEST(Proxy, SetsOffFromAPlaceInTheOpenOrOneThatTheSurfaceHasRisenPast) {
