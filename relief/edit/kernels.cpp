@@ -240,7 +240,7 @@ constexpr float kWall = 1.0F / 16;
     to[k] = smaller(part, from[k]);
     // A blend of width h ends within 1.1 h of the ball.
     const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kTold) + 1.1F * blend;
-    const int taken = met.hit & static_cast<int>(met.gap < 0) & static_cast<int>(protect[k] < 1);
+    const int taken = static_cast<int>(smaller(met.inside, -gap) > 0) & static_cast<int>(protect[k] < 1);
     beside |= static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
   }
   return beside != 0;
