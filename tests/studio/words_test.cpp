@@ -37,9 +37,9 @@
 namespace relief::studio {
 namespace {
 
-constexpr int kPatience = 60'000;  // ms, on a machine that is busy with other things
-constexpr int kLayout = 500;       // ms, after which nobody lays anything out any more
-constexpr double kContrast = 4.5;  // of words with their ground, WCAG 2.1 AA
+constexpr int kPatience = 240'000;  // ms, for a conversion with a sanitizer on a machine that is busy with other things
+constexpr int kLayout = 500;        // ms, after which nobody lays anything out any more
+constexpr double kContrast = 4.5;   // of words with their ground, WCAG 2.1 AA
 
 /// Whether a widget shows words for which it has no room. Text is cut to the pixel, so one is let through.
 bool cuts(const QWidget& widget) {
