@@ -38,7 +38,7 @@ TEST(FibreMoves, KeepAllConditions) {
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.settle(v); }), 20U);
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.even_out(v); }), 20U);
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.lengthen(v, 0.5); }), 50U);
-  EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.extend(v, kOuter, 20000); }), 20U);
+  EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.extend(v, kOuter, 20000, 20000); }), 20U);
 }
 
 /// The visibility of a fibre over the source in its star.
@@ -123,9 +123,9 @@ TEST(FibreMoves, ExtendMovesOneEndAlongTheFibre) {
     for (const Side side : {kInner, kOuter}) {
       const Ends before = patch.draft().ends[v];
       const Vec3d d = normalized(patch.draft().fibre(v));
-      EXPECT_FALSE(moves.extend(v, side, 2 * thin.longest)) << "longer than the longest";
+      EXPECT_FALSE(moves.extend(v, side, 2 * thin.longest, 2 * thin.longest)) << "longer than the longest";
       EXPECT_EQ(patch.draft().ends[v], before);
-      if (!moves.extend(v, side, 5000)) continue;
+      if (!moves.extend(v, side, 5000, 5000)) continue;
       ++extended;
       const Ends after = patch.draft().ends[v];
       EXPECT_EQ(after[1 - side], before[1 - side]);
