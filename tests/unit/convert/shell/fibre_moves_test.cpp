@@ -135,5 +135,23 @@ TEST(FibreMoves, ExtendMovesOneEndAlongTheFibre) {
   EXPECT_GT(extended, 50);
 }
 
+TEST(FibreMoves, ExtendTakesSmallerStepsWhereLargeOnesFail) {
+  const ThinShell thin(testing::ball(24));
+  ShellPatch patch = coarse_patch(thin, 80);
+  FibreMoves moves = patch.moves();
+  int halved = 0;
+  for (std::uint32_t v = 0; v < patch.draft().out.size(); ++v) {
+    const Ends before = patch.draft().ends[v];
+    const double room = thin.longest - length(patch.draft().fibre(v)), steps = 3 * room;
+    EXPECT_FALSE(moves.extend(v, kOuter, steps, steps));
+    EXPECT_EQ(patch.draft().ends[v], before);
+    if (!moves.extend(v, kOuter, steps, 1)) continue;
+    const double by = length(to_double(patch.draft().ends[v][kOuter] - before[kOuter]));
+    EXPECT_LT(std::min(std::abs(by - steps / 4), std::abs(by - steps / 8)), 2);
+    ++halved;
+  }
+  EXPECT_GT(halved, 20);
+}
+
 }  // namespace
 }  // namespace relief::detail
