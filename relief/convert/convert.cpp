@@ -172,7 +172,8 @@ Result<Mode> mode_of(const Ground& ground, const ConvertSettings& settings, cons
 Status check_size(double across) {
   if (std::isfinite(across) && across >= 1e-36 && across <= 1e36) return {};
   return fail(Errc::Corrupt,
-              "the source is " + number(across) + " across; coordinates of this size cannot be computed with.");
+              "the source is " + number(across) +
+                  " across; coordinates of this size cannot be computed with; scale it to between 1e-36 and 1e36.");
 }
 
 Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& settings, const Progress& progress) {

@@ -115,8 +115,19 @@ std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const s
                                                                const Progress& progress) {
   constexpr int kRounds = 60, kLate = 8;
   if (!looked_ && !look_at_all(wanted, least, progress)) return std::nullopt;
-  std::vector<std::uint32_t> look = std::move(pending_), seen, marked(given.begin(), given.end()), movers;
+  std::vector<std::uint32_t> look = std::move(pending_), seen, marked, movers;
   pending_ = {};
+  NumberSet seen_set, marked_set, movers_set, look_set;
+  seen_set.reset(source_.points.size());
+  marked_set.reset(source_.points.size());
+  const auto mark = [&](std::uint32_t v) {
+    if (marked_set.add(v)) marked.push_back(v);
+  };
+  const auto note_seen = [&] {
+    for (const std::uint32_t v : look)
+      if (seen_set.add(v)) seen.push_back(v);
+  };
+  for (const std::uint32_t v : given) mark(v);
   look.insert(look.end(), poor_.begin(), poor_.end());
   sort_unique(look);
   std::vector<std::pair<std::uint32_t, LatticePoint>> moves;
@@ -124,19 +135,21 @@ std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const s
     if (progress.cancelled()) return std::nullopt;
     for (const std::uint32_t v : look) {
       look_again_at(v, wanted, least);
-      if (sight_[v] != Sight::Well) marked.push_back(v);
+      if (sight_[v] != Sight::Well) mark(v);
     }
-    seen.insert(seen.end(), look.begin(), look.end());
-    sort_unique(marked);
+    note_seen();
     if (marked.empty()) {
       look.clear();
       break;
     }
     movers = marked;
+    movers_set.reset(source_.points.size());
+    for (const std::uint32_t v : marked) movers_set.add(v);
     if (neighbours == Neighbours::Follow || round >= kLate)
       for (const std::uint32_t v : marked)
-        rings_.around(v, [&](std::uint32_t h) { movers.push_back(source_.faces[h / 3][(h + 1) % 3]); });
-    sort_unique(movers);
+        rings_.around(v, [&](std::uint32_t h) {
+          if (const std::uint32_t w = source_.faces[h / 3][(h + 1) % 3]; movers_set.add(w)) movers.push_back(w);
+        });
     moves.clear();
     for (const std::uint32_t v : movers) {
       Vec3d mean;
@@ -146,19 +159,21 @@ std::optional<std::vector<std::uint32_t>> SourceEditor::smooth(std::span<const s
         ++around;
       });
       const Vec3d p = to_double(source_.points[v]);
-      const bool is_marked = std::binary_search(marked.begin(), marked.end(), v);
-      moves.emplace_back(v, within_reach(v, p + (mean / around - p) * (is_marked ? 0.5 : 0.1)));
+      moves.emplace_back(v, within_reach(v, p + (mean / around - p) * (marked_set.has(v) ? 0.5 : 0.1)));
     }
     look = move_to(moves);
     marked.clear();
+    marked_set.reset(source_.points.size());
     if (look.empty()) break;
     // What did not move is seen as before.
+    look_set.reset(source_.points.size());
+    for (const std::uint32_t v : look) look_set.add(v);
     for (const std::uint32_t v : movers)
-      if (sight_[v] != Sight::Well && !std::binary_search(look.begin(), look.end(), v)) marked.push_back(v);
+      if (sight_[v] != Sight::Well && !look_set.has(v)) mark(v);
   }
   for (const std::uint32_t v : look) look_again_at(v, wanted, least);
-  seen.insert(seen.end(), look.begin(), look.end());
-  sort_unique(seen);
+  note_seen();
+  std::sort(seen.begin(), seen.end());
   poor_.clear();
   std::vector<std::uint32_t> singular;
   for (const std::uint32_t v : seen) {
@@ -296,18 +311,22 @@ LatticePoint SourceEditor::within_reach(std::uint32_t v, Vec3d place) const {
 /// Moves points; those that this gives other faces, ascending.
 std::vector<std::uint32_t> SourceEditor::move_to(std::span<const std::pair<std::uint32_t, LatticePoint>> moves) {
   std::vector<std::uint32_t> touched, turned;
+  touched_.reset(source_.points.size());
+  turned_.reset(source_.faces.size());
+  const auto touch = [&](std::uint32_t v) {
+    if (touched_.add(v)) touched.push_back(v);
+  };
   for (const auto& [v, to] : moves) {
     if (to == source_.points[v]) continue;
     source_.points[v] = to;
-    touched.push_back(v);
+    touch(v);
     rings_.around(v, [&](std::uint32_t h) {
-      touched.push_back(source_.faces[h / 3][(h + 1) % 3]);
-      turned.push_back(h / 3);
+      touch(source_.faces[h / 3][(h + 1) % 3]);
+      if (turned_.add(h / 3)) turned.push_back(h / 3);
     });
   }
-  sort_unique(turned);
   for (const std::uint32_t f : turned) source_.update_normal(f);
-  sort_unique(touched);
+  std::sort(touched.begin(), touched.end());
   changes_.points.insert(changes_.points.end(), touched.begin(), touched.end());
   return touched;
 }

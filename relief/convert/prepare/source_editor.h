@@ -8,6 +8,7 @@
 #include <relief/convert/geometry/winding_number.h>
 #include <relief/convert/prepare/closed_source.h>
 #include <relief/convert/prepare/patching.h>
+#include <relief/convert/support/number_set.h>
 
 #include <array>
 #include <cstddef>
@@ -140,6 +141,7 @@ class SourceEditor {
   Components components_;                      // of faces, once it was requested
   std::vector<std::size_t> component_sizes_;
   std::size_t alive_;
+  NumberSet touched_, turned_;  // points and faces, by the last move_to()
 };
 
 }  // namespace relief::detail

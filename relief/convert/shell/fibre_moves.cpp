@@ -30,7 +30,7 @@ bool FibreMoves::try_ends(Vec3d at, const Ends& ends) {
   if (length(to_double(ends[kOuter] - ends[kInner])) > longest_) return false;
   std::optional<double> spare;
   if (const double lost = checks_.lost_now(draft_); lost > 0) spare = lost;
-  if (checks_.check(draft_, ends, spare) != Fault::None) return false;
+  if (!checks_.passes(draft_, ends, spare)) return false;
   const std::uint32_t v = checks_.star().moved;
   draft_.at[v] = at;
   draft_.ends[v] = ends;
@@ -168,14 +168,18 @@ void FibreMoves::lengthen(std::uint32_t v, double share) {
   try_ends(draft_.at[v], {snap(in - d * one), draft_.ends[v][kOuter]});
 }
 
-bool FibreMoves::extend(std::uint32_t v, Side side, double steps) {
+bool FibreMoves::extend(std::uint32_t v, Side side, double steps, double least) {
+  constexpr int kHalvings = 3;  // of a step that fails
   begin(v);
-  const Vec3d d = normalized(draft_.fibre(v)) * (side == kOuter ? steps : -steps);
-  Ends ends = draft_.ends[v];
-  const Vec3d to = to_double(ends[side]) + d;
-  if (std::min({to.x, to.y, to.z}) < 0 || std::max({to.x, to.y, to.z}) > Lattice::kSpan) return false;
-  ends[side] = snap(to);
-  return ends[side] != draft_.ends[v][side] && try_ends(draft_.at[v], ends);
+  const Vec3d d = normalized(draft_.fibre(v)) * (side == kOuter ? 1.0 : -1.0);
+  for (int k = 0; k <= kHalvings && steps >= least; ++k, steps *= 0.5) {
+    Ends ends = draft_.ends[v];
+    const Vec3d to = to_double(ends[side]) + d * steps;
+    if (std::min({to.x, to.y, to.z}) < 0 || std::max({to.x, to.y, to.z}) > Lattice::kSpan) continue;
+    ends[side] = snap(to);
+    if (ends[side] != draft_.ends[v][side] && try_ends(draft_.at[v], ends)) return true;
+  }
+  return false;
 }
 
 }  // namespace relief::detail

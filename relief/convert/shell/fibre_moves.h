@@ -28,8 +28,9 @@ class FibreMoves {
   void even_out(std::uint32_t v);
   /// Lengthens a fibre by a share of its length at both ends, or else at one.
   void lengthen(std::uint32_t v, double share);
-  /// Moves one end outwards along the fibre by so many lattice steps, not beyond the lattice. True where it was moved.
-  bool extend(std::uint32_t v, Side side, double steps);
+  /// Moves one end outwards along the fibre by so many lattice steps, or a half, a quarter, an eighth of them where
+  /// that fails; by `least` at least, and not beyond the lattice. True where it was moved.
+  bool extend(std::uint32_t v, Side side, double steps, double least);
 
  private:
   void begin(std::uint32_t v);

@@ -111,7 +111,6 @@ ShellPatch::Reach ShellPatch::reach(std::uint32_t v) const noexcept {
 
 bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progress) {
   constexpr double kStep = 0.25;     // of the fibre, at most: its neighbours grow meanwhile
-  constexpr int kHalvings = 3;       // of a step that fails
   constexpr double kLeastStep = 16;  // lattice steps: less is rounding
   constexpr int kPasses = 4;         // what failed may go once its neighbours have moved
   struct Lack {
@@ -132,10 +131,7 @@ bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progres
   };
   const auto step = [&](std::uint32_t v, Side side, double lack) {
     const double whole = length(draft_.fibre(v));
-    double by = std::min({lack, kStep * whole, kJustBelow * longest_ - whole});
-    for (int k = 0; k <= kHalvings && by >= kLeastStep; ++k, by *= 0.5)
-      if (steps.extend(v, side, by)) return true;
-    return false;
+    return steps.extend(v, side, std::min({lack, kStep * whole, kJustBelow * longest_ - whole}), kLeastStep);
   };
   for (int pass = 0; pass < kPasses; ++pass) {
     for (std::uint32_t v = 0; v < wanted.size(); ++v) {

@@ -78,12 +78,14 @@ bool SlabChecks::CodeSet::has(std::uint32_t code) const {
 
 void SlabChecks::build_boxes(const LinkedDraft& draft) {
   boxed_.clear();
+  side_boxes_.clear();
   place_of_.resize(draft.faces.size(), kNone);
   replaced_in_.resize(draft.faces.size(), 0);
   for (std::uint32_t f = 0; f < draft.faces.size(); ++f) {
     if (!draft.alive(f)) continue;
     place_of_[f] = static_cast<std::uint32_t>(boxed_.size());
     boxed_.push_back(f);
+    side_boxes_.push_back(boxes_around({draft.triangle(f, kInner), draft.triangle(f, kOuter)}));
   }
   boxes_.emplace(boxed_.size(), [&](std::size_t k) { return draft.box(boxed_[k]); }, false);
 }
@@ -94,10 +96,8 @@ bool SlabChecks::is_within(const Box3d& box) const noexcept {
   return true;
 }
 
-SlabChecks::SideBoxes SlabChecks::boxes_of(const LinkedDraft& draft, std::uint32_t f) const noexcept {
-  SideBoxes boxes;
-  for (const Side side : {kInner, kOuter}) boxes[side] = FloatBox::around(LatticeBox(draft.triangle(f, side)));
-  return boxes;
+SlabChecks::SideBoxes SlabChecks::boxes_around(const SideTriangles& slab) noexcept {
+  return {FloatBox::around(LatticeBox(slab[kInner])), FloatBox::around(LatticeBox(slab[kOuter]))};
 }
 
 /// Returns the union of the lists of the faces that the star replaces, in the source's order.
@@ -108,6 +108,7 @@ void SlabChecks::gather(const LinkedDraft& draft) {
   lost_before_.reset();
   held_.clear();
   culprit_ = kNone;
+  rival_ = {};
   failed_ = 0;
   ++gathering_;
   std::size_t most = 0;
@@ -152,6 +153,17 @@ void SlabChecks::lay_out(const LinkedDraft& draft) {
 }
 
 Fault SlabChecks::check(const LinkedDraft& draft, const Ends& ends, std::optional<double> spare) {
+  if (const Fault fault = check_itself(draft, ends, spare); fault != Fault::None) return fault;
+  return check_others(draft);
+}
+
+bool SlabChecks::passes(const LinkedDraft& draft, const Ends& ends, std::optional<double> spare) {
+  return check_itself(draft, ends, spare) == Fault::None && !meets_last_rival(draft) &&
+         check_others(draft) == Fault::None;
+}
+
+/// What asks neither other slabs nor much of the source.
+Fault SlabChecks::check_itself(const LinkedDraft& draft, const Ends& ends, std::optional<double> spare) {
   ends_ = ends;
   spare_ = spare;
   lost_ = 0;
@@ -159,7 +171,10 @@ Fault SlabChecks::check(const LinkedDraft& draft, const Ends& ends, std::optiona
   if (const Fault fault = make_shapes(draft); fault != Fault::None) return fault;
   gather(draft);
   // What failed last is likely to fail again; slabs near a star are few, its source may be much.
-  if (const Fault fault = check_last_culprit(); fault != Fault::None) return fault;
+  return check_last_culprit();
+}
+
+Fault SlabChecks::check_others(const LinkedDraft& draft) {
   if (const Fault fault = check_overlap(draft); fault != Fault::None) return fault;
   lay_out(draft);
   return check_source();
@@ -213,6 +228,12 @@ Fault SlabChecks::check_last_culprit() {
   return Fault::None;
 }
 
+/// C3 of the two triangles that met last.
+bool SlabChecks::meets_last_rival(const LinkedDraft& draft) const {
+  return rival_.slab != kNone &&
+         triangles_meet(shapes_[rival_.shape].triangle(rival_.mine), draft.triangle(rival_.slab, rival_.side));
+}
+
 bool SlabChecks::would_clear(Side side, LatticePoint end) const noexcept {
   SideTriangles slab = triangles_[failed_];
   slab[side][0] = end;
@@ -246,13 +267,14 @@ Fault SlabChecks::check_overlap(const LinkedDraft& draft) {
   boxes_->query(all, [&](std::uint32_t place) {
     const std::uint32_t g = boxed_[place];
     if (replaced_in_[g] == gathering_) return true;
-    const SideBoxes theirs = boxes_of(draft, g);
+    const SideBoxes& theirs = side_boxes_[place];
     const std::array<bool, 2> is_near = {probe.meets(theirs[kInner]), probe.meets(theirs[kOuter])};
     if (!is_near[kInner] && !is_near[kOuter]) return true;
     if (draft.component_of(g) != component) {
       // C4: a component that is small beside a slab must not be swallowed whole.
+      const LatticePoint end = draft.ends[draft.faces[g][0]][kOuter];
       for (const SlabShape& s : shapes_)
-        if (in_hull(s.triangle(kInner), s.triangle(kOuter), draft.ends[draft.faces[g][0]][kOuter])) {
+        if (s.box().contains(to_double(end)) && in_hull(s.triangle(kInner), s.triangle(kOuter), end)) {
           fault = Fault::OuterOverlap;
           return false;
         }
@@ -265,9 +287,11 @@ Fault SlabChecks::check_overlap(const LinkedDraft& draft) {
           unsigned left = fours_[four].boxes[mine].meeting(theirs[side]);
           if (mine == side) left &= ~joined;
           for (; left != 0; left &= left - 1) {
-            const SlabShape& shape = shapes_[4 * four + static_cast<std::size_t>(std::countr_zero(left))];
+            const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+            const SlabShape& shape = shapes_[4 * four + lane];
             const LatticeTriangle other = draft.triangle(g, side);
             if (shape.surely_apart(mine, other) || !triangles_meet(shape.triangle(mine), other)) continue;
+            rival_ = {g, 4 * four + lane, mine, side};
             fault = mine == kOuter ? Fault::OuterOverlap : Fault::InnerOverlap;
             return false;
           }
@@ -425,6 +449,7 @@ void SlabChecks::commit(LinkedDraft& draft) {
     const std::uint32_t f = star_.slots[star_.fresh + k];
     draft.lists.replace(f, lists.subspan(ranges_[k].begin, ranges_[k].count));
     boxes_->set(place_of_[f], shapes_[k].box());
+    side_boxes_[place_of_[f]] = boxes_around(triangles_[k]);
   }
   gathered_ = false;
   draft.lists.pack_if_stale();

@@ -106,23 +106,27 @@ class Repairer {
     return std::max({length(to_double(t[1] - t[0])), length(to_double(t[2] - t[1])), length(to_double(t[0] - t[2]))});
   }
 
-  /// Returns how bad some faces are, which may be others than those of the draft; `instead_of` are not there.
+  /// Returns how bad some faces are, which may be others than those of the draft; `instead_of` are not there. Where
+  /// that is no better than `to_beat`, it may be worse than what is returned.
   [[nodiscard]] Badness badness(std::span<const LatticeTriangle> triangles, std::span<const Vec3d> normals,
-                                std::span<const std::uint32_t> instead_of) const {
+                                std::span<const std::uint32_t> instead_of,
+                                const std::optional<Badness>& to_beat = {}) const {
     Badness bad;
     for (std::size_t k = 0; k < triangles.size(); ++k) {
-      const LatticeTriangle& t = triangles[k];
-      const Vec3d n = area_vector(t);
-      const double size = length(n), height = size > 0 ? size / longest(t) : 0;
+      const Vec3d n = area_vector(triangles[k]);
+      const double size = length(n), height = size > 0 ? size / longest(triangles[k]) : 0;
       bad.crossings += dot(n, normals[k]) < kFolded * size;
+      bad.crossings += size == 0;
       if (height < thin_) {
         ++bad.thin;
         bad.lacking += 1 - height / thin_;
       }
-      if (size == 0) {
-        ++bad.crossings;
-        continue;
-      }
+    }
+    // What meets what takes longest, and only adds to it.
+    const auto is_beaten = [&] { return to_beat && !bad.is_better_than(*to_beat); };
+    for (std::size_t k = 0; k < triangles.size() && !is_beaten(); ++k) {
+      const LatticeTriangle& t = triangles[k];
+      if (area_vector(t) == Vec3d{}) continue;
       for (std::size_t j = 0; j < k; ++j)
         bad.crossings += area_vector(triangles[j]) != Vec3d{} && meet_beyond_corners(t, triangles[j]);
       const LatticeBox box(t);
@@ -130,8 +134,10 @@ class Repairer {
         const std::uint32_t g = order_[at];
         if (is_gone(g) || std::ranges::find(instead_of, g) != instead_of.end()) return true;
         const LatticeTriangle other = corners(d_.faces[g]);
-        bad.crossings += box.meets(LatticeBox(other)) && area_vector(other) != Vec3d{} && meet_beyond_corners(t, other);
-        return true;
+        if (!box.meets(LatticeBox(other)) || area_vector(other) == Vec3d{} || !meet_beyond_corners(t, other))
+          return true;
+        ++bad.crossings;
+        return !is_beaten();
       });
     }
     return bad;
@@ -145,7 +151,7 @@ class Repairer {
     }
     return badness(triangles, normals, faces);
   }
-  [[nodiscard]] Badness badness_after(const Step& step) const {
+  [[nodiscard]] Badness badness_after(const Step& step, const std::optional<Badness>& to_beat = {}) const {
     std::vector<LatticeTriangle> triangles;
     std::vector<Vec3d> normals;
     for (std::size_t k = 0; k < step.faces.size(); ++k) {
@@ -158,7 +164,7 @@ class Repairer {
       triangles.push_back(t);
       normals.push_back(step.normals[k]);
     }
-    return badness(triangles, normals, step.faces);
+    return badness(triangles, normals, step.faces, to_beat);
   }
 
   /// Joins the far corners of two faces with a common edge where they are close: the faces lie on each other and hold
@@ -194,12 +200,12 @@ class Repairer {
   /// Returns the step around a face that helps most, the least of such.
   [[nodiscard]] std::optional<Step> find_step(std::uint32_t f, bool crosses) const {
     std::optional<Step> best;
-    Badness best_gain_after, best_gain_before;
+    std::vector<std::pair<std::vector<std::uint32_t>, Badness>> known;  // steps of one point change the same faces
     const auto consider = [&](std::optional<Step>&& step) {
-      if (!step) return;
-      const Badness before = badness(step->faces), after = badness_after(*step);
-      if (!after.is_better_than(before)) return;
-      if (best && best->by <= step->by) return;
+      if (!step || (best && best->by <= step->by)) return;
+      auto before = std::ranges::find(known, step->faces, &std::pair<std::vector<std::uint32_t>, Badness>::first);
+      if (before == known.end()) before = known.insert(known.end(), {step->faces, badness(step->faces)});
+      if (before->second.is_none() || !badness_after(*step, before->second).is_better_than(before->second)) return;
       best = std::move(step);
     };
     const Face t = d_.faces[f];

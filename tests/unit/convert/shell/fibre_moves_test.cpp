@@ -38,7 +38,7 @@ TEST(FibreMoves, KeepAllConditions) {
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.settle(v); }), 20U);
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.even_out(v); }), 20U);
   EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.lengthen(v, 0.5); }), 50U);
-  EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.extend(v, kOuter, 20000); }), 20U);
+  EXPECT_GT(expect_valid([](FibreMoves& m, std::uint32_t v) { m.extend(v, kOuter, 20000, 20000); }), 20U);
 }
 
 /// The visibility of a fibre over the source in its star.
@@ -123,9 +123,9 @@ TEST(FibreMoves, ExtendMovesOneEndAlongTheFibre) {
     for (const Side side : {kInner, kOuter}) {
       const Ends before = patch.draft().ends[v];
       const Vec3d d = normalized(patch.draft().fibre(v));
-      EXPECT_FALSE(moves.extend(v, side, 2 * thin.longest)) << "longer than the longest";
+      EXPECT_FALSE(moves.extend(v, side, 2 * thin.longest, 2 * thin.longest)) << "longer than the longest";
       EXPECT_EQ(patch.draft().ends[v], before);
-      if (!moves.extend(v, side, 5000)) continue;
+      if (!moves.extend(v, side, 5000, 5000)) continue;
       ++extended;
       const Ends after = patch.draft().ends[v];
       EXPECT_EQ(after[1 - side], before[1 - side]);
@@ -133,6 +133,24 @@ TEST(FibreMoves, ExtendMovesOneEndAlongTheFibre) {
       EXPECT_LT(length(by - d * (side == kOuter ? 5000.0 : -5000.0)), 1);
     }
   EXPECT_GT(extended, 50);
+}
+
+TEST(FibreMoves, ExtendTakesSmallerStepsWhereLargeOnesFail) {
+  const ThinShell thin(testing::ball(24));
+  ShellPatch patch = coarse_patch(thin, 80);
+  FibreMoves moves = patch.moves();
+  int halved = 0;
+  for (std::uint32_t v = 0; v < patch.draft().out.size(); ++v) {
+    const Ends before = patch.draft().ends[v];
+    const double room = thin.longest - length(patch.draft().fibre(v)), steps = 3 * room;
+    EXPECT_FALSE(moves.extend(v, kOuter, steps, steps));
+    EXPECT_EQ(patch.draft().ends[v], before);
+    if (!moves.extend(v, kOuter, steps, 1)) continue;
+    const double by = length(to_double(patch.draft().ends[v][kOuter] - before[kOuter]));
+    EXPECT_LT(std::min(std::abs(by - steps / 4), std::abs(by - steps / 8)), 2);
+    ++halved;
+  }
+  EXPECT_GT(halved, 20);
 }
 
 }  // namespace

@@ -91,6 +91,32 @@ TEST(SlabChecks, PassOnlyWhatTheVerifierOfTheWholeShellPasses) {
   }
 }
 
+TEST(SlabChecks, PassesAsTheCheckOfAChangeByItselfDoes) {
+  // Out of a groove long fibres meet slabs of its other bank, which are asked first from then on.
+  const ThinShell thin(testing::grooved_torus(), 0.5);
+  const LinkedDraft draft = thin.patch().draft();
+  SlabChecks in_turn(thin.source, everywhere()), by_itself(thin.source, everywhere());
+  in_turn.build_boxes(draft);
+  by_itself.build_boxes(draft);
+  int met_another = 0, passed_after = 0;
+  for (std::uint32_t v = 0; v < draft.out.size(); ++v) {
+    in_turn.begin().set_fibre(draft, v);
+    bool has_met = false;
+    for (const double share : {8.0, 4.0, 2.0, 1.0, 6.0, 0.5}) {
+      Ends ends = draft.ends[v];
+      ends[kOuter] = snap(to_double(ends[kOuter]) + draft.fibre(v) * share);
+      by_itself.begin().set_fibre(draft, v);
+      const Fault fault = by_itself.check(draft, ends);
+      EXPECT_EQ(in_turn.passes(draft, ends), fault == Fault::None) << "fibre " << v << ", " << share;
+      passed_after += has_met && fault == Fault::None;
+      has_met = has_met || fault == Fault::OuterOverlap;
+      met_another += fault == Fault::OuterOverlap;
+    }
+  }
+  EXPECT_GT(met_another, 100);
+  EXPECT_GT(passed_after, 100);
+}
+
 TEST(SlabChecks, SeeOtherSlabsOfTheSameSideAndOfTheOther) {
   // A thin plate: its two skins are near each other, and their inner triangles back to back.
   const ThinShell thin(testing::box({1, 1, 0.02}), 0.3);
