@@ -12,8 +12,6 @@ namespace relief {
 
 namespace {
 
-constexpr double kSteepest = 4;  // depth that one unit of the cursor's way may add: fibres lean by 75 degrees at most
-
 /// A place of the surface that is reported as it is, with its own alpha.
 void tell(Touched& now, const SurfacePoint& surface) noexcept {
   now.surface = surface;
@@ -169,8 +167,9 @@ class PaperTouch final : public Touch {
       const std::optional<Contact> before = probe(model, last_, hint);
       if (before && before->depth > depth_ + jump) return true;
     }
-    // From above, depth cannot grow much faster than the hand moves; from below, it is large at once.
-    return !in_slab_ && depth > kSteepest * length(cursor - last_) + jump;
+    // From outside the slabs: the hand has come through the surface, or up from below.
+    MicroTriangles surface(model);
+    return !in_slab_ && depth > jump && !Sweep(surface, last_, cursor, Crossing::In).run();
   }
 
   LocateHint hint_;

@@ -15,15 +15,15 @@
 
 namespace relief::detail::ball {
 
-constexpr int kMost = 48;        // micro-triangles that are minded at a time
-constexpr int kFew = 10;         // of those that the ball is in
-constexpr double kSkin = 1e-3;   // of the radius: how far beyond it they are minded before the ball comes there
-constexpr double kStride = 0.5;  // of the radius: how far the ball goes at a time where it may meet something
-constexpr double kRest = 1e-6;   // of the radius: a step that is none
-constexpr double kFine = 5e-4;   // of the radius: the same after a step
-constexpr double kLong = 0.05;   // of the radius: a step that may be stopped by what is not near yet
-constexpr double kSlack = 1e-9;  // of the radius, or of a triangle: rounding
-constexpr double kFlat = 3e-5;   // of the radius: unevenness that the ball does not feel
+constexpr int kMost = 48;         // micro-triangles that are minded at a time
+constexpr int kFew = 10;          // of those that the ball is in
+constexpr double kSkin = 1e-3;    // of the radius: how far beyond it they are minded before the ball comes there
+constexpr double kStride = 0.5;   // of the radius: how far the ball goes at a time where it may meet something
+constexpr double kRest = 1e-6;    // of the radius: a step that is none
+constexpr double kEnough = 0.05;  // of the longest step of a tick: what is left to the next
+constexpr double kLong = 0.05;    // of the radius: a step that may be stopped by what is not near yet
+constexpr double kSlack = 1e-9;   // of the radius, or of a triangle: rounding
+constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
 constexpr int kWork = 480;
 constexpr int kAheadWork = 430;   // up to which what may be near soon is made ready
@@ -323,7 +323,7 @@ class Mover {
       if (within) within_ = next;
       if (slides) way.slid += std::min(wanted, longest);
       if (goes) reach -= std::min(wanted, longest);
-      if (!short_of && !pushed) rest = std::max(rest, kFine * radius_);
+      if (!short_of && !pushed) rest = std::max(rest, kEnough * wanted);
       way.settled = next == goal;
       if (way.settled) break;
       share_ = pushed ? 1 : 0;

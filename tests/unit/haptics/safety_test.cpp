@@ -5,6 +5,7 @@
 #include "support/shells.h"
 
 #include <relief/haptics/servo.h>
+#include <relief/haptics/touch.h>
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <random>
 #include <string>
 
@@ -183,6 +185,27 @@ TEST(Safety, InThePapersContactComingUpThroughTheFloorGivesNoForce) {
     seen |= felt.flags;
   }
   EXPECT_NE(seen & bit(ServoFault::SurfaceJumped), 0U);
+}
+
+/// However far the hand goes in a tick: what it has come to through the surface is a contact, what it has come to from
+/// below the slabs is none where it is deeper than a jump may be.
+TEST(Safety, ThePapersContactKnowsAboveFromBelow) {
+  const SnapshotPtr model = unit_sphere();  // of slabs from 0.8 to 1.2
+  const auto jumped = [&](double from, double to, double jump) {
+    const std::unique_ptr<Touch> paper = make_paper_touch();
+    static_cast<void>(paper->step(*model, {{0, 0, from}, {}}, jump));
+    const Touched felt = paper->step(*model, {{0, 0, to}, {}}, jump);
+    EXPECT_TRUE(felt.touching) << from << " to " << to;
+    EXPECT_NEAR(felt.depth, 1 - to, 0.01);
+    return felt.jumped;
+  };
+  for (const double to : {0.82, 0.9, 0.96}) {
+    EXPECT_FALSE(jumped(1.25, to, 0.01)) << to;
+    for (const double from : {0.1, 0.7, 0.79}) {
+      EXPECT_TRUE(jumped(from, to, 0.01)) << from << " to " << to;
+      EXPECT_FALSE(jumped(from, to, 0.25)) << from << " to " << to;
+    }
+  }
 }
 
 TEST(Safety, AModelReplacedUnderTheToolLatches) {
