@@ -245,7 +245,8 @@ void Hand::take_ticks() {
   if (fresh > 0) emit ticked(static_cast<int>(fresh));
   const SafetyWatch& watch = monitor_.safety();
   if (watch.alarms() > std::exchange(alarms_, watch.alarms()))
-    if (const QString sentence = alarm_sentence(watch.alarm()); !sentence.isEmpty()) emit alarm(sentence);
+    if (const QString sentence = alarm_sentence(watch.alarm()); !sentence.isEmpty())
+      emit alarm(sentence, watch.alarm().cause == ServoFault::Reconnected);
   if (const HandSafety now = watch.now(); now != told_) {
     told_ = now;
     log_state();
@@ -260,7 +261,7 @@ void Hand::take_ticks() {
   if (played)
     emit said(tr("The recording has been played."));
   else
-    emit alarm(tr("The device is lost. Choose it again once it answers."));
+    emit alarm(tr("The device is lost. Choose it again once it answers."), false);
   emit changed();
 }
 

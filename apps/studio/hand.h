@@ -98,8 +98,8 @@ class Hand : public QObject {
   /// So many new ticks are in monitor().
   void ticked(int count);
   void safetyChanged();
-  /// Forces are off for a reason that people must know; stays true until they act.
-  void alarm(const QString& sentence);
+  /// Forces are off for a reason that people must know, or a device that was lost answers again: that is good.
+  void alarm(const QString& sentence, bool good);
   void said(const QString& words);
 
  private:

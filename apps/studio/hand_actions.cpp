@@ -145,8 +145,9 @@ void MainWindow::connect_hand() {
   connect(hand_, &Hand::ticked, this, &MainWindow::show_hand_tick);
   connect(hand_, &Hand::said, this, &MainWindow::say);
   // Why forces went off without anybody's doing: it stays until somebody has read it.
-  connect(hand_, &Hand::alarm, this,
-          [this](const QString& sentence) { say_in_banner(Mood::Bad, sentence, kHand, {}); });
+  connect(hand_, &Hand::alarm, this, [this](const QString& sentence, bool good) {
+    say_in_banner(good ? Mood::Good : Mood::Bad, sentence, kHand, {});
+  });
   connect(device_panel_, &DevicePanel::recentreAsked, this, &MainWindow::recentre_hand);
   connect(device_panel_, &DevicePanel::recordAsked, this, [this] { record_hand(true); });
   connect(device_panel_, &DevicePanel::playAsked, this, [this] { play_recording(hand_->last_recording()); });

@@ -260,7 +260,7 @@ void MainWindow::say(const QString& words) {
 
 void MainWindow::say_in_banner(Mood mood, const QString& words, const QString& subject,
                                std::vector<BannerAction> actions) {
-  banner_->say(mood, words, std::move(actions), subject);
+  if (!banner_->say(mood, words, std::move(actions), subject)) return;
   say_in_status(words);
   event_log().write(QStringLiteral("banner"), {{"text", words}});
 }

@@ -9,6 +9,9 @@
 
 namespace relief::detail {
 
+/// Samples farther away than that are not worth their time: an old triangle of more spacings shows its edges faintly.
+inline constexpr int kFarthest = 16;
+
 /// What a displacement may be off the mean of its two ends and still lie between them, as a share of the fibre: eight
 /// roundings to a float, of a value and of ends that were themselves made so.
 inline constexpr float kBetween = 1e-6F;
@@ -25,7 +28,7 @@ class Facets {
   Facets(const SlabMesh& mesh, SlabId s, const float* alpha) noexcept : n_(mesh.intervals(s)), alpha_(alpha) {
     if (!mesh.has_detail()) return;
     const RootPlace place = mesh.root_place(s);
-    step_ = std::min((n_ << place.level) / mesh.roots()[place.root].intervals, n_ & -n_);
+    step_ = std::min((n_ << place.level) / mesh.roots()[place.root].intervals, std::min(n_ & -n_, kFarthest));
   }
   /// Returns how many spacings apart the samples of the root lie; 1: none are new.
   [[nodiscard]] int step() const noexcept { return step_; }

@@ -49,6 +49,9 @@ namespace detail {
                                                          const std::array<GridPoint, 3>& cell,
                                                          CellNormals& known) noexcept;
 
+/// Returns sample_normal() from the triangles around alone, new samples or not.
+[[nodiscard]] Vec3d triangle_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept;
+
 /// Returns where one stored sample lies, for a slab whose corners are known.
 [[nodiscard]] inline Vec3d sample_position(const SlabCorners& corners, int n, GridPoint at, double alpha) noexcept {
   const auto w = weights(n, at);

@@ -341,9 +341,21 @@ Vec3d facet_sum(const detail::Facets& facets, GridPoint at, const Position& posi
   return sum;
 }
 
-/// Returns the part of a sample's normal that comes from one slab, without holes. Where n differs across an edge, a
-/// factor of 4^k scales all triangles to one size. Powers of two change no bits where n is equal.
-Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+/// Returns whether one of the triangles around a sample is a hole.
+bool is_beside(const Holes& holes, int n, GridPoint at) noexcept {
+  GridPoint last = {-1, -1};
+  for (const GridPoint way : detail::kAround) {
+    const GridPoint p = {at.i + way.i, at.j + way.j};
+    if (on_grid(n, p) && on_grid(n, last) && holes.contain({at, last, p})) return true;
+    last = p;
+  }
+  return false;
+}
+
+/// Returns the part of a sample's normal that comes from one slab, without holes; `over_new`: over new samples. Where n
+/// differs across an edge, a factor of 4^k scales all triangles to one size. Powers of two change no bits where n is
+/// equal.
+Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at, bool over_new) noexcept {
   const SlabMesh& mesh = model.slab_mesh();
   const int n = mesh.intervals(slab);
   const SlabCorners corners = mesh.corners(slab);
@@ -358,7 +370,7 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
     return corners.point({part(k[0]), part(k[1]), part(k[2])}, double{d[sample_index(n, p)]});
   };
   const detail::Facets facets(mesh, slab, d);
-  const Vec3d sum = facets.step() > 1 && !model.has(Layer::Void)
+  const Vec3d sum = over_new && facets.step() > 1 && !is_beside(holes, n, at)
                         ? facet_sum(facets, at, position)
                         : ring_sum(
                               at, position, [&](GridPoint p) { return on_grid(n, p); },
@@ -366,20 +378,21 @@ Vec3d partial_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept 
   return sum * (halvings * halvings);
 }
 
-Vec3d shared_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+Vec3d shared_normal(const Snapshot& model, SlabId slab, GridPoint at, bool over_new) noexcept {
   Vec3d sum;
-  model.slab_mesh().for_each_copy(slab, at,
-                                  [&](const SampleCopy& copy) { sum += partial_normal(model, copy.slab, copy.at); });
+  model.slab_mesh().for_each_copy(
+      slab, at, [&](const SampleCopy& copy) { sum += partial_normal(model, copy.slab, copy.at, over_new); });
   return normalized(sum);
 }
 
 /// Normal at a sample; at a constrained one not unit but linear between its ends, so that along the edge both slabs
 /// interpolate alike.
-Vec3d shading_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+Vec3d shading_normal(const Snapshot& model, SlabId slab, GridPoint at, bool over_new = true) noexcept {
   const EdgePlace place = model.slab_mesh().edge_place(slab, at);
-  if (!place.constrained()) return shared_normal(model, slab, at);
+  if (!place.constrained()) return shared_normal(model, slab, at, over_new);
   const double share = double(place.k) / place.r;
-  return shared_normal(model, slab, place.before) * (1 - share) + shared_normal(model, slab, place.after) * share;
+  return shared_normal(model, slab, place.before, over_new) * (1 - share) +
+         shared_normal(model, slab, place.after, over_new) * share;
 }
 
 /// The twelve samples that the normals of a cell depend on, relative to its first corner's row and column, for a cell
@@ -559,6 +572,10 @@ Vec3d sample_position(const Snapshot& model, SlabId slab, GridPoint at) noexcept
 
 Vec3d sample_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
   return normalized(shading_normal(model, slab, at));
+}
+
+Vec3d detail::triangle_normal(const Snapshot& model, SlabId slab, GridPoint at) noexcept {
+  return normalized(shading_normal(model, slab, at, false));
 }
 
 double displacement_at(const Snapshot& model, SlabId slab, double u, double v) noexcept {

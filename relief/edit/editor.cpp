@@ -1,4 +1,5 @@
 #include <relief/base/assert.h>
+#include <relief/core/micro_triangles.h>
 #include <relief/edit/editor.h>
 #include <relief/edit/kernels.h>
 #include <relief/edit/refine.h>
@@ -448,7 +449,7 @@ struct Editor::State {
     for (int edge = 0; edge < 3; ++edge)
       for (int t = 0; t < n; ++t) {
         const GridPoint at = edge_point(n, edge, t);
-        const Vec3f normal = to_float(sample_normal(*began, s, at));
+        const Vec3f normal = to_float(detail::triangle_normal(*began, s, at));
         for (int c = 0; c < 3; ++c) found->plane(c)[sample_index(n, at)] = normal[static_cast<std::size_t>(c)];
       }
     return *found;

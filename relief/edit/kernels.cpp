@@ -176,7 +176,8 @@ constexpr float kWall = 1.0F / 16;
 
 /// Returns where a fibre enters the ball below the start, in shares of the fibre; 0 where it does not. A wall that
 /// stands along the fibres has teeth as wide as the spacing, for each of them is in or out. There it becomes a ramp,
-/// from `width` inside the outline to half of that outside. `top`: what the blend takes of the ramp's upper end.
+/// from `width` inside the outline, at most kWall, to half of that outside. `top`: what the blend takes of the ramp's
+/// upper end.
 [[gnu::always_inline]] inline float ramped(const Meeting& met, float start, float width, float top) noexcept {
   const float within = smaller(kWall, width), beyond = 0.5F * width;
   // Beside the outline the ball counts as so much larger that the fibre enters it where the ramp begins.

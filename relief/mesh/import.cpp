@@ -104,7 +104,7 @@ Status unpack_gzip(const std::string& name, detail::FileBytes& bytes, std::strin
 
 Result<TriangleMesh> read_any(Source source) {
   constexpr std::string_view kKnown = "PLY, OBJ, STL, OFF, glTF, GLB, 3MF and DRC can be read";
-  if (source.bytes.empty()) return source.corrupt("is empty");
+  if (source.bytes.empty()) return source.corrupt("is empty; export it again");
   std::string decoded;
   if (source.bytes.starts_with("\xfe\xff") || source.bytes.starts_with("\xff\xfe")) {
     decoded = ascii_from_utf16(source.bytes);

@@ -244,8 +244,9 @@ class Repairer {
       if (mesh_.triangles.empty() && report_.nonfinite_triangles > 0)
         return fail(Errc::Corrupt, "the mesh has no triangle with area among those with finite coordinates; " +
                                        std::to_string(report_.nonfinite_triangles) +
-                                       " have a corner that is infinite or not a number");
-      if (mesh_.triangles.empty()) return fail(Errc::Corrupt, "the mesh has no triangle with area");
+                                       " have a corner that is infinite or not a number; export it again");
+      if (mesh_.triangles.empty())
+        return fail(Errc::Corrupt, "the mesh has no triangle with area; export it again, closer to the origin");
     }
     progress_("repair", 1.0);
     return Repaired{std::move(mesh_), report_};

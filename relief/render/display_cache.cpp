@@ -183,6 +183,7 @@ bool DisplayCache::reshaped(const Snapshot& model, SlabId s) const {
   const SlabMesh &before = last_->slab_mesh(), &now = model.slab_mesh();
   if (s >= before.slab_count() || before.intervals(s) != now.intervals(s)) return true;
   const RootPlace was = before.root_place(s), is = now.root_place(s);
+  if (before.roots()[was.root].intervals != now.roots()[is.root].intervals) return true;
   if (was.root != is.root || was.level != is.level || was.corners != is.corners) return true;
   if (before.roots_number() != now.roots_number()) {
     const SlabCorners old = before.field(s).root, now_at = now.field(s).root;

@@ -73,8 +73,12 @@ void SafetyWatch::count_alarm(bool lost, double t) noexcept {
   unsteady_ = lost || (was_unsteady && t - answers_since_ < kSteady);
   const bool of_line = last_stop_.cause == ServoFault::DeviceLost || last_stop_.cause == ServoFault::Reconnected;
   // Whoever was told of the loss hears no more of the line before it is steady.
-  if (!untold_ || (of_line && was_unsteady && unsteady_ && alarm_.cause == ServoFault::DeviceLost)) return;
+  if (!untold_ || (of_line && was_unsteady && unsteady_ && told_loss_)) return;
   untold_ = false;
+  const ServoFault cause = last_stop_.cause;
+  // These say nothing to anybody, so the loss is still what was heard last.
+  if (cause != ServoFault::ForcesOff && cause != ServoFault::StartInside && cause != ServoFault::None)
+    told_loss_ = cause == ServoFault::DeviceLost;
   alarm_ = last_stop_;
   ++alarms_;
 }

@@ -84,6 +84,7 @@ class SafetyWatch {
   bool first_ = true;
   bool untold_ = false;               ///< last_stop_'s cause is not yet among the alarms
   bool unsteady_ = false;             ///< the device was lost, and does not yet count as back
+  bool told_loss_ = false;            ///< the last alarm that says something is a loss
   double answers_since_ = 0;          ///< s; infinite while it is lost
   double touched_ = 0, limited_ = 0;  ///< s, when last; below the first tick's time where never
   ServoFault limit_ = ServoFault::None;

@@ -39,10 +39,10 @@ Banner::Banner(QWidget* parent) : QFrame(parent), icon_(new QLabel), words_(new 
   hide();
 }
 
-void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions, const QString& subject) {
+bool Banner::say(Mood mood, const QString& words, std::vector<BannerAction> actions, const QString& subject) {
   if (std::ranges::any_of(
           said_, [&](const Said& each) { return each.subject == subject && each.words == words && each.mood == mood; }))
-    return;
+    return false;
   const bool was_seen = !said_.empty() && said_.back().subject == subject;
   std::erase_if(said_, [&](const Said& each) { return each.subject == subject; });
   if (actions.empty()) actions.push_back({tr("I have read it"), {}});
@@ -50,6 +50,7 @@ void Banner::say(Mood mood, const QString& words, std::vector<BannerAction> acti
   const bool is_seen = worse == said_.end();
   said_.insert(worse, {subject, words, mood, std::move(actions)});
   if (was_seen || is_seen) show_first();
+  return true;
 }
 
 void Banner::retract(const QString& subject) {

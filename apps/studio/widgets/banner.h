@@ -26,8 +26,9 @@ class Banner : public QFrame {
   explicit Banner(QWidget* parent = nullptr);
 
   /// One sentence. Replaces what was said of the same subject; the same once more changes nothing. Without actions
-  /// there is a button that says "I have read it". A button takes the sentence away, then runs its action.
-  void say(Mood mood, const QString& words, std::vector<BannerAction> actions = {}, const QString& subject = {});
+  /// there is a button that says "I have read it". A button takes the sentence away, then runs its action. Returns
+  /// whether anything changed.
+  bool say(Mood mood, const QString& words, std::vector<BannerAction> actions = {}, const QString& subject = {});
   /// Nothing happens where nothing of the subject is said.
   void retract(const QString& subject = {});
   [[nodiscard]] Mood mood() const { return said_.empty() ? Mood::Plain : said_.back().mood; }

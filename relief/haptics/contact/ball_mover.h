@@ -99,12 +99,12 @@ inline double overlap_in(const Around& around, double radius) noexcept {
 /// Returns whether what is nearest, within the radius, shows its back: a sheet that the ball came to from behind. At a
 /// ridge the two sides are equally near, and one of them shows its face.
 inline bool is_behind(const Around& around, double radius) noexcept {
-  double face2 = kAnywhere, back2 = radius * radius;
+  double face2 = kAnywhere, back2 = radius * radius * (1 - kSlack);
   for (const NearTriangle& t : around.all()) {
     double& least = shows_its_back(t) ? back2 : face2;
     least = std::min(least, t.distance2);
   }
-  return back2 < std::min(radius * radius, face2);
+  return back2 < radius * radius * (1 - kSlack) && back2 * (1 + kSlack) < face2;
 }
 
 /// Of the triangles that are no farther than `touching`, the one that pushes most that way; none where none does.
@@ -500,7 +500,8 @@ class Mover {
     const double radius2 = radius_ * radius_;
     if (t.distance2 >= radius2) return std::nullopt;
     const NearTriangle here = seen_from(t, -tried_);
-    if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2)) return std::nullopt;
+    if (shows_its_back(here) && (behind_ || shows_its_back(t) || here.distance2 < radius2 * (1 - kSlack)))
+      return std::nullopt;
     const HalfSpace space = beyond(here, radius_, share_);
     if (space.room(tried_) >= -2 * kSlack * radius_) return std::nullopt;
     return share_ > 0 ? beyond(here, radius_, 1) : space;

@@ -8,6 +8,11 @@
 namespace relief::detail {
 namespace {
 
+/// Sine between unit normals below which their planes meet nowhere: the line would have fewer than six digits.
+constexpr double kParallel = 1e-10;
+/// Cosine from a plane's normal to a unit way below which the way is along the plane, up to that line's own error.
+constexpr double kAlongPlane = 1e-12;
+
 /// On the line where the planes of a and b meet.
 std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const HalfSpace& a, const HalfSpace& b,
                                      Vec3d goal, double slack) noexcept {
@@ -21,7 +26,7 @@ std::optional<Vec3d> nearest_on_line(std::span<const HalfSpace> spaces, const Ha
   double low = -kAnywhere, high = kAnywhere, lowest = low, highest = high;  // lowest, highest: with the slack
   for (const HalfSpace& s : spaces) {
     const double room = s.room(start), speed = dot(s.normal, way);
-    if (speed == 0) {
+    if (std::abs(speed) <= kAlongPlane) {
       if (room < -slack) return std::nullopt;
     } else if (speed > 0) {
       low = std::max(low, -room / speed);
@@ -43,7 +48,7 @@ std::optional<Vec3d> nearest_on_plane(std::span<const HalfSpace> spaces, const H
   for (std::size_t k = 0; k < spaces.size(); ++k) {
     if (spaces[k].room(x) >= -slack) continue;
     const Vec3d along = cross(a.normal, spaces[k].normal);
-    if (!(dot(along, along) > 0)) return std::nullopt;
+    if (!(dot(along, along) > kParallel * kParallel)) return std::nullopt;
     const auto found = nearest_on_line(spaces.first(k), a, spaces[k], goal, slack);
     if (!found) return std::nullopt;
     x = *found;

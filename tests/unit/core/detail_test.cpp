@@ -3,6 +3,7 @@
 #include "support/shells.h"
 
 #include <relief/core/detail.h>
+#include <relief/core/facets.h>
 #include <relief/core/micro_triangles.h>
 #include <relief/core/tessellate.h>
 
@@ -284,6 +285,18 @@ TEST(Detail, NewSamplesShowNoCreases) {
   // Near the slab's border the normals know one side only.
   EXPECT_LE(std::sqrt(normals), 0.3 * std::sqrt(facets));
   EXPECT_LE(worst_normal, 0.7 * worst_facet);
+}
+
+TEST(Detail, NormalsLookNoFartherThanATickCanPayFor) {
+  // One old triangle of 64 spacings; each normal asks six directions.
+  Detail finest;
+  finest.grids.push_back({Layer::Displacement, 0, 64});
+  const Result<SnapshotPtr> fine = with_detail(displaced(plane_shell(1, 1), [](Vec3d) { return 0.5; }), finest);
+  ASSERT_TRUE(fine);
+  const detail::Facets facets((*fine)->slab_mesh(), 0, (*fine)->displacement(0));
+  EXPECT_EQ(facets.reach({20, 20}, {1, 0}), 16);
+  EXPECT_EQ(facets.reach({20, 20}, {0, -1}), 16);
+  EXPECT_EQ(facets.reach({2, 20}, {-1, 0}), 2);
 }
 
 TEST(Detail, WhatAToolHasChangedIsNoLongerSmoothedOver) {

@@ -3,6 +3,7 @@
 #include "support/shells.h"
 
 #include <relief/core/query.h>
+#include <relief/haptics/contact/ball_mover.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/contact/half_spaces.h>
 
@@ -82,6 +83,37 @@ TEST(HalfSpaces, NearlyParallelPlanesThatTouchLeaveAPlace) {
 TEST(HalfSpaces, SqueezedFromBothSidesThereIsNoPlace) {
   detail::HalfSpace spaces[] = {{{0, 1, 0}, 1}, {{0, -1, 0}, 1}};
   EXPECT_FALSE(detail::nearest_in(spaces, {}, 1e-9));
+}
+
+TEST(HalfSpaces, OppositePlanesButForRoundingMeetNowhere) {
+  // Two walls of a slot, each asking for a little: where their planes would meet is rounding, and far away.
+  for (const double off : {1e-17, 1e-16, -3e-16, 1e-13}) {
+    detail::HalfSpace spaces[] = {{{0, 1, 0}, 1e-4}, {{off, -1, -off}, 1e-4}};
+    const auto found = detail::nearest_in(spaces, {}, 1e-9);
+    EXPECT_FALSE(found) << off << ": " << (found ? length(*found) : 0);
+  }
+  // A third plane along the line of two others, but for rounding, is no end of it.
+  detail::HalfSpace spaces[] = {{{0, 1, 0}, 1e-3}, {{1, 0, 0}, 1e-3}, {{0.6, 0.8, 1e-16}, 0.0014 - 1e-17}};
+  const auto found = detail::nearest_in(spaces, {}, 1e-9);
+  ASSERT_TRUE(found);
+  EXPECT_LT(length(*found), 2e-3);
+}
+
+TEST(BallMover, ARidgeIsNoBackForRoundingsSake) {
+  // The nearest point of two triangles that share an edge is the same; its two distances differ in the last bit.
+  detail::ball::Around around;
+  const Vec3d edge = {0, -1, 0};
+  detail::NearTriangle face{}, back{};
+  face.relative = {edge + Vec3d{0, 0, -1}, edge + Vec3d{0, 0, 1}, edge + Vec3d{-1, -0.1, 0}};
+  back.relative = {edge + Vec3d{0, 0, 1}, edge + Vec3d{0, 0, -1}, edge + Vec3d{0.1, -1, 0}};
+  if (detail::ball::shows_its_back(face)) std::swap(face.relative[0], face.relative[1]);
+  if (!detail::ball::shows_its_back(back)) std::swap(back.relative[0], back.relative[1]);
+  face.distance2 = std::nextafter(1.0, 2.0);
+  back.distance2 = 1;
+  around.triangles[0] = face;
+  around.triangles[1] = back;
+  around.count = 2;
+  EXPECT_FALSE(detail::ball::is_behind(around, 1.5));
 }
 
 TEST(BallProxy, RestsOnAPlaneAtItsRadius) {

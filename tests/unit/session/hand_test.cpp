@@ -358,6 +358,15 @@ TEST(SafetyWatch, ADeviceThatAnswersIsToldWhenItHasDoneSoForAWhile) {
   EXPECT_EQ(anew.alarms(), 2U);
 }
 
+TEST(SafetyWatch, ForcesThatSomebodySwitchesOffDoNotMakeTheLineALoudOne) {
+  SafetyWatch watch;
+  lost_once(watch, 0, 10, 20);
+  after(watch, 20, 5, bit(ServoFault::ForcesOff) | kLatched);
+  const auto so_far = watch.alarms();
+  lost_once(watch, 25, 10, 20);
+  EXPECT_EQ(watch.alarms(), so_far) << "the loss is still what was heard last";
+}
+
 TEST(SafetyWatch, WhatElseHappensWhileTheLineIsUnsteadyIsToldAtOnce) {
   SafetyWatch watch;
   lost_once(watch, 0, 10, 20);
