@@ -499,11 +499,11 @@ void DisplayCache::measure(const Snapshot& model, SlabId s, const Window& change
   } else {
     const float cosine = narrowest(positions_, n, changed.j0 - 1, changed.j1, state.axis);
     state.cosine = fresh ? cosine : std::min(state.cosine, cosine);
-    find_inner_words(positions_, n, changed.j0 - 1, changed.j1 + 1, curvature_, seconds_);
   }
   const Facets facets(mesh, s, alpha);
   const int beside = changes_beside(facets);
   const int first = std::max(changed.j0 - beside, 0), last = std::min(changed.j1 + beside, n);
+  if (facets.step() == 1 && !state.holed) find_inner_words(positions_, n, first, last, curvature_, seconds_);
   if (facets.step() > 1 && !state.holed)
     for (int j = std::max(first, 1); j <= std::min(last, n - 2); ++j)
       for (int i = 1; i + j < n; ++i) {

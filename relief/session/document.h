@@ -210,7 +210,7 @@ struct DocumentStatistics {
   std::uint64_t strokes = 0;  ///< that changed the model
   std::uint64_t dabs = 0;     ///< dabs that were applied
   std::uint64_t samples = 0;  ///< changed by them
-  std::uint64_t limited = 0;  ///< that would have gone beyond their fibre's ends
+  std::uint64_t limited = 0;  ///< see DabResult
   std::uint64_t missed = 0;   ///< points that were left out
   TimeHistogram dab_time;     ///< thread CPU time of one dab, with finding its place, undo and publishing
   /// steps of the history
