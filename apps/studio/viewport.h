@@ -122,6 +122,7 @@ class Viewport : public QWidget {
   void dropEvent(QDropEvent* event) override;
   void timerEvent(QTimerEvent* event) override;
   bool event(QEvent* event) override;
+  bool eventFilter(QObject* object, QEvent* event) override;
 
  private:
   enum class Gesture : std::uint8_t { None, Stroke, Orbit, Pan, Zoom, Drag, Touch };

@@ -5,6 +5,7 @@
 #include <QApplication>
 #include <QDropEvent>
 #include <QMimeData>
+#include <QWindow>
 #include <algorithm>
 #include <cmath>
 
@@ -355,6 +356,8 @@ bool Viewport::event(QEvent* event) {
       if (trackpad(static_cast<QNativeGestureEvent*>(event))) return true;
       break;
     case QEvent::Show:
+      window()->windowHandle()->installEventFilter(this);
+      [[fallthrough]];
     case QEvent::WindowStateChange:
       QTimer::singleShot(0, this, [this] { ask(); });
       break;
@@ -368,6 +371,12 @@ bool Viewport::event(QEvent* event) {
       break;
   }
   return QWidget::event(event);
+}
+
+/// A window manager may map the window long after it was shown: what was wanted meanwhile is asked for then.
+bool Viewport::eventFilter(QObject* object, QEvent* event) {
+  if (event->type() == QEvent::Expose) ask();
+  return QWidget::eventFilter(object, event);
 }
 
 }  // namespace relief::studio

@@ -97,9 +97,7 @@ class Keyboard(Case):
         s.hand.keys("F3")
         s.find("Commands")
         s.hand.keys(*"export", "Return")
-        wait("the dialog", lambda: any(True for _ in s.all(lambda o: o.getRoleName() in ("dialog", "file chooser") and studio.shows(o))))
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(out))
+        s.type_into("File name:", str(out))
         s.hand.keys("Return")
         s.find("Export", "push button")
         s.hand.keys("Return")
@@ -127,9 +125,7 @@ class Export(OneStudio):
         s.hands_off()
         s.to_front()
         s.hand.keys("Control_L+e")
-        wait("the file dialog", s.dialogs)
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(out))
+        s.type_into("File name:", str(out))
         s.hand.keys("Return")
         return out
 
@@ -207,9 +203,7 @@ class Export(OneStudio):
         s = self.studio
         s.hands_off()
         s.hand.keys("Control_L+e")
-        wait("the file dialog", s.dialogs)
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(studio.folder() / "kind"))
+        s.type_into("File name:", str(studio.folder() / "kind"))
         self.take_next(s.find("PLY (*.ply)", "combo box"))
         s.hand.keys("Return")
         self.assertEqual(self.asked().name, "Export kind.stl")

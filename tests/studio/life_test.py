@@ -4,6 +4,7 @@ import os
 import pathlib
 import shutil
 import signal
+import threading
 import time
 import unittest
 
@@ -46,6 +47,32 @@ class FirstRun(Case):
         file = pathlib.Path(opened["file"])
         self.assertEqual([stroke["tool"] for stroke in journal(file)], ["carve"])
         self.assertTrue(file.is_relative_to(studio.folder()))
+        self.assertTrue(s.close())
+
+
+class Late(Case):
+    """A window manager that lets the window wait: the model is open before the window is seen."""
+
+    def test_the_picture_comes_with_the_window(self):
+        forget()
+        file = model()
+        logs = lambda: [log.read_text() for log in studio.folder().glob("late-*.jsonl")]
+        waited = []
+
+        def manage_at_last():
+            try:
+                wait("a model behind a window that is not there", lambda: any('"opened"' in log for log in logs()))
+                time.sleep(0.5)  # the time in which a picture would be asked for
+                waited.extend(logs())
+            finally:
+                studio.manager(signal.SIGCONT)
+        studio.manager(signal.SIGSTOP)
+        late = threading.Thread(target=manage_at_last)
+        late.start()
+        s = Studio(file, name="late")  # its model is settled
+        late.join()
+        self.assertTrue(waited)
+        self.assertFalse(any('"frame"' in log for log in waited), "the control: nothing is drawn before the window is there")
         self.assertTrue(s.close())
 
 
@@ -136,9 +163,7 @@ class Saving(Case):
         s.hand.keys("F3")
         s.find("Commands")
         s.hand.keys(*"save", "space", *"as", "Return")
-        s.find("Save", "push button")
-        s.hand.keys("Control_L+a")
-        s.hand.write(str(self.place / name))
+        s.type_into("File name:", str(self.place / name))
 
     def save_as(self, name, replaced=False):
         """Where a file of that name is there, the dialog asks once more."""

@@ -43,6 +43,11 @@ def folder():
     return _desktop.folder
 
 
+def manager(signal_number):
+    """To the window manager."""
+    os.kill(_desktop.manager.pid, signal_number)
+
+
 def settings(*lines):
     """What the next studios find chosen: a window that leaves no picture larger than a test needs, and the lines."""
     file = folder() / "config" / "relief" / "studio.conf"
@@ -349,6 +354,17 @@ class Studio:
         """In the middle of the control, with the mouse."""
         x, y, width, height = self.asked(name, role, rect)
         self.hand.click(x + width // 2, y + height // 2)
+
+    def type_into(self, name, text):
+        """The text into a field, once it has the keys, in place of what is there. A list of proposals that comes up between two
+        letters can take some of them: it is typed again until it stands."""
+        wait(f"the keys in {name!r}", lambda: self.asked(name, "text", lambda o: o.getState().contains(pyatspi.STATE_FOCUSED)))
+
+        def stands():
+            self.hand.keys("Control_L+a")
+            self.hand.write(text)
+            return steady(lambda: self.asked(name, "text", lambda o: o.queryText().getText(0, -1)), 0.05) == text
+        wait(f"{text!r} in {name!r}", stands)
 
     def described(self, name, role=None):
         return self.asked(name, role, lambda o: o.description)
