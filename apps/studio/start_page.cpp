@@ -54,13 +54,15 @@ class Page : public QWidget {
 
 /// A picture over a title and lines of detail; the whole of it is the button.
 class PictureButton : public QToolButton {
+  static constexpr int kPicture = 112, kTitle = 20, kLine = 17, kGap = 7;  // heights, px at 100 %
+
  public:
   PictureButton(const QString& title, QStringList lines, const QPixmap& picture, QWidget* parent)
       : QToolButton(parent), lines_(std::move(lines)), picture_(picture) {
     setText(title);
     setAccessibleName(title);
     setAccessibleDescription(lines_.join(QStringLiteral(", ")));
-    setFixedSize(scaled(178), scaled(172));
+    setFixedSize(scaled(178), kGap + scaled(kPicture + kTitle + kLine * static_cast<int>(lines_.size()) + kGap));
     setCursor(Qt::PointingHandCursor);
     setFocusPolicy(Qt::StrongFocus);
   }
@@ -75,7 +77,7 @@ class PictureButton : public QToolButton {
     QPainterPath shape;
     shape.addRoundedRect(QRectF(rect()).adjusted(1, 1, -1, -1), 8, 8);
     painter.fillPath(shape, lit ? theme.raised : theme.panel);
-    const QRectF top(1, 1, width() - 2, scaled(112));
+    const QRectF top(1, 1, width() - 2, scaled(kPicture));
     painter.save();
     painter.setClipPath(shape);
     painter.fillRect(top, theme.field);
@@ -94,7 +96,7 @@ class PictureButton : public QToolButton {
     painter.setPen(QPen(lit ? theme.accent : theme.line, hasFocus() ? 2 : 1));
     painter.setBrush(Qt::NoBrush);
     painter.drawPath(shape);
-    QRectF line(12, top.bottom() + 6, width() - 24, scaled(20));
+    QRectF line(12, top.bottom() + kGap, width() - 24, scaled(kTitle));
     painter.setFont(ui_font(10, QFont::DemiBold));
     painter.setPen(theme.text);
     painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft,
@@ -102,7 +104,7 @@ class PictureButton : public QToolButton {
     painter.setFont(ui_font(9));
     painter.setPen(theme.dim);
     for (const QString& each : lines_) {
-      line.translate(0, scaled(17));
+      line.translate(0, scaled(kLine));
       painter.drawText(line, Qt::AlignVCenter | Qt::AlignLeft,
                        painter.fontMetrics().elidedText(each, Qt::ElideRight, static_cast<int>(line.width())));
     }
