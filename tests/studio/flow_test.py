@@ -61,7 +61,7 @@ class Scan(Case):
         s.drag((0.05, 0.5), (0.12, 0.5), button=2)
         s.log.wait("camera", mark)
         s.hands_off()
-        s.settled(mark=s.log.update().index(s.log.last("camera")), samples=1)
+        s.settled(mark=mark, samples=4)  # with so many it rests
         camera, mesh, place = s.log.last("camera"), s.picture(), s.viewport()
         shown = {o.name: enabled(o) for o in s.all(studio.shows)}
         if s.log.since(at, "opened"):
