@@ -19,10 +19,12 @@ FileDesk::FileDesk(DocumentBridge& bridge, QObject* parent) : QObject(parent), b
   connect(&job_, &OpenJob::cancelled, this, [this] {
     event_log().write(QStringLiteral("cancelled"));
     emit cancelled();
+    go_back();
   });
   connect(&job_, &OpenJob::failed, this, [this](const Error& error) {
     emit failed(tr("%1 could not be opened").arg(QFileInfo(asked_).fileName()), text(error.message), asked_,
                 error.code == Errc::Corrupt && is_model(asked_));
+    go_back();
   });
   connect(&bridge_, &DocumentBridge::savedElsewhere, this, [this](const QString& file, bool) {
     title_ = QFileInfo(file).completeBaseName();
@@ -49,15 +51,27 @@ bool FileDesk::begin(const QString& file, const QString& title) {
     emit said(tr("%1 is still being opened; cancel that first.").arg(title_));
     return false;
   }
+  const QString open = bridge_.document() != nullptr ? text(bridge_.file()) : QString();
   QString why;
   if (!close(why)) {
     emit failed(tr("%1 could not be closed").arg(title_), why, text(bridge_.file()), false);
     return false;
   }
+  before_ = open;
+  before_title_ = title_;
   asked_ = file;
   title_ = title;
   emit openingBegun(title);
   return true;
+}
+
+/// What was open is there again where nothing came of the other.
+void FileDesk::go_back() {
+  if (before_.isEmpty()) return;
+  asked_ = std::exchange(before_, QString());
+  title_ = before_title_;
+  emit openingBegun(title_);
+  job_.open_model(asked_);
 }
 
 void FileDesk::open(const QString& file) {
@@ -84,8 +98,10 @@ void FileDesk::finish(const std::shared_ptr<Opened>& what) {
   const Status open = bridge_.open(what->file, std::move(*what->model));
   if (!open) {
     emit failed(tr("%1 could not be opened").arg(title_), text(open.error().message), file, false);
+    go_back();
     return;
   }
+  before_.clear();
   const ModelInfo& info = bridge_.document()->info();
   if (!info.source.empty() && Shelf::is_unnamed(file) && !what->report)
     title_ = QFileInfo(text(info.source)).completeBaseName();

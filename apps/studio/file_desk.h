@@ -22,6 +22,8 @@ class FileDesk : public QObject {
   void open_anew();
   void cancel() { job_.cancel(); }
   [[nodiscard]] bool opening() const { return job_.running(); }
+  /// While failed() or cancelled() is told: what was open before is opened again right after.
+  [[nodiscard]] bool goes_back() const { return !before_.isEmpty(); }
   /// False, with why, where not everything could be written; the model then stays open.
   [[nodiscard]] bool close(QString& why);
   /// The document goes on in this file; its old place, where it had no name, is given up when that is done. `cancel`
@@ -49,12 +51,14 @@ class FileDesk : public QObject {
  private:
   void finish(const std::shared_ptr<Opened>& what);
   bool begin(const QString& file, const QString& title);
+  void go_back();
 
   DocumentBridge& bridge_;
   Shelf shelf_;
   OpenJob job_;
   QString scan_;                  ///< the one that the open model was made of just now; else empty
   QString asked_, title_, made_;  ///< made_: the file that a conversion writes
+  QString before_, before_title_;  ///< the model that was closed for the one that is being opened; else empty
   QString given_up_;              ///< an unnamed file that save_as() leaves
 };
 

@@ -105,6 +105,7 @@ class MainWindow : public QMainWindow {
   void build_preferences();
   void show_preferences(const QString& page = {});
   void use_preference(const QString& key);
+  void keep_look();
   void ask_for_navigation();
   void build_anew();
 
@@ -152,6 +153,7 @@ class MainWindow : public QMainWindow {
   bool wants_another_ = false;
   QString last_file_;
   std::optional<Camera> camera_;  ///< of the next model that is opened
+  Camera camera_before_;          ///< as the model was seen that made room for the one that is being opened
   DocumentBridge bridge_;
   ToolState tools_;
   FileDesk desk_;

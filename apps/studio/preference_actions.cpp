@@ -10,6 +10,7 @@
 
 #include <QApplication>
 #include <QLabel>
+#include <cmath>
 
 namespace relief::studio {
 
@@ -18,6 +19,20 @@ namespace {
 NavigationMap map_named(const QString& name) {
   if (name == QLatin1String("industry")) return NavigationMap::Industry;
   return name == QLatin1String("pen") ? NavigationMap::Pen : NavigationMap::Blender;
+}
+
+/// "low high exponent"; empty where it is no curve.
+std::optional<PressureCurve> curve_of(const QString& words) {
+  const QStringList parts = words.split(QLatin1Char(' '));
+  if (parts.size() != 3) return std::nullopt;
+  const PressureCurve curve{parts[0].toDouble(), parts[1].toDouble(), parts[2].toDouble()};
+  const bool possible = curve.low >= 0 && curve.low < curve.high && curve.high <= 1 && curve.exponent > 0 &&
+                        std::isfinite(curve.exponent);
+  return possible ? std::optional(curve) : std::nullopt;
+}
+
+QString words_of(const PressureCurve& curve) {
+  return QStringLiteral("%1 %2 %3").arg(curve.low).arg(curve.high).arg(curve.exponent);
 }
 
 /// An action's tip tells the key that it has now.
@@ -37,7 +52,15 @@ void MainWindow::build_preferences() {
   });
   connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {
     if (setting == QLatin1String("use_pressure")) settings_.setValue("input/pressure", tools_.use_pressure());
+    if (setting == QLatin1String("pressure_curve"))
+      settings_.setValue("input/pressure-curve", words_of(tools_.brush().pressure));
+    if (setting == QLatin1String("pressure_drives"))
+      settings_.setValue("input/pressure-drives", text(name(tools_.brush().pressure_drives)));
   });
+  if (const auto curve = curve_of(settings_.value("input/pressure-curve").toString())) tools_.set_pressure(*curve);
+  if (const auto drives = pressure_drives_from_name(settings_.value("input/pressure-drives").toString().toStdString()))
+    tools_.set_value(QStringLiteral("pressure_drives"), static_cast<double>(*drives));
+  keep_look();
   connect(&desktop_, &DesktopScheme::changed, this, [this] { use_preference("look/theme"); });
   keys_.take_over(actions_);
   for (const char* key : {"look/reduced-motion", "input/map", "input/turntable", "input/pressure", "input/single-keys",
@@ -46,6 +69,24 @@ void MainWindow::build_preferences() {
   ask_for_navigation();
   if (!keys_.complaint().isEmpty())
     QMetaObject::invokeMethod(this, [this] { say(keys_.complaint()); }, Qt::QueuedConnection);
+}
+
+/// The clay and the light are chosen for good; wires and maps are a look at this model.
+void MainWindow::keep_look() {
+  for (std::size_t k = 0; k < matcaps().size(); ++k) {
+    QAction* action = actions_.at(QStringLiteral("matcap-%1").arg(k));
+    const QString clay = text(matcaps()[k]);
+    if (settings_.value("look/clay").toString() == clay) action->setChecked(true);
+    connect(action, &QAction::toggled, this, [this, clay](bool on) {
+      if (on) settings_.setValue("look/clay", clay);
+    });
+  }
+  for (const char* id : {"cavity", "studio-light"}) {
+    QAction* action = actions_.at(QLatin1String(id));
+    const QString key = QStringLiteral("look/") + QLatin1String(id);
+    action->setChecked(settings_.value(key, action->isChecked()).toBool());
+    connect(action, &QAction::toggled, this, [this, key](bool on) { settings_.setValue(key, on); });
+  }
 }
 
 void MainWindow::show_preferences(const QString& page) {

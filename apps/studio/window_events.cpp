@@ -140,6 +140,7 @@ void MainWindow::connect_files() {
       desk_.cancel();
   });
   connect(&desk_, &FileDesk::openingBegun, this, [this](const QString&) {
+    if (!camera_) camera_before_ = viewport_->camera();
     aside_.reset();
     convert_->start(tr("Opening"));
     opening_->show();
@@ -178,23 +179,23 @@ void MainWindow::connect_files() {
     refresh();
     show_verdict(verdict, doubt);
   });
-  connect(&desk_, &FileDesk::cancelled, this, [this] {
+  const auto end_opening = [this] {
     convert_->finish();
     opening_->hide();
-    viewport_->set_scene({}, unit_, false);
-    pages_->setCurrentWidget(start_);
+    if (bridge_.document() == nullptr) {
+      viewport_->set_scene({}, unit_, false);
+      pages_->setCurrentWidget(start_);
+    }
+    if (desk_.goes_back()) camera_ = camera_before_;
     refresh();
+  };
+  connect(&desk_, &FileDesk::cancelled, this, [this, end_opening] {
+    end_opening();
     say(tr("Cancelled; nothing was kept."));
   });
   connect(&desk_, &FileDesk::failed, this,
-          [this](const QString& title, const QString& why, const QString& file, bool damaged) {
-            convert_->finish();
-            opening_->hide();
-            if (bridge_.document() == nullptr) {
-              viewport_->set_scene({}, unit_, false);
-              pages_->setCurrentWidget(start_);
-            }
-            refresh();
+          [this, end_opening](const QString& title, const QString& why, const QString& file, bool damaged) {
+            end_opening();
             show_failure(title, why, file, damaged);
           });
   connect(&bridge_, &DocumentBridge::closed, this, [this] {

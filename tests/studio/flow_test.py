@@ -153,6 +153,42 @@ class BadFiles(Case):
         self.assertEqual(len(words), 1)
         self.assertIn(file.name, words[0])
         wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)
+        wait("the model that was open before", lambda: not s.showing("Convert progress"))
+
+
+class WayBack(Case):
+    """A file falls on a model that is open, and nothing comes of it: the model is there again, as it was."""
+
+    def test_the_model_is_there_again(self):
+        bad = studio.folder() / "no-mesh.ply"
+        bad.write_text("this is no mesh")
+        s = Studio(model())
+        s.press("Carve")
+        mark = s.log.mark()
+        made = s.stroke((0.42, 0.45), (0.58, 0.5), samples=0)
+        s.log.wait("saved", mark)
+        mark = s.log.mark()
+        s.drag((0.05, 0.5), (0.12, 0.5), button=2)
+        s.log.wait("camera", mark)
+        s.hands_off()
+        s.settled(mark=mark, samples=4)
+        camera = s.log.last("camera")
+        for file, end in ((bad, "failed"), (scan(triangles=150000), "cancelled")):
+            with self.subTest(end):
+                at = drop(s, file)
+                if end == "cancelled":
+                    s.find("Cancel").queryAction().doAction(0)
+                s.log.wait(end, at)
+                wait("every dialog to close by Escape", s.dismissed, rest=0.2)
+                again = s.log.wait("opened", at, patience=3 * studio.PATIENCE)
+                self.assertEqual((again["hash"], again["strokes"]), (made["hash"], 1))
+                s.hands_off()
+                s.settled(mark=at, samples=1)
+                self.assertEqual([s.log.last("camera")[k] for k in ("eye", "target", "up")], [camera[k] for k in ("eye", "target", "up")])
+        mark = s.log.mark()
+        s.press("Undo")
+        self.assertEqual(s.log.wait("history", mark)["undo"], 0)
+        self.assertTrue(s.close())
 
 
 class FullDisk(Case):

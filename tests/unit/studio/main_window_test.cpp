@@ -9,6 +9,7 @@
 #include <studio/main_window.h>
 #include <studio/preferences_dialog.h>
 #include <studio/text.h>
+#include <studio/widgets/curve_editor.h>
 #include <studio/widgets/theme.h>
 
 #include <QAbstractButton>
@@ -105,6 +106,30 @@ TEST_F(Window, PreferencesHoldAtOnce) {
   EXPECT_TRUE(action("tool-carve").shortcut().isEmpty());
   EXPECT_EQ(window->viewport().final_frame().samples, 4);
   set_reduced_motion(false);
+}
+
+TEST_F(Window, TheNextOneHasTheClayTheLightAndThePensCurve) {
+  make();
+  auto* curve = find<CurveEditor>("pressure-curve");
+  ASSERT_NE(curve, nullptr);
+  EXPECT_EQ(curve->curve(), PressureCurve());
+  const int clay = window->viewport().look().matcap == 1 ? 2 : 1;
+  const bool cavity = window->viewport().look().cavity;
+  action(QStringLiteral("matcap-%1").arg(clay)).trigger();
+  action("cavity").trigger();
+  action("wires").trigger();
+  emit curve->curveEdited({0.1, 0.8, 2.5});
+  make();
+  EXPECT_EQ(window->viewport().look().matcap, clay);
+  EXPECT_EQ(window->viewport().look().cavity, !cavity);
+  EXPECT_FALSE(window->viewport().look().slab_wires);  // a look at one model
+  EXPECT_EQ(find<CurveEditor>("pressure-curve")->curve(), (PressureCurve{0.1, 0.8, 2.5}));
+  // What is no curve, and no clay, is passed over.
+  settings.setValue("input/pressure-curve", "0.9 0.2 x");
+  settings.setValue("look/clay", "custard");
+  make();
+  EXPECT_EQ(find<CurveEditor>("pressure-curve")->curve(), PressureCurve());
+  EXPECT_EQ(window->viewport().look().matcap, Look{}.matcap);
 }
 
 TEST_F(Window, KeysComeFromTheirFile) {
