@@ -173,7 +173,9 @@ Verdict verdict_of(const ConvertReport& report, Mode mode, double diagonal, Unit
     removed.append(Words::tr("%n triangle(s) were mended", nullptr, static_cast<int>(report.replaced_triangles)));
   verdict.lines.append(removed.isEmpty() ? Words::tr("Nothing was removed.")
                                          : removed.join(QStringLiteral("; ")) + QLatin1Char('.'));
-  for (const std::string& note : report.notes) verdict.lines.append(text(note) + QLatin1Char('.'));
+  for (const std::string& note : report.notes)
+    if (note.find("--") == std::string::npos)  // what it says of options is for those who give some
+      verdict.lines.append(note_text(note) + QLatin1Char('.'));
   return verdict;
 }
 

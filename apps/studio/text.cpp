@@ -2,6 +2,8 @@
 
 #include <QCoreApplication>
 #include <QLocale>
+#include <QRegularExpression>
+#include <QStringList>
 #include <cmath>
 
 namespace relief::studio {
@@ -37,6 +39,31 @@ QString ago_text(qint64 seconds) {
   if (seconds < 3600) return Text::tr("%n minute(s) ago", nullptr, static_cast<int>(seconds / 60));
   if (seconds < 86400) return Text::tr("%n hour(s) ago", nullptr, static_cast<int>(seconds / 3600));
   return Text::tr("%n day(s) ago", nullptr, static_cast<int>(seconds / 86400));
+}
+
+QString note_text(const std::string& note) {
+  static const QRegularExpression value(R"('[^']*'|\(-?\d[^()]*\)|\d+(?:\.\d+)?(?:e[-+]?\d+)?)");
+  static const QRegularExpression slot(QStringLiteral("%(\\d+)"));
+  const QString words = text(note);
+  QStringList values;
+  QString pattern;
+  qsizetype from = 0;
+  for (auto each = value.globalMatch(words); each.hasNext();) {
+    const QRegularExpressionMatch match = each.next();
+    values.append(match.captured());
+    pattern += words.mid(from, match.capturedStart() - from) + QLatin1Char('%') + QString::number(values.size());
+    from = match.capturedEnd();
+  }
+  pattern += words.mid(from);
+  const QString translated = QCoreApplication::translate("Notes", pattern.toUtf8());
+  QString result;
+  from = 0;
+  for (auto each = slot.globalMatch(translated); each.hasNext();) {
+    const QRegularExpressionMatch match = each.next();
+    result += translated.mid(from, match.capturedStart() - from) + values.value(match.captured(1).toInt() - 1);
+    from = match.capturedEnd();
+  }
+  return result + translated.mid(from);
 }
 
 }  // namespace relief::studio

@@ -288,6 +288,129 @@
     </message>
 </context>
 <context>
+    <name>Notes</name>
+    <message>
+        <source>%1 of %2 triangles have the same corners as another and were left out: the file has these faces more than once</source>
+        <translation>%1 von %2 Dreiecken haben dieselben Ecken wie andere und wurden weggelassen: Die Datei hat diese Flächen mehrfach</translation>
+    </message>
+    <message>
+        <source>%1 of %2 triangles have no area or coincide: the file&apos;s coordinates may be too coarse for the shape, as far from the origin</source>
+        <translation>%1 von %2 Dreiecken haben keine Fläche oder fallen zusammen: Die Koordinaten der Datei sind vielleicht zu grob für die Form, etwa weit vom Ursprung</translation>
+    </message>
+    <message>
+        <source>%1 vertices had very many triangles around them, which rings divide now; the surface stays within the rounding of the lattice</source>
+        <translation>%1 Ecken hatten sehr viele Dreiecke um sich, die nun Ringe teilen; die Oberfläche bleibt, bis auf die Rundung des Gitters</translation>
+    </message>
+    <message>
+        <source>%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches</source>
+        <translation>%1 Ecke hatte Flächen, die keine Richtung alle von vorn sieht, und lange Kanten: Die Spitze, höchstens %2 der Diagonale lang, wurde abgeschnitten und geschlossen</translation>
+    </message>
+    <message>
+        <source>%1 vertices had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches</source>
+        <translation>%1 Ecken hatten Flächen, die keine Richtung alle von vorn sieht, und lange Kanten: Die Spitzen, höchstens %2 der Diagonale lang, wurden abgeschnitten und geschlossen</translation>
+    </message>
+    <message>
+        <source>%1 more such parts were left out</source>
+        <translation>%1 weitere solche Teile wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
+        <translation>%1 Dreieck in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurde weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
+        <translation>%1 Dreiecke in %2 Teil, weiter entfernt als das Zehnfache der Breite des Restes (%3-fach), bei %4, wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out</source>
+        <translation>%1 Dreiecke in %2 Teilen, weiter entfernt als das Zehnfache der Breite des Restes (bis zum %3-fachen), bei %4, wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>%1 objects that the file marks as support or other were left out</source>
+        <translation>%1 Objekte, die in der Datei als Stützen oder anderes markiert sind, wurden weggelassen</translation>
+    </message>
+    <message>
+        <source>colours that were painted in a slicer (paint_color) are in a form of its own and were passed over</source>
+        <translation>Farben, die in einem Slicer gemalt wurden (paint_color), haben eine eigene Form und wurden übergangen</translation>
+    </message>
+    <message>
+        <source>image %1 is damaged; its surface is plain</source>
+        <translation>Das Bild %1 ist beschädigt; seine Fläche ist einfarbig</translation>
+    </message>
+    <message>
+        <source>image %1 is not in the file; its surface is plain</source>
+        <translation>Das Bild %1 ist nicht in der Datei; seine Fläche ist einfarbig</translation>
+    </message>
+    <message>
+        <source>image %1 is not beside the mesh or cannot be read; its surface is plain</source>
+        <translation>Das Bild %1 liegt nicht neben dem Netz oder ist nicht lesbar; seine Fläche ist einfarbig</translation>
+    </message>
+    <message>
+        <source>there are more than %1 images; the surface of the others is plain</source>
+        <translation>Es sind mehr als %1 Bilder; die Flächen der übrigen sind einfarbig</translation>
+    </message>
+    <message>
+        <source>beams of a lattice were passed over; only its triangles are read</source>
+        <translation>Stäbe eines Gitters wurden übergangen; gelesen werden nur seine Dreiecke</translation>
+    </message>
+    <message>
+        <source>its faces have numbers of a colour map, which is in another file; its surface is plain</source>
+        <translation>Die Flächen haben Nummern einer Farbtafel, die in einer anderen Datei ist; die Oberfläche ist einfarbig</translation>
+    </message>
+    <message>
+        <source>it ends without endsolid, as a file does that was cut off; its %1 facets are whole</source>
+        <translation>Die Datei endet ohne endsolid, als wäre sie abgeschnitten; ihre %1 Facetten sind vollständig</translation>
+    </message>
+    <message>
+        <source>it declares %1 triangles as a binary STL, and its size is that of %2, which were read</source>
+        <translation>Die Datei nennt als binäres STL %1 Dreiecke, hat aber die Größe von %2; diese wurden gelesen</translation>
+    </message>
+    <message>
+        <source>it declares %1 triangles as a binary STL, and holds %2 bytes more, which were passed over</source>
+        <translation>Die Datei nennt als binäres STL %1 Dreiecke und enthält %2 Bytes mehr; diese wurden übergangen</translation>
+    </message>
+    <message>
+        <source>a texture transform is malformed</source>
+        <translation>Die Abbildung einer Textur ist fehlerhaft</translation>
+    </message>
+    <message>
+        <source>a texture names no image that can be read</source>
+        <translation>Eine Textur nennt kein lesbares Bild</translation>
+    </message>
+    <message>
+        <source>its animations were passed over; it stands in the pose of its nodes</source>
+        <translation>Animationen wurden übergangen; die Form steht in der Haltung ihrer Knoten</translation>
+    </message>
+    <message>
+        <source>images of its materials other than colour (normals, roughness) were passed over</source>
+        <translation>Bilder der Materialien außer der Farbe (Normalen, Rauheit) wurden übergangen</translation>
+    </message>
+    <message>
+        <source>its faces have colours, too; those of its vertices are used</source>
+        <translation>Auch die Flächen haben Farben; verwendet werden die der Ecken</translation>
+    </message>
+    <message>
+        <source>its vertices have colours, too; those of its images are used</source>
+        <translation>Auch die Ecken haben Farben; verwendet werden die der Bilder</translation>
+    </message>
+    <message>
+        <source>%1 corners have no place in the image of their material</source>
+        <translation>%1 Ecken haben keinen Platz im Bild ihres Materials</translation>
+    </message>
+    <message>
+        <source>material library %1 does not lie beside the mesh</source>
+        <translation>Die Materialdatei %1 liegt nicht neben dem Netz</translation>
+    </message>
+    <message>
+        <source>material library %1 cannot be read; its colours are missing</source>
+        <translation>Die Materialdatei %1 ist nicht lesbar; ihre Farben fehlen</translation>
+    </message>
+    <message>
+        <source>material %1 is in no material library</source>
+        <translation>Das Material %1 steht in keiner Materialdatei</translation>
+    </message>
+</context>
+<context>
     <name>OpenJob</name>
     <message>
         <source>Reading the scan</source>

@@ -1,5 +1,6 @@
 // The words of the program in every language: all are there, with their places for values, and numbers agree.
 #include <relief/edit/tools.h>
+#include <relief/mesh/import.h>
 #include <relief/mesh/samples.h>
 #include <relief/render/frame.h>
 
@@ -105,6 +106,30 @@ TEST_F(Language, WordsOfTheLibraryAreTranslated) {
   }
   for (const std::string_view each : matcaps()) expect("Matcaps", each);
   for (const std::string_view each : sample_names()) expect("Samples", each);
+}
+
+TEST_F(Language, NotesOfFilesAreTold) {
+  const QTemporaryDir folder;
+  const auto notes_of = [&](const char* name, const QByteArray& content) {
+    QFile file(folder.filePath(QString::fromLatin1(name)));
+    EXPECT_TRUE(file.open(QIODevice::WriteOnly) && file.write(content) == content.size());
+    file.close();
+    const Result<TriangleMesh> mesh = import_mesh(path(file.fileName()));
+    EXPECT_TRUE(mesh) << mesh.error().message;
+    QStringList told;
+    for (const std::string& note : mesh->notes) told.append(note_text(note));
+    return told.join(QLatin1Char('|')).toStdString();
+  };
+  const QByteArray facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const QByteArray stl = "solid a\n" + facet + facet, obj = "mtllib 50%1.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  use_language(*qApp, QStringLiteral("de"));
+  EXPECT_EQ(notes_of("cut.stl", stl),
+            "Die Datei endet ohne endsolid, als wäre sie abgeschnitten; ihre 2 Facetten sind vollständig");
+  EXPECT_EQ(notes_of("a.obj", obj), "Die Materialdatei '50%1.mtl' ist nicht lesbar; ihre Farben fehlen");
+  EXPECT_EQ(note_text("3 words of 'nobody' at (1, -2.5, 3e-7)"), "3 words of 'nobody' at (1, -2.5, 3e-7)");
+  use_language(*qApp, QStringLiteral("en"));
+  EXPECT_EQ(notes_of("a.obj", obj), "material library '50%1.mtl' cannot be read; its colours are missing");
 }
 
 TEST_F(Language, NumbersAgree) {
