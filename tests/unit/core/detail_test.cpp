@@ -198,6 +198,19 @@ TEST(Detail, QueriesFindTheSurfaceOfTheUncutModel) {
   }
 }
 
+/// Cut again and again at a place of the first slab.
+SnapshotPtr cut_deep(const SnapshotPtr& model, int times) {
+  const Vec3d p = model->slab_mesh().corners(0).point({0.31, 0.33, 0.36}, 0.5);
+  RandomCuts cuts(model);
+  for (int k = 0; k < times; ++k) {
+    LocateHint none;
+    const auto at = locate(cuts.model()->slab_mesh(), p, none);
+    EXPECT_EQ(at ? cuts.model()->slab_mesh().level(at->slab) : -1, k);
+    if (at) cuts.cut(at->slab);
+  }
+  return cuts.model();
+}
+
 /// Returns what a point is in, found by asking every slab: the lowest that owns it.
 std::optional<SlabCoord> located_by_all(const SlabMesh& mesh, Vec3d p) {
   for (SlabId s = 0; s < mesh.slab_count(); ++s)
@@ -209,8 +222,9 @@ TEST(Detail, PlacesAreThoseThatAllSlabsWouldGive) {
   std::mt19937 random(17);
   std::uniform_real_distribution<double> unit(0, 1);
   int all_outside = 0;
-  for (const SnapshotPtr& model : models()) {
-    const SnapshotPtr cut = cut_at_random(model, 40);
+  std::vector<SnapshotPtr> all_cut = {cut_deep(displaced(torus_shell(8, 6, 8), bumps), 9)};
+  for (const SnapshotPtr& model : models()) all_cut.push_back(cut_at_random(model, 40));
+  for (const SnapshotPtr& cut : all_cut) {
     const SlabMesh& mesh = cut->slab_mesh();
     LocateHint last;
     int inside = 0, outside = 0;
