@@ -146,7 +146,7 @@ std::optional<Nearest> TickRow::answer(Vec3d cursor, bool coherent) {
 std::size_t bytes_of(const Snapshot& model) {
   const SlabMesh& mesh = model.slab_mesh();
   std::size_t bytes = mesh.fibres().size_bytes() + mesh.slabs().size_bytes() + mesh.tree().size_bytes() +
-                      mesh.tree_slabs().size_bytes() + mesh.slab_count() * sizeof(Box3d);
+                      mesh.tree_roots().size_bytes() + mesh.slab_count() * sizeof(Box3d);
   for (SlabId s = 0; s < mesh.slab_count(); ++s) {
     const Tile& tile = model.tile(Layer::Displacement, s);
     bytes += tile.bytes() + tile.bounds().bytes();

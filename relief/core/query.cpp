@@ -234,7 +234,25 @@ bool search(const SlabMesh& mesh, Vec3d point, const SlabCoord& near, LocateHint
       mesh.for_each_across(last, edge, [&](SlabId next) { found = found || (holds(mesh.box(next)) && look_in(next)); });
     if (found) return true;
   }
-  return mesh.visit_tree(holds, look_in);
+  // A root and its parts have the same fibres, so its coordinates lead to the part.
+  return mesh.visit_roots(holds, [&](SlabId root) {
+    const auto found = solve_cold(mesh.root_corners(root), root, point, kWallBand);
+    if (!found || !inside_alpha(found->alpha)) return false;
+    Weights w = weights_of(found->u, found->v);
+    const SlabId s = mesh.descend(root, w);
+    return least(w) >= -kWallBand && accept({s, w[1], w[2], found->alpha});
+  });
+}
+
+/// Returns the place in another part of a slab's root, given by its coordinates in the slab: the fibres are the same.
+/// In kNoSlab where it lies outside the root.
+SlabCoord in_same_root(const SlabMesh& mesh, SlabId slab, double u, double v, double alpha) noexcept {
+  const RootPlace place = mesh.root_place(slab);
+  Weights w = place.in_root(weights_of(u, v));
+  if (!(least(w) > 0)) return {};
+  for (double& x : w) x /= 1 << place.level;
+  const SlabId part = mesh.descend(place.root, w);
+  return {part, w[1], w[2], alpha};
 }
 
 /// locate(); the answer is hint.last and, number by number, `at`. Here and in probe() nothing is copied as a whole that
@@ -255,7 +273,10 @@ inline bool find(const SlabMesh& mesh, Vec3d point, LocateHint& hint, SlabCoord&
         at.alpha = last.alpha = std::clamp(alpha, 0.0, 1.0);
         return true;
       }
-      if (inside >= -kWallBand) near = {last.slab, u, v, alpha};
+      if (inside >= -kWallBand)
+        near = {last.slab, u, v, alpha};
+      else if (mesh.is_cut())
+        near = in_same_root(mesh, last.slab, u, v, alpha);
     }
   }
   if (!search(mesh, point, near, hint)) return false;

@@ -56,7 +56,9 @@ class SlabMesh::Assembly {
     RELIEF_CHECK(join_halves(middles));
     find_boxes();
     find_fans();
-    shape_.build_tree();
+    shape_.find_part_boxes();
+    shape_.build_tree(shape_.parts.empty() ? std::span<const Box3d>(shape_.boxes)
+                                           : std::span(shape_.part_boxes).first(mesh_.roots_->size()));
     return {};
   }
 
@@ -233,16 +235,16 @@ Result<SlabMesh> SlabMesh::cut(std::span<const SlabId> slabs) const {
   shape->fibres = shape_->fibres;
   shape->cuts = shape_->cuts;
   shape->places = shape_->places;
-  shape->nodes = shape_->nodes;
+  shape->parts = shape_->parts;
   if (!is_cut()) {
     for (SlabId s = 0; s < slab_count(); ++s) {
       shape->places.push_back({.root = s});
-      shape->nodes.push_back({.slab = s});
+      shape->parts.push_back({.slab = s});
     }
   }
   std::vector<std::uint32_t> node_of(slabs_.size());
-  for (std::uint32_t k = 0; k < shape->nodes.size(); ++k)
-    if (shape->nodes[k].children == 0) node_of[shape->nodes[k].slab] = k;
+  for (std::uint32_t k = 0; k < shape->parts.size(); ++k)
+    if (shape->parts[k].children == 0) node_of[shape->parts[k].slab] = k;
 
   std::map<std::array<FibreId, 2>, FibreId> middles = shape_->middles;
   const auto middle_of = [&](FibreId a, FibreId b) {
@@ -264,8 +266,8 @@ Result<SlabMesh> SlabMesh::cut(std::span<const SlabId> slabs) const {
     const auto [a, b, c] = slab.fibres;
     const FibreId bc = middle_of(b, c), ca = middle_of(c, a), ab = middle_of(a, b);
     const auto [at_a, at_b, at_c, centre] = cut_in_four(from);
-    const auto first = static_cast<std::uint32_t>(shape->nodes.size());
-    shape->nodes[node_of[s]].children = first;
+    const auto first = static_cast<std::uint32_t>(shape->parts.size());
+    shape->parts[node_of[s]].children = first;
     const auto add = [&](SlabId number, const std::array<FibreId, 3>& fibres, const RootPlace& place) {
       if (number == mesh.slabs_.size()) {
         mesh.slabs_.emplace_back();
@@ -274,8 +276,8 @@ Result<SlabMesh> SlabMesh::cut(std::span<const SlabId> slabs) const {
       }
       mesh.slabs_[number] = {.fibres = fibres, .neighbours = {}, .intervals = slab.intervals};
       shape->places[number] = place;
-      node_of[number] = static_cast<std::uint32_t>(shape->nodes.size());
-      shape->nodes.push_back({.slab = number});
+      node_of[number] = static_cast<std::uint32_t>(shape->parts.size());
+      shape->parts.push_back({.slab = number});
     };
     const auto next = static_cast<SlabId>(mesh.slabs_.size());
     add(next, {a, ab, ca}, at_a);
@@ -351,10 +353,11 @@ void SlabMesh::take(std::shared_ptr<const Shape> shape) {
   fan_begin_ = shape->fan_begin;
   fans_ = shape->fans;
   tree_ = shape->tree;
-  tree_slabs_ = shape->tree_slabs;
+  tree_roots_ = shape->tree_roots;
   cuts_ = shape->cuts;
   places_ = shape->places;
-  nodes_ = shape->nodes;
+  parts_ = shape->parts;
+  part_boxes_ = shape->parts.empty() ? shape->boxes : shape->part_boxes;
   hanging_ = shape->hanging;
   hanging_of_ = shape->hanging_of;
   shape_ = std::move(shape);
@@ -362,8 +365,8 @@ void SlabMesh::take(std::shared_ptr<const Shape> shape) {
 
 SlabId SlabMesh::descend(SlabId root, std::array<double, 3>& w) const noexcept {
   if (!is_cut()) return root;
-  const CutNode* node = &nodes_[root];
-  while (node->children != 0) {
+  const Part* at = &parts_[root];
+  while (at->children != 0) {
     std::size_t child = 3;
     for (std::size_t k = 0; k < 3 && child == 3; ++k)
       if (w[k] >= 0.5) child = k;
@@ -373,9 +376,9 @@ SlabId SlabMesh::descend(SlabId root, std::array<double, 3>& w) const noexcept {
     } else {
       for (std::size_t k = 0; k < 3; ++k) w[k] = k == child ? 2 * w[k] - 1 : 2 * w[k];
     }
-    node = &nodes_[node->children + child];
+    at = &parts_[at->children + child];
   }
-  return node->slab;
+  return at->slab;
 }
 
 const HangingEdge& SlabMesh::hanging(SlabId s, int edge) const noexcept {
@@ -395,8 +398,8 @@ std::size_t SlabMesh::bytes_beside(const SlabMesh* other) const noexcept {
   static constexpr std::size_t kNode = 64;  // of a map, with what it holds
   const Shape& shape = *shape_;
   return sum + of(shape.fibres) + of(shape.boxes) + of(shape.fan_begin) + of(shape.fans) + of(shape.tree) +
-         of(shape.tree_slabs) + of(shape.cuts) + of(shape.places) + of(shape.nodes) + of(shape.hanging) +
-         of(shape.hanging_of) + kNode * shape.middles.size();
+         of(shape.tree_roots) + of(shape.cuts) + of(shape.places) + of(shape.parts) + of(shape.part_boxes) +
+         of(shape.hanging) + of(shape.hanging_of) + kNode * shape.middles.size();
 }
 
 std::uint64_t SlabMesh::content_hash() const noexcept {
@@ -411,18 +414,27 @@ std::uint64_t SlabMesh::content_hash() const noexcept {
   return hash.value();
 }
 
-void SlabMesh::Shape::build_tree() {
+void SlabMesh::Shape::find_part_boxes() {
+  part_boxes.resize(parts.size());
+  for (std::size_t k = parts.size(); k-- > 0;) {
+    part_boxes[k] = parts[k].children == 0 ? boxes[parts[k].slab] : Box3d{};
+    for (std::uint32_t c = 0; parts[k].children != 0 && c < 4; ++c)
+      part_boxes[k].add(part_boxes[parts[k].children + c]);
+  }
+}
+
+void SlabMesh::Shape::build_tree(std::span<const Box3d> roots) {
   static constexpr std::uint32_t kLeaf = 4;
-  tree_slabs.resize(boxes.size());
-  std::iota(tree_slabs.begin(), tree_slabs.end(), 0U);
-  tree.reserve(boxes.size());  // leaves hold two slabs or more, where there are so many
+  tree_roots.resize(roots.size());
+  std::iota(tree_roots.begin(), tree_roots.end(), 0U);
+  tree.reserve(roots.size());  // leaves hold two roots or more, where there are so many
 
   // Median splits along the longest side of the centres' box; depth is at most log2 of the count.
   struct Range {
     std::uint32_t begin, end;
     std::uint32_t parent;  ///< whose right child this is; kNoSlab for the root and left children
   };
-  std::vector<Range> stack = {{0, static_cast<std::uint32_t>(boxes.size()), kNoSlab}};
+  std::vector<Range> stack = {{0, static_cast<std::uint32_t>(roots.size()), kNoSlab}};
   while (!stack.empty()) {
     const Range range = stack.back();
     stack.pop_back();
@@ -431,8 +443,8 @@ void SlabMesh::Shape::build_tree() {
     Node& node = tree.emplace_back();
     Box3d centres;
     for (std::uint32_t k = range.begin; k < range.end; ++k) {
-      node.box.add(boxes[tree_slabs[k]]);
-      centres.add(boxes[tree_slabs[k]].centre());
+      node.box.add(roots[tree_roots[k]]);
+      centres.add(roots[tree_roots[k]].centre());
     }
     if (range.end - range.begin <= kLeaf) {
       node.first = range.begin;
@@ -442,8 +454,8 @@ void SlabMesh::Shape::build_tree() {
     const Vec3d size = centres.extent();
     const std::size_t axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const std::uint32_t middle = range.begin + (range.end - range.begin) / 2;
-    const auto key = [&](SlabId s) { return std::pair(boxes[s].centre()[axis], s); };
-    std::nth_element(tree_slabs.begin() + range.begin, tree_slabs.begin() + middle, tree_slabs.begin() + range.end,
+    const auto key = [&](SlabId s) { return std::pair(roots[s].centre()[axis], s); };
+    std::nth_element(tree_roots.begin() + range.begin, tree_roots.begin() + middle, tree_roots.begin() + range.end,
                      [&](SlabId a, SlabId b) { return key(a) < key(b); });
     stack.push_back({middle, range.end, number});
     stack.push_back({range.begin, middle, kNoSlab});

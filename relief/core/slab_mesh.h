@@ -196,10 +196,12 @@ class SlabMesh {
   [[nodiscard]] RootPlace root_place(SlabId s) const noexcept { return is_cut() ? places_[s] : RootPlace{.root = s}; }
   /// Returns how often slab s was cut.
   [[nodiscard]] int level(SlabId s) const noexcept { return is_cut() ? places_[s].level : 0; }
+  /// Returns the six corners of a root slab.
+  [[nodiscard]] SlabCorners root_corners(SlabId root) const noexcept { return corners_of(roots()[root].fibres); }
   /// Returns the field of fibres of slab s.
   [[nodiscard]] SampleField field(SlabId s) const noexcept {
     const RootPlace place = root_place(s);
-    return {place.level == 0 ? corners(s) : corners_of(roots()[place.root].fibres), place};
+    return {place.level == 0 ? corners(s) : root_corners(place.root), place};
   }
   /// Returns the slab that has a place in a root, given by its weights there, and its weights in the slab. Exact; some
   /// nanoseconds per level.
@@ -398,19 +400,31 @@ class SlabMesh {
   /// Hash of fibres and slabs.
   [[nodiscard]] std::uint64_t content_hash() const noexcept;
 
-  /// One node of the hierarchy over the slabs' boxes; used by the queries.
+  /// One node of the hierarchy over the boxes of the root slabs; used by the queries. Below each root hang its parts.
   struct Node {
     Box3d box;  ///< what the node's slabs lie in, model units
     std::uint32_t first =
-        0;  ///< leaf: first entry of `tree_slabs`; inner node: number of the right child (left is next)
-    std::uint32_t count = 0;  ///< leaf: number of slabs; 0 for an inner node
+        0;  ///< leaf: first entry of `tree_roots`; inner node: number of the right child (left is next)
+    std::uint32_t count = 0;  ///< leaf: number of roots; 0 for an inner node
   };
-  /// Returns the tree over the slabs' boxes, its root first.
+  /// Returns the tree over the roots, its own root first.
   [[nodiscard]] std::span<const Node> tree() const noexcept { return tree_; }
-  /// Calls visit(SlabId) for the slabs whose boxes, and those of all nodes above, accept(box) lets through, depth first
-  /// and left before right, until visit returns true; whether it did. For a slab, accept is asked last right before it.
+  /// A root slab or a part of one. If it is cut, `children` is the first of its four parts, at corners 0, 1 and 2 and
+  /// in the centre; else 0.
+  struct Part {
+    SlabId slab = kNoSlab;       ///< which slab; of what is cut, the one in the centre
+    std::uint32_t children = 0;  ///< number of its first part
+  };
+  /// Returns a part by its number; a root slab has its own number in roots().
+  [[nodiscard]] Part part(std::uint32_t number) const noexcept {
+    return is_cut() ? parts_[number] : Part{.slab = number};
+  }
+  /// Returns the box of a part, which holds those of all slabs in it; model units.
+  [[nodiscard]] const Box3d& part_box(std::uint32_t number) const noexcept { return part_boxes_[number]; }
+  /// Calls visit(SlabId) for the root slabs whose boxes, and those of all nodes above, accept(box) lets through, depth
+  /// first and left before right, until visit returns true; whether it did.
   template <typename Accept, typename Visit>
-  bool visit_tree(Accept&& accept, Visit&& visit) const {
+  bool visit_roots(Accept&& accept, Visit&& visit) const {
     std::array<std::uint32_t, 64> stack{};
     std::size_t depth = 0;
     stack[depth++] = 0;
@@ -424,14 +438,20 @@ class SlabMesh {
         continue;
       }
       for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = tree_slabs_[node.first + k];
-        if (accept(boxes_[s]) && visit(s)) return true;
+        const SlabId root = tree_roots_[node.first + k];
+        if (accept(part_boxes_[root]) && visit(root)) return true;
       }
     }
     return false;
   }
+  /// Calls visit(SlabId) for the slabs whose boxes, and those of all nodes and parts above, accept(box) lets through,
+  /// likewise. For a slab, accept is asked last right before it.
+  template <typename Accept, typename Visit>
+  bool visit_tree(Accept&& accept, Visit&& visit) const {
+    return visit_roots(accept, [&](SlabId root) { return visit_parts(root, accept, visit); });
+  }
   /// Returns the same for those whose boxes have a distance(box) of at most `reach`, which visit may lower: of two
-  /// nodes the nearer first. For a slab, distance is asked last right before it.
+  /// nodes, or of four parts, the nearer first.
   template <typename Distance, typename Visit>
   bool visit_nearest(Distance&& distance, const double& reach, Visit&& visit) const {
     struct Entry {
@@ -454,21 +474,16 @@ class SlabMesh {
         continue;
       }
       for (std::uint32_t k = 0; k < node.count; ++k) {
-        const SlabId s = tree_slabs_[node.first + k];
-        if (distance(boxes_[s]) <= reach && visit(s)) return true;
+        const SlabId root = tree_roots_[node.first + k];
+        if (distance(part_boxes_[root]) <= reach && visit_nearest_parts(root, distance, reach, visit)) return true;
       }
     }
     return false;
   }
-  /// Returns the slabs in the order of the tree's leaves.
-  [[nodiscard]] std::span<const SlabId> tree_slabs() const noexcept { return tree_slabs_; }
+  /// Returns the root slabs in the order of the tree's leaves.
+  [[nodiscard]] std::span<const SlabId> tree_roots() const noexcept { return tree_roots_; }
 
  private:
-  /// A root, or what it was cut into: the first of four nodes, at corners 0, 1 and 2 and in the centre; 0: not cut.
-  struct CutNode {
-    SlabId slab = kNoSlab;
-    std::uint32_t children = 0;
-  };
   /// Holds what does not depend on the intervals.
   struct Shape {
     std::vector<Fibre> fibres;
@@ -476,16 +491,18 @@ class SlabMesh {
     std::vector<std::uint32_t> fan_begin;
     std::vector<SlabCorner> fans;
     std::vector<Node> tree;
-    std::vector<SlabId> tree_slabs;
+    std::vector<SlabId> tree_roots;
     // All empty where nothing is cut.
     std::vector<SlabId> cuts;
     std::vector<RootPlace> places;  ///< by slab
-    std::vector<CutNode> nodes;     ///< those of the roots first
+    std::vector<Part> parts;        ///< the roots first, and each before those that it was cut into
+    std::vector<Box3d> part_boxes;  ///< by part
     std::vector<HangingEdge> hanging;
     std::map<std::array<FibreId, 2>, FibreId> middles;  ///< by the two fibres, the lower number first
     std::vector<std::uint32_t> hanging_of;              ///< by fibre beyond the roots': number in hanging, or kNoSlab
 
-    void build_tree();
+    void find_part_boxes();
+    void build_tree(std::span<const Box3d> roots);
   };
   class Assembly;
   SlabMesh() = default;
@@ -502,6 +519,27 @@ class SlabMesh {
     corners.order[at_a] = 0;
     corners.order[at_b] = 1;
     return corners;
+  }
+  /// visit_tree() of what a part holds.
+  template <typename Accept, typename Visit>
+  bool visit_parts(std::uint32_t number, Accept& accept, Visit& visit) const {
+    const Part at = part(number);
+    if (at.children == 0) return visit(at.slab);
+    for (std::uint32_t k = at.children; k < at.children + 4; ++k)
+      if (accept(part_boxes_[k]) && visit_parts(k, accept, visit)) return true;
+    return false;
+  }
+  /// visit_nearest() of what a part holds.
+  template <typename Distance, typename Visit>
+  bool visit_nearest_parts(std::uint32_t number, Distance& distance, const double& reach, Visit& visit) const {
+    const Part at = part(number);
+    if (at.children == 0) return visit(at.slab);
+    std::array<std::pair<double, std::uint32_t>, 4> near;
+    for (std::uint32_t k = 0; k < 4; ++k) near[k] = {distance(part_boxes_[at.children + k]), at.children + k};
+    std::ranges::sort(near);
+    for (const auto& [far, child] : near)
+      if (far <= reach && visit_nearest_parts(child, distance, reach, visit)) return true;
+    return false;
   }
   /// The copies of the sample at a fibre, in order.
   template <typename IntervalsOf, typename Visit>
@@ -534,10 +572,11 @@ class SlabMesh {
   std::span<const std::uint32_t> fan_begin_;
   std::span<const SlabCorner> fans_;
   std::span<const Node> tree_;
-  std::span<const SlabId> tree_slabs_;
+  std::span<const SlabId> tree_roots_;
   std::span<const SlabId> cuts_;
   std::span<const RootPlace> places_;
-  std::span<const CutNode> nodes_;
+  std::span<const Part> parts_;
+  std::span<const Box3d> part_boxes_;
   std::span<const HangingEdge> hanging_;
   std::span<const std::uint32_t> hanging_of_;
 };

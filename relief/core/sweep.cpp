@@ -120,6 +120,8 @@ std::optional<SurfacePlace> Sweep::run(SlabId first) noexcept {
 void Sweep::take(const Ahead& next) noexcept {
   if (next.what == Ahead::Node)
     look_into(surface_.mesh().tree()[next.number]);
+  else if (next.what == Ahead::Cut)
+    look_into(surface_.mesh().part(next.number));
   else
     search(next);
 }
@@ -152,10 +154,20 @@ void Sweep::look_into(const SlabMesh::Node& node) noexcept {
     put(node.first, Ahead::Node, mesh.tree()[node.first].box);
     put(left, Ahead::Node, mesh.tree()[left].box);
   }
-  for (std::uint32_t k = node.count; k-- > 0;) {
-    const SlabId slab = mesh.tree_slabs()[node.first + k];
-    if (slab != done_) put(slab, Ahead::Slab, mesh.box(slab));
-  }
+  for (std::uint32_t k = node.count; k-- > 0;) put_root_part(mesh.tree_roots()[node.first + k]);
+}
+
+void Sweep::look_into(const SlabMesh::Part& cut) noexcept {
+  for (std::uint32_t k = 4; k-- > 0;) put_root_part(cut.children + k);
+}
+
+void Sweep::put_root_part(std::uint32_t number) noexcept {
+  const SlabMesh& mesh = surface_.mesh();
+  const SlabMesh::Part part = mesh.part(number);
+  if (part.children != 0)
+    put(number, Ahead::Cut, mesh.part_box(number));
+  else if (part.slab != done_)
+    put(part.slab, Ahead::Slab, mesh.box(part.slab));
 }
 
 void Sweep::search(Ahead part) noexcept {

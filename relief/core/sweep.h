@@ -42,9 +42,10 @@ class Sweep {
     SlabCoord at;
     bool known = false;
   };
-  /// Holds what the way comes to: a node of the tree, a slab, or the part of the way that is in a slab.
+  /// Holds what the way comes to: a node of the tree, what a root or a part of one was cut into, a slab, or the part
+  /// of the way that is in a slab.
   struct Ahead {
-    enum What : std::uint8_t { Node, Slab, Part };
+    enum What : std::uint8_t { Node, Cut, Slab, Part };
     double enter, leave;
     std::uint32_t number;
     What what;
@@ -59,6 +60,8 @@ class Sweep {
   void put(const Ahead& one) noexcept;
   void take(const Ahead& next) noexcept;
   void look_into(const SlabMesh::Node& node) noexcept;
+  void look_into(const SlabMesh::Part& cut) noexcept;
+  void put_root_part(std::uint32_t number) noexcept;
   void search(Ahead part) noexcept;
   [[nodiscard]] End end(const detail::LinearForm& form, double t, const SlabCoord& start) const noexcept;
   /// One part of the way; halved until its course over the grid is nearly straight.

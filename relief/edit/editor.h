@@ -36,8 +36,8 @@ struct DabResult {
   std::size_t slabs_added = 0;    ///< by cuts, for detail
   std::size_t samples_added = 0;  ///< in all layers
   bool detail_limited = false;    ///< whether the grid stayed coarser than the tool wanted it
-  /// Carve: whether it took samples that stood over a twentieth of the radius beside the sphere and the column above
-  /// it, for their fibres lean into it
+  /// Carve: whether it took samples that stood over a twentieth of the radius, or half a spacing where that is less,
+  /// beside the sphere and the column above it, for their fibres lean into it
   bool beside = false;
 };
 

@@ -240,7 +240,8 @@ constexpr float kWall = 1.0F / 16;
     const float part = a + (kept - a) * (1.0F - protect[k]);
     to[k] = smaller(part, from[k]);
     // A blend of width h ends within 1.1 h of the ball.
-    const float high = larger(dot(met.out, up), 0.0F), reach = (1.0F + kTold) + 1.1F * blend;
+    const float high = larger(dot(met.out, up), 0.0F);
+    const float reach = 1.0F + smaller(kTold, kToldSpacings * space) + 1.1F * blend;
     const int taken = static_cast<int>(smaller(met.inside, -gap) > 0) & static_cast<int>(protect[k] < 1);
     beside |= static_cast<std::uint32_t>(taken & static_cast<int>(met.outside + 1.0F - high * high > reach * reach));
   }

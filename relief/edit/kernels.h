@@ -79,9 +79,11 @@ inline constexpr float kSteepestRim = 4;
 /// In radii: below six spacings per radius a blend takes too much of the depth. It goes from there to four.
 inline constexpr float kWidestBlend = 1.0F / 6;
 
-/// In radii: by more than this a cut may miss the ball only if it is told. Half as much is told in places that miss it
-/// by no more than the grid's spacing does.
+/// In radii: by more than this a cut may miss the ball only if it is told.
 inline constexpr float kTold = 0.05F;
+/// In spacings, where that is less: by so much a grid misses the ball where fibres stand well, too. A finer grid
+/// promises more.
+inline constexpr float kToldSpacings = 0.5F;
 
 /// A tile as the stroke found it: displacements, and the unit normals of the surface in the model's axes.
 struct Start {
@@ -115,7 +117,7 @@ struct Neighbours {
 struct Kernels {
   /// Cuts: alpha becomes min(from, start blended with the fibre's entry into the cutter), see
   /// docs/decisions/0010-strokes.md. `protect` keeps its share. Returns whether samples that it takes stood beside
-  /// the cutter and its blend by more than kTold.
+  /// the cutter and its blend by more than kTold or kToldSpacings.
   bool (*cut)(const SlabFrame& frame, const Cutter& cutter, const Start& start, const float* protect, const float* from,
               float* to, std::size_t count);
   /// See Lift; `over` gets 1 at the samples that count as limited.

@@ -2,9 +2,11 @@
 #include "support/cuts.h"
 #include "support/shells.h"
 
+#include <relief/base/triangle.h>
 #include <relief/core/detail.h>
 #include <relief/core/facets.h>
 #include <relief/core/micro_triangles.h>
+#include <relief/core/near_surface.h>
 #include <relief/core/tessellate.h>
 
 #include <gtest/gtest.h>
@@ -193,6 +195,108 @@ TEST(Detail, QueriesFindTheSurfaceOfTheUncutModel) {
     }
     EXPECT_GT(found, 100);
     EXPECT_GT(hits, 500);
+  }
+}
+
+/// Cut again and again at a place of the first slab.
+SnapshotPtr cut_deep(const SnapshotPtr& model, int times) {
+  const Vec3d p = model->slab_mesh().corners(0).point({0.31, 0.33, 0.36}, 0.5);
+  RandomCuts cuts(model);
+  for (int k = 0; k < times; ++k) {
+    LocateHint none;
+    const auto at = locate(cuts.model()->slab_mesh(), p, none);
+    EXPECT_EQ(at ? cuts.model()->slab_mesh().level(at->slab) : -1, k);
+    if (at) cuts.cut(at->slab);
+  }
+  return cuts.model();
+}
+
+/// Returns what a point is in, found by asking every slab: the lowest that owns it.
+std::optional<SlabCoord> located_by_all(const SlabMesh& mesh, Vec3d p) {
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    if (owns(mesh, s, p)) return coordinates_in(mesh, s, p, 1e-5);
+  return std::nullopt;
+}
+
+TEST(Detail, PlacesAreThoseThatAllSlabsWouldGive) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int all_outside = 0;
+  std::vector<SnapshotPtr> all_cut = {cut_deep(displaced(torus_shell(8, 6, 8), bumps), 9)};
+  for (const SnapshotPtr& model : models()) all_cut.push_back(cut_at_random(model, 40));
+  for (const SnapshotPtr& cut : all_cut) {
+    const SlabMesh& mesh = cut->slab_mesh();
+    LocateHint last;
+    int inside = 0, outside = 0;
+    for (int k = 0; k < 2000; ++k) {
+      // Inside a slab, near a wall or a fibre of one, and anywhere around.
+      const SlabCoord in = random_place(mesh, random);
+      std::array<double, 3> w = {1 - in.u - in.v, in.u, in.v};
+      for (int near = static_cast<int>(random() % 3); near > 0; --near) {
+        const std::size_t to = random() % 3;
+        const double share = 1e-4 * unit(random);
+        for (std::size_t c = 0; c < 3; ++c) w[c] = c == to ? w[c] * share + 1 - share : w[c] * share;
+      }
+      const Box3d& all = mesh.bounds();
+      const Vec3d anywhere =
+          all.low + Vec3d{unit(random) * all.extent().x, unit(random) * all.extent().y, unit(random) * all.extent().z};
+      const Vec3d p = k % 4 == 0 ? anywhere : mesh.corners(in.slab).point(w, 0.05 + 0.9 * unit(random));
+      const auto wanted = located_by_all(mesh, p);
+      LocateHint none;
+      for (LocateHint* const hint : {&none, &last}) {
+        const auto at = locate(mesh, p, *hint);
+        ASSERT_EQ(at.has_value(), wanted.has_value()) << k;
+        if (!at) continue;
+        ASSERT_EQ(at->slab, wanted->slab) << k;
+        EXPECT_NEAR(at->u, wanted->u, 1e-9);
+        EXPECT_NEAR(at->v, wanted->v, 1e-9);
+        EXPECT_NEAR(at->alpha, wanted->alpha, 1e-9);
+        const Vec3d back = mesh.corners(at->slab).point({1 - at->u - at->v, at->u, at->v}, at->alpha);
+        EXPECT_LT(length(back - p), 1e-9 * length(mesh.box(at->slab).extent()));
+      }
+      ++(wanted ? inside : outside);
+    }
+    EXPECT_GT(inside, 1500);
+    all_outside += outside;
+  }
+  EXPECT_GT(all_outside, 1000);
+}
+
+/// Calls visit(triangle) for all of the surface.
+template <typename Visit>
+void for_each_triangle(const Snapshot& model, Visit&& visit) {
+  const SlabMesh& mesh = model.slab_mesh();
+  MicroTriangles surface(model);
+  for (SlabId s = 0; s < mesh.slab_count(); ++s)
+    for_each_cell(mesh.intervals(s), mesh.edge_intervals(s), [&](const std::array<GridPoint, 3>& cell) {
+      MicroTriangle triangle{s, cell, {}};
+      surface.measure(triangle);
+      visit(triangle);
+    });
+}
+
+TEST(Detail, WhatIsNearestIsNearestOfAllTriangles) {
+  std::mt19937 random(19);
+  std::uniform_real_distribution<double> unit(-1.3, 1.3);
+  for (const SnapshotPtr& model : {displaced(sphere_shell(1, 8), bumps), displaced(torus_shell(8, 6, 8), bumps)}) {
+    const SnapshotPtr cut = cut_at_random(model, 40);
+    const double size = length(cut->slab_mesh().bounds().extent());
+    PickHint last;
+    SlabId nearest = kNoSlab;
+    for (int k = 0; k < 300; ++k) {
+      const Vec3d p = Vec3d{unit(random), unit(random), unit(random)} * (size / 3);
+      double wanted = size;
+      for_each_triangle(*cut, [&](const MicroTriangle& t) {
+        const auto& [a, b, c] = t.positions;
+        wanted = std::min(wanted, length(p - t.point(nearest_in_triangle(p, a, b, c))));
+      });
+      EXPECT_NEAR(length(closest_point(*cut, p).position - p), wanted, 1e-12 * size);
+      EXPECT_NEAR(length(closest_point(*cut, p, last).position - p), wanted, 1e-12 * size);
+      MicroTriangles surface(*cut);
+      const double clear = detail::clear_around(surface, p, 0, size, nearest);
+      EXPECT_LE(clear, wanted);
+      EXPECT_GE(2 * clear, wanted * (1 - 1e-8));
+    }
   }
 }
 

@@ -127,7 +127,7 @@ TEST(SlabMesh, TreeHoldsEverySlabOnceInsideItsBoxes) {
   std::vector<int> seen(mesh->slabs().size(), 0);
   for (const auto& node : mesh->tree())
     for (std::uint32_t k = 0; k < node.count; ++k) {
-      const SlabId s = mesh->tree_slabs()[node.first + k];
+      const SlabId s = mesh->tree_roots()[node.first + k];
       ++seen[s];
       EXPECT_TRUE(node.box.contains(mesh->box(s).low) && node.box.contains(mesh->box(s).high));
     }

@@ -119,10 +119,10 @@ class Clay : public ::testing::TestWithParam<std::string> {
   std::mt19937 random_{3};
 };
 
-/// 25 in each model: what is not told leaves no clay in the ball, and takes next to none beside it.
+/// 25 in each model: what is not told leaves no clay in the ball, and takes none beside it, to 1e-3 of the diagonal.
 TEST_P(Clay, ALargeBallIsCutOrTold) {
   const double radius = 0.06 * diagonal_, depth = 0.03 * diagonal_;
-  std::size_t told = 0, places = 0, missed = 0, rooms = 0;
+  std::size_t told = 0, places = 0, rooms = 0;
   Misses worst;
   while (places < 25) {
     const auto tap = random_tap(radius, depth);
@@ -147,14 +147,12 @@ TEST_P(Clay, ALargeBallIsCutOrTold) {
     worst.left = std::max(worst.left, found.left / diagonal_);
     worst.too_much = std::max(worst.too_much, found.too_much / diagonal_);
     EXPECT_LE(found.left, 1e-3 * diagonal_) << places;
-    if (found.too_much > 1e-3 * diagonal_) ++missed;
+    EXPECT_LE(found.too_much, 1e-3 * diagonal_) << places;
   }
   std::printf(
-      "%s: %zu places, room was made for %zu, told %zu; %zu cut more than 1e-3 of the diagonal too much; clay left at "
-      "most %.1e, cut too much at most %.1e of the diagonal\n",
-      GetParam().c_str(), places, rooms, told, missed, worst.left, worst.too_much);
-  EXPECT_LE(missed, 2U);
-  EXPECT_LE(worst.too_much, 2e-3);
+      "%s: %zu places, room was made for %zu, told %zu; clay left at most %.1e, cut too much at most %.1e of the "
+      "diagonal\n",
+      GetParam().c_str(), places, rooms, told, worst.left, worst.too_much);
   EXPECT_LE(told, places / 2);
 }
 
