@@ -362,7 +362,6 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
 }
 
 bool MeasuredSurface::follows(Vec3d at, const SourceRays& solid, double reach, LocateHint& hint) const {
-  constexpr double kSame = 1e-6;  // of the fibre: two crossings so near to each other are one
   const auto held = locate(model_.slab_mesh(), at, hint);
   if (!held) return false;
   const double alpha = displacement_at(model_, held->slab, held->u, held->v);
@@ -370,11 +369,13 @@ bool MeasuredSurface::follows(Vec3d at, const SourceRays& solid, double reach, L
   const std::array<double, 3> weights = {1 - held->u - held->v, held->u, held->v};
   const SlabCorners corners = model_.slab_mesh().corners(held->slab);
   const Vec3d inner = corners.point(weights, 0), along = corners.point(weights, 1) - inner;
-  const double off = std::abs(alpha - held->alpha);
-  if (off * length(along) <= reach) return true;
+  if (std::abs(alpha - held->alpha) * length(along) <= reach) return true;
   Crossings met;
   solid.cross(lattice_.to_lattice(inner), along / lattice_.step, 0, 1, met);
-  return std::ranges::none_of(met.all(), [&](const Crossing& c) { return std::abs(c.t - alpha) < off - kSame; });
+  const auto nearest_to = [&](double t) {
+    return std::ranges::min_element(met.all(), {}, [t](const Crossing& c) { return std::abs(c.t - t); });
+  };
+  return nearest_to(held->alpha) == nearest_to(alpha);
 }
 
 bool MeasuredSurface::answers(const Ray3d& ray, const SourceRays& solid, double moved, LocateHint& hint) const {
@@ -388,9 +389,9 @@ bool MeasuredSurface::answers(const Ray3d& ray, const SourceRays& solid, double 
   const auto hit = raycast(model_, {ray.origin - ray.direction, ray.direction});
   rest(0, kSearched);
   if (hit && hit->distance <= 2) return true;
-  const SurfacePoint nearest = closest_point(model_, ray.origin, moved);
-  rest(0, kSearched);
-  return nearest.slab != kNoSlab;
+  const SourceRays::Nearest nearest = solid.nearest(lattice_.to_lattice(ray.origin));
+  return nearest.distance * lattice_.step <= moved &&
+         follows(lattice_.origin + solid.place(nearest) * lattice_.step, solid, reach, hint);
 }
 
 MeasuredSurface::Near MeasuredSurface::along_the_fibre(Vec3d p, LocateHint& hint) const {

@@ -47,7 +47,7 @@ class MeasuredSurface {
                               const Progress& progress) const;
   /// Returns whether a place of another surface has its like here. `ray`, in model units, starts at the place and is as
   /// long as its reach; it looks along the normal of the place both ways. What answers is the solid that the slabs
-  /// stand on, where this surface follows it, or this surface; or it lies anywhere within `moved`, model units, by
+  /// stand on, where this surface follows it, or this surface; or the solid anywhere within `moved`, model units, by
   /// which it may have been moved aside. Some 2 us, 20 where nothing answers.
   [[nodiscard]] bool answers(const Ray3d& ray, const SourceRays& solid, double moved, LocateHint& hint) const;
 

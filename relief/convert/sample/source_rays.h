@@ -71,6 +71,11 @@ class SourceRays {
     std::array<double, 3> weights{};  ///< of the triangle's corners
   };
   [[nodiscard]] Nearest nearest(Vec3d p) const;
+  /// Returns where that is.
+  [[nodiscard]] Vec3d place(const Nearest& nearest) const noexcept {
+    const Face& f = faces_[nearest.triangle];
+    return point(f[0]) * nearest.weights[0] + point(f[1]) * nearest.weights[1] + point(f[2]) * nearest.weights[2];
+  }
 
  private:
   /// Returns where the line meets a triangle's plane; nothing where it runs along it.
