@@ -49,7 +49,8 @@ MUSTS = {
 # CPU seconds for each triangle of large ones.
 LARGE = {"igea_1m_noisy", "bunny_1m", "bunny_1m_scan", "head_1m", "dragon_3m", "pumpkin_8m", "igea_17m"}
 EACH = 30 / 1_100_000
-UNCERTIFIED = {"hair_cards", "klein", "pumpkin_quads"}  # sheets that close nothing off, or run through each other
+# Sheets that close nothing off, or run through each other; and what mending has to move by more than 1 % of the diagonal.
+UNCERTIFIED = {"bone_nose_ct", "hair_cards", "klein", "pumpkin_quads"}
 MEMORY = (64 * 2**20, 300)  # bytes at most, and per triangle of the source
 EVERY = (30, 2048)  # CPU seconds and MiB at most, of any file
 MESHES = (".ply", ".obj", ".stl", ".off", ".gltf", ".glb", ".3mf")
@@ -115,7 +116,8 @@ def broken_musts(name, row, options):
         must(c["slabs"] <= slabs, f"{c['slabs']} slabs, must be {slabs} at most")
     if name not in UNCERTIFIED:
         must(c["mode"] == "certified", f"{c['mode']} mode, must be certified")
-        must(c["hits"]["none"] == c["hits"]["several"] == 0, "fibres that meet the source not exactly once")
+        missing = (1 - c["coverage"]["visible_share"]) * c["fibres_cast"]
+        must(c["hits"]["none"] <= missing + 1 and c["hits"]["several"] == 0, "fibres that meet the source not exactly once")
     if rms is not None and options.samples == 63 and not options.per_slab:
         worst = max(c["distance"][way]["rms"] for way in ("to_mended", "from_mended"))
         must(worst <= rms, f"rms {worst:.2e}, must be {rms:.1e} at most")

@@ -224,8 +224,11 @@ ordered_json to_json(const Conversion& made, const verify::Certificate& certific
   json["hits"] = {{"single", r.hits_single}, {"none", r.hits_none}, {"several", r.hits_several}};
   json["fibres_cast"] = r.fibres_cast;
   const ConvertReport::Coverage& coverage = r.coverage;
-  json["coverage"] = {
-      {"visible_share", coverage.share}, {"farthest", coverage.farthest}, {"hidden_share", coverage.hidden}};
+  json["coverage"] = {{"visible_share", coverage.share},
+                      {"farthest", coverage.farthest},
+                      {"hidden_share", coverage.hidden},
+                      {"places", coverage.places},
+                      {"missed", coverage.missed}};
   if (coverage.share < 1)
     json["coverage"]["missing_near"] = {coverage.missing_near.x, coverage.missing_near.y, coverage.missing_near.z};
   json["samples"] = distinct_samples(made.model.head->slab_mesh());

@@ -13,7 +13,9 @@
 #include <relief/convert/support/words.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <new>
 #include <optional>
@@ -136,7 +138,9 @@ void add_corners(const TriangleMesh& as_read, Ground& ground, double across, Con
   }
   const TriangleMesh& mended = ground.mesh.get();
   const SourceRays rays(mended.positions, mended.triangles, ground.lattice);
-  const Coverage corners = measure_coverage(corners_of(as_read), mended, rays, ground.lattice, across, progress);
+  const auto is_far = [](const SourcePlace&, double away) { return away > Coverage::kNear; };
+  const Coverage corners =
+      measure_coverage(corners_of(as_read), {mended, rays, ground.lattice, across, is_far}, progress);
   ground.mesh.rest();
   // What has no place has less of the area than one.
   if (corners.share < 1 && coverage.share == 1) {
@@ -147,16 +151,46 @@ void add_corners(const TriangleMesh& as_read, Ground& ground, double across, Con
   coverage.farthest = std::max(coverage.farthest, corners.farthest) + report.from_mended.max;
 }
 
+/// Returns by how much of the diagonal the source may have been moved aside: vertices by repair, all by voxels.
+double moved_by(const ConvertReport& report) {
+  const double moved = std::max(report.moved_most, report.remesh ? report.remesh->voxel : 0);
+  return std::min(moved, ConvertReport::Coverage::kNear);
+}
+
+/// Returns whether repair left vertices or triangles that are not the source's own and do not fill its openings.
+bool is_changed(const ConvertReport& report) noexcept {
+  return report.moved_vertices + report.replaced_triangles + report.truncated_spikes > 0 || report.remesh;
+}
+
 /// Returns how far the surface that the slabs stand on lies from the source at its corners and in the middles of its
-/// triangles, lattice steps. Without meaning when cancelled.
-double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, const SourceRays& source,
-                    const Lattice& lattice, const Progress& progress) {
+/// triangles, lattice steps; what is the source's own lies on it. Without meaning when cancelled.
+double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, const TriangleMesh& as_read,
+                    bool is_patched, const SourceRays& source, const Lattice& lattice, const Progress& progress) {
+  const auto key = [&](Vec3d p) {
+    const LatticePoint at = snap(lattice.to_lattice(p));
+    return std::array{at.x, at.y, at.z};
+  };
+  std::vector<decltype(key({}))> own;
+  own.reserve(as_read.positions.size());
+  for (const Vec3d p : as_read.positions)
+    if (is_finite(p)) own.push_back(key(p));
+  std::ranges::sort(own);
   double most = 0;
+  const auto look = [&](Vec3d p) { most = std::max(most, source.nearest(lattice.to_lattice(p)).distance); };
+  std::vector<std::uint8_t> is_moved(mended.positions.size());
+  for (std::size_t v = 0; v < is_moved.size(); ++v)
+    is_moved[v] = !std::ranges::binary_search(own, key(mended.positions[v]));
+  std::vector<std::uint8_t> seen(is_moved.size());
   for (const Face& f : faces) {
     if (progress.cancelled()) break;
-    const Vec3d a = mended.positions[f[0]], b = mended.positions[f[1]], c = mended.positions[f[2]];
-    for (const Vec3d p : {a, b, c, (a + b + c) / 3.0})
-      most = std::max(most, source.nearest(lattice.to_lattice(p)).distance);
+    Vec3d middle;
+    bool moved = is_patched;
+    for (const std::uint32_t v : f) {
+      middle += mended.positions[v] / 3.0;
+      moved = moved || is_moved[v] != 0;
+      if (is_moved[v] != 0 && std::exchange(seen[v], 1) == 0) look(mended.positions[v]);
+    }
+    if (moved) look(middle);
   }
   return most;
 }
@@ -249,7 +283,12 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   // A fibre that meets nothing has its sample from its neighbours.
   const auto samples = hits.none > 0 ? MeasuredSurface::Samples::Anywhere : MeasuredSurface::Samples::OnIt;
   {
-    report.coverage = measure_coverage(places, ground.mesh.get(), *surface, lattice, across, progress);
+    const double reach = ConvertReport::Coverage::kNear * across, moved = moved_by(report) * across;
+    const auto is_missing = [&](const SourcePlace& place, double) {
+      LocateHint hint;
+      return !made.answers({place.at, place.normal * reach}, *surface, moved, hint);
+    };
+    report.coverage = measure_coverage(places, {ground.mesh.get(), *surface, lattice, across, is_missing}, progress);
     const Measured there = made.to(*surface, samples, progress);
     std::vector<int> finest;
     if (settings.intervals > 0) finest = finest_intervals(result.model.head->slab_mesh(), sampled.source);
@@ -269,8 +308,12 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
     const SourceRays rays(as_read.positions, as_read.triangles, lattice);
     report.to_source = relative(made.to(rays, samples, progress));
     report.coverage.beyond = report.to_source.max;
-    if (report.to_source.max > ConvertReport::Coverage::kNear)
-      report.coverage.beyond = share * farthest_off(ground.mesh.get(), scanned(ground), rays, lattice, progress);
+    if (report.to_source.max > ConvertReport::Coverage::kNear || is_changed(report)) {
+      const bool is_patched = report.replaced_triangles + report.truncated_spikes > 0;
+      report.coverage.beyond =
+          share * farthest_off(ground.mesh.get(), scanned(ground), as_read, is_patched, rays, lattice, progress);
+      ground.mesh.rest();
+    }
     clock.phase_done("measure");
     if (progress.cancelled()) return cancelled();
 
@@ -283,6 +326,7 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   source = {};
   report_hits(hits, report);
   RELIEF_TRY(const Mode mode, mode_of(ground, settings, report));
+  if (mode == Mode::Tolerant && report.not_certified.empty()) report.not_certified = why_tolerant(report);
   report.notes = notes_of(report, settings, mended_triangles);
 
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = across};

@@ -83,12 +83,14 @@ struct ConvertReport {
   /// Says how much of the source's visible area the model has. Not visible is what lies inside of the closed surface
   /// that the slabs stand on (winding number above one half on both sides).
   struct Coverage {
-    static constexpr double kNear =
-        0.01;  ///< of the diagonal: what lies farther from what the slabs stand on is missing
+    static constexpr double kNear = 0.01;    ///< of the diagonal: what lies farther from the model is missing
     static constexpr double kWhole = 0.995;  ///< a certificate is only spoken of with such a share at least; the rims
                                              ///< of openings lose up to a micro-triangle
-    double share = 1;                        ///< of the visible area, that is not missing
-    double farthest = 0;                     ///< of that, from the model's surface at most, share of the diagonal
+    std::size_t places = 0;  ///< spread evenly over the visible area, from which the model was looked for: along the
+                             ///< source's normal there, kNear both ways, and as near as repair moved anything at most
+    std::size_t missed = 0;  ///< of these, met nothing
+    double share = 1;        ///< of the visible area, that is not missing
+    double farthest = 0;     ///< of that, from the model's surface at most, share of the diagonal
     double beyond =
         0;  ///< how far what the slabs stand on lies from the source, fill triangles aside; share of the diagonal
     double hidden = 0;  ///< share of the whole area that is known not to be visible; looked for where some lies far off

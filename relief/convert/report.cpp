@@ -50,6 +50,21 @@ std::string removed(const ConvertReport& report) {
   return text.empty() ? "nothing was removed" : "removed: " + text;
 }
 
+/// Why it is tolerant: no slabs have a proof, or it would speak of something else than the source; or else what kept it
+/// from being certified. `how_far` the surface lies off, in words.
+std::string reason(const ConvertReport& report, const std::string& how_far) {
+  if (report.parts.certified == 0) return "no proof was found with " + counted(report.slabs_asked, "slab");
+  using Coverage = ConvertReport::Coverage;
+  const Coverage& coverage = report.coverage;
+  std::string why;
+  if (coverage.share < Coverage::kWhole)
+    why = "more than " + percent(1 - Coverage::kWhole) + " of what can be seen is missing";
+  if (coverage.beyond > Coverage::kNear)
+    why += (why.empty() ? "" : " and ") + ("it stands on a surface " + how_far) + " off the scan, more than " +
+           percent(Coverage::kNear) + " of its diagonal";
+  return why.empty() ? report.not_certified : why;
+}
+
 /// Why it is not the source that the slabs stand on, or not all of them meet it once.
 std::string given_up(const ConvertReport& report, const ModelInfo& info) {
   std::string text;
@@ -76,7 +91,9 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
   const ConvertReport::Coverage& coverage = report.coverage;
   std::string text(1, static_cast<char>(std::toupper(name(info.mode).front())));
   text += name(info.mode).substr(1);
-  text += "; within " + distance(std::max(report.to_source.max, coverage.farthest), info) + " of the scan";
+  if (info.mode == Mode::Tolerant) text += ", as " + reason(report, distance(coverage.beyond, info));
+  text += "; within " + distance(std::max({report.to_source.max, coverage.farthest, coverage.beyond}), info) +
+          " of the scan";
   if (coverage.share < 1)
     text += ", but " + percent(1 - coverage.share) + " of what can be seen of it is missing, as near " +
             place(coverage.missing_near);
@@ -266,6 +283,10 @@ std::string not_of_the_source(const ConvertReport& report) {
     return "no certificate: " + percent(1 - coverage.share) + " of what can be seen would be missing, as near " +
            place(coverage.missing_near);
   return "no certificate: the certified surface would lie " + rounded(coverage.beyond) + " of the diagonal off";
+}
+
+std::string why_tolerant(const ConvertReport& report) {
+  return reason(report, rounded(report.coverage.beyond) + " of the diagonal");
 }
 
 std::unexpected<Error> no_shell(const ConvertReport& report, const ConvertSettings& settings) {

@@ -17,6 +17,9 @@ namespace relief::detail {
 /// Why a shell with a certificate is none of the source; a sentence without its full stop.
 [[nodiscard]] std::string not_of_the_source(const ConvertReport& report);
 
+/// Why a model is tolerant; a clause.
+[[nodiscard]] std::string why_tolerant(const ConvertReport& report);
+
 /// That there is no shell in the mode that was requested, why, and what to do.
 [[nodiscard]] std::unexpected<Error> no_shell(const ConvertReport& report, const ConvertSettings& settings);
 

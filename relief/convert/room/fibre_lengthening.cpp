@@ -249,7 +249,8 @@ class Work {
       if (wants.fibres.empty() || round == kRounds) return best;
       progress_("room", double(round) / kRounds);
       const std::uint32_t before = patch.draft().clock;
-      if (!patch.lengthen(wants.reach, progress_)) return best;
+      ShellPatch::FailedSteps failed;
+      if (!patch.lengthen(wants.reach, failed, progress_)) return best;
       if (is_short(patch, wants)) turn(patch, wants, round % 2 == 1);
       if (progress_.cancelled() || patch.draft().clock == before) return best;
     }

@@ -46,38 +46,38 @@ std::vector<SourcePlace> places_of(const TriangleMesh& source) {
   return places;
 }
 
-ConvertReport::Coverage measure_coverage(const std::vector<SourcePlace>& places, const TriangleMesh& solid,
-                                         const SourceRays& rays, const Lattice& lattice, double diagonal,
+ConvertReport::Coverage measure_coverage(const std::vector<SourcePlace>& places, const CoveredBy& by,
                                          const Progress& progress) {
-  using Coverage = ConvertReport::Coverage;
   std::vector<double> away(places.size(), 0);  // shares of the diagonal
   for_all(places.size(), 64, progress, [&](std::size_t k) {
-    away[k] = rays.nearest(lattice.to_lattice(places[k].at)).distance * lattice.step / diagonal;
+    away[k] = by.rays.nearest(by.lattice.to_lattice(places[k].at)).distance * by.lattice.step / by.diagonal;
   });
   std::vector<std::uint8_t> hidden(places.size(), 0);
   if (std::ranges::any_of(away, [](double d) { return d > kOn; })) {
-    const WindingNumber winding(solid.positions, solid.triangles);
-    const double step = kBeside * diagonal;
+    const WindingNumber winding(by.solid.positions, by.solid.triangles);
+    const double step = kBeside * by.diagonal;
     for_all(places.size(), 16, progress, [&](std::size_t k) {
       const auto& [at, n] = places[k];
       hidden[k] = away[k] > kOn && winding.at(at + n * step) > 0.5 && winding.at(at - n * step) > 0.5;
     });
   }
-  Coverage coverage;
-  std::size_t seen = 0, missing = 0;
-  double farthest_missing = 0;
+  std::vector<std::uint8_t> missing(places.size(), 0);
+  for_all(places.size(), 64, progress,
+          [&](std::size_t k) { missing[k] = hidden[k] == 0 && by.is_missing(places[k], away[k]); });
+  ConvertReport::Coverage coverage;
+  double farthest_missing = -1;
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (hidden[k] != 0) continue;
-    ++seen;
-    if (away[k] <= Coverage::kNear) {
+    ++coverage.places;
+    if (missing[k] == 0) {
       coverage.farthest = std::max(coverage.farthest, away[k]);
       continue;
     }
-    ++missing;
+    ++coverage.missed;
     if (away[k] > farthest_missing) farthest_missing = away[k], coverage.missing_near = places[k].at;
   }
-  if (!places.empty()) coverage.hidden = double(places.size() - seen) / double(places.size());
-  if (seen > 0) coverage.share = 1 - double(missing) / double(seen);
+  if (!places.empty()) coverage.hidden = double(places.size() - coverage.places) / double(places.size());
+  if (coverage.places > 0) coverage.share = 1 - double(coverage.missed) / double(coverage.places);
   return coverage;
 }
 

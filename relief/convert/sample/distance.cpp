@@ -24,6 +24,16 @@ constexpr double kBesides = 0.2;
 /// Slabs that a comparison with everything looks into, about.
 constexpr std::size_t kSearched = 32;
 
+/// As for_all(), with a hint of the ones before: neighbours follow each other.
+template <typename Work>
+void for_all_in_turn(std::size_t count, const Progress& progress, Work&& work) {
+  constexpr std::size_t kTogether = 64;
+  for_all((count + kTogether - 1) / kTogether, 1, progress, [&](std::size_t block) {
+    LocateHint hint;
+    for (std::size_t k = block * kTogether; k < std::min(count, (block + 1) * kTogether); ++k) work(k, hint);
+  });
+}
+
 double root_mean_square(const std::vector<double>& distances) {
   double sum = 0;
   for (const double d : distances) sum += d * d;
@@ -236,10 +246,8 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   std::vector<Vec3d> chosen;
   for (const SpreadPoint& p : spread_over(points, faces, kPoints)) chosen.push_back(p.at);
   std::vector<Near> near(chosen.size());
-  for_all(chosen.size(), 64, progress, [&](std::size_t k) {
-    LocateHint hint;
-    near[k] = distance_within(chosen[k], kReach, hint);
-  });
+  for_all_in_turn(chosen.size(), progress,
+                  [&](std::size_t k, LocateHint& hint) { near[k] = distance_within(chosen[k], kReach, hint); });
   // Points outside all slabs are compared with everything, which takes time; where there are many, some stand for all.
   constexpr std::size_t kMostOutside = 1500, kMostCornersOutside = 500;
   const auto distance = [&](Vec3d p) {
@@ -351,6 +359,39 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   result.distance = {root_mean_square(distances), std::max(most_outside / lattice_.step, greatest(result.slabs)),
                      looked};
   return result;
+}
+
+bool MeasuredSurface::follows(Vec3d at, const SourceRays& solid, double reach, LocateHint& hint) const {
+  const auto held = locate(model_.slab_mesh(), at, hint);
+  if (!held) return false;
+  const double alpha = displacement_at(model_, held->slab, held->u, held->v);
+  rest(held->slab);
+  const std::array<double, 3> weights = {1 - held->u - held->v, held->u, held->v};
+  const SlabCorners corners = model_.slab_mesh().corners(held->slab);
+  const Vec3d inner = corners.point(weights, 0), along = corners.point(weights, 1) - inner;
+  if (std::abs(alpha - held->alpha) * length(along) <= reach) return true;
+  Crossings met;
+  solid.cross(lattice_.to_lattice(inner), along / lattice_.step, 0, 1, met);
+  const auto nearest_to = [&](double t) {
+    return std::ranges::min_element(met.all(), {}, [t](const Crossing& c) { return std::abs(c.t - t); });
+  };
+  return nearest_to(held->alpha) == nearest_to(alpha);
+}
+
+bool MeasuredSurface::answers(const Ray3d& ray, const SourceRays& solid, double moved, LocateHint& hint) const {
+  const double reach = length(ray.direction);
+  Crossings met;
+  solid.cross(lattice_.to_lattice(ray.origin), ray.direction / lattice_.step, -1, 1, met);
+  const auto is_followed = [&](const Crossing& c) {
+    return follows(ray.origin + ray.direction * c.t, solid, reach, hint);
+  };
+  if (std::ranges::any_of(met.all(), is_followed)) return true;
+  const auto hit = raycast(model_, {ray.origin - ray.direction, ray.direction});
+  rest(0, kSearched);
+  if (hit && hit->distance <= 2) return true;
+  const SourceRays::Nearest nearest = solid.nearest(lattice_.to_lattice(ray.origin));
+  return nearest.distance * lattice_.step <= moved &&
+         follows(lattice_.origin + solid.place(nearest) * lattice_.step, solid, reach, hint);
 }
 
 MeasuredSurface::Near MeasuredSurface::along_the_fibre(Vec3d p, LocateHint& hint) const {

@@ -45,6 +45,11 @@ class MeasuredSurface {
   /// units, and what is not finite is left out. Of those outside all slabs, where there are very many, a choice.
   [[nodiscard]] Measured from(std::span<const Vec3d> points, std::span<const Face> faces,
                               const Progress& progress) const;
+  /// Returns whether a place of another surface has its like here. `ray`, in model units, starts at the place and is as
+  /// long as its reach; it looks along the normal of the place both ways. What answers is the solid that the slabs
+  /// stand on, where this surface follows it, or this surface; or the solid anywhere within `moved`, model units, by
+  /// which it may have been moved aside. Some 2 us, 20 where nothing answers.
+  [[nodiscard]] bool answers(const Ray3d& ray, const SourceRays& solid, double moved, LocateHint& hint) const;
 
  private:
   using Cell = std::array<GridPoint, 3>;
@@ -74,6 +79,9 @@ class MeasuredSurface {
   /// To the micro-triangles so many cells about the place where the point lies in its slab, and beyond the edges that
   /// are as near.
   [[nodiscard]] Near distance_within(Vec3d model_point, int reach, LocateHint& hint) const;
+  /// Whether a slab holds a place of the solid, and its surface is there within reach or, of all that its fibre meets,
+  /// nearest to the place: it is for want of samples that it lies farther off then. Holes count like the rest.
+  [[nodiscard]] bool follows(Vec3d at, const SourceRays& solid, double reach, LocateHint& hint) const;
   [[nodiscard]] double square_within(SlabId slab, double u, double v, Vec3d model_point, int reach) const;
   /// Done with the tiles of a slab, and of about so many others.
   void rest(SlabId s, std::size_t others = 0) const noexcept;

@@ -39,11 +39,9 @@ constexpr GridPoint grid_point(int n, std::size_t index) noexcept {
 
 bool inside(const Crossing& c) noexcept { return c.t >= -kRounding && c.t <= 1 + kRounding; }
 
-/// The crossings of a fibre with the source, those beyond its ends included.
-void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
-  source.surface.cross(line.origin, line.direction, from, to, found);
-  // Two faces of one point, crossed one after the other in the same sense: the fibre runs through their edge or point,
-  // and is turned aside by rounding. It crosses the one that it is most inside of.
+// Two faces of one point, crossed one after the other in the same sense: the fibre runs through their edge or point,
+// and is turned aside by rounding. It crosses the one that it is most inside of.
+void join_crossings(const SampleSource& source, Crossings& found) {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found.count; ++k) {
     const bool again = kept > 0 && inside(found.items[k]) && inside(found.items[kept - 1]) &&
@@ -55,6 +53,28 @@ void cross(const SampleSource& source, const Line& line, double from, double to,
       found.items[kept - 1] = found.items[k];
   }
   found.count = kept;
+}
+
+/// The crossings of a fibre with the source, those beyond its ends included.
+void cross(const SampleSource& source, const Line& line, double from, double to, Crossings& found) {
+  source.surface.cross(line.origin, line.direction, from, to, found);
+  join_crossings(source, found);
+}
+
+/// Casts fibres that follow each other side by side: next() gives each, take(k, fibre, crossings) is told of it.
+template <typename Next, typename Take>
+void cross_all(const SampleSource& source, std::size_t count, double from, double to, Next&& next, Take&& take) {
+  std::array<Line, SourceRays::kTogether> fibres;
+  std::array<Crossings, SourceRays::kTogether> found;
+  for (std::size_t begin = 0; begin < count; begin += fibres.size()) {
+    const auto some = std::span(fibres).first(std::min(fibres.size(), count - begin));
+    std::ranges::generate(some, next);
+    source.surface.cross(some, from, to, found);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      join_crossings(source, found[k]);
+      take(begin + k, some[k], found[k]);
+    }
+  }
 }
 
 /// The crossing that a sample takes.
@@ -370,20 +390,22 @@ struct CastSlab {
 
   CastSlab(const SlabCorners& corners, int n, const SampleSource& source) : samples(n) {
     OwnField field(samples, corners, source);
-    Crossings crossings;
-    std::size_t k = 0;
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i + j <= n; ++i, ++k) {
-        const Line line = fibre_at(corners, source.lattice, {i, j}, n);
-        cross(source, line, -kBeyond, 1 + kBeyond, crossings);
-        const Choice choice = outermost(crossings);
-        samples.met[k] = choice.met;
-        if (choice.met != Met::Never) field.take(k, choice.crossing, line.direction);
-        if (choice.met == Met::Never) never.push_back(k);
-        if (choice.met != Met::Often) continue;
-        often.push_back(k);
-        outermost_of_often.push_back(choice.crossing);
-      }
+    GridPoint at = {0, 0};
+    const auto next = [&] {
+      const Line fibre = fibre_at(corners, source.lattice, at, n);
+      at = at.i + at.j < n ? GridPoint{at.i + 1, at.j} : GridPoint{0, at.j + 1};
+      return fibre;
+    };
+    cross_all(source, sample_count(n), -kBeyond, 1 + kBeyond, next,
+              [&](std::size_t k, const Line& fibre, const Crossings& crossings) {
+                const Choice choice = outermost(crossings);
+                samples.met[k] = choice.met;
+                if (choice.met != Met::Never) field.take(k, choice.crossing, fibre.direction);
+                if (choice.met == Met::Never) never.push_back(k);
+                if (choice.met != Met::Often) return;
+                often.push_back(k);
+                outermost_of_often.push_back(choice.crossing);
+              });
   }
 };
 
@@ -513,17 +535,18 @@ HitCount count_hits(const SlabMesh& mesh, const SampleSource& source, std::size_
   std::mutex counting;
   const bool cast = for_all(mesh.slab_count(), 1, progress, [&](std::size_t k) {
     const SlabCorners corners = mesh.corners(static_cast<SlabId>(k));
-    Crossings crossings;
     HitCount count;
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i + j < n; ++i) {
-        const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
-        const std::array<double, 3> w = {1 - u - v, u, v};
-        cross(source, fibre_at(corners, source.lattice, w), -kRounding, 1 + kRounding, crossings);
-        const auto all = crossings.all();
-        const bool leaves = std::ranges::any_of(all, &Crossing::front);
-        ++(!leaves ? count.none : all.size() == 1 ? count.single : count.several);
-      }
+    int i = 0, j = 0;
+    const auto next = [&] {
+      const double u = (i + 1.0 / 3) / n, v = (j + 1.0 / 3) / n;
+      if (++i + j == n) i = 0, ++j;
+      return fibre_at(corners, source.lattice, {1 - u - v, u, v});
+    };
+    cross_all(source, sample_count(n - 1), -kRounding, 1 + kRounding, next,
+              [&](std::size_t, const Line&, const Crossings& crossings) {
+                const bool leaves = std::ranges::any_of(crossings.all(), &Crossing::front);
+                ++(!leaves ? count.none : crossings.count == 1 ? count.single : count.several);
+              });
     const std::scoped_lock lock(counting);
     hits += count;
   });

@@ -60,11 +60,7 @@ class SampleNumbers {
   std::vector<std::size_t> begin_;  // of each slab's copies, and the end
 };
 
-/// A fibre in lattice coordinates.
-struct Line {
-  Vec3d origin, direction;
-};
-/// Returns the one of a slab at the barycentric weights w. The corners are lattice points, whose coordinates on the
+/// Returns the fibre of a slab at the barycentric weights w. The corners are lattice points, whose coordinates on the
 /// lattice are exact; places between them would be rounded by the distance from the model's origin.
 [[nodiscard]] inline Line fibre_at(const SlabCorners& corners, const Lattice& lattice,
                                    const std::array<double, 3>& w) noexcept {

@@ -16,18 +16,59 @@ constexpr double kScale = 2 / Lattice::kSpan;  // the lattice becomes [-1, 1]
 
 Vec3f to_scene(Vec3d p) noexcept { return to_float((p - Vec3d{kMiddle, kMiddle, kMiddle}) * kScale); }
 
+/// What some rays meet, by RTCRay::id.
 struct Hits {
+  struct OfRay {
+    std::array<std::uint32_t, kMostCrossings> triangles;
+    std::size_t count = 0;
+
+    [[nodiscard]] std::span<std::uint32_t> all() noexcept { return std::span(triangles).first(count); }
+  };
   RTCIntersectContext context;  // first, so that the filter can reach the rest
-  std::array<std::uint32_t, kMostCrossings> triangles;
-  std::size_t count;
+  std::array<OfRay, SourceRays::kTogether> rays;
+
+  explicit Hits(RTCIntersectContextFlags flags);
 };
 
 // Notes the triangle and lets the ray go on.
 void note_hit(const RTCFilterFunctionNArguments* arguments) {
   auto* const hits = reinterpret_cast<Hits*>(arguments->context);
-  if (hits->count < hits->triangles.size())
-    hits->triangles[hits->count++] = RTCHitN_primID(arguments->hit, arguments->N, 0);
-  arguments->valid[0] = 0;
+  const unsigned count = arguments->N;
+  for (unsigned k = 0; k < count; ++k) {
+    if (arguments->valid[k] == 0) continue;
+    Hits::OfRay& ray = hits->rays[RTCRayN_id(arguments->ray, count, k)];
+    if (ray.count < ray.triangles.size()) ray.triangles[ray.count++] = RTCHitN_primID(arguments->hit, count, k);
+    arguments->valid[k] = 0;
+  }
+}
+
+Hits::Hits(RTCIntersectContextFlags flags) {
+  rtcInitIntersectContext(&context);
+  context.flags = flags;
+  context.filter = note_hit;
+}
+
+/// A ray of the float search. It reaches a little beyond what is asked for; the exact places decide.
+struct SearchRay {
+  double slack;  ///< beyond either end, in lengths of the direction
+  Vec3f start, along;
+  float far;
+
+  SearchRay(const Line& line, double from, double to, Vec3d aside = {}) noexcept
+      : slack(64.0 / length(line.direction)),
+        start(to_scene(line.origin + line.direction * (from - slack) + aside)),
+        along(to_float(line.direction * kScale)),
+        far(static_cast<float>(to - from + 2 * slack)) {}
+};
+
+void shoot(RTCScene scene, const SearchRay& search, Hits& hits) {
+  RTCRayHit ray{};
+  ray.ray.org_x = search.start.x, ray.ray.org_y = search.start.y, ray.ray.org_z = search.start.z;
+  ray.ray.dir_x = search.along.x, ray.ray.dir_y = search.along.y, ray.ray.dir_z = search.along.z;
+  ray.ray.tfar = search.far;
+  ray.ray.mask = ~0U;
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene, &hits.context, &ray);
 }
 
 /// Returns whether the triangles' boxes are mostly empty, as those of long slivers that lie askew.
@@ -93,44 +134,59 @@ SourceRays::~SourceRays() {
 
 void SourceRays::cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const {
   found.count = 0;
-  const double size = length(direction);
-  if (!(size > 0) || !(to > from)) return;
-  // The float ray reaches a little beyond; the exact places decide.
-  const double slack = 64.0 / size;
-  Hits hits;
-  rtcInitIntersectContext(&hits.context);
-  hits.context.filter = note_hit;
-  hits.count = 0;
-  const auto shoot = [&](Vec3d beside) {
-    const Vec3f start = to_scene(origin + direction * (from - slack) + beside);
-    const Vec3f along = to_float(direction * kScale);
-    RTCRayHit ray{};
-    ray.ray.org_x = start.x, ray.ray.org_y = start.y, ray.ray.org_z = start.z;
-    ray.ray.dir_x = along.x, ray.ray.dir_y = along.y, ray.ray.dir_z = along.z;
-    ray.ray.tnear = 0;
-    ray.ray.tfar = static_cast<float>(to - from + 2 * slack);
-    ray.ray.mask = ~0U;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_->scene, &hits.context, &ray);
-  };
+  if (!(length(direction) > 0) || !(to > from)) return;
+  const Line line = {origin, direction};
+  Hits hits(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
+  shoot(scene_->scene, SearchRay(line, from, to), hits);
+  find_crossings(line, from, to, hits.rays[0].all(), found);
+}
+
+void SourceRays::cross(std::span<const Line> lines, double from, double to, std::span<Crossings> found) const {
+  Hits hits(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+  alignas(32) std::array<int, kTogether> valid{};
+  RTCRayHit8 rays{};
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    found[k].count = 0;
+    if (!(length(lines[k].direction) > 0) || !(to > from)) continue;
+    const SearchRay search(lines[k], from, to);
+    rays.ray.org_x[k] = search.start.x, rays.ray.org_y[k] = search.start.y, rays.ray.org_z[k] = search.start.z;
+    rays.ray.dir_x[k] = search.along.x, rays.ray.dir_y[k] = search.along.y, rays.ray.dir_z[k] = search.along.z;
+    rays.ray.tfar[k] = search.far;
+    rays.ray.mask[k] = ~0U;
+    rays.ray.id[k] = static_cast<unsigned>(k);
+    rays.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    valid[k] = -1;
+  }
+  rtcIntersect8(valid.data(), scene_->scene, &hits.context, &rays);
+  for (std::size_t k = 0; k < lines.size(); ++k)
+    if (valid[k] != 0) find_crossings(lines[k], from, to, hits.rays[k].all(), found[k]);
+}
+
+/// Returns the crossings with what a search has met, or passed close by.
+void SourceRays::find_crossings(const Line& line, double from, double to, std::span<const std::uint32_t> met,
+                                Crossings& found) const {
+  const auto& [origin, direction] = line;
+  const double size = length(direction), slack = SearchRay(line, from, to).slack;
   const auto add = [&](std::uint32_t triangle, double least_inside) {
     std::optional<Crossing> c = crossing_with(triangle, origin, direction);
     if (c && c->inside < 0) c = settle(*c, origin, direction);
     if (c && c->inside >= least_inside && c->t >= from && c->t <= to) found.items[found.count++] = *c;
   };
-  shoot({});
-  for (std::size_t k = 0; k < hits.count; ++k) add(hits.triangles[k], -Box3d::kFar);
-  if (hits.count == 0) {
+  for (const std::uint32_t triangle : met) add(triangle, -Box3d::kFar);
+  if (met.empty()) {
     // Near the tip of a needle the rounding of the ray takes it past the surface: rays beside it find what it crosses.
     constexpr double kBeside = 3;       // steps
     constexpr double kRounding = 1e-9;  // of weights
     const Vec3d one = normalized(std::abs(direction.x) < 0.5 * size ? relief::cross(direction, {1, 0, 0})
                                                                     : relief::cross(direction, {0, 1, 0}));
     const Vec3d other = relief::cross(direction, one) / size;
-    for (const Vec3d beside : {one, -one, other, -other}) shoot(beside * kBeside);
-    std::sort(hits.triangles.begin(), hits.triangles.begin() + static_cast<std::ptrdiff_t>(hits.count));
-    for (std::size_t k = 0; k < hits.count; ++k)
-      if (k == 0 || hits.triangles[k] != hits.triangles[k - 1]) add(hits.triangles[k], -kRounding);
+    Hits hits(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
+    for (const Vec3d aside : {one, -one, other, -other})
+      shoot(scene_->scene, SearchRay(line, from, to, aside * kBeside), hits);
+    const std::span<std::uint32_t> beside = hits.rays[0].all();
+    std::ranges::sort(beside);
+    for (std::size_t k = 0; k < beside.size(); ++k)
+      if (k == 0 || beside[k] != beside[k - 1]) add(beside[k], -kRounding);
   }
   std::sort(found.items.begin(), found.items.begin() + static_cast<std::ptrdiff_t>(found.count),
             [](const Crossing& x, const Crossing& y) { return x.t != y.t ? x.t < y.t : x.triangle < y.triangle; });

@@ -29,6 +29,11 @@ struct Crossings {
   [[nodiscard]] std::span<const Crossing> all() const noexcept { return std::span(items).first(count); }
 };
 
+/// A fibre, or another line, in lattice coordinates.
+struct Line {
+  Vec3d origin, direction;
+};
+
 /// A hierarchy over the source's triangles (Embree). Queries are in lattice coordinates; the search runs in float
 /// about the middle of the lattice, places are computed again in double. Queries may run on many threads at once.
 class SourceRays {
@@ -44,6 +49,9 @@ class SourceRays {
   /// All crossings with from <= t <= to by ascending t; what passes through an edge or a corner counts once, in the
   /// triangle that it is most inside of. At most kMostCrossings, those met first by the search.
   void cross(Vec3d origin, Vec3d direction, double from, double to, Crossings& found) const;
+  /// The same of at most kTogether lines, which takes half the time where they lie side by side. `found`: by line.
+  void cross(std::span<const Line> lines, double from, double to, std::span<Crossings> found) const;
+  static constexpr std::size_t kTogether = 8;
 
   /// Returns the unit normal of a triangle, zero where it has no area, and its area in square lattice steps.
   [[nodiscard]] Vec3d normal(std::uint32_t triangle) const noexcept { return normalized(twice_area(triangle)); }
@@ -63,10 +71,17 @@ class SourceRays {
     std::array<double, 3> weights{};  ///< of the triangle's corners
   };
   [[nodiscard]] Nearest nearest(Vec3d p) const;
+  /// Returns where that is.
+  [[nodiscard]] Vec3d place(const Nearest& nearest) const noexcept {
+    const Face& f = faces_[nearest.triangle];
+    return point(f[0]) * nearest.weights[0] + point(f[1]) * nearest.weights[1] + point(f[2]) * nearest.weights[2];
+  }
 
  private:
   /// Returns where the line meets a triangle's plane; nothing where it runs along it.
   [[nodiscard]] std::optional<Crossing> crossing_with(std::uint32_t triangle, Vec3d origin, Vec3d direction) const;
+  void find_crossings(const Line& line, double from, double to, std::span<const std::uint32_t> met,
+                      Crossings& found) const;
   /// Returns a crossing that just misses its triangle, or in its place that of the triangle beside it that is crossed.
   [[nodiscard]] Crossing settle(const Crossing& near, Vec3d origin, Vec3d direction) const;
   [[nodiscard]] Vec3d twice_area(std::uint32_t triangle) const noexcept {

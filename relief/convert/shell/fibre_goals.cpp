@@ -57,24 +57,32 @@ bool lengthen_to_goals(ShellPatch& patch, const Progress& progress) {
   const double longest = patch.longest();
   patch.place_on_source(tree);
   std::vector<Reach> goals;
+  ShellPatch::FailedSteps failed;
+  std::vector<std::uint32_t> in_vain(patch.draft().out.size(), 0);  // by fibre: the clock when no turn or move was left
   for (int round = 0;; ++round) {
     goals = wanted_reach(patch, tree, kBelow * longest, kAbove * longest);
-    if (!patch.lengthen(goals, progress)) return false;
+    if (!patch.lengthen(goals, failed, progress)) return false;
     const std::vector<std::uint32_t> crowded = short_ones(patch, goals);
     if (round == kRounds || crowded.empty()) break;
     FibreMoves moves = patch.moves();
+    const std::uint32_t before = patch.draft().clock;
     for (const std::uint32_t v : crowded) {
       if (progress.cancelled()) return false;
+      if (patch.draft().changed[v] <= in_vain[v]) continue;
+      const std::uint32_t now = patch.draft().clock;
       moves.re_aim(v);
       moves.settle(v);
+      if (patch.draft().clock == now) in_vain[v] = now;
     }
+    if (patch.draft().clock == before) break;
     patch.place_on_source(tree);
   }
   std::vector<Reach> rest = wanted_reach(patch, tree, kMost * longest, kMost * longest);
   for (std::uint32_t v = 0; v < rest.size(); ++v)
     for (const Side side : {kInner, kOuter})
       if (patch.reach(v)[side] < kShort * goals[v][side]) rest[v][side] = 0;  // it would fail again
-  return patch.lengthen(rest, progress);
+  failed.clear();
+  return patch.lengthen(rest, failed, progress);
 }
 
 }  // namespace relief::detail

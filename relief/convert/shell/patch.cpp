@@ -109,7 +109,7 @@ ShellPatch::Reach ShellPatch::reach(std::uint32_t v) const noexcept {
           length(to_double(draft_.ends[v][kOuter]) - draft_.at[v])};
 }
 
-bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progress) {
+bool ShellPatch::lengthen(std::span<const Reach> wanted, FailedSteps& failed, const Progress& progress) {
   constexpr double kStep = 0.25;     // of the fibre, at most: its neighbours grow meanwhile
   constexpr double kLeastStep = 16;  // lattice steps: less is rounding
   constexpr int kPasses = 4;         // what failed may go once its neighbours have moved
@@ -124,7 +124,7 @@ bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progres
   };
   FibreMoves steps = moves();
   std::priority_queue<Lack> queue;
-  std::vector<std::uint32_t> tried(2 * wanted.size(), 0);  // by fibre and side: when the last step failed
+  failed.resize(2 * wanted.size(), 0);
   const auto push = [&](std::uint32_t v, Side side) {
     const double lack = wanted[v][side] - reach(v)[side];
     if (lack >= kLeastStep) queue.push({lack, v, side});
@@ -137,7 +137,7 @@ bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progres
     for (std::uint32_t v = 0; v < wanted.size(); ++v) {
       if (!draft_.can_move(v)) continue;
       for (const Side side : {kInner, kOuter})
-        if (draft_.changed[v] > tried[2 * v + side]) push(v, side);
+        if (draft_.changed[v] > failed[2 * v + side]) push(v, side);
     }
     if (queue.empty()) break;
     while (!queue.empty()) {
@@ -147,7 +147,7 @@ bool ShellPatch::lengthen(std::span<const Reach> wanted, const Progress& progres
       if (step(next.fibre, next.side, next.lack))
         push(next.fibre, next.side);
       else
-        tried[2 * next.fibre + next.side] = draft_.clock;
+        failed[2 * next.fibre + next.side] = draft_.clock;
     }
   }
   return true;

@@ -50,10 +50,13 @@ class ShellPatch {
   /// How far a fibre is to reach from its place on the surface (ShellDraft::at), by Side, lattice steps.
   using Reach = std::array<double, 2>;
   [[nodiscard]] Reach reach(std::uint32_t v) const noexcept;
+  /// By fibre and side: the draft's clock when a step last failed.
+  using FailedSteps = std::vector<std::uint32_t>;
   /// Lengthens free fibres until each reaches as far as wanted on both sides, the one that lacks most first. A step
   /// adds at most a quarter, and halves up to three times where a check fails. Ends move along their fibres; none
-  /// shortens, or exceeds longest(). `wanted`: by fibre. False when cancelled; what was done stays.
-  bool lengthen(std::span<const Reach> wanted, const Progress& progress);
+  /// shortens, or exceeds longest(). `wanted`: by fibre. What `failed` names is not tried until the star changes; it
+  /// starts empty. False when cancelled; what was done stays.
+  bool lengthen(std::span<const Reach> wanted, FailedSteps& failed, const Progress& progress);
   /// Turns free fibres towards the directions that best see the source around them, until none turns any more or a few
   /// times over. Returns how many turns were made.
   std::size_t re_aim(const Progress& progress);

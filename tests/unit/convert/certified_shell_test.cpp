@@ -243,7 +243,8 @@ TEST(Tolerant, ReachesTheTargetAndMarksWhatFolds) {
   const ConvertReport& report = result->report;
   EXPECT_EQ(result->model.info.mode, Mode::Tolerant);
   EXPECT_LE(report.slabs, 60U);
-  EXPECT_EQ(report.hits_none, 0U);
+  EXPECT_NEAR(double(report.hits_none) / double(report.fibres_cast), 1 - report.coverage.share, 1e-6);
+  EXPECT_LT(1 - report.coverage.share, 0.01);
   EXPECT_GT(report.hits_several, 0U);
   EXPECT_LT(double(report.hits_several), 0.1 * double(report.fibres_cast));
   const Snapshot& model = *result->model.head;
@@ -344,6 +345,22 @@ TEST(Tolerant, LeavesLittleOutsideRatherThanMoreSlabs) {
   EXPECT_FALSE(report.remesh) << to_string(report);
   EXPECT_GT(report.hits_none, 0U);
   EXPECT_LT(double(report.hits_none), 0.03 * double(report.fibres_cast));
+  // What it does not reach counts: at least what the surface is far from, at most what it is not near to.
+  double all = 0, far = 0, beside = 0;
+  for (const Triangle& t : result->mended.triangles) {
+    const Vec3d a = result->mended.positions[t[0]], b = result->mended.positions[t[1]],
+                c = result->mended.positions[t[2]];
+    const double area = 0.5 * length(cross(b - a, c - a));
+    const Vec3d middle = (a + b + c) / 3.0;
+    const double off = length(closest_point(*result->model.head, middle).position - middle);
+    all += area;
+    if (off > ConvertReport::Coverage::kNear * result->model.info.source_diagonal) far += area;
+    if (off > 1e-3 * result->model.info.source_diagonal) beside += area;
+  }
+  EXPECT_GT(report.coverage.missed, 0U);
+  EXPECT_GE(1 - report.coverage.share, far / all - 0.002);
+  EXPECT_LE(1 - report.coverage.share, beside / all + 0.002);
+  EXPECT_EQ(report.not_certified, "no proof was found with 50 slabs");
   EXPECT_LT(report.from_mended.max, 0.03);
 }
 

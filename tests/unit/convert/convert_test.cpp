@@ -100,6 +100,7 @@ TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
   EXPECT_EQ(verdict(report, info), "Certified; within 3300 mm of the scan; nothing was removed");
   info = {.mode = Mode::Tolerant, .unit = Unit::Metre, .source = {}, .source_diagonal = 2};
   report.coverage = {.share = 0.9, .farthest = 0.004, .missing_near = {1, 2, 3}};
+  report.parts.certified = 1;
   report.strays = {.components = 1, .triangles = 1, .near = {7, 8, 9}, .away = 50};
   report.replaced_triangles = 5;
   report.replaced_widest = 0.01;
@@ -107,10 +108,30 @@ TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
   report.moved_most = 0.001;
   report.remesh = {.voxel = 0.02, .is_smooth = true};
   EXPECT_EQ(verdict(report, info),
-            "Tolerant; within 0.008 m of the scan, but 10 % of what can be seen of it is missing, as near (1, 2, 3); "
+            "Tolerant, as more than 0.5 % of what can be seen is missing; "
+            "within 0.008 m of the scan, but 10 % of what can be seen of it is missing, as near (1, 2, 3); "
             "removed: 1 triangle far off, near (7, 8, 9); patched: 5 triangles, at most 0.02 m across, near (0, 0, 0); "
             "1 vertex moved by at most 0.002 m; it stands on a solid rebuilt with voxels of 0.04 m, without sharp "
             "edges");
+}
+
+TEST(Verdict, NamesTheReasonForTolerant) {
+  ConvertReport report;
+  report.slabs_asked = 60;
+  report.not_certified = detail::why_tolerant(report);
+  const ModelInfo info{.mode = Mode::Tolerant, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 300};
+  EXPECT_EQ(verdict(report, info),
+            "Tolerant, as no proof was found with 60 slabs; within 0 mm of the scan; nothing was removed");
+  report.parts.certified = 1;
+  report.coverage.beyond = report.to_source.max = 0.012;
+  EXPECT_EQ(verdict(report, info),
+            "Tolerant, as it stands on a surface 3.6 mm off the scan, more than 1 % of its diagonal; within "
+            "3.6 mm of the scan; nothing was removed");
+  report.coverage.share = 0.9;
+  EXPECT_TRUE(verdict(report, info)
+                  .starts_with("Tolerant, as more than 0.5 % of what can be seen is missing and it stands on a "
+                               "surface 3.6 mm off"))
+      << verdict(report, info);
 }
 
 TEST(Convert, AStrayTriangleSetsNoScale) {
@@ -140,6 +161,7 @@ TEST(Convert, WhatIsMissingCounts) {
   const ConvertReport& report = made->report;
   EXPECT_EQ(report.dropped_parts, 1U);
   EXPECT_NEAR(report.coverage.share, 0.8, 0.001);
+  EXPECT_NEAR(double(report.coverage.missed), 0.2 * double(report.coverage.places), 0.001 * 12'000);
   EXPECT_EQ(report.coverage.hidden, 0);
   EXPECT_GT(report.coverage.missing_near.x, 2.4);
   EXPECT_NEAR(double(report.hits_none) / double(report.fibres_cast), 0.2, 0.001);

@@ -46,6 +46,53 @@ TEST(SourceRays, NextToASteepEdgeTheFaceThatIsCrossedIsMet) {
   }
 }
 
+// Through a folded sheet, many of them through its edges and corners, where the search may give either face.
+TEST(SourceRays, LinesCastTogetherMeetWhatEachMeetsAlone) {
+  constexpr std::uint32_t kCells = 40;
+  constexpr double kCell = 500'000, kHeight = 10'000'000;
+  std::vector<Vec3d> points;
+  std::vector<detail::Face> faces;
+  for (std::uint32_t j = 0; j <= kCells; ++j)
+    for (std::uint32_t i = 0; i <= kCells; ++i)
+      points.push_back({i * kCell, j * kCell, kHeight + std::round(3e6 * std::sin(0.7 * i) * std::cos(0.4 * j))});
+  for (std::uint32_t j = 0; j < kCells; ++j)
+    for (std::uint32_t i = 0; i < kCells; ++i) {
+      const std::uint32_t v = j * (kCells + 1) + i;
+      faces.push_back({v, v + 1, v + kCells + 2});
+      faces.push_back({v, v + kCells + 2, v + kCells + 1});
+    }
+  const detail::SourceRays surface(points, faces, {});
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> across(-kCell, (kCells + 1) * kCell), lean(-2e7, 2e7);
+  std::uniform_int_distribution<std::size_t> corner(0, points.size() - 1), count(1, detail::SourceRays::kTogether);
+  std::size_t crossings = 0, often = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::vector<detail::Line> lines(count(random));
+    const Vec3d along = {lean(random), lean(random), 2e7};
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      const Vec3d at = k % 3 == 0   ? points[corner(random)]
+                       : k % 3 == 1 ? (points[corner(random)] + points[corner(random)]) * 0.5
+                                    : Vec3d{across(random), across(random), kHeight};
+      lines[k] = {at - along * 0.5, k == 4 ? Vec3d{} : along};
+    }
+    std::array<detail::Crossings, detail::SourceRays::kTogether> together;
+    surface.cross(lines, 0, 1, together);
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      detail::Crossings alone;
+      surface.cross(lines[k].origin, lines[k].direction, 0, 1, alone);
+      ASSERT_EQ(together[k].count, alone.count);
+      for (std::size_t c = 0; c < alone.count; ++c) {
+        EXPECT_EQ(together[k].items[c].triangle, alone.items[c].triangle);
+        EXPECT_EQ(together[k].items[c].t, alone.items[c].t);
+      }
+      crossings += alone.count;
+      often += alone.count > 1;
+    }
+  }
+  EXPECT_GT(crossings, 10'000U);
+  EXPECT_GT(often, 1000U);
+}
+
 TEST(SourceRays, AtTheRimOfAThinLensTheFaceThatIsCrossedIsMet) {
   // A line along it may miss the face that the search finds by a step, and meet its plane thousands of steps away.
   constexpr std::uint32_t kAround = 7;
