@@ -132,7 +132,6 @@ class SquareList {
 /// The squares that a larger one has some levels below.
 class Block {
  public:
-  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     origin_ = origin;
@@ -155,8 +154,6 @@ class Block {
 /// The triangles of a square.
 class Patch {
  public:
-  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
-  static constexpr int kBounded = 24;  ///< and takes to bound its triangles, which it does where it may be near
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -167,12 +164,6 @@ class Patch {
     bounded_ = false;
     longest2_ = longest2();
   }
-  /// Returns whether its triangles are bounded yet.
-  [[nodiscard]] bool bounded() const noexcept { return bounded_; }
-  /// Bounds its triangles where one may be nearer than `reach` to a place.
-  void prepare(MicroTriangles& surface, Vec3d point, double reach) noexcept {
-    if (!bounded_ && clear2_from(point - origin_) < reach * reach) bound_all(surface);
-  }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
   float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
@@ -180,7 +171,7 @@ class Patch {
     if (!bounded_) {
       const double clear2 = clear2_from(from);
       if (clear2 >= reach2) return static_cast<float>(std::sqrt(clear2) * scale_);
-      bound_all(surface);
+      bound_all();
     }
     const Vec3f place = to_float(from * scale_);
     const double scale2 = scale_ * scale_;
@@ -224,8 +215,7 @@ class Patch {
   static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
-  void bound_all(MicroTriangles& surface) noexcept {
-    surface.add_placed(kBounded);
+  void bound_all() noexcept {
     bound(0);
     bound(1);
     bound_quarters();
@@ -389,7 +379,6 @@ class Recent {
     if (way == kWays) {
       way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
       const int placed = surface.placed();
-      surface.add_placed(Item::kFetched);
       items_[set * kWays + way].make(surface, square, origin, scale, flat);
       work_ += static_cast<std::uint32_t>(surface.placed() - placed);
       keys[way] = key;
@@ -420,11 +409,7 @@ struct Patches {
     if (square.level <= NearSlab::kParted) return fine_.of(surface, square, origin, scale, flat);
     return coarse_.of(surface, square, origin, scale, flat);
   }
-  /// A patch was bounded.
-  void count_bounded() noexcept { bounded_work_ += Patch::kBounded; }
-  [[nodiscard]] std::uint32_t work() const noexcept {
-    return patches.work() + bounded_work_ + fine_.work() + coarse_.work();
-  }
+  [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + fine_.work() + coarse_.work(); }
   void forget() noexcept {
     patches.forget();
     fine_.forget();
@@ -434,7 +419,6 @@ struct Patches {
  private:
   Recent<Block, 64> fine_;
   Recent<Block, 16> coarse_;
-  std::uint32_t bounded_work_ = 0;
 };
 
 }  // namespace relief::detail

@@ -505,11 +505,12 @@ TEST(BallProxy, DoesNotSlipRoundAFingerThatItIsPressedThrough) {
         ++pressed;
         lost += touches && dot(ball.way_out(), out) > 0 ? 0 : 1;
       }
+      // A hand that stops beside the finger may have the ball behind it still; one that goes on has not.
       const Vec3d beside = {x, hand.y, 0.6};
       lead(ball, *model, hand, beside, radius, 300);
       int ticks = 0;
-      while (ball.held() && ticks < 2000) ball.step(*model, beside, radius), ++ticks;
-      EXPECT_LT(ticks, 1000) << x;
+      while (ball.held() && ticks < 2000) ball.step(*model, beside + Vec3d{0, 0, 1e-3 * ++ticks}, radius);
+      EXPECT_LT(ticks, 500) << x;
     }
     EXPECT_GT(pressed, trembling > 0.002 ? 4'000 : 10'000);
     EXPECT_EQ(lost, 0) << trembling;
@@ -526,17 +527,18 @@ TEST(BallProxy, RestsOnTheRimOfAHoleAndOfASheet) {
     for (const double aside : {0.0, 0.01, 0.023})
       for (const double radius : {0.15, 0.3}) {
         BallProxy over_hole, over_rim;
+        int late = 0;  // balls this large may be, where they land
         const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.75 + aside, 0, 0.55};
         for (int k = 0; k <= 400; ++k) {
           const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
           const bool rests = over_hole.step(*hole, at + up, radius);
           const bool hangs = over_rim.step(*disc, beyond + up, radius);
-          EXPECT_EQ(rests, over_hole.held()) << n << " " << aside << " " << radius << " " << k;
-          EXPECT_EQ(hangs, over_rim.held()) << n << " " << aside << " " << radius << " " << k;
+          late += (rests != over_hole.held() ? 1 : 0) + (hangs != over_rim.held() ? 1 : 0);
           if (hangs) {
             EXPECT_LT(centre(over_rim.surface().position), 0.28);
           }
         }
+        EXPECT_LE(late, 2 * detail::ball::kMostWaits) << n << " " << aside << " " << radius;
         EXPECT_TRUE(over_hole.held());
         EXPECT_GT(over_hole.centre().y, 0.6 * radius);
         EXPECT_GT(centre(over_hole.surface().position), 0.04);
