@@ -200,6 +200,28 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(halves, 100U);
 }
 
+// The unit is a sample that is placed: a square that is looked into is as long as three, and each of its triangles as
+// one.
+TEST(Neighbourhood, CountsWhatALookTakes) {
+  const SnapshotPtr model = displaced(testing::plane_shell(1, 4), [](Vec3d p) { return 0.5 + 0.1 * p.x; });
+  MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  const Vec3d p = {0.3, 0.07, 0.3};
+  const double reach = 5;  // all of both slabs, each of one square with 16 triangles
+  list.gather(surface, p, reach, 2 * reach, 0);
+  int placed = 0, found = 0;
+  for (int k = 0; k < 2; ++k) {  // the second time its samples are known
+    const int before = surface.placed();
+    double reach2 = reach * reach;
+    found = 0;
+    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+    placed = surface.placed() - before;
+  }
+  EXPECT_EQ(found, 32);
+  EXPECT_EQ(placed, 2 * 3 + 32);
+}
+
 // What is kept of a look is right at the places that follow, near and far, in a list and in those after it.
 TEST(Neighbourhood, KnowsOnAWalkWhatIsNear) {
   const SnapshotPtr model = displaced(torus_shell(24, 12, 128), [](Vec3d p) {
