@@ -46,8 +46,6 @@ class Neighbourhood {
     reach_ = 0;
     share_ = 1;
   }
-  /// Returns what part of the difference between the least and the most reach the next list will have at most.
-  [[nodiscard]] double share() const noexcept { return share_; }
 
   /// Everything that is nearer to a place than this is in the list.
   [[nodiscard]] double reach_at(Vec3d point) const noexcept { return reach_ * (1 - 1e-9) - length(point - centre_); }
@@ -70,10 +68,9 @@ class Neighbourhood {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;    // squares
-  static constexpr int kVisited = 3;           // samples' time that one takes whose triangles may be near
-  static constexpr double kLeastShare = 0.02;  // of the room between the reaches
-  static constexpr float kSoon = 0.1F;         // of the least reach: how much farther it is found how near a square is
+  static constexpr std::size_t kMost = 512;  // squares
+  static constexpr int kVisited = 3;         // samples' time that one takes whose triangles may be near
+  static constexpr float kSoon = 0.1F;       // of the least reach: how much farther it is found how near a square is
 
   /// Holds what is looked for.
   template <typename Visit>
@@ -135,16 +132,15 @@ class Neighbourhood {
   }
   /// Makes room for more by a shorter reach, none where that is not enough.
   void drop_far(double least, double most) noexcept {
-    while (list_.size() == kMost && share_ > kLeastShare) {
-      share_ *= 0.5;
-      reach_ = least + (most - least) * share_;
-      list_.keep_near(static_cast<float>(reach_ * scale_));
-    }
-    if (list_.size() == kMost) reach_ = 0;
+    share_ *= 0.5;
+    reach_ = least + (most - least) * share_;
+    list_.keep_near(static_cast<float>(reach_ * scale_));
+    if (list_.size() == kMost) forget();
   }
 
   Vec3d centre_;
-  double reach_ = 0, scale_ = 1, share_ = 1, flat_ = 0;
+  double reach_ = 0, scale_ = 1, share_ = 1,
+         flat_ = 0;         ///< share_: of the room between the reaches, of the next list at most
   SquareList<kMost> list_;  ///< relative to the centre
 };
 

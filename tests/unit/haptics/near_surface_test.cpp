@@ -136,6 +136,57 @@ TEST(ClearAround, CostsLittleMoreWhereEdgesAreStitched) {
   EXPECT_LT(placed(*displaced(mixed_shell(*shell, 16, 2), rough)), 3 * placed(*displaced(shell, rough)));
 }
 
+/// Floats round, bounds must not: what they say is never more than what is so.
+TEST(Discs, AreNeverFartherThanTheirTriangles) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  std::size_t tight = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const Vec3d middle = any(), one = any() * 0.2, other = any() * 0.2, corner = middle - (one + other) * (1.0 / 3);
+    const std::array<Vec3d, 3> triangle = {corner, corner + one, corner + other};
+    double radius = 0;
+    for (const Vec3d p : triangle) radius = std::max(radius, length(p - middle));
+    detail::Discs discs;
+    discs.set_never_near(1);
+    const Vec3f at = to_float(middle), up = to_float(normalized(cross(one, other)));
+    discs.middle.x[0] = at.x, discs.middle.y[0] = at.y, discs.middle.z[0] = at.z;
+    discs.normal.x[0] = up.x, discs.normal.y[0] = up.y, discs.normal.z[0] = up.z;
+    discs.radius[0] = static_cast<float>(radius);
+    // Right above a place of it, and beyond its farthest corner, no bound is left to spare.
+    const Vec3d on =
+        k % 2 == 0 ? middle : *std::ranges::max_element(triangle, {}, [&](Vec3d p) { return length(p - middle); });
+    const Vec3d out = k % 2 == 0 ? normalized(cross(one, other)) : normalized(on - middle);
+    const Vec3f place = to_float(on + out * std::pow(10, -k % 4));
+    const Vec3d p = {place.x, place.y, place.z};
+    const auto w = nearest_in_triangle(p, triangle[0], triangle[1], triangle[2]);
+    const Vec3d nearest = triangle[0] * w[0] + triangle[1] * w[1] + triangle[2] * w[2];
+    const double truth2 = dot(nearest - p, nearest - p), said2 = double{discs.least2_from(place)[0]};
+    ASSERT_LE(said2, truth2) << k;
+    tight += said2 > 0.99 * truth2 - 1e-4 ? 1 : 0;
+  }
+  EXPECT_GT(tight, 15'000U);
+}
+
+TEST(Clearances, AreNeverMoreThanWhatIsClear) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  for (const double far : {0.0, 1.0, 100.0})
+    for (int k = 0; k < 20'000; ++k) {
+      // A single place, seen from far off, that the next place comes straight up to.
+      const Vec3f centre = to_float(any() * far), before = to_float(any() * std::max(1.0, far));
+      const Vec3d at = {centre.x, centre.y, centre.z}, from = {before.x, before.y, before.z};
+      const Vec3f now = to_float(from + (at - from) * (k % 2 == 0 ? 1 : 0.99));
+      const auto clear = static_cast<float>(length(at - from) * (1 - 1e-7));
+      detail::Clearances known;
+      known.keep(0, before, clear, static_cast<float>(length(at - from)));
+      const double truth = length(at - Vec3d{now.x, now.y, now.z});
+      const detail::Four centre_far = detail::Four{} + static_cast<float>(truth);
+      ASSERT_LE(double{known.least_from(now, centre_far, detail::Four{})[0]}, truth) << far << ' ' << k;
+    }
+}
+
 TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   // And so fine that the list has no room for all within its longest reach.
   std::vector<SnapshotPtr> models = rough_tori();
@@ -220,6 +271,28 @@ TEST(Neighbourhood, CountsWhatALookTakes) {
   }
   EXPECT_EQ(found, 32);
   EXPECT_EQ(placed, 2 * 3 + 32);
+}
+
+// Beside waves, just out of reach: what was found a little farther off than asked need not be found again.
+TEST(Neighbourhood, LooksIntoFewSquaresAgain) {
+  const SnapshotPtr model = displaced(testing::plane_shell(4, 64),
+                                      [](Vec3d p) { return 0.5 + 0.02 * std::sin(40 * p.x) * std::cos(30 * p.z); });
+  const double least = 0.05;
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  MicroTriangles surface(*model);
+  const SurfacePoint at = closest_point(*model, {0.3, 0, 0.3});
+  int placed = 0;
+  constexpr int kLooks = 400;
+  for (int k = 0; k < kLooks; ++k) {
+    const Vec3d p = at.position + at.normal * (0.99 * least) + Vec3d{0.7, 0, 0.5} * (0.01 * least * (k + 1));
+    if (!list.covers(p, least)) list.gather(surface, p, least, 2 * least, 0);
+    const int before = surface.placed();
+    double reach2 = least * least;
+    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
+    placed += surface.placed() - before;
+  }
+  EXPECT_LT(placed, 5.3 * kLooks);
 }
 
 // What is kept of a look is right at the places that follow, near and far, in a list and in those after it.
