@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace relief::detail {
@@ -209,10 +210,10 @@ class Patch {
   using Samples = NearSlab::Samples;
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
-  static constexpr float kSliver = 1e-30F;   // squared area, up to which a triangle's plane is not known
-  static constexpr float kLargest = 1;       // radius, up to which floats are fine enough
-  static constexpr float kRounding = 1e-4F;  // of a height: more than floats may be off
-  static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
+  // Squared area, up to which a triangle's plane is not known: below it floats lose digits.
+  static constexpr float kSliver = std::numeric_limits<float>::min();
+  static constexpr float kLargest = 1;  // radius, up to which floats are fine enough
+  static constexpr float kFar2 = 2500;  // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
   void bound_all() noexcept {
@@ -333,7 +334,7 @@ class Patch {
       low = least(low, height);
       far2 = greatest(far2, dot(from, from));
     }
-    quarters_.off = (high - low) * 0.5F + kRounding;
+    quarters_.off = (high - low) * 0.5F + Sheets::kRounding;
     quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, root(far2)};
     const FourMask coarse = (far2 >= kLargest * kLargest) | (dot(middle, middle) > kFar2);
     for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)

@@ -6,6 +6,7 @@
 #include <relief/haptics/contact/ball_mover.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/contact/half_spaces.h>
+#include <relief/haptics/touch.h>
 
 #include <gtest/gtest.h>
 
@@ -153,6 +154,12 @@ TEST(BallMover, AStepIsCountedWithItsPlanesAndTheTrianglesThatItFinds) {
   EXPECT_EQ(searches, 1);
   EXPECT_EQ(planes, 2);
   EXPECT_EQ(work, look + 2 * found + 8 + planes);
+}
+
+TEST(BallRange, IsFromAMillionthToATwentiethOfTheDiagonal) {
+  const BallRange range = ball_range(2);
+  for (const double radius : {2.1e-6, 0.01, 0.099}) EXPECT_TRUE(range.has(radius)) << radius;
+  for (const double radius : {0.0, 1.9e-6, 0.101}) EXPECT_FALSE(range.has(radius)) << radius;
 }
 
 TEST(BallProxy, RestsOnAPlaneAtItsRadius) {
