@@ -55,6 +55,7 @@ class Neighbourhood {
   template <typename Visit>
   bool visit_near(MicroTriangles& surface, Patches& patches, Vec3d point, double& reach2, int most,
                   Visit&& visit) noexcept {
+    surface.add_placed(static_cast<int>(list_.size() / kScanned));
     Look<Visit> look{surface, patches, point, reach2, most, visit};
     float clear = 0;
     return look_in(list_, centre_, look, clear) != End::Cut;
@@ -68,9 +69,10 @@ class Neighbourhood {
   }
 
  private:
-  static constexpr std::size_t kMost = 512;  // squares
-  static constexpr int kVisited = 3;         // samples' time that one takes whose triangles may be near
-  static constexpr float kSoon = 0.1F;       // of the least reach: how much farther it is found how near a square is
+  static constexpr std::size_t kMost = 512;   // squares
+  static constexpr std::size_t kScanned = 8;  // squares that are passed over in the time of a sample that is placed
+  static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
+  static constexpr float kSoon = 0.1F;        // of the least reach: how much farther it is found how near a square is
 
   /// Holds what is looked for.
   template <typename Visit>
@@ -117,7 +119,9 @@ class Neighbourhood {
       float there = 0;
       if (square.flat || square.level == 0) {
         Patch& patch = look.patches.patches.of(look.surface, square, centre_, scale_, flat_);
+        const bool bounded = patch.bounded();
         there = patch.visit_near(look.surface, look.point, look.reach2, look.visit);
+        if (patch.bounded() && !bounded) look.patches.count_bounded();
       } else {
         Block& block = look.patches.block(look.surface, square, centre_, scale_, flat_);
         const End end = look_in(block.parts(), block.origin(), look, there);

@@ -155,6 +155,7 @@ class Block {
 /// The triangles of a square.
 class Patch {
  public:
+  static constexpr int kBounded = 24;  ///< so many samples' time it takes to bound its triangles
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -165,6 +166,8 @@ class Patch {
     bounded_ = false;
     longest2_ = longest2();
   }
+  /// Returns whether its triangles are bounded yet.
+  [[nodiscard]] bool bounded() const noexcept { return bounded_; }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
   float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
@@ -172,7 +175,7 @@ class Patch {
     if (!bounded_) {
       const double clear2 = clear2_from(from);
       if (clear2 >= reach2) return static_cast<float>(std::sqrt(clear2) * scale_);
-      bound_all();
+      bound_all(surface);
     }
     const Vec3f place = to_float(from * scale_);
     const double scale2 = scale_ * scale_;
@@ -216,7 +219,8 @@ class Patch {
   static constexpr float kFar2 = 2500;  // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
-  void bound_all() noexcept {
+  void bound_all(MicroTriangles& surface) noexcept {
+    surface.add_placed(kBounded);
     bound(0);
     bound(1);
     bound_quarters();
@@ -380,6 +384,7 @@ class Recent {
     if (way == kWays) {
       way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
       const int placed = surface.placed();
+      surface.add_placed(kFetched);
       items_[set * kWays + way].make(surface, square, origin, scale, flat);
       work_ += static_cast<std::uint32_t>(surface.placed() - placed);
       keys[way] = key;
@@ -390,6 +395,7 @@ class Recent {
 
  private:
   static constexpr std::size_t kWays = 8;
+  static constexpr int kFetched = 12;  // samples' time in which what is made waits for memory
   template <typename Number>
   using OfSets = std::array<std::array<Number, kWays>, kSets>;
   double scale_ = 0, flat_ = 0;
@@ -410,7 +416,11 @@ struct Patches {
     if (square.level <= NearSlab::kParted) return fine_.of(surface, square, origin, scale, flat);
     return coarse_.of(surface, square, origin, scale, flat);
   }
-  [[nodiscard]] std::uint32_t work() const noexcept { return patches.work() + fine_.work() + coarse_.work(); }
+  /// A patch was bounded.
+  void count_bounded() noexcept { bounded_work_ += Patch::kBounded; }
+  [[nodiscard]] std::uint32_t work() const noexcept {
+    return patches.work() + bounded_work_ + fine_.work() + coarse_.work();
+  }
   void forget() noexcept {
     patches.forget();
     fine_.forget();
@@ -420,6 +430,7 @@ struct Patches {
  private:
   Recent<Block, 64> fine_;
   Recent<Block, 16> coarse_;
+  std::uint32_t bounded_work_ = 0;
 };
 
 }  // namespace relief::detail

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -261,16 +262,27 @@ TEST(Neighbourhood, CountsWhatALookTakes) {
   const Vec3d p = {0.3, 0.07, 0.3};
   const double reach = 5;  // all of both slabs, each of one square with 16 triangles
   list.gather(surface, p, reach, 2 * reach, 0);
-  int placed = 0, found = 0;
-  for (int k = 0; k < 2; ++k) {  // the second time its samples are known
+  int found = 0;
+  std::array<int, 2> placed{};
+  for (int& look : placed) {
     const int before = surface.placed();
     double reach2 = reach * reach;
     found = 0;
     list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
-    placed = surface.placed() - before;
+    look = surface.placed() - before;
   }
   EXPECT_EQ(found, 32);
-  EXPECT_EQ(placed, 2 * 3 + 32);
+  EXPECT_EQ(placed[1], 2 * 3 + 32);
+  EXPECT_EQ(placed[0] - placed[1], 2 * (8 + 12 + 24));
+
+  // Eight squares that are passed over are as one.
+  const SnapshotPtr many = displaced(testing::plane_shell(8, 4), [](Vec3d at) { return 0.5 + 0.1 * at.x; });
+  MicroTriangles of_many(*many);
+  list.gather(of_many, p, reach, 2 * reach, 0);
+  const int before = of_many.placed();
+  double reach2 = 1e-12;
+  list.visit_near(of_many, *patches, p + Vec3d{0, 1, 0}, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
+  EXPECT_EQ(of_many.placed() - before, 128 / 8);
 }
 
 // Floats are too coarse for triangles that are many times as large as the distance that is asked about.
