@@ -21,18 +21,15 @@ constexpr double kSkin = 1e-3;    // of the radius: how far beyond it they are m
 constexpr double kStride = 0.5;   // of the radius: how far the ball goes at a time where it may meet something
 constexpr double kRest = 1e-6;    // of the radius: a step that is none
 constexpr double kEnough = 0.05;  // of the longest step of a tick: what is left to the next
-constexpr double kLong = 0.05;    // of the radius: a step that may be stopped by what is not near yet
 constexpr double kSlack = 1e-9;   // of the radius, or of a triangle: rounding
 constexpr double kFlat = 3e-5;    // of the radius: unevenness that the ball does not feel
 // What a tick may take, in the time of a sample that is placed, about 25 ns; after which it looks no further.
 constexpr int kWork = 480;
-constexpr int kAheadWork = 430;   // up to which what may be near soon is made ready
 constexpr int kTriangleWork = 2;  // work units of a near triangle
 constexpr int kStepWork = 8;      // work units of a step beside its query
 constexpr int kMostWaits = 2;     // ticks in which the ball may be late, or left where it is, for want of time to see;
 constexpr int kMostDoubled = 3;   // each that follows may take twice as much; a late ball's, so many times
 constexpr int kMostWork = kWork << kMostDoubled;  // and where the model has changed
-constexpr double kSoon = 0.3;  // of the radius: how much farther than a look reaches what a ball may meet soon
 
 /// The micro-triangles within a ball, or as many as there is room for, the nearest.
 struct Around {
@@ -139,7 +136,7 @@ class Stops {
   [[nodiscard]] std::span<const NearTriangle> all() const noexcept { return std::span(triangles_).first(count_); }
 
  private:
-  static constexpr std::size_t kMost = 12;
+  static constexpr std::size_t kMost = 3;  // planes that stop a ball
   std::array<NearTriangle, kMost> triangles_;
   std::size_t count_ = 0, next_ = 0;
 };
@@ -169,28 +166,25 @@ struct Walls {
 /// Holds what a ball keeps, and what it works with in a tick.
 struct Room {
   static constexpr std::size_t kSpaces = std::size_t{3} * kMost;
-  Neighbourhood home;                 ///< around where it is
-  std::array<Neighbourhood, 2> away;  ///< around where it looks from farther off
-  std::size_t last_away = 0;          ///< which of them was used last
+  Neighbourhood list;  ///< around where it looked last
   Patches patches;
   Stops stops;
   Walls walls;
-  int look_work = 0;                 ///< what the last look took at what is known
-  int home_work = 0, away_work = 0;  ///< and the last list of either kind
-  int waits = 0;                     ///< for so many ticks it was left where it was
-  SlabId nearest = kNoSlab;          ///< where to look first in free space
+  int look_work = 0;         ///< what the last look took at what is known
+  int list_work = 0;         ///< and what a list took of late
+  int waits = 0;             ///< for so many ticks it was left where it was
+  SlabId nearest = kNoSlab;  ///< where to look first in free space
   std::array<Around, 4> around;
   std::size_t here = 0;  ///< which of them is around where the ball came to in the last tick
   bool known = false;    ///< that is of the same model
   std::array<HalfSpace, kSpaces> spaces;
 
   void forget() noexcept {
-    home.forget();
-    for (Neighbourhood& list : away) list.forget();
+    list.forget();
     patches.forget();
     stops.forget();
     walls.forget();
-    look_work = home_work = away_work = waits = 0;
+    look_work = list_work = waits = 0;
     nearest = kNoSlab;
     known = false;
   }
@@ -216,11 +210,6 @@ class Mover {
     else if (far > 0)
       look_far(radius + far);
     at_start_ = searches_;
-  }
-  /// Gets ready what may be near in the next ticks.
-  void prepare() noexcept {
-    if (const Neighbourhood* list = known(centre_, soon()))
-      list->prepare(surface_, room_.patches, centre_, soon(), soon(), kAheadWork);
   }
   /// The next tick starts here and need not look again.
   void stay() noexcept {
@@ -282,7 +271,7 @@ class Mover {
         continue;
       }
       if (!step) break;
-      if (!stops_minded_ && wanted > kLong * radius_) {
+      if (!stops_minded_ && wanted > kStride * radius_) {
         mind_stops();
         continue;
       }
@@ -305,7 +294,7 @@ class Mover {
       const int most = !arrived || within ? work : ahead;
       const bool listed = known(next, near()) != nullptr, may_wait = searches_ > before || room_.waits < kMostWaits;
       const bool may_be_cut = searches_ > before || (searches_ > at_start_ && !listed && may_wait);
-      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : list_work(next)) > most;
+      way.cut = may_be_cut && surface_.placed() + room_.look_work + (listed ? 0 : room_.list_work) > most;
       if (way.cut) break;
       surface_.add_placed(kStepWork + count_);
       tried_ = *step;
@@ -369,7 +358,7 @@ class Mover {
       const int before = surface_.placed();
       if (far > near) {
         found.nearest = clear_up_to(at, far);
-        if (found.nearest > soon()) return true;
+        if (found.nearest > near) return true;
       }
       list = learn(at, before);
     }
@@ -406,7 +395,7 @@ class Mover {
     if (!list) {
       const int before = surface_.placed();
       const double clear = clear_up_to(centre_, far);
-      if (clear > soon()) {
+      if (clear > near()) {
         here_->nearest = clear;
         return;
       }
@@ -416,41 +405,24 @@ class Mover {
   }
   /// Returns the same of a place in free space.
   [[nodiscard]] double clear_up_to(Vec3d at, double far) noexcept {
-    return clear_around(surface_, at, soon(), std::max(soon(), far), room_.nearest, 0);
+    return clear_around(surface_, at, near(), far, room_.nearest, 0);
   }
-  [[nodiscard]] double soon() const noexcept { return near() + kSoon * radius_; }
   /// Returns how far a look goes.
   [[nodiscard]] double near() const noexcept { return radius_ * (1 + kSkin); }
-  /// Returns how much farther the list goes that may be made next.
-  [[nodiscard]] double margin() const noexcept { return radius_ * room_.home.share(); }
-  /// Returns whether one list holds what is around a place and around the start.
-  [[nodiscard]] bool near_start(Vec3d at) const noexcept { return length(at - start_) < 1.6 * margin(); }
-  /// Returns a list of what is as near as that to a place.
+  /// Returns the list, if what is as near as that to a place is in it.
   [[nodiscard]] Neighbourhood* known(Vec3d at, double distance) const noexcept {
-    if (room_.home.covers(at, distance)) return &room_.home;
-    for (const std::size_t k : {room_.last_away, room_.last_away ^ 1U})
-      if (room_.away[k].covers(at, distance)) {
-        room_.last_away = k;
-        return &room_.away[k];
-      }
-    return nullptr;
+    return room_.list.covers(at, distance) ? &room_.list : nullptr;
   }
   /// Returns what a look may take that has waited: twice as much with each tick.
   [[nodiscard]] int patience() const noexcept {
     return static_cast<int>(std::min<double>(kAnyWork, std::ldexp(kWork, room_.waits)));
   }
-  /// Returns what one is taken to cost.
-  [[nodiscard]] int list_work(Vec3d at) const noexcept { return near_start(at) ? room_.home_work : room_.away_work; }
-  /// Makes one, with what is around the start where that is not too far; none where there is too much. `before`: what
-  /// was placed when it was found that none is known.
+  /// Makes the list anew around a place; none where there is too much. `before`: what was placed when it was found that
+  /// what is near is not known.
   [[nodiscard]] Neighbourhood* learn(Vec3d at, int before) noexcept {
-    const bool home = near_start(at);
-    if (!home) room_.last_away ^= 1U;
-    auto& list = home ? room_.home : room_.away[room_.last_away];
-    list.gather(surface_, home ? (start_ + at) * 0.5 : at, near(), home ? near() + radius_ : soon(), kFlat * radius_);
-    int& work = home ? room_.home_work : room_.away_work;
-    work = std::max(surface_.placed() - before, work * 3 / 4);
-    return list.covers(at, near()) ? &list : nullptr;
+    room_.list.gather(surface_, at, near(), near() + radius_, kFlat * radius_);
+    room_.list_work = std::max(surface_.placed() - before, room_.list_work * 3 / 4);
+    return known(at, near());
   }
   void mind(double share) noexcept {
     count_ = barring_ = 0;

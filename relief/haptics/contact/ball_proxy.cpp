@@ -131,7 +131,6 @@ void BallProxy::go(MicroTriangles& surface, Vec3d cursor, double radius) noexcep
     ledger_.book(centre_, ball.centre(), last_ - move * 0.5);
   }
   arrive(ball, radius);
-  if (!held_) ball.prepare();
   touch(surface, ball.around(), radius, flies);
   searches_ += ball.searches();
   work_ = surface.placed();

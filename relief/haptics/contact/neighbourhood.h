@@ -32,7 +32,7 @@ class Neighbourhood {
                                 if (!(box.distance2(centre) < reach_ * reach_)) return false;
                                 surface.enter(s);
                                 NearSlab(surface, s, centre, flat)
-                                    .squares(reach_, kCoarse * least, scale_,
+                                    .squares(reach_, 2 * least, scale_,
                                              [&](const auto& at, const auto& sheets, std::size_t lane) {
                                                if (list_.size() == kMost) drop_far(least, most);
                                                if (reach_ > 0) list_.add(at, sheets, lane);
@@ -40,15 +40,12 @@ class Neighbourhood {
                                 return false;
                               });
     list_.close();
-    if (list_.size() > kEnough) share_ = std::max(0.8 * share_, kLeastShare);
-    if (list_.size() < kEnough / 2) share_ = std::min(1.25 * share_, 1.0);
+    if (list_.size() < kMost / 4) share_ = std::min(2 * share_, 1.0);  // four times as many are as near as twice as far
   }
   void forget() noexcept {
     reach_ = 0;
-    share_ = kShare;
+    share_ = 1;
   }
-  /// Returns what part of the difference between the least and the most reach the next list will have at most.
-  [[nodiscard]] double share() const noexcept { return share_; }
 
   /// Everything that is nearer to a place than this is in the list.
   [[nodiscard]] double reach_at(Vec3d point) const noexcept { return reach_ * (1 - 1e-9) - length(point - centre_); }
@@ -63,12 +60,6 @@ class Neighbourhood {
     float clear = 0;
     return look_in(list_, centre_, look, clear) != End::Cut;
   }
-  /// Gets the triangles ready of squares that may be nearer to a place than `reach`, and bounds those that may be
-  /// nearer than `soon`, as long as the work is below `most` (samples placed).
-  void prepare(MicroTriangles& surface, Patches& patches, Vec3d point, double reach, double soon,
-               int most) const noexcept {
-    prepare_in(list_, centre_, surface, patches, point, static_cast<float>(reach * scale_), soon, most);
-  }
   /// Returns up to `reach`, which is covered, no micro-triangle is nearer to the point than this.
   [[nodiscard]] double clear_around(Vec3d point, double reach) const noexcept {
     auto clear = static_cast<float>(reach * scale_);
@@ -78,12 +69,10 @@ class Neighbourhood {
   }
 
  private:
-  static constexpr std::size_t kMost = 512, kEnough = 130;
+  static constexpr std::size_t kMost = 512;   // squares
   static constexpr std::size_t kScanned = 8;  // squares that are passed over in the time of a sample that is placed
-  static constexpr int kVisited = 3;          // and how many samples' time one takes whose triangles may be near
-  static constexpr double kCoarse = 1.6;      // of the least reach: how large its squares are at most
-  static constexpr double kShare = 0.5, kLeastShare = 0.02;  // of the room between the reaches: at first, and at last
-  static constexpr float kSoon = 0.1F;  // of the least reach: how much farther it is found how near a square is
+  static constexpr int kVisited = 3;          // samples' time that one takes whose triangles may be near
+  static constexpr float kSoon = 0.1F;        // of the least reach: how much farther it is found how near a square is
 
   /// Holds what is looked for.
   template <typename Visit>
@@ -145,33 +134,17 @@ class Neighbourhood {
     }
     return End::All;
   }
-  template <std::size_t kSize>
-  void prepare_in(const SquareList<kSize>& squares, Vec3d origin, MicroTriangles& surface, Patches& patches,
-                  Vec3d point, float reach, double soon, int most) const noexcept {
-    squares.each_near(to_float((point - origin) * scale_), reach, [&](std::size_t number, float) noexcept {
-      if (surface.placed() >= most) return;
-      const GridSquare& square = squares[number];
-      if (square.flat || square.level == 0) {
-        Patch& patch = patches.patches.of(surface, square, centre_, scale_, flat_);
-        if (surface.placed() < most) patch.prepare(surface, point, soon);
-      } else {
-        Block& block = patches.block(surface, square, centre_, scale_, flat_);
-        prepare_in(block.parts(), block.origin(), surface, patches, point, reach, soon, most);
-      }
-    });
-  }
   /// Makes room for more by a shorter reach, none where that is not enough.
   void drop_far(double least, double most) noexcept {
-    while (list_.size() == kMost && share_ > kLeastShare) {
-      share_ *= 0.5;
-      reach_ = least + (most - least) * share_;
-      list_.keep_near(static_cast<float>(reach_ * scale_));
-    }
-    if (list_.size() == kMost) reach_ = 0;
+    share_ *= 0.5;
+    reach_ = least + (most - least) * share_;
+    list_.keep_near(static_cast<float>(reach_ * scale_));
+    if (list_.size() == kMost) forget();
   }
 
   Vec3d centre_;
-  double reach_ = 0, scale_ = 1, share_ = kShare, flat_ = 0;
+  double reach_ = 0, scale_ = 1, share_ = 1,
+         flat_ = 0;         ///< share_: of the room between the reaches, of the next list at most
   SquareList<kMost> list_;  ///< relative to the centre
 };
 

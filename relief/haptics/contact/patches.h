@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace relief::detail {
@@ -132,7 +133,6 @@ class SquareList {
 /// The squares that a larger one has some levels below.
 class Block {
  public:
-  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
   /// See Patch::make().
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     origin_ = origin;
@@ -155,8 +155,7 @@ class Block {
 /// The triangles of a square.
 class Patch {
  public:
-  static constexpr int kFetched = 12;  ///< so many samples' time it waits for memory when it is made
-  static constexpr int kBounded = 24;  ///< and takes to bound its triangles, which it does where it may be near
+  static constexpr int kBounded = 24;  ///< so many samples' time it takes to bound its triangles
   /// `origin`: a place near it; `scale`: 1 over the distance that is asked about.
   void make(MicroTriangles& surface, const GridSquare& square, Vec3d origin, double scale, double flat) noexcept {
     surface.enter(square.slab);
@@ -169,10 +168,6 @@ class Patch {
   }
   /// Returns whether its triangles are bounded yet.
   [[nodiscard]] bool bounded() const noexcept { return bounded_; }
-  /// Bounds its triangles where one may be nearer than `reach` to a place.
-  void prepare(MicroTriangles& surface, Vec3d point, double reach) noexcept {
-    if (!bounded_ && clear2_from(point - origin_) < reach * reach) bound_all(surface);
-  }
   /// As visit_near(), for these triangles, none of which is nearer than what it returns, in units of the scale.
   template <typename Visit>
   float visit_near(MicroTriangles& surface, Vec3d point, double& reach2, Visit&& visit) noexcept {
@@ -218,10 +213,10 @@ class Patch {
   using Samples = NearSlab::Samples;
   static constexpr std::size_t kLanes = 4;
   static constexpr std::size_t kCells = SampleBounds::kSide * Samples::kRow;  // of each row, the last is none
-  static constexpr float kSliver = 1e-30F;   // squared area, up to which a triangle's plane is not known
-  static constexpr float kLargest = 1;       // radius, up to which floats are fine enough
-  static constexpr float kRounding = 1e-4F;  // of a height: more than floats may be off
-  static constexpr float kFar2 = 2500;       // squared distance from the origin, up to which floats are fine enough
+  // Squared area, up to which a triangle's plane is not known: below it floats lose digits.
+  static constexpr float kSliver = std::numeric_limits<float>::min();
+  static constexpr float kLargest = 1;  // radius, up to which floats are fine enough
+  static constexpr float kFar2 = 2500;  // squared distance from the origin, up to which floats are fine enough
   static_assert(SampleBounds::kSide == kLanes);
 
   void bound_all(MicroTriangles& surface) noexcept {
@@ -343,7 +338,7 @@ class Patch {
       low = least(low, height);
       far2 = greatest(far2, dot(from, from));
     }
-    quarters_.off = (high - low) * 0.5F + kRounding;
+    quarters_.off = (high - low) * 0.5F + Sheets::kRounding;
     quarters_.discs = {middle + normal * ((high + low) * 0.5F), normal, root(far2)};
     const FourMask coarse = (far2 >= kLargest * kLargest) | (dot(middle, middle) > kFar2);
     for (unsigned large = bits_of(coarse); large != 0; large &= large - 1)
@@ -389,7 +384,7 @@ class Recent {
     if (way == kWays) {
       way = static_cast<std::size_t>(std::ranges::min_element(used) - used.begin());
       const int placed = surface.placed();
-      surface.add_placed(Item::kFetched);
+      surface.add_placed(kFetched);
       items_[set * kWays + way].make(surface, square, origin, scale, flat);
       work_ += static_cast<std::uint32_t>(surface.placed() - placed);
       keys[way] = key;
@@ -400,6 +395,7 @@ class Recent {
 
  private:
   static constexpr std::size_t kWays = 8;
+  static constexpr int kFetched = 12;  // samples' time in which what is made waits for memory
   template <typename Number>
   using OfSets = std::array<std::array<Number, kWays>, kSets>;
   double scale_ = 0, flat_ = 0;

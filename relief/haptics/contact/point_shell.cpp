@@ -10,11 +10,9 @@ namespace relief {
 namespace {
 
 constexpr double kNorm = 16;
-constexpr double kLight = 0.5;  // share of the depth below which a point hardly pushes: 2^-15 of what the deepest does
-constexpr std::uint32_t kLightTurn = 4;  // ticks in which such a point has one turn
-constexpr double kForesight = 3;         // lengths of its way for which a point is said at once that it is clear
-constexpr std::uint8_t kClose = 3;       // ticks in which a point that is not is not asked again
-constexpr std::size_t kRays = 4;         // points in a tick that are looked for below the slabs
+constexpr double kForesight = 3;    // lengths of its way for which a point is said at once that it is clear
+constexpr std::uint8_t kClose = 3;  // ticks in which a point that is not is not asked again
+constexpr std::size_t kRays = 4;    // points in a tick that are looked for below the slabs
 // What takes how long, in the time of a sample, beside the samples that it places or the squares that it looks at.
 constexpr int kCheck = 32, kStep = 10;
 constexpr int kFirst = 200;  // to begin a contact; to tell a point that it is clear may take no longer
@@ -163,7 +161,6 @@ void PointShell::move(const Snapshot& model, const ToolPose& pose) noexcept {
       point.close = 0;
     }
     point.now = pose.place(point.own);
-    point.light = point.held && point.depth_now() < kLight * most_depth_;
   }
 }
 
@@ -179,21 +176,11 @@ bool PointShell::step(const Snapshot& model, const ToolPose& pose) noexcept {
   }
   move(model, pose);
   MicroTriangles surface(model);
-  // From where the last tick came to its end, those first that push or have waited.
-  const auto deal_with = [&](bool light, std::size_t& next) noexcept {
-    const std::size_t count = points_.size();
-    for (std::size_t k = 0, number = next; k < count; ++k, number = number + 1 < count ? number + 1 : 0) {
-      Point& point = points_[number];
-      if (point.dealt_with == tick_ || (point.light && tick_ - point.dealt_with < kLightTurn) != light) continue;
-      if (work_ >= kWork) {
-        next = number;
-        return;
-      }
-      work_on(surface, point, proxies_[number]);
-    }
-  };
-  deal_with(false, next_);
-  deal_with(true, next_light_);
+  // From where the last tick came to its end.
+  for (std::size_t k = 0; k < points_.size() && work_ < kWork; ++k) {
+    work_on(surface, points_[next_], proxies_[next_]);
+    next_ = next_ + 1 < points_.size() ? next_ + 1 : 0;
+  }
   sum(pose.origin);
   if (depth_ > 0) surface_ = proxies_[deepest_].surface(model);
   return held_ > 0;

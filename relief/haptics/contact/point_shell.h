@@ -71,7 +71,6 @@ class PointShell {
     Vec3d last;  ///< where it was dealt with last
     bool held = false;
     // Of a held one:
-    bool light = false;  ///< pushes next to nothing
     Vec3d way_out = {};
     double depth = 0;  ///< at `last`
     // Of a free one:
@@ -104,8 +103,8 @@ class PointShell {
   std::uint64_t model_ = 0;  ///< number of the last tick's
   std::uint64_t cage_ = 0;   ///< number of its cage
   std::uint32_t tick_ = 0;
-  std::size_t next_ = 0, next_light_ = 0;  ///< the points that are dealt with first in the next tick
-  std::size_t clean_ = 0;                  ///< points that were found not to be below the slabs, one after the other
+  std::size_t next_ = 0;   ///< the point that is dealt with first in the next tick
+  std::size_t clean_ = 0;  ///< points that were found not to be below the slabs, one after the other
   double rise_ = 0, depth_ = 0, most_depth_ = 0;
   std::size_t deepest_ = 0;
   bool lost_ = false, settling_ = false;

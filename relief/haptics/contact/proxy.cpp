@@ -14,7 +14,6 @@ namespace {
 using detail::distance2;
 using detail::kAnywhere;
 
-constexpr double kStill = 1e-9;    // of the depth: a way that is none, except for rounding
 constexpr double kClearWays = 16;  // ways like the last one for which a clear ball is looked for
 constexpr int kClearSamples = 64;  // that may be placed to find one
 constexpr double kFacing = 0.5;    // cosine from a normal to the way out, at least: so much of its force pushes out
@@ -209,7 +208,7 @@ bool Proxy::pursue(MicroTriangles& surface, Vec3d cursor, Vec3d move, double bud
   bool rests = descent.ended;
   if (descent.way > 0) {
     const Vec3d before = place_.position, out = before - cursor;
-    const double little = detail::kToMinimum * length(detail::square_to(out, move)) + kStill * length(out);
+    const double little = detail::kToMinimum * length(detail::square_to(out, move));
     if (!(descent.ended && descent.way <= little) && past_the_middle(surface, cursor)) {
       rests = true;
       go_along(surface, cursor, move, descent);

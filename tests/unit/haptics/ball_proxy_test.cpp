@@ -6,11 +6,14 @@
 #include <relief/haptics/contact/ball_mover.h>
 #include <relief/haptics/contact/ball_proxy.h>
 #include <relief/haptics/contact/half_spaces.h>
+#include <relief/haptics/touch.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -116,6 +119,49 @@ TEST(BallMover, ARidgeIsNoBackForRoundingsSake) {
   EXPECT_FALSE(detail::ball::is_behind(around, 1.5));
 }
 
+/// What a tick may take is counted in samples that are placed: beside its query, a step takes as long as eight and one
+/// for each plane, and a triangle that is near as long as two.
+TEST(BallMover, AStepIsCountedWithItsPlanesAndTheTrianglesThatItFinds) {
+  const SnapshotPtr model = displaced(plane_shell(1, 4), [](Vec3d) { return 0.5; });
+  MicroTriangles surface(*model);
+  const double radius = 0.05, near = radius * (1 + detail::ball::kSkin), flat = detail::ball::kFlat * radius;
+  const Vec3d from = {0.3, radius, 0.3}, to = from + Vec3d{1e-4, 0, 0};
+  const auto room = std::make_unique<detail::ball::Room>();
+  const auto go = [&](Vec3d start, Vec3d goal) {
+    detail::ball::Mover ball(surface, *room, start, radius, 0, detail::kAnyWork);
+    const int before = surface.placed(), planes = ball.around().count;
+    static_cast<void>(ball.advance(goal, detail::kAnywhere, detail::ball::Mover::Until::Reach, false,
+                                   BallProxy::kSearches, detail::kAnyWork, detail::kAnyWork));
+    ball.stay();
+    EXPECT_EQ(ball.centre(), goal);
+    return std::array{surface.placed() - before, ball.searches(), planes};
+  };
+  detail::ball::Mover(surface, *room, to, radius, 0, detail::kAnyWork).stay();
+  go(to, from);  // so that all is known
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  list.gather(surface, to, near, near + radius, flat);
+  int look = 0, found = 0;
+  for (int k = 0; k < 2; ++k) {  // the second time the patches are known, as they are for the step
+    const int before = surface.placed();
+    double reach2 = near * near;
+    found = 0;
+    list.visit_near(surface, *patches, to, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+    look = surface.placed() - before;
+  }
+  EXPECT_EQ(found, 2);
+  const auto [work, searches, planes] = go(from, to);
+  EXPECT_EQ(searches, 1);
+  EXPECT_EQ(planes, 2);
+  EXPECT_EQ(work, look + 2 * found + 8 + planes);
+}
+
+TEST(BallRange, IsFromAMillionthToATwentiethOfTheDiagonal) {
+  const BallRange range = ball_range(2);
+  for (const double radius : {2.1e-6, 0.01, 0.099}) EXPECT_TRUE(range.has(radius)) << radius;
+  for (const double radius : {0.0, 1.9e-6, 0.101}) EXPECT_FALSE(range.has(radius)) << radius;
+}
+
 TEST(BallProxy, RestsOnAPlaneAtItsRadius) {
   const SnapshotPtr model = flat_plane();
   BallProxy ball;
@@ -131,6 +177,45 @@ TEST(BallProxy, RestsOnAPlaneAtItsRadius) {
   EXPECT_NEAR(ball.surface().position.x, 0.4, 1e-3);
   lead(ball, *model, {0.4, -0.02, 0.6}, {0.4, 0.05, 0.6}, 0.03, 20);
   EXPECT_FALSE(ball.held());
+}
+
+TEST(BallProxy, LessThanAMillionthOfTheRadiusIsNoStep) {
+  const SnapshotPtr model = flat_plane();
+  const double radius = 0.05;
+  const Vec3d hand = {0.4, -0.02, 0.6};
+  BallProxy ball;
+  ball.step(*model, {0.4, 0.08, 0.6}, radius);
+  lead(ball, *model, {0.4, 0.08, 0.6}, hand, radius, 20);
+  const Vec3d rest = ball.centre();
+  ball.step(*model, hand + Vec3d{0.5e-6 * radius, 0, 0}, radius);
+  EXPECT_EQ(ball.centre(), rest);
+  ball.step(*model, hand + Vec3d{2e-6 * radius, 0, 0}, radius);
+  EXPECT_NEAR(ball.centre().x - rest.x, 2e-6 * radius, 1e-8 * radius);
+}
+
+/// Every other sample is lower. Of a radius: 2e-5 are as if they were not, 6e-5 are felt.
+TEST(BallProxy, UnevennessOfThreeHundredThousandthsIsNotFelt) {
+  const double radius = 0.05;
+  constexpr int kCells = 8 * 32;
+  const auto swing = [&](double share) {
+    const SnapshotPtr model = displaced(plane_shell(8, 32, 0.005), [&](Vec3d p) {
+      const auto number = std::lround(p.x * kCells) + std::lround(p.z * kCells);
+      return 0.5 - (number % 2 == 0 ? 0 : share * radius / 0.01);
+    });
+    BallProxy ball;
+    const Vec3d from = {0.3, 0.1, 0.4}, hand = {0.3, -0.01, 0.4};
+    ball.step(*model, from, radius);
+    lead(ball, *model, from, hand, radius, 50);
+    double least = 1, most = 0;
+    for (int k = 0; k < 200; ++k) {
+      ball.step(*model, hand + Vec3d{1e-4 * k, 0, 3e-5 * k}, radius);
+      least = std::min(least, ball.centre().y);
+      most = std::max(most, ball.centre().y);
+    }
+    return (most - least) / radius;
+  };
+  EXPECT_LT(swing(2e-5), 1e-6);
+  EXPECT_GT(swing(6e-5), 3e-6);
 }
 
 TEST(BallProxy, IsFeltWhereEdgesAreStitched) {
@@ -287,6 +372,25 @@ TEST(BallProxy, LooksAheadAndGoesAlongInOneTick) {
   EXPECT_LT(work[work.size() * 999 / 1000], 600);
 }
 
+/// What stopped a step stops the next at once: on waves a third as long as it is thick, a ball that is drawn along
+/// looks around once a tick, where it would do so two and a half times.
+TEST(BallProxy, WhatStoppedAStepIsNotFoundAgainByTrying) {
+  const SnapshotPtr model = displaced(plane_shell(8, 32, 0.5),
+                                      [](Vec3d p) { return 0.5 + 0.01 * std::sin(80 * p.x) * std::sin(80 * p.z + 1); });
+  const double radius = 0.03;
+  const Vec3d above = {0.2, 0.2, 0.2}, hand = {0.2, -0.05, 0.2};
+  BallProxy ball;
+  ball.step(*model, above, radius);
+  lead(ball, *model, above, hand, radius, 100);
+  int searches = 0;
+  constexpr int kTicks = 600;
+  for (int k = 1; k <= kTicks; ++k) {
+    ASSERT_TRUE(ball.step(*model, hand + Vec3d{1e-3 * k, 0, 0.7e-3 * k}, radius));
+    searches += ball.searches();
+  }
+  EXPECT_LT(searches, 1.3 * kTicks);
+}
+
 /// At the speed of a hand, on ground finer and rougher than there is time for in a tick.
 TEST(BallProxy, IsNotLateForLong) {
   const SnapshotPtr model = displaced(torus_shell(48, 24, 128), [](Vec3d p) {
@@ -401,7 +505,8 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
       const Vec3d slid = (along * std::sin(turn) + other * std::sin(0.7 * turn)) * (0.1 * size);
       const Vec3d hand = p.position + p.normal * height + slid;
       ball.step(*model, hand, radius);
-      const bool waiting = ball.held() && ball.centre() == last && length(hand - last) > 0.02 * radius;
+      const bool waiting = ball.work() > detail::ball::kWork && ball.held() && ball.centre() == last &&
+                           length(hand - last) > 0.02 * radius;
       still = waiting ? still + 1 : 0;
       waits += waiting ? 1 : 0;
       longest = std::max(longest, still);
@@ -411,7 +516,7 @@ TEST(BallProxy, WhereALookTakesTooLongItWaitsForAFewTicksOnly) {
   }
   EXPECT_GT(waits, 500) << "there is something to see";
   EXPECT_GT(dear, 10);
-  EXPECT_LE(longest, 50);
+  EXPECT_LE(longest, 10);
 }
 
 /// What a tick starts with is what the last one found, also in a copy, and not where the model is another.
@@ -505,11 +610,12 @@ TEST(BallProxy, DoesNotSlipRoundAFingerThatItIsPressedThrough) {
         ++pressed;
         lost += touches && dot(ball.way_out(), out) > 0 ? 0 : 1;
       }
+      // A hand that stops beside the finger may have the ball behind it still; one that goes on has not.
       const Vec3d beside = {x, hand.y, 0.6};
       lead(ball, *model, hand, beside, radius, 300);
       int ticks = 0;
-      while (ball.held() && ticks < 2000) ball.step(*model, beside, radius), ++ticks;
-      EXPECT_LT(ticks, 1000) << x;
+      while (ball.held() && ticks < 2000) ball.step(*model, beside + Vec3d{0, 0, 1e-3 * ++ticks}, radius);
+      EXPECT_LT(ticks, 500) << x;
     }
     EXPECT_GT(pressed, trembling > 0.002 ? 4'000 : 10'000);
     EXPECT_EQ(lost, 0) << trembling;
@@ -526,17 +632,20 @@ TEST(BallProxy, RestsOnTheRimOfAHoleAndOfASheet) {
     for (const double aside : {0.0, 0.01, 0.023})
       for (const double radius : {0.15, 0.3}) {
         BallProxy over_hole, over_rim;
+        std::array<int, 2> late{};  // balls this large may be, for a few ticks, where they land
+        int longest = 0;
         const Vec3d at = {0.5 + aside, 0, 0.5 + aside / 3}, beyond = {0.75 + aside, 0, 0.55};
         for (int k = 0; k <= 400; ++k) {
           const Vec3d up = {0, radius * (1.2 - 1.5 * k / 400.0), 0};
           const bool rests = over_hole.step(*hole, at + up, radius);
           const bool hangs = over_rim.step(*disc, beyond + up, radius);
-          EXPECT_EQ(rests, over_hole.held()) << n << " " << aside << " " << radius << " " << k;
-          EXPECT_EQ(hangs, over_rim.held()) << n << " " << aside << " " << radius << " " << k;
+          late = {rests != over_hole.held() ? late[0] + 1 : 0, hangs != over_rim.held() ? late[1] + 1 : 0};
+          longest = std::max({longest, late[0], late[1]});
           if (hangs) {
             EXPECT_LT(centre(over_rim.surface().position), 0.28);
           }
         }
+        EXPECT_LE(longest, 4) << n << " " << aside << " " << radius;
         EXPECT_TRUE(over_hole.held());
         EXPECT_GT(over_hole.centre().y, 0.6 * radius);
         EXPECT_GT(centre(over_hole.surface().position), 0.04);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -136,6 +137,57 @@ TEST(ClearAround, CostsLittleMoreWhereEdgesAreStitched) {
   EXPECT_LT(placed(*displaced(mixed_shell(*shell, 16, 2), rough)), 3 * placed(*displaced(shell, rough)));
 }
 
+/// Floats round, bounds must not: what they say is never more than what is so.
+TEST(Discs, AreNeverFartherThanTheirTriangles) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  std::size_t tight = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const Vec3d middle = any(), one = any() * 0.2, other = any() * 0.2, corner = middle - (one + other) * (1.0 / 3);
+    const std::array<Vec3d, 3> triangle = {corner, corner + one, corner + other};
+    double radius = 0;
+    for (const Vec3d p : triangle) radius = std::max(radius, length(p - middle));
+    detail::Discs discs;
+    discs.set_never_near(1);
+    const Vec3f at = to_float(middle), up = to_float(normalized(cross(one, other)));
+    discs.middle.x[0] = at.x, discs.middle.y[0] = at.y, discs.middle.z[0] = at.z;
+    discs.normal.x[0] = up.x, discs.normal.y[0] = up.y, discs.normal.z[0] = up.z;
+    discs.radius[0] = static_cast<float>(radius);
+    // Right above a place of it, and beyond its farthest corner, no bound is left to spare.
+    const Vec3d on =
+        k % 2 == 0 ? middle : *std::ranges::max_element(triangle, {}, [&](Vec3d p) { return length(p - middle); });
+    const Vec3d out = k % 2 == 0 ? normalized(cross(one, other)) : normalized(on - middle);
+    const Vec3f place = to_float(on + out * std::pow(10, -k % 4));
+    const Vec3d p = {place.x, place.y, place.z};
+    const auto w = nearest_in_triangle(p, triangle[0], triangle[1], triangle[2]);
+    const Vec3d nearest = triangle[0] * w[0] + triangle[1] * w[1] + triangle[2] * w[2];
+    const double truth2 = dot(nearest - p, nearest - p), said2 = double{discs.least2_from(place)[0]};
+    ASSERT_LE(said2, truth2) << k;
+    tight += said2 > 0.99 * truth2 - 1e-4 ? 1 : 0;
+  }
+  EXPECT_GT(tight, 15'000U);
+}
+
+TEST(Clearances, AreNeverMoreThanWhatIsClear) {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  for (const double far : {0.0, 1.0, 100.0})
+    for (int k = 0; k < 20'000; ++k) {
+      // A single place, seen from far off, that the next place comes straight up to.
+      const Vec3f centre = to_float(any() * far), before = to_float(any() * std::max(1.0, far));
+      const Vec3d at = {centre.x, centre.y, centre.z}, from = {before.x, before.y, before.z};
+      const Vec3f now = to_float(from + (at - from) * (k % 2 == 0 ? 1 : 0.99));
+      const auto clear = static_cast<float>(length(at - from) * (1 - 1e-7));
+      detail::Clearances known;
+      known.keep(0, before, clear, static_cast<float>(length(at - from)));
+      const double truth = length(at - Vec3d{now.x, now.y, now.z});
+      const detail::Four centre_far = detail::Four{} + static_cast<float>(truth);
+      ASSERT_LE(double{known.least_from(now, centre_far, detail::Four{})[0]}, truth) << far << ' ' << k;
+    }
+}
+
 TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   // And so fine that the list has no room for all within its longest reach.
   std::vector<SnapshotPtr> models = rough_tori();
@@ -198,6 +250,86 @@ TEST(Neighbourhood, FindsWhereItCoversWhatASearchFinds) {
   EXPECT_GT(uncovered, 500U);
   EXPECT_GT(most, 100U);
   EXPECT_GT(halves, 100U);
+}
+
+// The unit is a sample that is placed: a square that is looked into is as long as three, and each of its triangles as
+// one.
+TEST(Neighbourhood, CountsWhatALookTakes) {
+  const SnapshotPtr model = displaced(testing::plane_shell(1, 4), [](Vec3d p) { return 0.5 + 0.1 * p.x; });
+  MicroTriangles surface(*model);
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  const Vec3d p = {0.3, 0.07, 0.3};
+  const double reach = 5;  // all of both slabs, each of one square with 16 triangles
+  list.gather(surface, p, reach, 2 * reach, 0);
+  int found = 0;
+  std::array<int, 2> placed{};
+  for (int& look : placed) {
+    const int before = surface.placed();
+    double reach2 = reach * reach;
+    found = 0;
+    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+    look = surface.placed() - before;
+  }
+  EXPECT_EQ(found, 32);
+  EXPECT_EQ(placed[1], 2 * 3 + 32);
+  EXPECT_EQ(placed[0] - placed[1], 2 * (8 + 12 + 24));
+
+  // Eight squares that are passed over are as one.
+  const SnapshotPtr many = displaced(testing::plane_shell(8, 4), [](Vec3d at) { return 0.5 + 0.1 * at.x; });
+  MicroTriangles of_many(*many);
+  list.gather(of_many, p, reach, 2 * reach, 0);
+  const int before = of_many.placed();
+  double reach2 = 1e-12;
+  list.visit_near(of_many, *patches, p + Vec3d{0, 1, 0}, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
+  EXPECT_EQ(of_many.placed() - before, 128 / 8);
+}
+
+// Floats are too coarse for triangles that are many times as large as the distance that is asked about.
+TEST(Neighbourhood, FindsTrianglesFarLargerThanItsReach) {
+  const SnapshotPtr model =
+      displaced(testing::plane_shell(2, 4), [](Vec3d p) { return 0.5 + 0.1 * std::sin(5 * p.x) * std::cos(7 * p.z); });
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double least = 4e-3;
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  MicroTriangles surface(*model);
+  for (int k = 0; k < 5000; ++k) {
+    const auto slab = static_cast<SlabId>(unit(random) * model->slab_mesh().slab_count());
+    const double u = unit(random);
+    const SurfacePoint on = surface_point(*model, slab, u, (1 - u) * unit(random));
+    const Vec3d p = on.position + on.normal * (least * (1 - 1e-4 * unit(random)));
+    list.gather(surface, p, least, 2 * least, 0);
+    ASSERT_TRUE(list.covers(p, least));
+    std::size_t found = 0, all = 0;
+    double reach2 = least * least;
+    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [&](const detail::NearTriangle&) { ++found; });
+    detail::visit_near(surface, p, 0, reach2, [&](const detail::NearTriangle&) { ++all; });
+    ASSERT_EQ(found, all) << k;
+  }
+}
+
+// Beside waves, just out of reach: what was found a little farther off than asked need not be found again.
+TEST(Neighbourhood, LooksIntoFewSquaresAgain) {
+  const SnapshotPtr model = displaced(testing::plane_shell(4, 64),
+                                      [](Vec3d p) { return 0.5 + 0.02 * std::sin(40 * p.x) * std::cos(30 * p.z); });
+  const double least = 0.05;
+  detail::Neighbourhood list;
+  const auto patches = std::make_unique<detail::Patches>();
+  MicroTriangles surface(*model);
+  const SurfacePoint at = closest_point(*model, {0.3, 0, 0.3});
+  int placed = 0;
+  constexpr int kLooks = 400;
+  for (int k = 0; k < kLooks; ++k) {
+    const Vec3d p = at.position + at.normal * (0.99 * least) + Vec3d{0.7, 0, 0.5} * (0.01 * least * (k + 1));
+    if (!list.covers(p, least)) list.gather(surface, p, least, 2 * least, 0);
+    const int before = surface.placed();
+    double reach2 = least * least;
+    list.visit_near(surface, *patches, p, reach2, detail::kAnyWork, [](const detail::NearTriangle&) {});
+    placed += surface.placed() - before;
+  }
+  EXPECT_LT(placed, 8 * kLooks);
 }
 
 // What is kept of a look is right at the places that follow, near and far, in a list and in those after it.

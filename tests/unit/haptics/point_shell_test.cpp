@@ -178,9 +178,8 @@ TEST(PointShell, NoPointWaitsLong) {
   }
 }
 
-/// Where there is no time for all in a tick, those that push come first and those that hardly do have one turn in four
-/// ticks: so what is felt is nearly what it would be if there were time for all.
-TEST(PointShell, PointsThatHardlyPushMakeRoomForThoseThatDo) {
+/// Where there is no time for all in a tick, what is felt is nearly what it would be if there were.
+TEST(PointShell, WithoutTimeForAllPointsItIsFeltNearlyAsWithIt) {
   const SnapshotPtr model = rough_torus();
   const std::vector<Vec3d> points = sphere_points(1000, 0.3);
   PointShell shell(points);

@@ -81,6 +81,28 @@ TEST(StatedWorkspace, FurtherThanFourRadiiIsASafeState) {
   }
 }
 
+/// Where neither the device nor the settings know a limit, numbers stay numbers.
+TEST(StatedLimits, WithoutAnyTheForceIsFiniteStill) {
+  const SnapshotPtr model = unit_sphere();
+  DeviceInfo device;
+  for (double* limit : {&device.max_stiffness, &device.max_damping, &device.max_force, &device.max_force_rate,
+                        &device.max_torque, &device.continuous_force, &device.max_work, &device.max_speed})
+    *limit = kInf;
+  ServoSettings settings = kSettings;
+  settings.force.stiffness = settings.force.damping = settings.force.max_force = kInf;
+  for (const bool guard : {true, false}) {
+    settings.force.guard = guard;
+    Servo servo(settings, device);
+    double most = 0;
+    for (int k = 0; k <= 60; ++k) {
+      const ServoSample felt = servo.step(*model, reading(1 + 1e-3 * k, {0, 0, 1.02 - 1e-3 * std::min(k, 40)}));
+      ASSERT_TRUE(std::isfinite(length(felt.force))) << guard << ' ' << k;
+      most = std::max(most, felt.force.z);
+    }
+    EXPECT_GT(most, 1) << guard;
+  }
+}
+
 TEST_P(SafeState, ZeroAtOnceAndUntilLiftOff) {
   const SnapshotPtr model = unit_sphere();
   Servo servo(kSettings, DeviceInfo{});
