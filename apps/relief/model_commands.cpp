@@ -387,13 +387,16 @@ Status run_convert(ConvertOptions& o, const Context& context) {
       made.model.info.mode = Mode::Tolerant;
       made.report.parts.certified = 0;
     }
+    made.report.refused = true;
     made.report.not_certified = why;
   }
   // What might have been given up was not.
   if (made.model.info.mode == Mode::Tolerant && claim_holds(Mode::Certified, certificate) &&
-      made.report.hits_none == 0 && made.report.hits_several == 0 && is_of_the_source(made.report)) {
+      made.report.hits_none == made.report.hits_missing && made.report.hits_several == 0 &&
+      is_of_the_source(made.report)) {
     made.model.info.mode = Mode::Certified;
     made.report.parts.certified = made.report.parts.count;
+    made.report.not_certified.clear();
   }
   made.model.info.source = std::filesystem::path(o.in).filename().string();
   const Mode mode = made.model.info.mode;

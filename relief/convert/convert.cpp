@@ -10,6 +10,7 @@
 #include <relief/convert/sample/sampled_model.h>
 #include <relief/convert/sample/source_rays.h>
 #include <relief/convert/stage_meshes.h>
+#include <relief/convert/support/parallel.h>
 #include <relief/convert/support/words.h>
 
 #include <algorithm>
@@ -84,6 +85,7 @@ void report_hits(const HitCount& hits, ConvertReport& report) {
   report.fibres_cast = hits.all() + missing;
   report.hits_single = hits.single;
   report.hits_none = hits.none + missing;
+  report.hits_missing = missing;
   report.hits_several = hits.several;
 }
 
@@ -145,7 +147,8 @@ void add_corners(const TriangleMesh& as_read, Ground& ground, double across, Con
   // What has no place has less of the area than one.
   if (corners.share < 1 && coverage.share == 1) {
     coverage.missing_near = corners.missing_near;
-    coverage.share = 1 - 1 / double(kPlaces);
+    coverage.missed = 1;
+    coverage.share = 1 - 1 / double(std::max(coverage.places, coverage.missed));
   }
   // No farther from the model than both ways together.
   coverage.farthest = std::max(coverage.farthest, corners.farthest) + report.from_mended.max;
@@ -153,19 +156,22 @@ void add_corners(const TriangleMesh& as_read, Ground& ground, double across, Con
 
 /// Returns by how much of the diagonal the source may have been moved aside: vertices by repair, all by voxels.
 double moved_by(const ConvertReport& report) {
-  const double moved = std::max(report.moved_most, report.remesh ? report.remesh->voxel : 0);
+  const double moved = std::max(
+      {report.moved_most, report.skin ? report.skin->moved_most : 0, report.remesh ? report.remesh->voxel : 0});
   return std::min(moved, ConvertReport::Coverage::kNear);
 }
 
 /// Returns whether repair left vertices or triangles that are not the source's own and do not fill its openings.
 bool is_changed(const ConvertReport& report) noexcept {
-  return report.moved_vertices + report.replaced_triangles + report.truncated_spikes > 0 || report.remesh;
+  return report.moved_vertices + report.replaced_triangles + report.truncated_spikes > 0 || report.remesh ||
+         (report.skin && report.skin->repaired > 0);
 }
 
 /// Returns how far the surface that the slabs stand on lies from the source at its corners and in the middles of its
-/// triangles, lattice steps; what is the source's own lies on it. Without meaning when cancelled.
+/// triangles, lattice steps. Corners of the source's own lie on it, and unless there may be patches between them, so
+/// does what they hold. Without meaning when cancelled. Runs on all threads.
 double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, const TriangleMesh& as_read,
-                    bool is_patched, const SourceRays& source, const Lattice& lattice, const Progress& progress) {
+                    bool maybe_patched, const SourceRays& source, const Lattice& lattice, const Progress& progress) {
   const auto key = [&](Vec3d p) {
     const LatticePoint at = snap(lattice.to_lattice(p));
     return std::array{at.x, at.y, at.z};
@@ -175,24 +181,27 @@ double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, con
   for (const Vec3d p : as_read.positions)
     if (is_finite(p)) own.push_back(key(p));
   std::ranges::sort(own);
-  double most = 0;
-  const auto look = [&](Vec3d p) { most = std::max(most, source.nearest(lattice.to_lattice(p)).distance); };
+  const auto off = [&](Vec3d p) { return source.nearest(lattice.to_lattice(p)).distance; };
+  constexpr std::size_t kTogether = 4096;  // corners, or triangles: one answer for all of them
+  const auto greatest = [&](std::size_t count, auto&& of) {
+    std::vector<double> most((count + kTogether - 1) / kTogether, 0.0);
+    for_all(most.size(), 1, progress, [&](std::size_t block) {
+      for (std::size_t k = block * kTogether; k < std::min(count, (block + 1) * kTogether); ++k)
+        most[block] = std::max(most[block], of(k));
+    });
+    return most.empty() ? 0.0 : std::ranges::max(most);
+  };
   std::vector<std::uint8_t> is_moved(mended.positions.size());
-  for (std::size_t v = 0; v < is_moved.size(); ++v)
+  const double corners = greatest(is_moved.size(), [&](std::size_t v) {
     is_moved[v] = !std::ranges::binary_search(own, key(mended.positions[v]));
-  std::vector<std::uint8_t> seen(is_moved.size());
-  for (const Face& f : faces) {
-    if (progress.cancelled()) break;
-    Vec3d middle;
-    bool moved = is_patched;
-    for (const std::uint32_t v : f) {
-      middle += mended.positions[v] / 3.0;
-      moved = moved || is_moved[v] != 0;
-      if (is_moved[v] != 0 && std::exchange(seen[v], 1) == 0) look(mended.positions[v]);
-    }
-    if (moved) look(middle);
-  }
-  return most;
+    return is_moved[v] != 0 ? off(mended.positions[v]) : 0.0;
+  });
+  const double middles = greatest(faces.size(), [&](std::size_t k) {
+    const Face& f = faces[k];
+    if (!maybe_patched && is_moved[f[0]] + is_moved[f[1]] + is_moved[f[2]] == 0) return 0.0;
+    return off((mended.positions[f[0]] + mended.positions[f[1]] + mended.positions[f[2]]) / 3.0);
+  });
+  return std::max(corners, middles);
 }
 
 /// Returns the mode that the shell and what it has of the source allow. Errors: Unfoldable where another one was
@@ -308,10 +317,11 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
     const SourceRays rays(as_read.positions, as_read.triangles, lattice);
     report.to_source = relative(made.to(rays, samples, progress));
     report.coverage.beyond = report.to_source.max;
-    if (report.to_source.max > ConvertReport::Coverage::kNear || is_changed(report)) {
-      const bool is_patched = report.replaced_triangles + report.truncated_spikes > 0;
+    const bool is_far = report.to_source.max > ConvertReport::Coverage::kNear;
+    if (is_far || is_changed(report)) {
+      const bool maybe_patched = is_far || report.replaced_triangles + report.truncated_spikes > 0;
       report.coverage.beyond =
-          share * farthest_off(ground.mesh.get(), scanned(ground), as_read, is_patched, rays, lattice, progress);
+          share * farthest_off(ground.mesh.get(), scanned(ground), as_read, maybe_patched, rays, lattice, progress);
       ground.mesh.rest();
     }
     clock.phase_done("measure");

@@ -68,6 +68,7 @@ struct ConvertReport {
                                  ///< for each share of the source's visible area that no slab holds
   std::size_t hits_single = 0;   ///< fibres that met the source exactly once
   std::size_t hits_none = 0;     ///< filled from their neighbours, or missing with the slab
+  std::size_t hits_missing = 0;  ///< of these, such as stand for the source's missing area
   std::size_t hits_several = 0;  ///< the crossing that agrees with the neighbours was taken
   /// The error that was requested, or else is aimed at, share of the diagonal; 0 where n was given. Slabs that do not
   /// keep to it, of the displaced surface to the mended source or back; with a given n, those that do not keep to 1e-4
@@ -83,14 +84,15 @@ struct ConvertReport {
   /// Says how much of the source's visible area the model has. Not visible is what lies inside of the closed surface
   /// that the slabs stand on (winding number above one half on both sides).
   struct Coverage {
-    static constexpr double kNear = 0.01;    ///< of the diagonal: what lies farther from the model is missing
+    static constexpr double kNear = 0.01;    ///< of the diagonal: how far a place looks for the model, and how far what
+                                             ///< the slabs stand on may lie from the source
     static constexpr double kWhole = 0.995;  ///< a certificate is only spoken of with such a share at least; the rims
                                              ///< of openings lose up to a micro-triangle
     std::size_t places = 0;  ///< spread evenly over the visible area, from which the model was looked for: along the
                              ///< source's normal there, kNear both ways, and as near as repair moved anything at most
     std::size_t missed = 0;  ///< of these, met nothing
     double share = 1;        ///< of the visible area, that is not missing
-    double farthest = 0;     ///< of that, from the model's surface at most, share of the diagonal
+    double farthest = 0;     ///< of that, from what the slabs stand on at most, share of the diagonal
     double beyond =
         0;  ///< how far what the slabs stand on lies from the source, fill triangles aside; share of the diagonal
     double hidden = 0;  ///< share of the whole area that is known not to be visible; looked for where some lies far off
@@ -156,6 +158,7 @@ struct ConvertReport {
   std::size_t slabs_that_hold = 0;
   std::vector<std::string> notes;  ///< what is odd about the source; sentences without a full stop
   std::string not_certified;       ///< why the shell is not certified, where that was tried; a sentence
+  bool refused = false;            ///< by the verifier, which that sentence says; of whoever asks the verifier
   /// Connected components of the mended source. One certificate covers all of them: where one component cannot have it,
   /// none has. Then they are those of the repaired source, numbered by their first triangle, and `obstacles` names the
   /// ones at fault.

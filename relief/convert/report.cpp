@@ -53,6 +53,7 @@ std::string removed(const ConvertReport& report) {
 /// Why it is tolerant: no slabs have a proof, or it would speak of something else than the source; or else what kept it
 /// from being certified. `how_far` the surface lies off, in words.
 std::string reason(const ConvertReport& report, const std::string& how_far) {
+  if (report.refused) return report.not_certified;
   if (report.parts.certified == 0) return "no proof was found with " + counted(report.slabs_asked, "slab");
   using Coverage = ConvertReport::Coverage;
   const Coverage& coverage = report.coverage;

@@ -220,6 +220,7 @@ class Contract(Case):
         report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 30, "--unit", "mm", "--json").json()
         self.assertEqual((report["mode"], report["slabs"], report["notes"]), ("certified", 30, []))
         self.assertEqual(report["parts"], {"count": 1, "certified": 1})
+        self.assertNotIn("not_certified", report)
         self.assertEqual(self.ok("info", out, "--json").json()["mode"], "certified")
         report = self.ok("convert", ball, "-o", out, "--mode", "tolerant", "--slabs", 8, "--json").json()
         self.assertGreater(report["slabs"], 8)

@@ -375,7 +375,7 @@ bool MeasuredSurface::follows(Vec3d at, const SourceRays& solid, double reach, L
   const auto nearest_to = [&](double t) {
     return std::ranges::min_element(met.all(), {}, [t](const Crossing& c) { return std::abs(c.t - t); });
   };
-  return nearest_to(held->alpha) == nearest_to(alpha);
+  return !met.all().empty() && nearest_to(held->alpha) == nearest_to(alpha);
 }
 
 bool MeasuredSurface::answers(const Ray3d& ray, const SourceRays& solid, double moved, LocateHint& hint) const {

@@ -1,3 +1,4 @@
+#include <relief/base/assert.h>
 #include <relief/base/triangle.h>
 #include <relief/convert/sample/source_rays.h>
 
@@ -142,6 +143,7 @@ void SourceRays::cross(Vec3d origin, Vec3d direction, double from, double to, Cr
 }
 
 void SourceRays::cross(std::span<const Line> lines, double from, double to, std::span<Crossings> found) const {
+  RELIEF_ASSERT(lines.size() <= kTogether && found.size() >= lines.size());
   Hits hits(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
   alignas(32) std::array<int, kTogether> valid{};
   RTCRayHit8 rays{};
