@@ -27,6 +27,7 @@
 #include <QFile>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QLayout>
 #include <QMenuBar>
 #include <QPushButton>
 #include <QResizeEvent>
@@ -307,6 +308,9 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
             setAnimated(false);  // after a movement, Qt forgets to hide the button
             rest->click();
             setAnimated(animated);
+            column_->layout()
+                ->invalidate();  // it hides it only when it lays out, and the bar may be as large as before
+            column_->layout()->activate();
           },
           Qt::QueuedConnection);
   }
