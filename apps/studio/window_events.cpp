@@ -41,6 +41,7 @@ void MainWindow::connect_document() {
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
+      docks_->share_soon();
       QStringList used;
       for (const QColor& each : colours_->last_used()) used.append(each.name());
       settings_.setValue("colours/used", used);
