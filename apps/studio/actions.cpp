@@ -1,4 +1,5 @@
 // All that can be done in the window, as actions: menus, keys and the command palette are made of them.
+#include "docks.h"
 #include "event_log.h"
 #include "main_window.h"
 #include "split_view.h"
@@ -170,10 +171,7 @@ void MainWindow::build_actions() {
   add("redraw", tr("Draw again"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_R),
       [this] { viewport_->redraw_everything(); });
 
-  add("panels", tr("Hide or show all panels"), QKeySequence(Qt::Key_F4), [this] {
-    const bool any = std::ranges::any_of(docks_, [](const QDockWidget* dock) { return dock->isVisible(); });
-    for (QDockWidget* dock : docks_) dock->setVisible(!any);
-  });
+  add("panels", tr("Hide or show all panels"), QKeySequence(Qt::Key_F4), [this] { docks_->close_or_open_all(); });
   QAction* full = add("fullscreen", tr("Full screen"), QKeySequence(Qt::Key_F11), {});
   full->setCheckable(true);
   connect(full, &QAction::toggled, this, [this](bool on) { on ? showFullScreen() : showNormal(); });
@@ -182,6 +180,42 @@ void MainWindow::build_actions() {
     use_preference("look/theme");
   });
   build_film_actions();
+  add_words();
+}
+
+/// What other programs and people call these commands; the palette finds them by it.
+void MainWindow::add_words() {
+  for (const auto& [id, words] : {std::pair{"open", tr("load import file scan")},
+                                  {"save", tr("write store")},
+                                  {"export", tr("write mesh stl obj ply glb 3mf print")},
+                                  {"picture", tr("screenshot image render png")},
+                                  {"turntable", tr("film video animation")},
+                                  {"report", tr("summary protocol html")},
+                                  {"quit", tr("exit leave program")},
+                                  {"preferences", tr("settings options language shortcuts")},
+                                  {"undo", tr("back revert")},
+                                  {"redo", tr("again repeat")},
+                                  {"refine-saturated", tr("clay ends extend remesh")},
+                                  {"refine-all", tr("subdivide detail resolution")},
+                                  {"refine-model", tr("remesh rebuild convert")},
+                                  {"drag-radius", tr("brush size")},
+                                  {"drag-strength", tr("brush intensity")},
+                                  {"radius-less", tr("brush size smaller")},
+                                  {"radius-more", tr("brush size bigger")},
+                                  {"symmetry", tr("mirror")},
+                                  {"pick-colour", tr("eyedropper pipette sample")},
+                                  {"frame", tr("zoom fit reset home centre")},
+                                  {"lens", tr("orthographic projection camera")},
+                                  {"z-up", tr("upright orientation rotate stand")},
+                                  {"wires", tr("wireframe edges grid")},
+                                  {"heat", tr("displacement height colours")},
+                                  {"cavity", tr("hollows ambient occlusion")},
+                                  {"studio-light", tr("shadows quality lighting")},
+                                  {"redraw", tr("refresh repaint")},
+                                  {"panels", tr("sidebar docks interface")},
+                                  {"fullscreen", tr("maximise window")},
+                                  {"theme", tr("theme dark mode light mode appearance night")}})
+    CommandPalette::set_words(*actions_.at(QString::fromLatin1(id)), words);
 }
 
 void MainWindow::build_menus() {
@@ -234,7 +268,7 @@ void MainWindow::build_menus() {
   QMenu* panels = view->addMenu(tr("&Panels"));
   connect(panels, &QMenu::aboutToShow, this, [this, panels] {
     panels->clear();
-    for (QDockWidget* dock : docks_) panels->addAction(dock->toggleViewAction());
+    for (QDockWidget* dock : docks_->all()) panels->addAction(dock->toggleViewAction());
   });
   fill(view, {"panels", "-", "redraw", "fullscreen", "theme"});
   QMenu* help = menuBar()->addMenu(tr("Hel&p"));

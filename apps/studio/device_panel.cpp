@@ -113,6 +113,7 @@ void DevicePanel::build_plots() {
   force_ = plot(QStringLiteral("plot-force"), tr("Force"), PlotView::Colour::Good, newton);
   depth_ = plot(QStringLiteral("plot-depth"), tr("Depth under the surface"), PlotView::Colour::Blue,
                 [this](double depth) { return length_text(depth, unit_); });
+  period_ = plot(QStringLiteral("plot-period"), tr("Period"), PlotView::Colour::Good, micro);
   time_ = plot(QStringLiteral("plot-time"), tr("Time per tick"), PlotView::Colour::Accent, micro);
 }
 
@@ -196,8 +197,8 @@ void DevicePanel::refresh() {
   claim_->setVisible(!claim.isEmpty());
   live_->setVisible(on);
   if (!on) {
-    for (PlotView* plot : {force_, depth_, time_}) plot->clear();
-    worst_ = 0;
+    for (PlotView* plot : {force_, depth_, period_, time_}) plot->clear();
+    worst_ = longest_ = 0;
     freeze_->setChecked(false);
   } else {
     limit_->set_range(0, std::max(hand_.most_force(), 0.1));
@@ -231,29 +232,32 @@ void DevicePanel::refresh_state() {
 void DevicePanel::take(int count) {
   const HandMonitor& monitor = hand_.monitor();
   const std::size_t size = monitor.size(), fresh = std::min(size, static_cast<std::size_t>(count));
-  std::vector<Sample> force, depth, time;
-  float longest = 0;
+  std::vector<Sample> force, depth, period, time;
   for (std::size_t k = size - fresh; k < size; ++k) {
     const HandTick& tick = monitor[k];
     force.push_back({tick.t, length(tick.force)});
     depth.push_back({tick.t, tick.depth});
+    if (tick.period > 0) period.push_back({tick.t, tick.period});  // the first has none
     time.push_back({tick.t, tick.compute});
-    longest = std::max(longest, tick.compute);
+    longest_ = std::max(longest_, tick.period);
+    worst_ = std::max(worst_, tick.compute);
   }
-  worst_ = std::max(worst_, longest);
   force_->append(force);
   depth_->append(depth);
+  period_->append(period);
   time_->append(time);
   if (fresh == 0 || !isVisible()) return;
   const HandTick& last = monitor[size - 1];
   force_->set_limit(hand_.force_limit());
   force_->set_text(tr("%1 of %2").arg(newton(static_cast<double>(length(last.force))), newton(hand_.force_limit())));
   depth_->set_text(length_text(static_cast<double>(last.depth), unit_));
+  period_->set_text(
+      tr("%1, longest %2").arg(micro(static_cast<double>(last.period)), micro(static_cast<double>(longest_))));
   time_->set_text(tr("%1, worst %2").arg(micro(static_cast<double>(last.compute)), micro(static_cast<double>(worst_))));
 }
 
 void DevicePanel::freeze(bool on) {
-  for (PlotView* plot : {force_, depth_, time_}) {
+  for (PlotView* plot : {force_, depth_, period_, time_}) {
     plot->set_frozen(on);
     if (!on) plot->set_cursor(std::nullopt);
   }
@@ -268,7 +272,7 @@ void DevicePanel::say_at_cursor(const QString& words) {
 }
 
 void DevicePanel::scrub(double time) {
-  for (PlotView* plot : {force_, depth_, time_}) plot->set_cursor(time);
+  for (PlotView* plot : {force_, depth_, period_, time_}) plot->set_cursor(time);
   const auto after = std::ranges::upper_bound(frozen_, time, {}, &HandTick::t);
   if (after == frozen_.begin()) return;
   const HandTick& tick = *std::prev(after);

@@ -45,13 +45,14 @@ class DevicePanel : public QWidget {
   Unit unit_ = Unit::Millimetre;
   QPushButton* device_;
   QLabel *claim_, *state_, *at_cursor_;
-  PlotView *force_ = nullptr, *depth_ = nullptr, *time_ = nullptr;
+  PlotView *force_ = nullptr, *depth_ = nullptr, *period_ = nullptr, *time_ = nullptr;
   QPushButton *freeze_ = nullptr, *forces_ = nullptr, *clutch_ = nullptr, *recentre_ = nullptr, *record_ = nullptr,
               *play_ = nullptr, *sound_ = nullptr;
   ValueBar *limit_ = nullptr, *scale_ = nullptr;
   QWidget* live_;  ///< what has a meaning only with a device
   std::vector<HandTick> frozen_;
-  float worst_ = 0;  ///< s, the longest tick since the session began
+  /// s, of the ticks since the session began: the longest time from one to the next, and the most that one took
+  float longest_ = 0, worst_ = 0;
 };
 
 }  // namespace relief::studio

@@ -46,8 +46,10 @@ QString extension_of(const QString& filter, const QString& otherwise) {
 }  // namespace
 
 void MainWindow::ask_open() {
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scan or a model"),
-                                                    folder_of(settings_, "open", documents()), FileDesk::filters());
+  // The many extensions stand on the start page; in the dialog's line they would be cut.
+  const QString file =
+      QFileDialog::getOpenFileName(this, tr("Open a scan or a model"), folder_of(settings_, "open", documents()),
+                                   FileDesk::filters(), nullptr, QFileDialog::HideNameFilterDetails);
   if (file.isEmpty()) return;
   settings_.setValue("folders/open", QFileInfo(file).absolutePath());
   open(file);

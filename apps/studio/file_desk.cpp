@@ -39,8 +39,10 @@ FileDesk::FileDesk(DocumentBridge& bridge, QObject* parent) : QObject(parent), b
           [this](const HistoryChanged& history) { shelf_.stroked(history.undo_steps); });
 }
 
+QStringList FileDesk::suffixes() { return {"relief", "ply", "obj", "stl", "off", "glb", "gltf", "3mf", "drc", "gz"}; }
+
 QString FileDesk::filters() {
-  return tr("Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)") +
+  return tr("Models and scans") + QStringLiteral(" (*.") + suffixes().join(QStringLiteral(" *.")) + QLatin1Char(')') +
          QStringLiteral(";;") + tr("Relief models (*.relief)") + QStringLiteral(";;") + tr("All files (*)");
 }
 

@@ -32,6 +32,9 @@ class FileDesk : public QObject {
 
   [[nodiscard]] Shelf& shelf() { return shelf_; }
   [[nodiscard]] const QString& title() const { return title_; }
+  /// Of the names of files that can be opened, without the dot.
+  [[nodiscard]] static QStringList suffixes();
+  /// The same for a dialog.
   [[nodiscard]] static QString filters();
   [[nodiscard]] static bool is_model(const QString& file);
 

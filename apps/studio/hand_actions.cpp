@@ -1,5 +1,6 @@
 // The hand in the window: its menu, button, panel, keys, and what of it lies over the picture.
 #include "device_panel.h"
+#include "docks.h"
 #include "hand.h"
 #include "hand_overlay.h"
 #include "hand_text.h"
@@ -9,6 +10,7 @@
 #include "text.h"
 #include "widgets/accessible.h"
 #include "widgets/banner.h"
+#include "widgets/column_area.h"
 #include "widgets/force_meter.h"
 #include "widgets/icons.h"
 #include "widgets/theme.h"
@@ -16,14 +18,11 @@
 #include <QActionGroup>
 #include <QDateTime>
 #include <QDir>
-#include <QDockWidget>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QLabel>
 #include <QMenu>
 #include <QMenuBar>
-#include <QScrollArea>
-#include <QTimer>
 #include <QToolBar>
 #include <QToolButton>
 #include <utility>
@@ -43,23 +42,17 @@ QString new_recording(const std::filesystem::path& model) {
       .arg(folder, text(model.stem()), QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss")));
 }
 
-/// Heights of the docks, px at any window: the device takes what it needs, the rest shares.
-QList<int> room_for_device(const std::vector<QDockWidget*>& docks) {
-  QList<int> heights;
-  for (const QDockWidget* dock : docks)
-    heights.append(scaled(dock->objectName() == QLatin1String("device-panel") ? 400 : 150));
-  return heights;
-}
-
-/// Keeps a widget in the lower left corner of its parent.
+/// Keeps a widget in the lower left corner of a view. As long as it is seen, the legend of colours stands beside it.
 class CornerKeeper : public QObject {
  public:
-  explicit CornerKeeper(QWidget* widget) : QObject(widget), widget_(widget) {
-    widget->parentWidget()->installEventFilter(this);
+  CornerKeeper(QWidget* widget, Viewport& view) : QObject(widget), widget_(widget), view_(view) {
+    view.installEventFilter(this);
+    widget->installEventFilter(this);
     place();
   }
-  bool eventFilter(QObject*, QEvent* event) override {
-    if (event->type() == QEvent::Resize) place();
+  bool eventFilter(QObject* object, QEvent* event) override {
+    const bool resized = object == &view_ && event->type() == QEvent::Resize;
+    if (resized || event->type() == QEvent::ShowToParent || event->type() == QEvent::HideToParent) place();
     return false;
   }
 
@@ -67,9 +60,11 @@ class CornerKeeper : public QObject {
   void place() {
     const int margin = scaled(16);
     widget_->resize(widget_->sizeHint());
-    widget_->move(margin, widget_->parentWidget()->height() - widget_->height() - margin);
+    widget_->move(margin, view_.height() - widget_->height() - margin);
+    view_.keep_left_free(widget_->isVisibleTo(&view_) ? widget_->geometry().right() + 1 : 0);
   }
   QWidget* widget_;
+  Viewport& view_;
 };
 
 }  // namespace
@@ -81,16 +76,13 @@ void MainWindow::build_hand() {
   meter_ = new ForceMeter(viewport_);
   meter_->setAccessibleName(tr("Force meter"));  // the plot is called Force
   meter_->hide();
-  new CornerKeeper(meter_);
+  new CornerKeeper(meter_, *viewport_);
   build_hand_actions();
   device_panel_ = new DevicePanel(*hand_, *devices_, this);
-  auto* scroll = new QScrollArea(this);
-  scroll->setWidgetResizable(true);
-  scroll->setFrameShape(QFrame::NoFrame);
-  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* scroll = new ColumnArea(this);
   scroll->setWidget(device_panel_);
-  QDockWidget* dock = add_dock(QStringLiteral("device-panel"), tr("Device panel"), tr("Device"), scroll);
-  splitDockWidget(docks_.at(1), dock, Qt::Vertical);
+  device_dock_ = docks_->add(QStringLiteral("device-panel"), tr("Device"), tr("Device panel"), tr("Device"), scroll);
+  docks_->put_under(*docks_->all().at(1), *device_dock_);
   device_ = new QToolButton(top_);
   device_->setObjectName(QStringLiteral("device"));
   device_->setAccessibleName(tr("Device"));
@@ -154,6 +146,8 @@ void MainWindow::connect_hand() {
   connect(viewport_, &Viewport::pointed, hand_, &Hand::point);
   connect(viewport_, &Viewport::left, hand_, &Hand::leave);
   connect(viewport_, &Viewport::depthTurned, hand_, &Hand::turn_depth);
+  // What it said of a model that is gone, nobody can act upon. A device that is lost ends the session, not the model.
+  connect(&bridge_, &DocumentBridge::closed, this, [this] { banner_->retract(kHand); });
   connect(&bridge_, &DocumentBridge::opened, this,
           [this] { device_panel_->set_unit(bridge_.document()->info().unit); });
 }
@@ -189,11 +183,9 @@ void MainWindow::show_hand() {
     viewport_->update_overlays();
     meter_->set_force(0);
   }
-  // Whoever begins to feel wants to see what; later the panels are where people have put them.
-  // The panels are shown a little later than this.
-  if (on && !std::exchange(felt_, true))
-    QTimer::singleShot(0, this,
-                       [this] { resizeDocks({docks_.begin(), docks_.end()}, room_for_device(docks_), Qt::Vertical); });
+  // Whoever feels wants to see what.
+  docks_->favour(on ? device_dock_ : nullptr);
+  docks_->share_soon();
   meter_->setVisible(on);
   meter_->set_forces_on(hand_->forces());
   if (on && hand_->force_limit() > 0) meter_->set_limit(hand_->force_limit());

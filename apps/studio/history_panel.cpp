@@ -6,6 +6,7 @@
 #include "widgets/theme.h"
 
 #include <QKeyEvent>
+#include <algorithm>
 
 namespace relief::studio {
 
@@ -21,6 +22,9 @@ HistoryPanel::HistoryPanel(DocumentBridge& bridge, QWidget* parent) : QListWidge
   setAccessibleName(tr("History"));
   setAccessibleDescription(tr("The strokes, oldest first. Choose one to go there."));
   setUniformItemSizes(true);
+  // A row as wide as the panel: what is long loses letters in its middle, and is whole in its tip.
+  setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  setTextElideMode(Qt::ElideMiddle);
   setIconSize(QSize(scaled(18), scaled(18)));
   connect(&bridge_, &DocumentBridge::opened, this, [this] {
     saved_ = bridge_.document()->statistics().undo_steps;
@@ -34,6 +38,12 @@ HistoryPanel::HistoryPanel(DocumentBridge& bridge, QWidget* parent) : QListWidge
   });
   connect(this, &QListWidget::itemClicked, this, [this](QListWidgetItem* item) { go_to(row(item)); });
   connect(this, &QListWidget::itemActivated, this, [this](QListWidgetItem* item) { go_to(row(item)); });
+}
+
+/// The newest strokes are what people want back; all of them would leave the other panels no room.
+QSize HistoryPanel::sizeHint() const {
+  constexpr int kRows = 3;
+  return {QListWidget::sizeHint().width(), kRows * std::max(0, sizeHintForRow(0)) + 2 * frameWidth()};
 }
 
 void HistoryPanel::refresh() {
@@ -54,11 +64,12 @@ void HistoryPanel::refresh() {
     const bool known = ToolState::ids().contains(id);
     const QString title = known ? ToolState::title(id) : id;
     const bool last_saved = k + 1 == saved_;
-    auto* item = new QListWidgetItem(
-        icon(known ? QStringView(id) : QStringView(u"carve")),
-        tr("%1, stroke %2").arg(title).arg(k + 1) + (last_saved ? QStringLiteral("  ✓") : QString()), this);
+    // What no tool did is a change of the slabs.
+    const QString words = known ? tr("%1, stroke %2").arg(title).arg(k + 1) : tr("%1, step %2").arg(title).arg(k + 1);
+    auto* item = new QListWidgetItem(icon(known ? QStringView(id) : QStringView(u"wires")),
+                                     words + (last_saved ? QStringLiteral("  ✓") : QString()), this);
     item->setData(Qt::UserRole, qulonglong{k + 1});
-    if (last_saved) item->setToolTip(tr("In the file up to here"));
+    item->setToolTip(last_saved ? tr("%1. In the file up to here").arg(words) : words);
     if (k >= undo_) item->setForeground(current_theme().dim);
   }
   const int current = static_cast<int>(undo_ >= first ? undo_ - first : 0);

@@ -13,6 +13,7 @@ class HistoryPanel : public QListWidget {
   Q_OBJECT
  public:
   explicit HistoryPanel(DocumentBridge& bridge, QWidget* parent = nullptr);
+  [[nodiscard]] QSize sizeHint() const override;
 
  protected:
   bool event(QEvent* event) override;

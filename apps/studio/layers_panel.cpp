@@ -49,12 +49,14 @@ LayersPanel::LayersPanel(QWidget* parent) : QWidget(parent) {
   rows_->setSpacing(2);
 }
 
-void LayersPanel::set_model(const Snapshot* model) {
+bool LayersPanel::set_model(const Snapshot* model) {
   unsigned layers = 0;
   if (model != nullptr)
     for (const Row& row : kRows)
       if (model->has(row.layer)) layers |= bit(row.layer);
-  if (layers != layers_) rebuild(layers);
+  if (layers == layers_) return false;
+  rebuild(layers);
+  return true;
 }
 
 void LayersPanel::set_look(const Look& look) {

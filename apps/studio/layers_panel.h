@@ -17,8 +17,8 @@ class LayersPanel : public QWidget {
   Q_OBJECT
  public:
   explicit LayersPanel(QWidget* parent = nullptr);
-  /// Null: no model.
-  void set_model(const Snapshot* model);
+  /// Null: no model. Returns whether other layers are listed than before.
+  bool set_model(const Snapshot* model);
   void set_look(const Look& look);
 
  signals:

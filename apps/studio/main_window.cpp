@@ -1,5 +1,6 @@
 #include "main_window.h"
 
+#include "docks.h"
 #include "event_log.h"
 #include "hand.h"
 #include "hand_overlay.h"
@@ -23,12 +24,13 @@
 #include <QAccessible>
 #include <QApplication>
 #include <QCloseEvent>
-#include <QDockWidget>
 #include <QFile>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QLayout>
 #include <QMenuBar>
 #include <QPushButton>
+#include <QResizeEvent>
 #include <QScreen>
 #include <QStackedWidget>
 #include <QStatusBar>
@@ -39,6 +41,13 @@
 #include <initializer_list>
 
 namespace relief::studio {
+
+namespace {
+
+/// Qt's button for what has no room in a bar.
+const QString kRest = QStringLiteral("qt_toolbar_ext_button");
+
+}  // namespace
 
 MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
     : settings_(settings), desktop_(desktop), keys_(config_folder() + QStringLiteral("/keys.json")), desk_(bridge_) {
@@ -110,6 +119,13 @@ void MainWindow::build_bars() {
     made->setAccessibleDescription(actions_.at(id)->statusTip());
     return made;
   };
+  // The button of a bar that has no room for all of its own.
+  const auto name_rest = [](QToolBar* bar, const QString& name, const QString& help) {
+    auto* rest = bar->findChild<QToolButton*>(kRest);
+    rest->setAccessibleName(name);
+    rest->setAccessibleDescription(help);
+    rest->setToolTip(help);
+  };
   top_ = addToolBar(tr("Top bar"));
   top_->setObjectName(QStringLiteral("top"));
   top_->setAccessibleName(tr("Top bar"));
@@ -136,6 +152,7 @@ void MainWindow::build_bars() {
   auto* space = new QWidget(top_);
   space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
   top_->addWidget(space);
+  name_rest(top_, tr("More"), tr("Shows what has no room in the bar"));
 
   column_ = new QToolBar(tr("Tools"), this);
   column_->setObjectName(QStringLiteral("tools"));
@@ -147,6 +164,8 @@ void MainWindow::build_bars() {
     QToolButton* made = button(column_, "tool-" + id, ToolState::title(id));
     made->setProperty("tool", true);
   }
+  column_->installEventFilter(this);
+  name_rest(column_, tr("More tools"), tr("Shows the tools that have no room in the column"));
 
   status_ = new QLabel(this);
   status_->setObjectName(QStringLiteral("status"));
@@ -161,28 +180,12 @@ void MainWindow::build_bars() {
   statusBar()->setSizeGripEnabled(false);
 }
 
-QDockWidget* MainWindow::add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content) {
-  auto* dock = new QDockWidget(title, this);
-  dock->setObjectName(id);
-  dock->setAccessibleName(title);
-  dock->setFeatures(QDockWidget::DockWidgetMovable | QDockWidget::DockWidgetFloatable |
-                    QDockWidget::DockWidgetClosable);
-  auto* bar = new QLabel(shown, dock);
-  bar->setAccessibleName(tr("Heading of %1").arg(title));
-  bar->setFont(ui_font(10, QFont::DemiBold));
-  bar->setContentsMargins(scaled(12), scaled(9), scaled(8), scaled(5));
-  dock->setTitleBarWidget(bar);
-  dock->setWidget(content);
-  addDockWidget(Qt::RightDockWidgetArea, dock);
-  docks_.push_back(dock);
-  return dock;
-}
-
 void MainWindow::build_docks() {
+  docks_ = new Docks(*this, settings_);
   tool_panel_ = new ToolPanel(tools_, this);
   layers_ = new LayersPanel(this);
   history_ = new HistoryPanel(bridge_, this);
-  add_dock("tool-panel", tr("Tool panel"), ToolState::title(tools_.id()), tool_panel_);
+  docks_->add("tool-panel", tr("Tool"), tr("Tool panel"), ToolState::title(tools_.id()), tool_panel_);
   auto* layers = new QWidget(this);
   auto* column = new QVBoxLayout(layers);
   column->addWidget(layers_);
@@ -195,8 +198,8 @@ void MainWindow::build_docks() {
   colours_->set_last_used(used);
   const Vec3f first = tools_.brush_of(QStringLiteral("paint")).colour;
   colours_->set_colour(QColor::fromRgbF(first.x, first.y, first.z));
-  add_dock("layers-panel", tr("Layers panel"), tr("Layers and colours"), layers);
-  add_dock("history-panel", tr("History panel"), tr("History"), history_);
+  docks_->add("layers-panel", tr("Layers"), tr("Layers panel"), tr("Layers and colours"), layers);
+  docks_->add("history-panel", tr("History"), tr("History panel"), tr("History"), history_);
 }
 
 /// What can be done now, and what the bars say.
@@ -216,7 +219,7 @@ void MainWindow::refresh() {
   const bool working = pages_->currentWidget() == views_;
   column_->setVisible(working);
   top_->setVisible(working);
-  for (QDockWidget* dock : docks_) dock->setVisible(working && !dock->property("closed").toBool());
+  docks_->set_shown(working);
   QString title = QStringLiteral("Relief Studio");
   if (seen) title = desk_.title() + QStringLiteral(" — ") + title;
   setWindowTitle(title);
@@ -292,6 +295,24 @@ bool MainWindow::eventFilter(QObject* object, QEvent* event) {
   if ((object == viewport_ || object == pages_) && event->type() == QEvent::Resize) {
     place_over();
     fit_status();
+  }
+  // What had no room in the column may have it now: its button, which stays pressed, is to go.
+  if (object == column_ && event->type() == QEvent::Resize) {
+    const auto* resized = static_cast<QResizeEvent*>(event);
+    auto* rest = column_->findChild<QToolButton*>(kRest);
+    if (resized->size().height() != resized->oldSize().height() && rest->isChecked())
+      QMetaObject::invokeMethod(
+          this,
+          [this, rest] {
+            const bool animated = isAnimated();
+            setAnimated(false);  // after a movement, Qt forgets to hide the button
+            rest->click();
+            setAnimated(animated);
+            column_->layout()
+                ->invalidate();  // it hides it only when it lays out, and the bar may be as large as before
+            column_->layout()->activate();
+          },
+          Qt::QueuedConnection);
   }
   // The first stroke says that the verdict was read.
   if (object == viewport_ && event->type() == QEvent::MouseButtonPress && card_ != nullptr) card_->hide();

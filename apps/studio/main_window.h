@@ -35,6 +35,7 @@ class ColourPalette;
 class CommandPalette;
 class ForceMeter;
 class DevicePanel;
+class Docks;
 class Hand;
 class HandOverlay;
 class HistoryPanel;
@@ -85,11 +86,11 @@ class MainWindow : public QMainWindow {
   void keep_picture();
   void place_over();
   void choose_colour(const QColor& colour);
-  QDockWidget* add_dock(const QString& id, const QString& title, const QString& shown, QWidget* content);
 
   // window_events.cpp
   void connect_document();
   void connect_files();
+  void fit_tools(const Box3d& surface);
   void connect_view();
   void show_verdict(const std::optional<Verdict>& verdict, const QString& doubt);
   void show_failure(const QString& title, const QString& why, const QString& file, bool damaged);
@@ -97,6 +98,7 @@ class MainWindow : public QMainWindow {
   // actions.cpp
   void build_actions();
   QAction* add(const QString& id, const QString& title, const QKeySequence& key, std::function<void()> call);
+  void add_words();
   void build_menus();
   void use_look(const Look& look);
   void refine_model(const QString& title, RefineWhere where);
@@ -176,12 +178,12 @@ class MainWindow : public QMainWindow {
   PanicKeys* panic_ = nullptr;
   ForceMeter* meter_ = nullptr;
   bool forces_off_shown_ = false;
-  bool felt_ = false;  ///< a device was in use since the start
+  QDockWidget* device_dock_ = nullptr;
   ToolPanel* tool_panel_ = nullptr;
   LayersPanel* layers_ = nullptr;
   HistoryPanel* history_ = nullptr;
   CommandPalette* palette_ = nullptr;
-  std::vector<QDockWidget*> docks_;
+  Docks* docks_ = nullptr;
   ColourPalette* colours_ = nullptr;
   QFrame* opening_ = nullptr;
   ProgressStrip* convert_ = nullptr;

@@ -10,6 +10,7 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
+#include <QEvent>
 #include <QFileDialog>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -24,6 +25,33 @@
 
 namespace relief::studio {
 
+namespace {
+
+/// As wide as its rows. A list places its rows when it first has some, and keeps the places: those from before it has
+/// its style are too near each other, and a change of the text's size makes the width another.
+class PageList : public QListWidget {
+ public:
+  using QListWidget::QListWidget;
+  [[nodiscard]] QSize sizeHint() const override {
+    return {sizeHintForColumn(0) + scaled(36), QListWidget::sizeHint().height()};
+  }
+  [[nodiscard]] QSize minimumSizeHint() const override {
+    return {sizeHint().width(), QListWidget::minimumSizeHint().height()};
+  }
+
+ protected:
+  bool event(QEvent* event) override {
+    const bool handled = QListWidget::event(event);
+    if (event->type() == QEvent::Polish || event->type() == QEvent::StyleChange) {
+      scheduleDelayedItemsLayout();
+      updateGeometry();
+    }
+    return handled;
+  }
+};
+
+}  // namespace
+
 PreferencesDialog::PreferencesDialog(QSettings& settings, KeyMap& keys, const QString& drawing, QWidget* parent)
     : QDialog(parent), settings_(settings) {
   setObjectName(QStringLiteral("preferences"));
@@ -36,7 +64,8 @@ PreferencesDialog::PreferencesDialog(QSettings& settings, KeyMap& keys, const QS
   search_->setClearButtonEnabled(true);
   whole->addWidget(search_);
   auto* across = new QHBoxLayout;
-  list_ = new QListWidget(this);
+  list_ = new PageList(this);
+  list_->setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Expanding);
   list_->setObjectName(QStringLiteral("preferences-pages"));
   list_->setAccessibleName(tr("Pages"));
   pages_ = new QStackedWidget(this);
@@ -60,7 +89,6 @@ PreferencesDialog::PreferencesDialog(QSettings& settings, KeyMap& keys, const QS
   add_keys(keys);
   for (const Row& row : rows_) row.refresh();
   list_->setCurrentRow(0);
-  list_->setFixedWidth(list_->sizeHintForColumn(0) + scaled(36));
   resize(scaled(720), scaled(560));
 }
 

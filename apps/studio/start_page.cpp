@@ -1,5 +1,6 @@
 #include "start_page.h"
 
+#include "file_desk.h"
 #include "text.h"
 #include "widgets/card.h"
 #include "widgets/drop_area.h"
@@ -173,7 +174,7 @@ void StartPage::add_recovery(QVBoxLayout& into) {
 }
 
 void StartPage::add_drop(QVBoxLayout& into) {
-  auto* drop = new DropArea(tr("Drop a scan here"), {"relief", "ply", "obj", "stl", "off", "glb", "gltf", "3mf"}, this);
+  auto* drop = new DropArea(tr("Drop a scan here"), FileDesk::suffixes(), this);
   drop->setMinimumHeight(scaled(200));
   connect(drop, &DropArea::browseRequested, this, &StartPage::openAsked);
   connect(drop, &DropArea::dropped, this, [this](const QStringList& files) { emit fileAsked(files.first()); });

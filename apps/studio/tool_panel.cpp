@@ -32,18 +32,15 @@ ValueFormat format_of(const SettingInfo& setting, Unit unit) {
   return plain_format(2);
 }
 
-ToolPanel::ToolPanel(ToolState& tools, QWidget* parent) : QScrollArea(parent), tools_(tools) {
+ToolPanel::ToolPanel(ToolState& tools, QWidget* parent) : ColumnArea(parent), tools_(tools) {
   setObjectName(QStringLiteral("tool-settings"));
   setAccessibleName(tr("Tool settings"));
-  setWidgetResizable(true);
-  setFrameShape(QFrame::NoFrame);
-  setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
   build();
   connect(&tools_, &ToolState::toolChanged, this, &ToolPanel::build);
   connect(&tools_, &ToolState::settingChanged, this, &ToolPanel::refresh);
 }
 
-QSize ToolPanel::sizeHint() const { return {scaled(250), scaled(330)}; }
+QSize ToolPanel::sizeHint() const { return {scaled(250), scaled(450)}; }
 
 void ToolPanel::set_unit(Unit unit) {
   unit_ = unit;

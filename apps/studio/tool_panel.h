@@ -2,11 +2,11 @@
 #pragma once
 
 #include "tool_state.h"
+#include "widgets/column_area.h"
 #include "widgets/value_format.h"
 
 #include <relief/base/unit.h>
 
-#include <QScrollArea>
 #include <functional>
 #include <vector>
 
@@ -23,7 +23,7 @@ class ColourPanel;
 [[nodiscard]] ValueFormat format_of(const SettingInfo& setting, Unit unit);
 
 /// Radius and strength are in the bar above the picture and not here. Tools that come later need no line of this.
-class ToolPanel : public QScrollArea {
+class ToolPanel : public ColumnArea {
   Q_OBJECT
  public:
   explicit ToolPanel(ToolState& tools, QWidget* parent = nullptr);

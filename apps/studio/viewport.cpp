@@ -157,6 +157,12 @@ void Viewport::set_look(const Look& look) {
   changed(0);
 }
 
+void Viewport::keep_left_free(int pixels) {
+  if (pixels == left_free_) return;
+  left_free_ = pixels;
+  if (look_.map != Look::Map::None) changed(0);
+}
+
 void Viewport::redraw_everything() {
   everything_ = true;
   wanted_ = true;
@@ -203,6 +209,7 @@ void Viewport::ask_now() {
   DrawRequest request;
   request.scene = scene_;
   Frame& frame = request.frame = final_frame();
+  frame.look.legend_left = static_cast<int>(std::lround(left_free_ * pixel_ratio()));
   if (stage_ == Stage::Quick) frame.tau = (moving_ ? 2 : 1) * (coarser_ > 0 ? 2 : 1);
   if (stage_ != Stage::Final) {
     frame.samples = stage_ == Stage::Quick ? 1 : 4;

@@ -43,6 +43,9 @@ class Viewport : public QWidget {
   [[nodiscard]] Frame final_frame() const;
   [[nodiscard]] const Look& look() const { return look_; }
   void set_look(const Look& look);
+  /// Pixels beside the left edge, for something that lies over the picture there: the legend stands right of them.
+  /// Pictures for files have nothing over them.
+  void keep_left_free(int pixels);
   /// Draws all of the picture again; it must be the same.
   void redraw_everything();
 
@@ -164,6 +167,7 @@ class Viewport : public QWidget {
   Vec3d up_ = {0, 1, 0};
   Camera camera_, logged_;
   Look look_;
+  int left_free_ = 0;
   NavigationMap map_ = NavigationMap::Blender;
   bool turntable_ = true, space_ = false, pick_ = false, pen_down_ = false;
   bool touch_sculpts_ = false, touch_moved_ = false;

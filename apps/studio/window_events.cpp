@@ -1,4 +1,5 @@
 // What the window does about what happens: in the document, to files, in the picture.
+#include "docks.h"
 #include "document_log.h"
 #include "event_log.h"
 #include "failure_dialog.h"
@@ -16,7 +17,6 @@
 #include "widgets/theme.h"
 #include "widgets/value_bar.h"
 
-#include <QDockWidget>
 #include <QFile>
 #include <QFileInfo>
 #include <QLabel>
@@ -35,12 +35,13 @@ void MainWindow::connect_document() {
   log_document(bridge_, *viewport_);
   connect(&bridge_, &DocumentBridge::snapshotChanged, this, [this](const Box3d&) {
     const SnapshotPtr head = bridge_.head();
-    layers_->set_model(head.get());
+    if (layers_->set_model(head.get())) docks_->share_soon();
     viewport_->set_model(head);
   });
   connect(&bridge_, &DocumentBridge::strokeFinished, this, [this](const StrokeFinished& stroke) {
     if (stroke.result.changed && info(stroke.tool).writes == Layer::Colour) {
       colours_->mark_used(colours_->colour());
+      docks_->share_soon();
       QStringList used;
       for (const QColor& each : colours_->last_used()) used.append(each.name());
       settings_.setValue("colours/used", used);
@@ -153,7 +154,9 @@ void MainWindow::connect_files() {
   });
   connect(&desk_, &FileDesk::meshReady, this, [this](const std::shared_ptr<const TriangleMesh>& mesh) {
     pages_->setCurrentWidget(views_);
-    viewport_->set_scene({nullptr, mesh}, mesh->unit.value_or(Unit::Millimetre), true);
+    unit_ = mesh->unit.value_or(Unit::Millimetre);
+    viewport_->set_scene({nullptr, mesh}, unit_, true);
+    fit_tools(bounds(*mesh));
     refresh();
   });
   connect(&desk_, &FileDesk::opened, this, [this](const std::optional<Verdict>& verdict, const QString& doubt) {
@@ -163,13 +166,7 @@ void MainWindow::connect_files() {
     unit_ = bridge_.document()->info().unit;
     lean_told_ = false;
     const bool frame_it = viewport_->scene().mesh == nullptr;
-    const Box3d surface = surface_bounds(*head);
-    tools_.set_diagonal(diagonal(surface));
-    tools_.set_mirror(surface.centre());
-    radius_->set_range(tools_.least_radius(), tools_.most_radius(), ValueBar::Scale::Logarithmic);
-    radius_->set_format(length_format(text(name(unit_))));
-    radius_->set_real_value(tools_.value("radius"));
-    tool_panel_->set_unit(unit_);
+    fit_tools(surface_bounds(*head));
     layers_->set_model(head.get());
     pages_->setCurrentWidget(views_);
     viewport_->set_scene({head, nullptr}, unit_, frame_it);
@@ -206,6 +203,16 @@ void MainWindow::connect_files() {
   });
 }
 
+/// Sizes of tools go by the size of what is seen, in unit_.
+void MainWindow::fit_tools(const Box3d& surface) {
+  tools_.set_diagonal(diagonal(surface));
+  tools_.set_mirror(surface.centre());
+  radius_->set_range(tools_.least_radius(), tools_.most_radius(), ValueBar::Scale::Logarithmic);
+  radius_->set_format(length_format(text(name(unit_))));
+  radius_->set_real_value(tools_.value("radius"));
+  tool_panel_->set_unit(unit_);
+}
+
 void MainWindow::connect_view() {
   connect(viewport_, &Viewport::said, this, &MainWindow::say);
   connect(viewport_, &Viewport::undoAsked, actions_.at("undo"), &QAction::trigger);
@@ -228,7 +235,7 @@ void MainWindow::connect_view() {
     event_log().write(QStringLiteral("tool"), {{"id", id}});
     if (QAction* action = actions_.at("tool-" + id); !action->isChecked()) action->setChecked(true);
     strength_->set_real_value(tools_.value("strength"));
-    if (auto* bar = qobject_cast<QLabel*>(docks_.front()->titleBarWidget())) bar->setText(ToolState::title(id));
+    docks_->set_heading(*docks_->all().front(), ToolState::title(id));
     refresh();
   });
   connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {

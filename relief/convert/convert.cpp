@@ -337,9 +337,9 @@ Result<Conversion> convert_checked(TriangleMesh&& given, const ConvertSettings& 
   report_hits(hits, report);
   RELIEF_TRY(const Mode mode, mode_of(ground, settings, report));
   if (mode == Mode::Tolerant && report.not_certified.empty()) report.not_certified = why_tolerant(report);
-  report.notes = notes_of(report, settings, mended_triangles);
-
   result.model.info = {.mode = mode, .unit = settings.unit, .source = {}, .source_diagonal = across};
+  report.notes = notes_of(report, settings, result.model.info, mended_triangles);
+
   progress("measure", 1);
   result.mended = std::move(ground.mesh).take();
   result.mended.phantom_from = ground.phantom_from;

@@ -21,6 +21,8 @@ std::string distance(double share, const ModelInfo& info) {
   return rounded(share * info.source_diagonal) + " " + std::string(name(info.unit));
 }
 
+std::string place_in(Vec3d p, const ModelInfo& info) { return place(p, info.source_diagonal); }
+
 std::string percent(double share) {
   const double value = 100 * share;
   return (value > 99 ? number(std::floor(100 * value) / 100) : rounded(value)) + " %";
@@ -33,13 +35,13 @@ constexpr double kShortOfClay = 0.01;
 /// Adds a clause to a list that "; " parts.
 void add(std::string& list, const std::string& clause) { list += (list.empty() ? "" : "; ") + clause; }
 
-std::string removed(const ConvertReport& report) {
+std::string removed(const ConvertReport& report, const ModelInfo& info) {
   std::string text;
   if (report.strays.components > 0)
-    add(text, counted(report.strays.triangles, "triangle") + " far off, near " + place(report.strays.near));
+    add(text, counted(report.strays.triangles, "triangle") + " far off, near " + place_in(report.strays.near, info));
   if (report.specks > 0)
     add(text, counted(report.specks, "tiny component") +
-                  (report.left_out.empty() ? "" : ", first near " + place(report.left_out.front().near)));
+                  (report.left_out.empty() ? "" : ", first near " + place_in(report.left_out.front().near, info)));
   if (report.dropped_parts > 0) add(text, "the smallest " + counted(report.dropped_parts, "part"));
   if (report.skin && report.skin->dropped > 0)
     add(text, counted(report.skin->dropped, "triangle") + " inside of other parts");
@@ -97,11 +99,11 @@ std::string verdict(const ConvertReport& report, const ModelInfo& info) {
           " of the scan";
   if (coverage.share < 1)
     text += ", but " + percent(1 - coverage.share) + " of what can be seen of it is missing, as near " +
-            place(coverage.missing_near);
-  text += "; " + removed(report);
+            place_in(coverage.missing_near, info);
+  text += "; " + removed(report, info);
   if (report.replaced_triangles > 0)
     text += "; patched: " + counted(report.replaced_triangles, "triangle") + ", at most " +
-            distance(report.replaced_widest, info) + " across, near " + place(report.replaced_near);
+            distance(report.replaced_widest, info) + " across, near " + place_in(report.replaced_near, info);
   if (report.skin && report.skin->cut > 0)
     text += "; " + counted(report.skin->cut, "triangle") + " cut where parts overlap";
   if (report.closed_openings > 0) text += "; " + counted(report.closed_openings, "opening") + " left open";
@@ -214,15 +216,15 @@ std::string collapsed(const ConvertReport& report) {
          "from the origin";
 }
 
-std::string left_out(const ConvertReport::LeftOut& speck, double step) {
-  return "a part of " + std::to_string(speck.triangles) + " triangles at " + place(speck.near) + ", only " +
+std::string left_out(const ConvertReport::LeftOut& speck, double step, const ModelInfo& info) {
+  return "a part of " + std::to_string(speck.triangles) + " triangles at " + place_in(speck.near, info) + ", only " +
          number(speck.across) + " of the diagonal across, was left out: on the lattice, whose step is " + number(step) +
          " of it, " + speck.reason;
 }
 
 }  // namespace
 
-std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSettings& settings,
+std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSettings& settings, const ModelInfo& info,
                                   std::size_t mended_triangles) {
   std::vector<std::string> notes;
   const auto note = [&](std::string sentence) {
@@ -233,7 +235,7 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
   if (report.strays.components > 0)
     note(counted(report.strays.triangles, "triangle") + " in " + counted(report.strays.components, "part") +
          " that lie farther off than ten times the rest is across, the farthest " + rounded(report.strays.away) +
-         " times, near " + place(report.strays.near) + ", were left out");
+         " times, near " + place_in(report.strays.near, info) + ", were left out");
   if (report.split_high_valence > 0)
     note(std::to_string(report.split_high_valence) +
          " vertices had very many triangles around them, which rings divide now; the surface stays within the rounding "
@@ -244,7 +246,7 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
          " had faces without a common front-facing direction and long edges: the tips, at most 0.002 of the diagonal "
          "long, were cut off "
          "and closed with patches");
-  for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step));
+  for (const ConvertReport::LeftOut& speck : report.left_out) note(left_out(speck, report.lattice_step, info));
   if (report.specks > report.left_out.size())
     note(std::to_string(report.specks - report.left_out.size()) + " more such parts were left out");
   if (report.slabs < report.slabs_asked && mended_triangles < report.slabs_asked)
@@ -257,8 +259,8 @@ std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSett
          " at least");
   if (report.clay.below.least < kShortOfClay)
     note("tools find little clay: " + percent(report.clay.below.thin_fibres) + " of the fibres have less than " +
-         number(ClaySide::kThin) + " of the diagonal below the surface, the least " + number(report.clay.below.least) +
-         " near " + place(report.clay.below.least_at));
+         distance(ClaySide::kThin, info) + " below the surface, the least " + distance(report.clay.below.least, info) +
+         " near " + place_in(report.clay.below.least_at, info));
   if (report.remesh && !settings.remesh)
     note("the source was rebuilt as a solid with voxels of " + number(report.remesh->voxel) + " of the diagonal, for " +
          (report.slabs_that_hold > 0

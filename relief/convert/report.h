@@ -12,7 +12,7 @@ namespace relief::detail {
 
 /// Returns what is odd about the source and what was made of it; sentences without a full stop.
 [[nodiscard]] std::vector<std::string> notes_of(const ConvertReport& report, const ConvertSettings& settings,
-                                                std::size_t mended_triangles);
+                                                const ModelInfo& info, std::size_t mended_triangles);
 
 /// Why a shell with a certificate is none of the source; a sentence without its full stop.
 [[nodiscard]] std::string not_of_the_source(const ConvertReport& report);

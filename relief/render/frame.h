@@ -31,6 +31,7 @@ struct Look {
   bool mask = true;                           ///< the mask layer darkens
   Map map = Map::None;                        ///< which values are shown as colours
   bool legend = true;                         ///< of the map
+  int legend_left = 0;                        ///< pixels beside the picture's left edge that the legend leaves free
   double mm_per_unit = 0;                     ///< of the legend's lengths; 0: they are told in model units
   Vec3f base_colour = {0.74F, 0.67F, 0.60F};  ///< sRGB; of matcap 0 and of the studio light without a colour layer
   int lights = 64;                            ///< of the studio light, 1 to 256

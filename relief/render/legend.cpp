@@ -83,7 +83,7 @@ void draw_legend(const Pixels& pixels, int height, const Look& look, const MapSc
   const double size = std::clamp(height / 60.0, 11.0, 40.0);
   const int bar_height = std::min(static_cast<int>(size * 12), height * 2 / 5),
             bar_width = static_cast<int>(size * 0.9);
-  const int left = static_cast<int>(size * 1.6), bottom = height - static_cast<int>(size * 1.8),
+  const int left = look.legend_left + static_cast<int>(size * 1.6), bottom = height - static_cast<int>(size * 1.8),
             top = bottom - bar_height;
   constexpr std::array<double, 5> kMarks = {0, 0.25, 0.5, 0.75, 1};
   double widest = 0;

@@ -22,7 +22,8 @@ struct MapScale {
 /// Returns the smallest of 1, 2, 5, 10, 20, ... times a power of ten that is not less.
 [[nodiscard]] double rounded_up(double value) noexcept;
 
-/// Draws it into the lower left corner of a picture of that height, where it meets the rectangle. `text` null: without
+/// Draws it into the lower left corner of a picture of that height, right of what the look keeps free, where it meets
+/// the rectangle. `text` null: without
 /// words.
 void draw_legend(const Pixels& pixels, int height, const Look& look, const MapScale& scale, const Text* text);
 

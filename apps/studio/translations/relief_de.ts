@@ -1121,7 +1121,7 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     </message>
     <message>
         <source>%1, worst %2</source>
-        <translation>%1, höchstens %2</translation>
+        <translation>%1, max. %2</translation>
     </message>
     <message>
         <source>Drag along a plot to see one moment.</source>
@@ -1142,6 +1142,21 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>at %1, %2, %3</source>
         <translation>bei %1, %2, %3</translation>
+    </message>
+    <message>
+        <source>Period</source>
+        <translation>Periode</translation>
+    </message>
+    <message>
+        <source>%1, longest %2</source>
+        <translation>%1, längste %2</translation>
+    </message>
+</context>
+<context>
+    <name>relief::studio::Docks</name>
+    <message>
+        <source>Heading of %1</source>
+        <translation>Überschrift von %1</translation>
     </message>
 </context>
 <context>
@@ -1232,10 +1247,6 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>%1 konnte nicht geöffnet werden</translation>
     </message>
     <message>
-        <source>Models and scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)</source>
-        <translation>Modelle und Scans (*.relief *.ply *.obj *.stl *.off *.glb *.gltf *.3mf *.drc *.gz)</translation>
-    </message>
-    <message>
         <source>Relief models (*.relief)</source>
         <translation>Relief-Modelle (*.relief)</translation>
     </message>
@@ -1250,6 +1261,10 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>%1 is still being opened; cancel that first.</source>
         <translation>%1 wird noch geöffnet; das zuerst abbrechen.</translation>
+    </message>
+    <message>
+        <source>Models and scans</source>
+        <translation>Modelle und Scans</translation>
     </message>
 </context>
 <context>
@@ -1340,8 +1355,12 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
         <translation>%1, Strich %2</translation>
     </message>
     <message>
-        <source>In the file up to here</source>
-        <translation>Bis hierher in der Datei</translation>
+        <source>%1, step %2</source>
+        <translation>%1, Schritt %2</translation>
+    </message>
+    <message>
+        <source>%1. In the file up to here</source>
+        <translation>%1. Bis hierher in der Datei</translation>
     </message>
 </context>
 <context>
@@ -2007,10 +2026,6 @@ berühren, um weiterzumachen</translation>
         <translation>Studiolicht in Ruhe</translation>
     </message>
     <message>
-        <source>Heading of %1</source>
-        <translation>Titelzeile von %1</translation>
-    </message>
-    <message>
         <source>Mend it and try again</source>
         <translation>Ausbessern und erneut versuchen</translation>
     </message>
@@ -2101,6 +2116,150 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>The fibres lean here: the tool takes some clay from beside it, too.</source>
         <translation>Hier stehen die Fasern schräg: Das Werkzeug nimmt auch neben sich etwas Ton weg.</translation>
+    </message>
+    <message>
+        <source>load import file scan</source>
+        <translation>laden importieren Datei Scan</translation>
+    </message>
+    <message>
+        <source>write store</source>
+        <translation>schreiben sichern</translation>
+    </message>
+    <message>
+        <source>write mesh stl obj ply glb 3mf print</source>
+        <translation>schreiben Netz STL OBJ PLY GLB 3MF drucken</translation>
+    </message>
+    <message>
+        <source>screenshot image render png</source>
+        <translation>Bildschirmfoto Foto rendern PNG</translation>
+    </message>
+    <message>
+        <source>film video animation</source>
+        <translation>Film Video Animation</translation>
+    </message>
+    <message>
+        <source>summary protocol html</source>
+        <translation>Zusammenfassung Protokoll HTML</translation>
+    </message>
+    <message>
+        <source>exit leave program</source>
+        <translation>verlassen schließen Programm</translation>
+    </message>
+    <message>
+        <source>settings options language shortcuts</source>
+        <translation>Optionen Voreinstellungen Sprache Tastenkürzel</translation>
+    </message>
+    <message>
+        <source>back revert</source>
+        <translation>zurück widerrufen</translation>
+    </message>
+    <message>
+        <source>again repeat</source>
+        <translation>wieder nochmals</translation>
+    </message>
+    <message>
+        <source>clay ends extend remesh</source>
+        <translation>Ton endet erweitern</translation>
+    </message>
+    <message>
+        <source>subdivide detail resolution</source>
+        <translation>unterteilen Details Auflösung</translation>
+    </message>
+    <message>
+        <source>remesh rebuild convert</source>
+        <translation>neu vernetzen umwandeln</translation>
+    </message>
+    <message>
+        <source>brush size</source>
+        <translation>Pinsel Größe</translation>
+    </message>
+    <message>
+        <source>brush intensity</source>
+        <translation>Pinsel Intensität</translation>
+    </message>
+    <message>
+        <source>brush size smaller</source>
+        <translation>Pinsel Größe verkleinern</translation>
+    </message>
+    <message>
+        <source>brush size bigger</source>
+        <translation>Pinsel Größe vergrößern</translation>
+    </message>
+    <message>
+        <source>mirror</source>
+        <translation>spiegeln</translation>
+    </message>
+    <message>
+        <source>eyedropper pipette sample</source>
+        <translation>Pipette aufnehmen</translation>
+    </message>
+    <message>
+        <source>zoom fit reset home centre</source>
+        <translation>Zoom einpassen zurücksetzen mitte</translation>
+    </message>
+    <message>
+        <source>orthographic projection camera</source>
+        <translation>orthografisch Projektion Kamera</translation>
+    </message>
+    <message>
+        <source>upright orientation rotate stand</source>
+        <translation>aufrecht Ausrichtung drehen stellen</translation>
+    </message>
+    <message>
+        <source>wireframe edges grid</source>
+        <translation>Drahtgitter Kanten Netz</translation>
+    </message>
+    <message>
+        <source>displacement height colours</source>
+        <translation>Verschiebung Höhe Farben</translation>
+    </message>
+    <message>
+        <source>hollows ambient occlusion</source>
+        <translation>Mulden Umgebungsverdeckung</translation>
+    </message>
+    <message>
+        <source>shadows quality lighting</source>
+        <translation>Schatten Qualität Beleuchtung</translation>
+    </message>
+    <message>
+        <source>refresh repaint</source>
+        <translation>aktualisieren auffrischen</translation>
+    </message>
+    <message>
+        <source>sidebar docks interface</source>
+        <translation>Seitenleiste Oberfläche</translation>
+    </message>
+    <message>
+        <source>maximise window</source>
+        <translation>maximieren Fenster</translation>
+    </message>
+    <message>
+        <source>theme dark mode light mode appearance night</source>
+        <translation>Thema Design Dunkelmodus Hellmodus dunkler Modus heller Modus Aussehen Nacht</translation>
+    </message>
+    <message>
+        <source>More</source>
+        <translation>Mehr</translation>
+    </message>
+    <message>
+        <source>Shows what has no room in the bar</source>
+        <translation>Zeigt, was in der Leiste keinen Platz hat</translation>
+    </message>
+    <message>
+        <source>More tools</source>
+        <translation>Weitere Werkzeuge</translation>
+    </message>
+    <message>
+        <source>Shows the tools that have no room in the column</source>
+        <translation>Zeigt die Werkzeuge, die in der Spalte keinen Platz haben</translation>
+    </message>
+    <message>
+        <source>Tool</source>
+        <translation>Werkzeug</translation>
+    </message>
+    <message>
+        <source>Layers</source>
+        <translation>Ebenen</translation>
     </message>
 </context>
 <context>

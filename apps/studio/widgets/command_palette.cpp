@@ -35,6 +35,11 @@ QString title_of(const QAction& action) {
   return title;
 }
 
+constexpr const char* kWords = "palette_words";  // property of an action
+
+/// What typed words are looked for in.
+QString searched(const QAction& action) { return title_of(action) + u' ' + action.property(kWords).toString(); }
+
 QString shortcut_of(const QAction& action) { return action.shortcut().toString(QKeySequence::NativeText); }
 
 /// A row: icon, title, and the shortcut at the far end in dim.
@@ -139,6 +144,8 @@ QList<QAction*> CommandPalette::actions_of(const QWidget& window, const QWidget*
   return all;
 }
 
+void CommandPalette::set_words(QAction& action, const QString& words) { action.setProperty(kWords, words); }
+
 bool CommandPalette::matches(const QString& title, const QString& typed) {
   return std::ranges::all_of(typed.split(u' ', Qt::SkipEmptyParts),
                              [&title](const QString& word) { return title.contains(word, Qt::CaseInsensitive); });
@@ -167,7 +174,7 @@ void CommandPalette::narrow(const QString& typed) {
   list_->clear();
   for (qsizetype i = 0; i < actions_.size(); ++i) {
     const QAction* action = actions_[i];
-    if (!action || !matches(title_of(*action), typed)) continue;
+    if (!action || !matches(searched(*action), typed)) continue;
     const QString title = title_of(*action), shortcut = shortcut_of(*action);
     auto* item = new QListWidgetItem(action->icon(), title, list_);
     item->setData(kActionRole, i);

@@ -30,6 +30,8 @@ class CommandPalette : public QFrame {
   /// What can be triggered in `window`: enabled, visible, with a name, no separators and no menus; each name and
   /// shortcut once, in the order of the menus.
   [[nodiscard]] static QList<QAction*> actions_of(const QWidget& window, const QWidget* without = nullptr);
+  /// Gives an action further words to be found by, such as "dark mode" for "Light or dark". They are not shown.
+  static void set_words(QAction& action, const QString& words);
   /// Whether each word of `typed` is somewhere in `title`, in any case.
   [[nodiscard]] static bool matches(const QString& title, const QString& typed);
 

@@ -154,6 +154,8 @@ int Style::pixelMetric(PixelMetric metric, const QStyleOption* option, const QWi
       return scaled(18);
     case PM_ToolBarSeparatorExtent:
       return scaled(11);
+    case PM_ToolBarExtensionExtent:  // the button for what has no room
+      return scaled(26);
     case PM_ToolBarIconSize:
       return scaled(22);
     case PM_MessageBoxIconSize:
@@ -200,6 +202,8 @@ QIcon Style::standardIcon(StandardPixmap which, const QStyleOption* option, cons
     case SP_ArrowLeft:
       return icon(u"back");
     case SP_ArrowForward:
+    case SP_ToolBarHorizontalExtensionButton:
+    case SP_ToolBarVerticalExtensionButton:
     case SP_ArrowRight:
       return icon(u"forward");
     case SP_FileDialogListView:

@@ -110,6 +110,8 @@ int scaled(double pixels) { return static_cast<int>(std::lround(pixels * text_sc
 void apply(QApplication& application, const Theme& theme, double scale) {
   applied().theme = theme;
   applied().scale = std::clamp(scale, 0.8, 2.0);
+  // One beside another, entries with a picture and those with a box to check would begin at different places.
+  QApplication::setAttribute(Qt::AA_DontShowIconsInMenus);
   application.setStyle(new Style);  // the application owns it
   application.setPalette(palette(theme));
   QToolTip::setPalette(palette(theme));

@@ -36,6 +36,17 @@ namespace relief::detail {
   return text.data();
 }
 
+/// The same to a thousandth of what it lies in, whose diagonal is `across`: enough to find it by. All in model units.
+[[nodiscard]] inline std::string place(Vec3d p, double across) {
+  const double step = across / 1000;
+  const int digits = step > 0 && step < 1 ? static_cast<int>(std::ceil(-std::log10(step))) : 0;
+  const double unit = std::pow(10, digits);
+  const auto kept = [unit](double x) { return std::round(x * unit) / unit + 0.0; };  // no -0
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "(%.12g, %.12g, %.12g)", kept(p.x), kept(p.y), kept(p.z));
+  return text.data();
+}
+
 /// "7 parts".
 [[nodiscard]] inline std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");

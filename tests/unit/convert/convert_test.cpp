@@ -89,6 +89,25 @@ TEST(Remedy, ARefusalForAnyObstacleHasAtMost25Words) {
     }
 }
 
+TEST(Words, APlaceIsAsExactAsItsSurroundingsNeed) {
+  EXPECT_EQ(detail::place({16.8548, -47.8289, 17.5052}, 130), "(16.9, -47.8, 17.5)");
+  EXPECT_EQ(detail::place({0.0168548, -0.00004, 0}, 0.13), "(0.0169, 0, 0)");
+  EXPECT_EQ(detail::place({1234567.8, -47.8289, 1}, 1100), "(1234568, -48, 1)");
+}
+
+TEST(Verdict, TellsClayInTheUnitOfTheModel) {
+  ConvertReport report;
+  report.clay.below.thin_fibres = 0.031;
+  report.clay.below.least = 2.49041e-05;
+  report.clay.below.least_at = {16.8548, -47.8289, 17.5052};
+  const ModelInfo info{.mode = Mode::Certified, .unit = Unit::Millimetre, .source = {}, .source_diagonal = 130};
+  const std::vector<std::string> notes = detail::notes_of(report, few(200), info, 1000);
+  const std::string clay = "tools find little clay: 3.1 % of the fibres have less than " +
+                           detail::rounded(130 * ClaySide::kThin) +
+                           " mm below the surface, the least 0.0032 mm near (16.9, -47.8, 17.5)";
+  EXPECT_NE(std::ranges::find(notes, clay), notes.end()) << (notes.empty() ? "" : notes.back());
+}
+
 TEST(Verdict, SaysTheModeTheDistanceAndWhatWasRemovedPatchedAndMoved) {
   ConvertReport report;
   report.fibres_cast = report.hits_single = 1'000'000;

@@ -149,6 +149,32 @@ Picture sculpt(const Snapshot& model, const Camera& camera, const DrawSettings& 
   return *std::move(picture);
 }
 
+TEST(Legend, LeavesFreeWhatItIsToldTo) {
+  const auto model = ball(2, 16, [](Vec3d d) { return 0.05 * std::sin(9 * d.x); });
+  Frame frame = small_settings().frame(front());
+  frame.samples = 1;
+  frame.look.light = Look::Light::Matcap;
+  frame.look.map = Look::Map::Displacement;
+  const auto with = [&](bool legend, int left) {
+    frame.look.legend = legend;
+    frame.look.legend_left = left;
+    auto picture = renderer().picture(*model, frame);
+    EXPECT_TRUE(picture);
+    return picture ? *std::move(picture) : Picture{1, 1, {0, 0, 0}};
+  };
+  const Picture without = with(false, 0);
+  /// The first column that the legend changes.
+  const auto first = [&](const Picture& picture) {
+    for (int x = 0; x < picture.width; ++x)
+      for (int y = 0; y < picture.height; ++y)
+        if (pixel(picture, x, y) != pixel(without, x, y)) return x;
+    return picture.width;
+  };
+  const int usual = first(with(true, 0));
+  EXPECT_LT(usual, 20);
+  EXPECT_EQ(first(with(true, 64)), usual + 64);
+}
+
 TEST(Sculpting, ShowsTheSameShapeAsThePicture) {
   const auto model = ball(2, 16, [](Vec3d d) { return 0.05 * std::sin(9 * d.x); });
   DrawSettings settings = small_settings();

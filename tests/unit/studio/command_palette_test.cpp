@@ -68,6 +68,15 @@ TEST_F(CommandPaletteTest, WordsNarrowInAnyOrder) {
   EXPECT_TRUE(palette.isVisible());
 }
 
+TEST_F(CommandPaletteTest, FurtherWordsFindACommandAndAreNotShown) {
+  CommandPalette::set_words(*crease, QStringLiteral("fold valley"));
+  palette.open();
+  line().setText(QStringLiteral("valley cre"));
+  EXPECT_EQ(listed(), QStringList{"Crease"});
+  line().setText(QStringLiteral("valley save"));
+  EXPECT_TRUE(listed().isEmpty());
+}
+
 TEST_F(CommandPaletteTest, EnterTriggersAndGivesTheFocusBack) {
   const QSignalSpy done(crease, &QAction::triggered);
   palette.open();

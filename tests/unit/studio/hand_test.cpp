@@ -180,7 +180,11 @@ TEST_F(HandTest, ThePanelShowsFreezesAndScrubs) {
   EXPECT_TRUE(force_plot->frozen());
   const double at = hand.monitor()[hand.monitor().size() / 2].t;
   emit force_plot->scrubbed(at);
-  EXPECT_EQ(child<PlotView>(panel, "plot-time")->cursor(), at) << "one cursor for all";
+  for (const char* other : {"plot-depth", "plot-period", "plot-time"})
+    EXPECT_EQ(child<PlotView>(panel, other)->cursor(), at) << "one cursor for all";
+  const std::optional<float> period = child<PlotView>(panel, "plot-period")->value_at_cursor();
+  ASSERT_TRUE(period);
+  EXPECT_GT(*period, 0);
   EXPECT_TRUE(child<QLabel>(panel, "hand-at-cursor")->text().contains(QString::number(at, 'f', 3)));
   emit child<ValueBar>(panel, "force-limit")->valueEdited(1.5);
   EXPECT_EQ(hand.force_limit(), 1.5);
@@ -201,7 +205,7 @@ TEST_F(HandTest, EachControlOfThePanelHasANameOfItsOwn) {
     EXPECT_FALSE(each->accessibleName().isEmpty()) << each->objectName().toStdString();
     EXPECT_TRUE(names.insert(each->accessibleName()).second) << each->accessibleName().toStdString();
   }
-  EXPECT_EQ(names.size(), 13U);
+  EXPECT_EQ(names.size(), 14U);
 }
 
 // ---- Words, keys, sound, overlay

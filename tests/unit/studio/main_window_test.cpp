@@ -5,10 +5,15 @@
 
 #include <gtest/gtest.h>
 #include <studio/desktop_scheme.h>
+#include <studio/docks.h>
+#include <studio/hand.h>
 #include <studio/languages.h>
 #include <studio/main_window.h>
 #include <studio/preferences_dialog.h>
 #include <studio/text.h>
+#include <studio/tool_state.h>
+#include <studio/widgets/banner.h>
+#include <studio/widgets/command_palette.h>
 #include <studio/widgets/curve_editor.h>
 #include <studio/widgets/theme.h>
 
@@ -18,11 +23,17 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
+#include <QDockWidget>
+#include <QLineEdit>
+#include <QListWidget>
 #include <QMenuBar>
+#include <QTabBar>
 #include <QTemporaryDir>
 #include <QTest>
 #include <QThreadPool>
+#include <QToolBar>
 #include <QToolButton>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <set>
@@ -200,6 +211,134 @@ TEST_F(Window, FilmsAndReportsNeedAModel) {
   ASSERT_TRUE(open());
   EXPECT_TRUE(action("turntable").isEnabled());
   EXPECT_TRUE(action("report").isEnabled());
+}
+
+// ---- Panels
+
+TEST(SharedHeights, GiveEachWhatItNeedsWhereThereIsRoom) {
+  EXPECT_EQ(shared_heights({{100, 1}, {200, 1}, {50, 1}}, 500), (std::vector<int>{100, 200, 200}));
+}
+
+TEST(SharedHeights, TakeFromThoseWhoNeedMost) {
+  EXPECT_EQ(shared_heights({{500, 1}, {150, 1}, {100, 1}, {800, 1}}, 750), (std::vector<int>{250, 150, 100, 250}));
+  EXPECT_EQ(shared_heights({{500, 1}, {150, 1}, {100, 1}, {800, 2}}, 750), (std::vector<int>{166, 150, 100, 334}));
+}
+
+TEST(SharedHeights, AreTheWholeHeight) {
+  for (const int total : {10, 101, 999}) {
+    const std::vector<int> heights = shared_heights({{300, 1}, {301, 2}, {7, 1}}, total);
+    EXPECT_EQ(heights[0] + heights[1] + heights[2], total);
+  }
+  EXPECT_TRUE(shared_heights({}, 100).empty());
+}
+
+struct Panels : Window {
+  Panels() { settings.setValue("window/size", QSize(1500, 940)); }
+  QDockWidget& panel(const char* id) { return *find<QDockWidget>(id); }
+  /// At last, or not.
+  bool in_tabs(bool wanted) {
+    return QTest::qWaitFor([&] { return (window->tabifiedDockWidgets(&panel("tool-panel")).size() == 3) == wanted; });
+  }
+  void resize_to(int width, int height) {
+    window->resize(width, height);
+    // Each step of it, layout, tabs, heights, begins when the one before is done.
+    for (int step = 0; step < 20; ++step) QApplication::processEvents();
+  }
+};
+
+TEST_F(Panels, AreTabsInASmallWindowAndComeBackAsTheyWere) {
+  make();
+  ASSERT_TRUE(open());
+  resize_to(1500, 940);
+  EXPECT_TRUE(in_tabs(false));
+  const int height = panel("tool-panel").height();
+  EXPECT_GT(height, 250);
+  resize_to(900, 600);
+  EXPECT_TRUE(in_tabs(true));
+  resize_to(1500, 940);
+  EXPECT_TRUE(in_tabs(false));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return std::abs(panel("tool-panel").height() - height) <= 2; }))
+      << panel("tool-panel").height() << " and not " << height;
+}
+
+TEST_F(Panels, AreTabsWhereTheTextIsLarge) {
+  settings.setValue("look/text", 150);
+  apply(*qApp, dark_theme(), 1.5);
+  make();
+  ASSERT_TRUE(open());
+  resize_to(1500, 940);
+  EXPECT_TRUE(in_tabs(true));
+}
+
+TEST_F(Panels, ThatPeopleCloseStayClosed) {
+  make();
+  ASSERT_TRUE(open());
+  panel("layers-panel").toggleViewAction()->trigger();
+  EXPECT_TRUE(panel("layers-panel").isHidden());
+  action("panels").trigger();
+  EXPECT_TRUE(panel("tool-panel").isHidden());
+  action("tool-clay").trigger();  // the window looks anew at what there is
+  EXPECT_TRUE(panel("tool-panel").isHidden());
+  action("panels").trigger();
+  EXPECT_FALSE(panel("tool-panel").isHidden());
+  EXPECT_TRUE(panel("layers-panel").isHidden());
+}
+
+TEST_F(Panels, EachToolCanBeReachedInALowWindow) {
+  make();
+  ASSERT_TRUE(open());
+  auto* column = find<QToolBar>("tools");
+  auto* rest = column->findChild<QToolButton*>("qt_toolbar_ext_button");
+  const auto seen = [&] {
+    int count = 0;
+    for (const QString& id : ToolState::ids()) count += find<QToolButton>("button-tool-" + id)->isVisible();
+    return count;
+  };
+  resize_to(900, 540);
+  EXPECT_LT(seen(), ToolState::ids().size());
+  ASSERT_TRUE(rest->isVisible());
+  EXPECT_GE(rest->width(), 20);
+  EXPECT_FALSE(rest->accessibleName().isEmpty());
+  rest->click();
+  EXPECT_TRUE(QTest::qWaitFor([&] { return seen() == ToolState::ids().size(); }));
+  resize_to(1500, 940);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !rest->isVisible(); })) << "all have room";
+}
+
+TEST_F(Panels, TheDevicesTabIsInFrontOfTheOthersWhenItBegins) {
+  make();
+  ASSERT_TRUE(open());
+  resize_to(900, 600);
+  auto* tabs = window->findChild<QTabBar*>(QString(), Qt::FindDirectChildrenOnly);
+  ASSERT_NE(tabs, nullptr);
+  EXPECT_TRUE(QTest::qWaitFor([&] { return tabs->tabText(tabs->currentIndex()) == "Tool"; }));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return tabs->width() >= tabs->sizeHint().width(); })) << "a word is cut";
+  EXPECT_EQ(tabs->accessibleTabName(tabs->currentIndex()), "Tool panel");
+  window->use_device("simulated");
+  EXPECT_TRUE(QTest::qWaitFor([&] { return tabs->tabText(tabs->currentIndex()) == "Device"; }));
+}
+
+TEST_F(Window, ThePaletteFindsTheThemeByWhatPeopleCallIt) {
+  for (const auto& [language, word] : {std::pair{"en", "dark mode"}, {"de", "dunkelmodus"}}) {
+    use_language(*qApp, language);
+    make();
+    auto* palette = window->findChild<CommandPalette*>();
+    palette->open();
+    palette->findChild<QLineEdit*>()->setText(word);
+    auto* list = palette->findChild<QListWidget*>();
+    ASSERT_EQ(list->count(), 1) << language;
+    EXPECT_EQ(list->item(0)->text(), action("theme").text());
+  }
+  use_language(*qApp, "en");
+}
+
+TEST_F(Window, AnAlarmGoesWithTheModelOfWhichItSpoke) {
+  make();
+  ASSERT_TRUE(open());
+  emit window->findChild<Hand*>()->alarm("The surface changed under the hand.", false);
+  EXPECT_TRUE(window->findChild<Banner*>()->isVisible());
+  action("close-model").trigger();
+  EXPECT_FALSE(window->findChild<Banner*>()->isVisible());
 }
 
 }  // namespace

@@ -72,6 +72,22 @@ struct Dialog : Preferences {
   std::unique_ptr<PreferencesDialog> dialog;
 };
 
+// The style has its say after the rows are there: their places must be of its making, not of before.
+TEST_F(Dialog, EachPageHasARowOfItsOwn) {
+  auto* pages = find<QListWidget>("preferences-pages");
+  for (const double size : {1.0, 1.5}) {
+    apply(*qApp, dark_theme(), size);
+    QApplication::processEvents();
+    for (int k = 0; k + 1 < pages->count(); ++k) {
+      const QRect row = pages->visualItemRect(pages->item(k));
+      EXPECT_GE(row.height(), pages->sizeHintForRow(k));
+      EXPECT_FALSE(row.intersects(pages->visualItemRect(pages->item(k + 1)))) << size << ' ' << k;
+    }
+    EXPECT_GE(pages->viewport()->width(), pages->sizeHintForColumn(0)) << size;
+  }
+  apply(*qApp, dark_theme(), 1);
+}
+
 TEST_F(Preferences, UnknownValuesCountAsNotChosen) {
   QSettings settings(file("studio.conf"), QSettings::IniFormat);
   EXPECT_EQ(chosen(settings, "look/theme"), QVariant("desktop"));
