@@ -296,30 +296,30 @@ TEST_F(PenNavigationTest, WithSpaceItTurnsOnTheModelToo) {
 }
 
 TEST_F(PenNavigationTest, ADoubleTapBesideTheModelShowsAllOfIt) {
-  Camera near = start;
-  near.target = near.target + Vec3d{0.3, 0.2, 0};
-  near.eye = near.target + (start.eye - start.target) * 0.9;
+  Camera aside = start;  // the ball is to the right, and smaller
+  aside.target = aside.target - Vec3d{0.3, 0, 0};
+  aside.eye = aside.target + (start.eye - start.target) * 1.2;
   const auto taps = [&](quint64 pause, double apart) {
-    view.set_camera(near);
+    view.set_camera(aside);
     tap_twice(beside, pause, apart);
     now += 10'000;
     return view.camera();
   };
-  view.set_camera(near);
+  view.set_camera(aside);
   ASSERT_FALSE(view.hit(beside));
   view.frame_all();
   const Camera all = view.camera();
-  ASSERT_NE(all, near);
+  ASSERT_NE(all, aside);
   EXPECT_EQ(taps(100, 0), all);
   EXPECT_EQ(taps(100, 2), all) << "no hand meets one pixel twice";
   // The controls: too late, too far, on the model, and by another map.
-  EXPECT_EQ(taps(2000, 0), near);
-  EXPECT_EQ(taps(100, 40), near);
-  view.set_camera(near);
+  EXPECT_EQ(taps(2000, 0), aside);
+  EXPECT_EQ(taps(100, 40), aside);
+  view.set_camera(aside);
   tap_twice(place(0.5), 100);
-  EXPECT_EQ(view.camera(), near);
+  EXPECT_EQ(view.camera(), aside);
   view.set_map(NavigationMap::Blender);
-  EXPECT_EQ(taps(100, 0), near);
+  EXPECT_EQ(taps(100, 0), aside);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 import re
 import sqlite3
 import unittest
@@ -240,15 +241,30 @@ class Tools(OneStudio):
         self.studio.log.wait("setting", mark, lambda e: e["id"] == name and ok(e["value"]))
         return steady(lambda: [e for e in self.studio.log.since(mark, "setting") if e["id"] == name][-1]["value"])
 
-    def ring_width(self):
-        """Pixels, of what is painted over the picture around the pointer."""
+    def ring(self):
+        """Places of the pixels that are painted over the picture around the pointer, from the middle of the ring, and its half
+        width and height."""
         s = self.studio
         s.hands_off()
-        wait("a picture without the ring", lambda: s.settled())
-        without = s.picture()
+        s.settled()
         x, y = s.pixel(0.5, 0.5)
+        steady(lambda: s.picture((x - 100, y - 100, 200, 200)).words)  # the ring goes
+        without = s.picture()
         self.assertIsNotNone(s.hand.changes((x - 250, y - 200, 500, 400), lambda: s.hand.at(x, y)))
-        return wait("the ring", lambda: without.difference_box(s.picture(), 8))[2]
+        left, top, width, height = wait("the ring", lambda: without.difference_box(s.picture(), 8))
+        area = left, top, width, height
+        return without.crop(area).places(s.picture(area), 8), (left + width / 2, top + height / 2), (width / 2, height / 2)
+
+    def ring_width(self):
+        """Pixels."""
+        return 2 * self.ring()[2][0]
+
+    def inner_ring(self):
+        """The width of the dotted ring, which is the strength, in the rows of its middle: pixels. The outer one, with its dark
+        border, is left out: it is 6 pixels wide."""
+        places, (middle, height), (wide, high) = self.ring()
+        xs = [x for x, y in places if abs(y - height) <= 4 and math.hypot((x - middle) / wide, (y - height) / high) < 1 - 6 / wide]
+        return max(xs) - min(xs)
 
     def test_05_radius_by_bar_key_and_hand(self):
         s = self.studio
@@ -308,14 +324,25 @@ class Tools(OneStudio):
             samples[share] = s.stroke(*ACROSS, samples=0)["samples"]
             self.undo_all()
         self.assertGreater(samples[0.8], 1.2 * samples[0.3])  # a ball that sinks deeper cuts wider
+        self.set_bar("Radius", 0.7)
+        shown = {}
+        for share in samples:
+            self.set_bar("Strength", share)
+            shown[share] = self.inner_ring()
+        self.assertAlmostEqual(shown[0.8] / shown[0.3], 0.8 / 0.3, delta=0.15 * 0.8 / 0.3)
         x, y = s.pixel(0.5, 0.5)
         self.set_bar("Strength", 0.5)
-        mark = s.log.mark()
-        s.hand.at(x, y)
-        s.hand.keys("Shift_L+f")
-        s.hand.path([(x + k, y) for k in range(1, 40)])
-        s.hand.keys("Return")
-        self.setting(mark, "strength", ok=lambda value: value > 0.6)
+        for end, kept in (("Return", True), ("Escape", False)):
+            before, mark = number(s.described("Strength")) / 100, s.log.mark()
+            s.hand.at(x, y)
+            s.hand.keys("Shift_L+f")
+            s.hand.path([(x + k, y) for k in range(1, 40)])
+            dragged = self.setting(mark, "strength", ok=lambda value: value > 1.1 * before)
+            s.hand.keys(end)
+            wanted = dragged if kept else before
+            wait(f"the strength after {end}", lambda: abs(number(s.described("Strength")) / 100 - wanted) <= 0.01)
+            self.assertAlmostEqual(self.setting(mark, "strength"), wanted, delta=0.01)
+        self.assertEqual(s.log.since(mark, "stroke"), [])
 
 
 class History(OneStudio):
