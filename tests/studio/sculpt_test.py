@@ -9,7 +9,7 @@ import unittest
 
 import studio
 from picture import channels
-from studio import OneStudio, checked, journal, model, relief, steady, wait
+from studio import Case, OneStudio, Studio, checked, journal, measured, model, relief, steady, wait
 
 ACROSS = ((0.42, 0.45), (0.58, 0.52))  # a stroke over the middle of the model
 
@@ -128,8 +128,34 @@ class Tools(OneStudio):
                 pictures[title] = s.picture(area)
                 self.assertGreater(before.differing(pictures[title], 8), 50)
                 self.undone(rough)
+        self.masked_and_not(way, area, rough)
         for a, b in (("Carve", "Deposit"), ("Paint", "Deposit"), ("Smooth", "Deposit")):
             self.assertGreater(pictures[a].differing(pictures[b], 12), 100, (a, b))
+
+    def masked_and_not(self, way, area, rough):
+        """Mask is seen, Unmask takes it away, and Touch changes nothing at all."""
+        s = self.studio
+        bare = s.picture(area)
+        self.chosen("Mask")
+        masked = s.stroke(*way)["hash"]
+        covered = s.picture(area)
+        self.assertGreater(bare.differing(covered, 8), 50)
+        self.chosen("Unmask")
+        cleared = s.stroke(*way)
+        self.assertEqual(cleared["tool"], "unmask")
+        self.assertNotIn(cleared["hash"], (rough, masked))
+        uncovered = s.picture(area)
+        self.assertGreater(covered.differing(uncovered, 8), 50)
+        self.assertLess(bare.squared_error(uncovered), 0.5 * bare.squared_error(covered), "half a mask at half strength")
+        self.chosen("Touch")
+        mark = s.log.mark()
+        s.drag(*way)
+        self.chosen("Carve")  # what comes next is told, so that we know when to look
+        s.hands_off()
+        wait("the picture as it was", lambda: s.picture(area) == uncovered)
+        self.assertEqual(s.log.since(mark, "stroke") + s.log.since(mark, "history"), [])
+        self.undone(masked)
+        self.undone(rough)
 
     def test_02_a_masked_place_stays(self):
         s = self.studio
@@ -476,6 +502,87 @@ class Symmetry(OneStudio):
         self.assertLess(two["samples"], 2.7 * one["samples"])  # the slabs of the other side are not the mirrored ones
 
 
+class Mirrored(Case):
+    """Symmetry makes what a second hand makes at the mirrored place. A picture is not its own mirror image, for its light comes
+    from one side: a ball, the same on both sides, is carved on both by hand and by symmetry, and the pictures are compared."""
+
+    AROUND, ALONG = 96, 48  # corners of the ball's mesh
+
+    def ball(self):
+        """A ball around the origin, each corner with its mirror image, and the model of it."""
+        mesh, made = studio.folder() / "ball.ply", studio.folder() / "ball.relief"
+        rows = [(math.sin(math.pi * j / self.ALONG), math.cos(math.pi * j / self.ALONG)) for j in range(1, self.ALONG)]
+        corners = [(0, 1, 0), (0, -1, 0)]
+        corners += [(r * math.sin(2 * math.pi * i / self.AROUND), y, r * math.cos(2 * math.pi * i / self.AROUND))
+                    for r, y in rows for i in range(self.AROUND)]
+        at = lambda j, i: 2 + j * self.AROUND + i % self.AROUND
+        last = self.ALONG - 2
+        faces = [face for i in range(self.AROUND) for face in ((0, at(0, i), at(0, i + 1)), (1, at(last, i + 1), at(last, i)))]
+        faces += [face for j in range(last) for i in range(self.AROUND)
+                  for face in ((at(j, i), at(j + 1, i), at(j + 1, i + 1)), (at(j, i), at(j + 1, i + 1), at(j, i + 1)))]
+        mesh.write_text("\n".join((
+            "ply", "format ascii 1.0", f"element vertex {len(corners)}", "property double x", "property double y", "property double z",
+            f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header",
+            *(f"{50 * x:.15g} {50 * y:.15g} {50 * z:.15g}" for x, y, z in corners), *(f"3 {a} {b} {c}" for a, b, c in faces), "")))
+        relief("convert", mesh, "--slabs", 100, "--samples", 15, "-o", made)
+        return made
+
+    def test_two_hands_or_one(self):
+        s = Studio(self.ball())
+        s.press("Carve")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        mark = s.log.mark()
+        s.hand.keys("1")
+        s.hands_off()
+        s.settled(mark=mark)
+        camera = s.log.last("camera")
+        self.assertAlmostEqual(camera["target"][0], 0, delta=0.05)  # mm: half a pixel
+        x, y, width, height = s.middle(0.6)
+        half = width // 2 - 4  # without the line of the plane
+        sides = (x, y, half, height), (x + width - half, y, half, height)
+        pictures = lambda: [s.picture(side) for side in sides]
+        left, top, full, _ = s.viewport()
+        places = [s.pixel(u, v) for u, v in ((0.40, 0.46), (0.42, 0.54))]
+        mirrored = [(2 * left + full - px, py) for px, py in places]
+        clean = pictures()
+        one = self.dabs(s, places)
+        only_left = pictures()
+        self.dabs(s, mirrored)
+        by_hands = pictures()
+        for _ in range(2 * len(places)):
+            mark = s.log.mark()
+            s.press("Undo")
+            s.log.wait("history", mark)
+        s.press("Symmetry")
+        both = self.dabs(s, places)
+        by_symmetry = pictures()
+        differing = lambda some, others, levels: [a.differing(b, levels) for a, b in zip(some, others)]
+        changed = differing(clean, by_hands, 8)
+        self.assertGreater(min(changed), 1000)
+        self.assertGreater(both, 1.8 * one)
+        beyond = differing(by_hands, by_symmetry, 2)
+        measured("pixels beyond 2 levels, left and right, of those that were changed", f"{beyond} of {changed}", "none")
+        self.assertEqual(beyond[0], 0)
+        self.assertLess(beyond[1], 0.02 * changed[1])
+        # The control: without symmetry the other side differs.
+        self.assertGreater(differing(only_left, by_symmetry, 2)[1], 0.9 * changed[1])
+        self.assertTrue(s.close())
+
+    def dabs(self, s, places):
+        """By key, at pixels of the screen: a hand's way has times, and is never the same twice. How many samples they changed."""
+        samples = 0
+        for place in places:
+            mark = s.log.mark()
+            s.hand.at(*place)
+            s.hand.keys("Return")
+            made = s.log.wait("stroke", mark)
+            s.log.wait("history", mark)
+            samples += made["samples"]
+        s.hands_off()
+        s.settled(made["revision"], mark)
+        return samples
+
+
 class Colour(OneStudio):
     """Swatches, paint, and the picker that reads it back."""
 
@@ -518,6 +625,15 @@ class Colour(OneStudio):
         if picked != "sea blue":  # painted in steps: near it, by number
             numbers = [int(picked.rpartition("#")[2][k:k + 2], 16) for k in (0, 2, 4)]
             self.assertTrue(all(abs(a - b) <= 3 for a, b in zip(numbers, (0x35, 0x62, 0x7f))), picked)
+        # Every material has light, so that the screen shows no swatch as it is. But what is painted with the picked colour looks
+        # as what it was picked from, and brick red does not.
+        over = (0.48, 0.45), (0.52, 0.45)
+        s.stroke(*over)
+        wait("the same colour on the screen", lambda: s.picture(centre).differing(after, 3) == 0)
+        s.press("brick red")
+        wait("brick red in the hand", lambda: self.colour() == "brick red")
+        s.stroke(*over)
+        self.assertGreater(s.picture(centre).differing(after, 3), 0.9 * len(after.words))
 
     def test_02_a_cut_leaves_the_colours(self):
         colours, form = self.pages("colour"), self.pages("displacement")
