@@ -134,6 +134,7 @@ class Viewport : public QWidget {
   void move(const PointerSample& sample);
   void release();
   bool tablet(QTabletEvent* event);
+  bool taps_twice(const PointerSample& sample);
   bool touch(QTouchEvent* event);
   bool trackpad(QNativeGestureEvent* event);
   void navigate(QPointF by);
@@ -182,6 +183,7 @@ class Viewport : public QWidget {
   QPointF pointer_, last_;
   std::optional<double>
       pen_;  ///< pressure of the pen that is near or draws; none where a mouse or a key was heard last
+  std::optional<PointerSample> pen_tap_;  ///< where and when a pen came down last, if that was beside the model
   bool over_ = false;
   QString drag_;
   double drag_from_ = 0;

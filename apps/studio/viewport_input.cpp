@@ -5,9 +5,11 @@
 #include <QApplication>
 #include <QDropEvent>
 #include <QMimeData>
+#include <QStyleHints>
 #include <QWindow>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief::studio {
 
@@ -164,6 +166,18 @@ void Viewport::mouseDoubleClickEvent(QMouseEvent* event) {
     mousePressEvent(event);
 }
 
+/// Whether a pen comes down beside the model for the second time within the time and the distance of a double click.
+/// The system makes no such event of a pen's.
+bool Viewport::taps_twice(const PointerSample& sample) {
+  const QStyleHints& hints = *QGuiApplication::styleHints();
+  const std::optional<PointerSample> before = std::exchange(pen_tap_, std::nullopt);
+  if (hit(sample.at)) return false;
+  const bool twice = before && sample.seconds - before->seconds <= 1e-3 * hints.mouseDoubleClickInterval() &&
+                     QLineF(before->at, sample.at).length() <= hints.touchDoubleTapDistance();
+  if (!twice) pen_tap_ = sample;
+  return twice;
+}
+
 /// A pen: never as a mouse, whose events have no pressure.
 bool Viewport::tablet(QTabletEvent* event) {
   event->accept();
@@ -177,6 +191,10 @@ bool Viewport::tablet(QTabletEvent* event) {
     case QEvent::TabletPress:
       if (gesture_ != Gesture::None) return true;
       pen_down_ = true;
+      if (map_ == NavigationMap::Pen && taps_twice(sample)) {
+        frame_all();
+        return true;
+      }
       press(gesture_for(event->button(), event->modifiers(), hit(sample.at).has_value()), sample, event->modifiers(),
             eraser);
       return true;

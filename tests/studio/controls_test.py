@@ -62,7 +62,29 @@ class Keyboard(Case):
     def focused(self, s):
         return next(s.all(lambda o: studio.shows(o) and o.getState().contains(studio.pyatspi.STATE_FOCUSED)), None)
 
+    ACCENT = 0xe3, 0x9a, 0x5c  # of the dark theme; nothing else has a border of it
+
+    def ringed(self, s, name, role=None, root=None):
+        """Whether the border of a control, three pixels wide, is lit: at least a line of a pixel and a half around all of it."""
+        try:
+            x, y, width, height = studio.rect(s.find(name, role, root))
+        except Exception:
+            return False  # another one has taken its place
+        picture = s.picture((x, y, width, height))
+        border = (picture.at(x + i, y + j) for j in range(height) for i in
+                  (range(width) if min(j, height - 1 - j) < 3 else (0, 1, 2, width - 3, width - 2, width - 1)))
+        lit = sum(max(abs(a - b) for a, b in zip(pixel, self.ACCENT)) < 40 for pixel in border)
+        return lit > 1.2 * (width + height)
+
+    def focus_seen(self, s, name, role, *others):
+        """In this step the control is ringed, and the others, which are on the screen too, are not."""
+        wait(f"the focus to be seen at {name!r}", lambda: self.ringed(s, name, role))
+        for other in others:
+            self.assertFalse(self.ringed(s, *other), other)
+
     def test_keyboard_only(self):
+        studio.settings("[look]", "theme=dark")
+        self.addCleanup(studio.settings)
         s = Studio(ready=False)
         s.find("Start page")
         s.hand.at(2, 2)
@@ -86,20 +108,27 @@ class Keyboard(Case):
         s.hand.keys("c")
         wait("Carve", lambda: studio.checked(s.find("Carve")))
         before, at = s.picture(), s.log.mark()
-        s.hand.keys("Right", "Right", "Down", "Return")
+        s.hand.keys("Right", "Right", "Down")
+        self.focus_seen(s, "Viewport", None, ("Radius", "slider"))
+        s.hand.keys("Return")
         made = s.log.wait("stroke", at)
         self.assertGreater(made["samples"], 0)
         wait("the dent", lambda: before.differing(s.picture(), 16) > 100)
         at = s.log.mark()
         s.hand.keys("Control_L+z")
         s.log.wait("history", at, lambda e: e["undo"] == 0)
+        self.focus_seen(s, "Viewport", None, ("Paint",))
         out = studio.folder() / "by-keyboard.ply"
         s.hand.keys("F3")
-        s.find("Commands")
+        field = next(s.all(lambda o: o.getRoleName() == "text" and studio.shows(o), s.find("Commands"))).name
+        self.focus_seen(s, field, "text", ("Viewport",))
         s.hand.keys(*"export", "Return")
+        self.focus_seen(s, "File name:", "text", ("Cancel", "push button"))
         s.type_into("File name:", str(out))
         s.hand.keys("Return")
         s.find("Export", "push button")
+        level = next(s.all(lambda o: o.getRoleName() == "combo box" and studio.shows(o) and label_of(o) == "Level of detail")).name
+        self.focus_seen(s, level, "combo box", ("As the model lies", "combo box"), ("Cancel", "push button"))
         s.hand.keys("Return")
         wait("the exported file", out.exists, 3 * studio.PATIENCE)
         self.assertTrue(s.close())

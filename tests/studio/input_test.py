@@ -260,6 +260,22 @@ class Camera(OneStudio):
         self.assertEqual(s.picture(), before)
 
 
+    def middle_click(self):
+        """With Alt, on the model right of its middle; the cameras after it, and after a turn so that we know when to look."""
+        s = self.studio
+        mark = s.log.mark()
+        x, y = s.pixel(0.56, 0.45)
+        s.hand.hold_key("Alt_L")
+        s.hand.click(x, y, 2)
+        s.hand.release_key("Alt_L")
+        self.turned(lambda: s.hand.keys("3"))
+        return s.log.since(mark, "camera")
+
+    def test_07_a_click_chooses_what_is_turned_around(self):
+        targets = [camera["target"] for camera in self.middle_click()]
+        self.assertGreater(math.dist(targets[-1], self.start["target"]), 0.02 * self.away(self.start))
+
+
 class IndustryMap(Camera):
     """The other map: Alt with the left, middle and right button."""
 
@@ -288,7 +304,30 @@ class IndustryMap(Camera):
         after = self.turned(lambda: self.studio.drag((0.5, 0.5), (0.5, 0.4), button=3, keys=["Alt_L"]))
         self.assertNotAlmostEqual(self.away(after) / self.away(self.start), 1, delta=0.05)
 
-    test_04_views_and_lens = test_05_axis_ball = test_06_a_drag_on_a_panel_turns_nothing = None  # the same in both maps
+    def test_04_no_other_key_makes_it_something_else(self):
+        # Alt and the left button turn, whatever else is held; in Blender's map Shift would shift and Ctrl zoom.
+        s = self.studio
+        for key in ("Shift_L", "Control_L"):
+            before = s.log.last("camera")
+            after = self.turned(lambda: s.drag((0.4, 0.5), (0.6, 0.5), keys=["Alt_L", key]))
+            self.assert_near(after["target"], before["target"], 1e-6)
+            self.assertAlmostEqual(self.away(after), self.away(before), delta=1e-3)
+
+    def test_05_the_model_is_sculpted_without_it(self):
+        s = self.studio
+        s.press("Carve")
+        mark = s.log.mark()
+        made = s.stroke((0.45, 0.5), (0.55, 0.5))
+        self.assertGreater(made["samples"], 0)
+        self.assertEqual(s.log.since(mark, "camera"), [])
+
+    def test_07_a_click_chooses_what_is_turned_around(self):
+        # It does not: here the middle button shifts.
+        for camera in self.middle_click():
+            self.assert_near(camera["target"], self.start["target"], 1e-6)
+
+    test_06_a_drag_on_a_panel_turns_nothing = None  # the same in all maps, as are keys and the ball of axes
+    test_04_views_and_lens = test_05_axis_ball = None
 
 
 if __name__ == "__main__":

@@ -50,6 +50,19 @@ class FirstRun(Case):
         self.assertTrue(s.close())
 
 
+class FirstPicture(Case):
+    """A large model, from the start of the program."""
+
+    def test_of_a_million_triangles(self):
+        forget()
+        s = Studio(model(intervals=71))  # 200 times 71 squared
+        self.assertGreater(s.log.last("frame")["triangles"], 1_000_000)
+        first = next(e for e in s.log.events if e["event"] == "frame" and e["rect"][2] > 0)
+        measured(f"from the start to the first picture of a million triangles, {first['triangles']} of them drawn",
+                 f"{s.before_log + first['ms']:.0f} ms", "1000 ms")
+        self.assertTrue(s.close())
+
+
 class Late(Case):
     """A window manager that lets the window wait: the model is open before the window is seen."""
 

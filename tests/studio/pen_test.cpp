@@ -237,5 +237,90 @@ TEST_F(PenTest, ItsNamePressureAndTiltAreTold) {
   EXPECT_NEAR(told.first()[2].toDouble(), 13, 0.1);
 }
 
+/// The map for a pen alone, without keys.
+class PenNavigationTest : public PenTest {
+ protected:
+  PenNavigationTest() { view.set_map(NavigationMap::Pen); }
+
+  void drag(QPointF from, QPointF to) {
+    send(QEvent::TabletPress, from, 0.5);
+    for (int k = 1; k <= 20; ++k) send(QEvent::TabletMove, from + (to - from) * (k / 20.0), 0.5);
+    send(QEvent::TabletRelease, to, 0);
+  }
+  void space(QEvent::Type type) {
+    QKeyEvent event(type, Qt::Key_Space, Qt::NoModifier);
+    QCoreApplication::sendEvent(&view, &event);
+  }
+  /// Two taps, so many ms and pixels apart.
+  void tap_twice(QPointF at, quint64 pause, double apart = 0) {
+    drag(at, at);
+    now += pause;
+    drag(at + QPointF(apart, 0), at + QPointF(apart, 0));
+  }
+  /// The camera has gone around what it looks at, as far from it as before.
+  void has_turned() const {
+    EXPECT_GT(length(view.camera().eye - start.eye), 0.2 * away(start));
+    EXPECT_LT(length(view.camera().target - start.target), 1e-9);
+    EXPECT_NEAR(away(view.camera()), away(start), 1e-9 * away(start));
+  }
+  [[nodiscard]] static double away(const Camera& camera) { return length(camera.eye - camera.target); }
+
+  const QPointF beside{20, 560}, beside_too{220, 560};
+  const Camera start = view.camera();
+};
+
+TEST_F(PenNavigationTest, ADragBesideTheModelTurns) {
+  ASSERT_FALSE(view.hit(beside));
+  const QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+  drag(beside, beside_too);
+  has_turned();
+  // The control: on the model it is a stroke, and the camera stays.
+  const Camera turned = view.camera();
+  ASSERT_TRUE(view.hit(place(0.5)));
+  drag(place(0.4), place(0.6));
+  EXPECT_TRUE(QTest::qWaitFor([&] { return finished.size() == 1; }, kPatience)) << finished.size();
+  EXPECT_EQ(view.camera(), turned);
+}
+
+TEST_F(PenNavigationTest, WithSpaceItTurnsOnTheModelToo) {
+  const QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+  space(QEvent::KeyPress);
+  drag(place(0.2), place(0.9));
+  space(QEvent::KeyRelease);
+  has_turned();
+  const Camera turned = view.camera();
+  drag(place(0.4), place(0.6));  // the control: without it
+  EXPECT_TRUE(QTest::qWaitFor([&] { return !finished.isEmpty(); }, kPatience));
+  EXPECT_EQ(finished.size(), 1) << "and none for the first drag";
+  EXPECT_EQ(view.camera(), turned);
+}
+
+TEST_F(PenNavigationTest, ADoubleTapBesideTheModelShowsAllOfIt) {
+  Camera aside = start;  // the ball is to the right, and smaller
+  aside.target = aside.target - Vec3d{0.3, 0, 0};
+  aside.eye = aside.target + (start.eye - start.target) * 1.2;
+  const auto taps = [&](quint64 pause, double apart) {
+    view.set_camera(aside);
+    tap_twice(beside, pause, apart);
+    now += 10'000;
+    return view.camera();
+  };
+  view.set_camera(aside);
+  ASSERT_FALSE(view.hit(beside));
+  view.frame_all();
+  const Camera all = view.camera();
+  ASSERT_NE(all, aside);
+  EXPECT_EQ(taps(100, 0), all);
+  EXPECT_EQ(taps(100, 2), all) << "no hand meets one pixel twice";
+  // The controls: too late, too far, on the model, and by another map.
+  EXPECT_EQ(taps(2000, 0), aside);
+  EXPECT_EQ(taps(100, 40), aside);
+  view.set_camera(aside);
+  tap_twice(place(0.5), 100);
+  EXPECT_EQ(view.camera(), aside);
+  view.set_map(NavigationMap::Blender);
+  EXPECT_EQ(taps(100, 0), aside);
+}
+
 }  // namespace
 }  // namespace relief::studio

@@ -52,11 +52,15 @@ class Picture:
 
     def difference_box(self, other, tolerance=0):
         """(x, y, width, height) on the screen of all that differs; None where nothing does."""
-        places = [(i % self.width, i // self.width) for i in self._differences(other, tolerance)]
+        places = self.places(other, tolerance)
         if not places:
             return None
         xs, ys = [p[0] for p in places], [p[1] for p in places]
-        return (min(xs) + self.x, min(ys) + self.y, max(xs) - min(xs) + 1, max(ys) - min(ys) + 1)
+        return (min(xs), min(ys), max(xs) - min(xs) + 1, max(ys) - min(ys) + 1)
+
+    def places(self, other, tolerance=0):
+        """(x, y) on the screen of each pixel that differs."""
+        return [(i % self.width + self.x, i // self.width + self.y) for i in self._differences(other, tolerance)]
 
     def _differences(self, other, tolerance):
         assert (self.width, self.height) == (other.width, other.height)

@@ -2,13 +2,14 @@
 
 import contextlib
 import json
+import math
 import re
 import sqlite3
 import unittest
 
 import studio
 from picture import channels
-from studio import OneStudio, checked, journal, model, relief, steady, wait
+from studio import Case, OneStudio, Studio, checked, journal, measured, model, relief, steady, wait
 
 ACROSS = ((0.42, 0.45), (0.58, 0.52))  # a stroke over the middle of the model
 
@@ -127,8 +128,34 @@ class Tools(OneStudio):
                 pictures[title] = s.picture(area)
                 self.assertGreater(before.differing(pictures[title], 8), 50)
                 self.undone(rough)
+        self.masked_and_not(way, area, rough)
         for a, b in (("Carve", "Deposit"), ("Paint", "Deposit"), ("Smooth", "Deposit")):
             self.assertGreater(pictures[a].differing(pictures[b], 12), 100, (a, b))
+
+    def masked_and_not(self, way, area, rough):
+        """Mask is seen, Unmask takes it away, and Touch changes nothing at all."""
+        s = self.studio
+        bare = s.picture(area)
+        self.chosen("Mask")
+        masked = s.stroke(*way)["hash"]
+        covered = s.picture(area)
+        self.assertGreater(bare.differing(covered, 8), 50)
+        self.chosen("Unmask")
+        cleared = s.stroke(*way)
+        self.assertEqual(cleared["tool"], "unmask")
+        self.assertNotIn(cleared["hash"], (rough, masked))
+        uncovered = s.picture(area)
+        self.assertGreater(covered.differing(uncovered, 8), 50)
+        self.assertLess(bare.squared_error(uncovered), 0.5 * bare.squared_error(covered), "half a mask at half strength")
+        self.chosen("Touch")
+        mark = s.log.mark()
+        s.drag(*way)
+        self.chosen("Carve")  # what comes next is told, so that we know when to look
+        s.hands_off()
+        wait("the picture as it was", lambda: s.picture(area) == uncovered)
+        self.assertEqual(s.log.since(mark, "stroke") + s.log.since(mark, "history"), [])
+        self.undone(masked)
+        self.undone(rough)
 
     def test_02_a_masked_place_stays(self):
         s = self.studio
@@ -240,15 +267,30 @@ class Tools(OneStudio):
         self.studio.log.wait("setting", mark, lambda e: e["id"] == name and ok(e["value"]))
         return steady(lambda: [e for e in self.studio.log.since(mark, "setting") if e["id"] == name][-1]["value"])
 
-    def ring_width(self):
-        """Pixels, of what is painted over the picture around the pointer."""
+    def ring(self):
+        """Places of the pixels that are painted over the picture around the pointer, from the middle of the ring, and its half
+        width and height."""
         s = self.studio
         s.hands_off()
-        wait("a picture without the ring", lambda: s.settled())
-        without = s.picture()
+        s.settled()
         x, y = s.pixel(0.5, 0.5)
+        steady(lambda: s.picture((x - 100, y - 100, 200, 200)).words)  # the ring goes
+        without = s.picture()
         self.assertIsNotNone(s.hand.changes((x - 250, y - 200, 500, 400), lambda: s.hand.at(x, y)))
-        return wait("the ring", lambda: without.difference_box(s.picture(), 8))[2]
+        left, top, width, height = wait("the ring", lambda: without.difference_box(s.picture(), 8))
+        area = left, top, width, height
+        return without.crop(area).places(s.picture(area), 8), (left + width / 2, top + height / 2), (width / 2, height / 2)
+
+    def ring_width(self):
+        """Pixels."""
+        return 2 * self.ring()[2][0]
+
+    def inner_ring(self):
+        """The width of the dotted ring, which is the strength, in the rows of its middle: pixels. The outer one, with its dark
+        border, is left out: it is 6 pixels wide."""
+        places, (middle, height), (wide, high) = self.ring()
+        xs = [x for x, y in places if abs(y - height) <= 4 and math.hypot((x - middle) / wide, (y - height) / high) < 1 - 6 / wide]
+        return max(xs) - min(xs)
 
     def test_05_radius_by_bar_key_and_hand(self):
         s = self.studio
@@ -308,14 +350,25 @@ class Tools(OneStudio):
             samples[share] = s.stroke(*ACROSS, samples=0)["samples"]
             self.undo_all()
         self.assertGreater(samples[0.8], 1.2 * samples[0.3])  # a ball that sinks deeper cuts wider
+        self.set_bar("Radius", 0.7)
+        shown = {}
+        for share in samples:
+            self.set_bar("Strength", share)
+            shown[share] = self.inner_ring()
+        self.assertAlmostEqual(shown[0.8] / shown[0.3], 0.8 / 0.3, delta=0.15 * 0.8 / 0.3)
         x, y = s.pixel(0.5, 0.5)
         self.set_bar("Strength", 0.5)
-        mark = s.log.mark()
-        s.hand.at(x, y)
-        s.hand.keys("Shift_L+f")
-        s.hand.path([(x + k, y) for k in range(1, 40)])
-        s.hand.keys("Return")
-        self.setting(mark, "strength", ok=lambda value: value > 0.6)
+        for end, kept in (("Return", True), ("Escape", False)):
+            before, mark = number(s.described("Strength")) / 100, s.log.mark()
+            s.hand.at(x, y)
+            s.hand.keys("Shift_L+f")
+            s.hand.path([(x + k, y) for k in range(1, 40)])
+            dragged = self.setting(mark, "strength", ok=lambda value: value > 1.1 * before)
+            s.hand.keys(end)
+            wanted = dragged if kept else before
+            wait(f"the strength after {end}", lambda: abs(number(s.described("Strength")) / 100 - wanted) <= 0.01)
+            self.assertAlmostEqual(self.setting(mark, "strength"), wanted, delta=0.01)
+        self.assertEqual(s.log.since(mark, "stroke"), [])
 
 
 class History(OneStudio):
@@ -449,6 +502,87 @@ class Symmetry(OneStudio):
         self.assertLess(two["samples"], 2.7 * one["samples"])  # the slabs of the other side are not the mirrored ones
 
 
+class Mirrored(Case):
+    """Symmetry makes what a second hand makes at the mirrored place. A picture is not its own mirror image, for its light comes
+    from one side: a ball, the same on both sides, is carved on both by hand and by symmetry, and the pictures are compared."""
+
+    AROUND, ALONG = 96, 48  # corners of the ball's mesh
+
+    def ball(self):
+        """A ball around the origin, each corner with its mirror image, and the model of it."""
+        mesh, made = studio.folder() / "ball.ply", studio.folder() / "ball.relief"
+        rows = [(math.sin(math.pi * j / self.ALONG), math.cos(math.pi * j / self.ALONG)) for j in range(1, self.ALONG)]
+        corners = [(0, 1, 0), (0, -1, 0)]
+        corners += [(r * math.sin(2 * math.pi * i / self.AROUND), y, r * math.cos(2 * math.pi * i / self.AROUND))
+                    for r, y in rows for i in range(self.AROUND)]
+        at = lambda j, i: 2 + j * self.AROUND + i % self.AROUND
+        last = self.ALONG - 2
+        faces = [face for i in range(self.AROUND) for face in ((0, at(0, i), at(0, i + 1)), (1, at(last, i + 1), at(last, i)))]
+        faces += [face for j in range(last) for i in range(self.AROUND)
+                  for face in ((at(j, i), at(j + 1, i), at(j + 1, i + 1)), (at(j, i), at(j + 1, i + 1), at(j, i + 1)))]
+        mesh.write_text("\n".join((
+            "ply", "format ascii 1.0", f"element vertex {len(corners)}", "property double x", "property double y", "property double z",
+            f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header",
+            *(f"{50 * x:.15g} {50 * y:.15g} {50 * z:.15g}" for x, y, z in corners), *(f"3 {a} {b} {c}" for a, b, c in faces), "")))
+        relief("convert", mesh, "--slabs", 100, "--samples", 15, "-o", made)
+        return made
+
+    def test_two_hands_or_one(self):
+        s = Studio(self.ball())
+        s.press("Carve")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        mark = s.log.mark()
+        s.hand.keys("1")
+        s.hands_off()
+        s.settled(mark=mark)
+        camera = s.log.last("camera")
+        self.assertAlmostEqual(camera["target"][0], 0, delta=0.05)  # mm: half a pixel
+        x, y, width, height = s.middle(0.6)
+        half = width // 2 - 4  # without the line of the plane
+        sides = (x, y, half, height), (x + width - half, y, half, height)
+        pictures = lambda: [s.picture(side) for side in sides]
+        left, top, full, _ = s.viewport()
+        places = [s.pixel(u, v) for u, v in ((0.40, 0.46), (0.42, 0.54))]
+        mirrored = [(2 * left + full - px, py) for px, py in places]
+        clean = pictures()
+        one = self.dabs(s, places)
+        only_left = pictures()
+        self.dabs(s, mirrored)
+        by_hands = pictures()
+        for _ in range(2 * len(places)):
+            mark = s.log.mark()
+            s.press("Undo")
+            s.log.wait("history", mark)
+        s.press("Symmetry")
+        both = self.dabs(s, places)
+        by_symmetry = pictures()
+        differing = lambda some, others, levels: [a.differing(b, levels) for a, b in zip(some, others)]
+        changed = differing(clean, by_hands, 8)
+        self.assertGreater(min(changed), 1000)
+        self.assertGreater(both, 1.8 * one)
+        beyond = differing(by_hands, by_symmetry, 2)
+        measured("pixels beyond 2 levels, left and right, of those that were changed", f"{beyond} of {changed}", "none")
+        self.assertEqual(beyond[0], 0)
+        self.assertLess(beyond[1], 0.02 * changed[1])
+        # The control: without symmetry the other side differs.
+        self.assertGreater(differing(only_left, by_symmetry, 2)[1], 0.9 * changed[1])
+        self.assertTrue(s.close())
+
+    def dabs(self, s, places):
+        """By key, at pixels of the screen: a hand's way has times, and is never the same twice. How many samples they changed."""
+        samples = 0
+        for place in places:
+            mark = s.log.mark()
+            s.hand.at(*place)
+            s.hand.keys("Return")
+            made = s.log.wait("stroke", mark)
+            s.log.wait("history", mark)
+            samples += made["samples"]
+        s.hands_off()
+        s.settled(made["revision"], mark)
+        return samples
+
+
 class Colour(OneStudio):
     """Swatches, paint, and the picker that reads it back."""
 
@@ -491,6 +625,15 @@ class Colour(OneStudio):
         if picked != "sea blue":  # painted in steps: near it, by number
             numbers = [int(picked.rpartition("#")[2][k:k + 2], 16) for k in (0, 2, 4)]
             self.assertTrue(all(abs(a - b) <= 3 for a, b in zip(numbers, (0x35, 0x62, 0x7f))), picked)
+        # Every material has light, so that the screen shows no swatch as it is. But what is painted with the picked colour looks
+        # as what it was picked from, and brick red does not.
+        over = (0.48, 0.45), (0.52, 0.45)
+        s.stroke(*over)
+        wait("the same colour on the screen", lambda: s.picture(centre).differing(after, 3) == 0)
+        s.press("brick red")
+        wait("brick red in the hand", lambda: self.colour() == "brick red")
+        s.stroke(*over)
+        self.assertGreater(s.picture(centre).differing(after, 3), 0.9 * len(after.words))
 
     def test_02_a_cut_leaves_the_colours(self):
         colours, form = self.pages("colour"), self.pages("displacement")

@@ -253,12 +253,14 @@ class Studio:
         self._known = {}  # objects by (name, role)
         # A program names itself to the registry once, when it starts: it must be there by then.
         wait("the registry of accessible programs", _registry_answers)
+        began = time.monotonic()
         with open(self.errors, "wb") as errors:
             self.process = subprocess.Popen([*wrapper, BIN / "relief-studio", *map(str, words), "--log-events", self.log.file],
                                             stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env={**os.environ, **(environment or {})})
         self.app = self.main = None
         _running.append(self)
-        self.pid = self.log.wait("start")["pid"]
+        start = self.log.wait("start")
+        self.pid, self.before_log = start["pid"], 1000 * (time.monotonic() - began) - start["ms"]  # ms of the process before its log
         self.app = wait("the studio in the accessibility tree", self._find_app)
         self.main = wait("a window", self.windows)[0]
         if ready:
