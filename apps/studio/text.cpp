@@ -42,7 +42,7 @@ QString ago_text(qint64 seconds) {
 }
 
 QString note_text(const std::string& note) {
-  static const QRegularExpression value(R"('[^']*'|\(-?\d[^()]*\)|\d+(?:\.\d+)?(?:e[-+]?\d+)?)");
+  static const QRegularExpression value(R"('[^']*'|\(-?\d[^()]*\)|\d+(?:\.\d+)?(?:e[-+]?\d+)?(?: (?:mm|cm|m|in)\b)?)");
   static const QRegularExpression slot(QStringLiteral("%(\\d+)"));
   const QString words = text(note);
   QStringList values;

@@ -73,6 +73,7 @@ QT_TRANSLATE_NOOP("Notes", "%1 vertices had very many triangles around them, whi
 QT_TRANSLATE_NOOP("Notes", "%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches")
 QT_TRANSLATE_NOOP("Notes", "%1 vertices had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches")
 QT_TRANSLATE_NOOP("Notes", "%1 more such parts were left out")
+QT_TRANSLATE_NOOP("Notes", "tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4")
 QT_TRANSLATE_NOOP("Notes", "%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")
 QT_TRANSLATE_NOOP("Notes", "%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")
 QT_TRANSLATE_NOOP("Notes", "%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")

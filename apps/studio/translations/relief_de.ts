@@ -290,6 +290,10 @@
 <context>
     <name>Notes</name>
     <message>
+        <source>tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4</source>
+        <translation>Werkzeuge finden wenig Ton: %1 % der Fasern haben weniger als %2 unter der Oberfläche, die kürzeste %3 bei %4</translation>
+    </message>
+    <message>
         <source>%1 of %2 triangles have the same corners as another and were left out: the file has these faces more than once</source>
         <translation>%1 von %2 Dreiecken haben dieselben Ecken wie andere und wurden weggelassen: Die Datei hat diese Flächen mehrfach</translation>
     </message>

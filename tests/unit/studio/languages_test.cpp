@@ -127,6 +127,12 @@ TEST_F(Language, NotesOfFilesAreTold) {
   EXPECT_EQ(notes_of("cut.stl", stl),
             "Die Datei endet ohne endsolid, als wäre sie abgeschnitten; ihre 2 Facetten sind vollständig");
   EXPECT_EQ(notes_of("a.obj", obj), "Die Materialdatei '50%1.mtl' ist nicht lesbar; ihre Farben fehlen");
+  EXPECT_EQ(
+      note_text(
+          "tools find little clay: 0.5 % of the fibres have less than 2.1 mm below the surface, the least 0.02 mm "
+          "near (1, -2.5, 3e-7)"),
+      "Werkzeuge finden wenig Ton: 0.5 % der Fasern haben weniger als 2.1 mm unter der Oberfläche, die kürzeste "
+      "0.02 mm bei (1, -2.5, 3e-7)");
   EXPECT_EQ(note_text("3 words of 'nobody' at (1, -2.5, 3e-7)"), "3 words of 'nobody' at (1, -2.5, 3e-7)");
   use_language(*qApp, QStringLiteral("en"));
   EXPECT_EQ(notes_of("a.obj", obj), "material library '50%1.mtl' cannot be read; its colours are missing");
