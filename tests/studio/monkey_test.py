@@ -29,9 +29,17 @@ class Monkey(Case):
         first = s.log.last("opened")["hash"]
         self.done = []
         self.check()
+        self.other_theme = next(s.all(lambda o: o.name == "Light or dark" and o.getRoleName() == "menu item"))
         end, checked = time.monotonic() + seconds, time.monotonic()
-        acts = (self.carve, self.carve, self.carve, self.turn, self.wheel, self.key, self.key, self.widget, self.widget, self.undo, self.resize)
+        middle = end - seconds / 2
+        acts = 2 * (self.carve, self.carve, self.carve, self.turn, self.wheel, self.key, self.key, self.widget, self.widget, self.undo,
+                    self.resize) + (self.theme,)
         while time.monotonic() < end:
+            if time.monotonic() > middle:
+                self.check()
+                s.hand.at(*s.pixel(0.5, 0.5))
+                self.back_to(first)
+                middle = end
             act = self.chance.choice(acts)
             try:
                 act()
@@ -45,7 +53,8 @@ class Monkey(Case):
                 checked = time.monotonic()
         self.check()
         strokes = len(s.log.since(0, "stroke"))
-        measured("random acts, strokes among them", f"{len(self.done)}, {strokes}", "no crash")
+        themes = self.done.count("theme")
+        measured("random acts; strokes and changes of the theme among them", f"{len(self.done)}; {strokes} and {themes}", "no crash")
         self.assertGreater(strokes, 0, "how many there are depends on the machine; without any it was no test")
         s.hand.at(*s.pixel(0.5, 0.5))
         self.back_to(first)
@@ -60,12 +69,16 @@ class Monkey(Case):
         written, and a stroke may have begun by then."""
         s = self.s
         studio.steady(lambda: [e for e in s.log.update() if e["event"] in ("stroke", "history", "saved")][-1:], rest=3)
-        if s.log.last("history") is None or s.log.last("history")["undo"] == 0:
-            return
+        if s.log.last("history") is None:
+            return  # nothing has been done
         undo = s.find("Undo").queryAction()
-        for _ in range(s.log.last("history")["undo"]):
-            undo.doAction(0)
-        wait("the bottom of the history", lambda: s.log.last("history")["undo"] == 0)
+
+        def at_the_bottom():
+            left = s.log.last("history")["undo"]
+            for _ in range(left):
+                undo.doAction(0)
+            return left == 0
+        wait("the bottom of the history", at_the_bottom, rest=0.5)  # the first press may end a stroke, which is one more
         self.assertEqual(s.log.last("history")["hash"], first, self.told("undo to the bottom"))
 
     def check(self):
@@ -137,6 +150,10 @@ class Monkey(Case):
                 s.hand.click(x + width // 2, y + height // 2)
         except Exception as e:  # it went while we reached for it
             self.done.append(f"(gone: {type(e).__name__})")
+
+    def theme(self):
+        self.done.append("theme")
+        self.other_theme.queryAction().doAction(0)
 
     def resize(self):
         width, height = self.chance.randint(900, 1590), self.chance.randint(600, 960)
