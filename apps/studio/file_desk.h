@@ -59,10 +59,10 @@ class FileDesk : public QObject {
   DocumentBridge& bridge_;
   Shelf shelf_;
   OpenJob job_;
-  QString scan_;                  ///< the one that the open model was made of just now; else empty
-  QString asked_, title_, made_;  ///< made_: the file that a conversion writes
+  QString scan_;                   ///< the one that the open model was made of just now; else empty
+  QString asked_, title_, made_;   ///< made_: the file that a conversion writes
   QString before_, before_title_;  ///< the model that was closed for the one that is being opened; else empty
-  QString given_up_;              ///< an unnamed file that save_as() leaves
+  QString given_up_;               ///< an unnamed file that save_as() leaves
 };
 
 }  // namespace relief::studio

@@ -30,8 +30,8 @@ namespace relief::studio {
 /// "3 minutes ago".
 [[nodiscard]] QString ago_text(qint64 seconds);
 
-/// A note of a conversion or a file in the user's language. Numbers with their units, places in brackets and names in quotation marks
-/// are kept; what stands around them is looked up. Words that nobody has translated stay as they are.
+/// A note of a conversion or a file in the user's language. Numbers with their units, places in brackets and names in
+/// quotation marks are kept; what stands around them is looked up. Words that nobody has translated stay as they are.
 [[nodiscard]] QString note_text(const std::string& note);
 
 }  // namespace relief::studio

@@ -67,18 +67,36 @@ QT_TRANSLATE_NOOP("Samples", "bowl")
 
 // Notes of conversions and files, with numbers and names as note_text() takes them out (relief/convert/report.cpp,
 // relief/mesh/read)
-QT_TRANSLATE_NOOP("Notes", "%1 of %2 triangles have the same corners as another and were left out: the file has these faces more than once")
-QT_TRANSLATE_NOOP("Notes", "%1 of %2 triangles have no area or coincide: the file's coordinates may be too coarse for the shape, as far from the origin")
-QT_TRANSLATE_NOOP("Notes", "%1 vertices had very many triangles around them, which rings divide now; the surface stays within the rounding of the lattice")
-QT_TRANSLATE_NOOP("Notes", "%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches")
-QT_TRANSLATE_NOOP("Notes", "%1 vertices had faces without a common front-facing direction and long edges: the tips, at most %2 of the diagonal long, were cut off and closed with patches")
+QT_TRANSLATE_NOOP(
+    "Notes",
+    "%1 of %2 triangles have the same corners as another and were left out: the file has these faces more than once")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 of %2 triangles have no area or coincide: the file's coordinates may be too coarse for the "
+                  "shape, as far from the origin")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 vertices had very many triangles around them, which rings divide now; the surface stays within "
+                  "the rounding of the lattice")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 vertex had faces without a common front-facing direction and long edges: the tips, at most %2 of "
+                  "the diagonal long, were cut off and closed with patches")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 vertices had faces without a common front-facing direction and long edges: the tips, at most %2 "
+                  "of the diagonal long, were cut off and closed with patches")
 QT_TRANSLATE_NOOP("Notes", "%1 more such parts were left out")
-QT_TRANSLATE_NOOP("Notes", "tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4")
-QT_TRANSLATE_NOOP("Notes", "%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")
-QT_TRANSLATE_NOOP("Notes", "%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")
-QT_TRANSLATE_NOOP("Notes", "%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 times, near %4, were left out")
+QT_TRANSLATE_NOOP(
+    "Notes", "tools find little clay: %1 % of the fibres have less than %2 below the surface, the least %3 near %4")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 triangle in %2 part that lie farther off than ten times the rest is across, the farthest %3 "
+                  "times, near %4, were left out")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 triangles in %2 part that lie farther off than ten times the rest is across, the farthest %3 "
+                  "times, near %4, were left out")
+QT_TRANSLATE_NOOP("Notes",
+                  "%1 triangles in %2 parts that lie farther off than ten times the rest is across, the farthest %3 "
+                  "times, near %4, were left out")
 QT_TRANSLATE_NOOP("Notes", "%1 objects that the file marks as support or other were left out")
-QT_TRANSLATE_NOOP("Notes", "colours that were painted in a slicer (paint_color) are in a form of its own and were passed over")
+QT_TRANSLATE_NOOP("Notes",
+                  "colours that were painted in a slicer (paint_color) are in a form of its own and were passed over")
 QT_TRANSLATE_NOOP("Notes", "image %1 is damaged; its surface is plain")
 QT_TRANSLATE_NOOP("Notes", "image %1 is not in the file; its surface is plain")
 QT_TRANSLATE_NOOP("Notes", "image %1 is not beside the mesh or cannot be read; its surface is plain")
