@@ -191,10 +191,13 @@ double farthest_off(const TriangleMesh& mended, std::span<const Face> faces, con
     });
     return most.empty() ? 0.0 : std::ranges::max(most);
   };
-  std::vector<std::uint8_t> is_moved(mended.positions.size());
+  std::vector<std::uint8_t> is_moved(mended.positions.size());  // of the corners of the faces, not of fill triangles
+  for (const Face& f : faces)
+    for (const std::uint32_t v : f) is_moved[v] = 1;
   const double corners = greatest(is_moved.size(), [&](std::size_t v) {
-    is_moved[v] = !std::ranges::binary_search(own, key(mended.positions[v]));
-    return is_moved[v] != 0 ? off(mended.positions[v]) : 0.0;
+    const bool is_own = is_moved[v] == 0 || std::ranges::binary_search(own, key(mended.positions[v]));
+    is_moved[v] = is_own ? 0 : 1;
+    return is_own ? 0.0 : off(mended.positions[v]);
   });
   const double middles = greatest(faces.size(), [&](std::size_t k) {
     const Face& f = faces[k];

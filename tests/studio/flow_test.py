@@ -38,7 +38,7 @@ def drop(s, file):
 class Scan(Case):
     """A scan that is dropped on the start page."""
 
-    def dropped(self, triangles=150000):
+    def dropped(self, triangles=400000):
         """A studio with its start page, on which the scan has fallen."""
         file = scan(triangles=triangles)
         s = Studio(ready=False)
