@@ -25,19 +25,23 @@ QString height_key(const QDockWidget& dock) { return QStringLiteral("panels/heig
 
 std::vector<int> shared_heights(const std::vector<PanelNeed>& needs, int total) {
   std::vector<int> heights(needs.size(), -1);
+  const auto rest = [&] {
+    PanelNeed left = {total, 0};
+    for (std::size_t k = 0; k < needs.size(); ++k)
+      heights[k] >= 0 ? left.height -= heights[k] : left.weight += needs[k].weight;
+    return left;
+  };
   // Each round serves those who need no more than a fair share of what is left, which makes the others' share larger.
   for (bool served = true; served;) {
     served = false;
-    int left = total, weights = 0;
-    for (std::size_t k = 0; k < needs.size(); ++k) heights[k] >= 0 ? left -= heights[k] : weights += needs[k].weight;
+    const auto [left, weights] = rest();
     for (std::size_t k = 0; k < needs.size(); ++k)
       if (heights[k] < 0 && needs[k].height * weights <= left * needs[k].weight) {
         heights[k] = needs[k].height;
         served = true;
       }
   }
-  int left = total, weights = 0;
-  for (std::size_t k = 0; k < needs.size(); ++k) heights[k] >= 0 ? left -= heights[k] : weights += needs[k].weight;
+  auto [left, weights] = rest();
   if (weights == 0 && !heights.empty()) heights.back() += left;
   for (std::size_t k = 0; k < needs.size(); ++k)
     if (heights[k] < 0) {

@@ -24,13 +24,12 @@ constexpr double kBesides = 0.2;
 /// Slabs that a comparison with everything looks into, about.
 constexpr std::size_t kSearched = 32;
 
-/// As for_all(), with a hint of the ones before: neighbours follow each other.
+/// As for_all(), with a hint of the ones before, of so many together: neighbours follow each other.
 template <typename Work>
-void for_all_in_turn(std::size_t count, const Progress& progress, Work&& work) {
-  constexpr std::size_t kTogether = 64;
-  for_all((count + kTogether - 1) / kTogether, 1, progress, [&](std::size_t block) {
+void for_all_in_turn(std::size_t count, std::size_t together, const Progress& progress, Work&& work) {
+  for_all((count + together - 1) / together, 1, progress, [&](std::size_t block) {
     LocateHint hint;
-    for (std::size_t k = block * kTogether; k < std::min(count, (block + 1) * kTogether); ++k) work(k, hint);
+    for (std::size_t k = block * together; k < std::min(count, (block + 1) * together); ++k) work(k, hint);
   });
 }
 
@@ -246,7 +245,7 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   std::vector<Vec3d> chosen;
   for (const SpreadPoint& p : spread_over(points, faces, kPoints)) chosen.push_back(p.at);
   std::vector<Near> near(chosen.size());
-  for_all_in_turn(chosen.size(), progress,
+  for_all_in_turn(chosen.size(), 64, progress,
                   [&](std::size_t k, LocateHint& hint) { near[k] = distance_within(chosen[k], kReach, hint); });
   // Points outside all slabs are compared with everything, which takes time; where there are many, some stand for all.
   constexpr std::size_t kMostOutside = 1500, kMostCornersOutside = 500;
@@ -308,10 +307,8 @@ Measured MeasuredSurface::from(std::span<const Vec3d> points, std::span<const Fa
   std::vector<Vec3d> lost_points;
   for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
     corners.assign(std::min(kAtOnce, points.size() - begin), {});
-    for_all((corners.size() + kBlock - 1) / kBlock, 1, progress, [&](std::size_t block) {
-      LocateHint hint;
-      for (std::size_t k = block * kBlock; k < std::min(corners.size(), (block + 1) * kBlock); ++k)
-        if (used[begin + k] != 0) corners[k] = along_the_fibre(points[begin + k], hint);
+    for_all_in_turn(corners.size(), kBlock, progress, [&](std::size_t k, LocateHint& hint) {
+      if (used[begin + k] != 0) corners[k] = along_the_fibre(points[begin + k], hint);
     });
     for (std::size_t k = 0; k < corners.size(); ++k) {
       if (used[begin + k] == 0) continue;
