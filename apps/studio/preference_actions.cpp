@@ -8,9 +8,10 @@
 #include "text.h"
 #include "widgets/theme.h"
 
+#include <relief/edit/stroke.h>
+
 #include <QApplication>
 #include <QLabel>
-#include <cmath>
 
 namespace relief::studio {
 
@@ -25,10 +26,9 @@ NavigationMap map_named(const QString& name) {
 std::optional<PressureCurve> curve_of(const QString& words) {
   const QStringList parts = words.split(QLatin1Char(' '));
   if (parts.size() != 3) return std::nullopt;
-  const PressureCurve curve{parts[0].toDouble(), parts[1].toDouble(), parts[2].toDouble()};
-  const bool possible = curve.low >= 0 && curve.low < curve.high && curve.high <= 1 && curve.exponent > 0 &&
-                        std::isfinite(curve.exponent);
-  return possible ? std::optional(curve) : std::nullopt;
+  Stroke stroke;  // the library says what a curve may be
+  stroke.brush.pressure = {parts[0].toDouble(), parts[1].toDouble(), parts[2].toDouble()};
+  return check(stroke) ? std::optional(stroke.brush.pressure) : std::nullopt;
 }
 
 QString words_of(const PressureCurve& curve) {
