@@ -190,8 +190,8 @@ class WayBack(Case):
                 again = s.log.wait("opened", at, patience=3 * studio.PATIENCE)
                 self.assertEqual((again["hash"], again["strokes"]), (made["hash"], 1))
                 s.hands_off()
-                s.settled(mark=at, samples=1)
-                self.assertEqual([s.log.last("camera")[k] for k in ("eye", "target", "up")], [camera[k] for k in ("eye", "target", "up")])
+                back = lambda: [s.log.last("camera")[k] for k in ("eye", "target", "up")] == [camera[k] for k in ("eye", "target", "up")]
+                wait("the camera to rest where it was", back, rest=0.2)
         mark = s.log.mark()
         s.press("Undo")
         self.assertEqual(s.log.wait("history", mark)["undo"], 0)
