@@ -35,6 +35,16 @@ def drop(s, file):
     return at
 
 
+def closed_dialog(case, s, file):
+    """The dialog that names the file goes by Escape; there is no other."""
+    shown = lambda: [o.name + o.description for o in s.all(lambda o: o.getRoleName() in ("dialog", "alert") and studio.shows(o))]
+    words = wait("the dialog", shown)
+    case.assertEqual(len(words), 1)
+    case.assertIn(file.name, words[0])
+    wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)
+    wait("the model that was open before", lambda: not s.showing("Convert progress"))
+
+
 class Scan(Case):
     """A scan that is dropped on the start page."""
 
@@ -143,7 +153,7 @@ class BadFiles(Case):
                 s.alive()
                 if end["event"] == "failed":
                     refused += 1
-                    self.closed_dialog(s, file)
+                    closed_dialog(self, s, file)
                 else:
                     self.assertTrue(s.log.wait("verdict", at)["title"])
                 self.assertLessEqual(len(s.log.since(at, "failed")), 1)
@@ -152,15 +162,6 @@ class BadFiles(Case):
         s.log.wait("opened", at, patience=3 * studio.PATIENCE)
         self.assertEqual(s.log.since(at, "failed"), [])
         self.assertTrue(s.close())
-
-    def closed_dialog(self, s, file):
-        """The dialog that names the file goes by Escape; there is no other."""
-        shown = lambda: [o.name + o.description for o in s.all(lambda o: o.getRoleName() in ("dialog", "alert") and studio.shows(o))]
-        words = wait("the dialog", shown)
-        self.assertEqual(len(words), 1)
-        self.assertIn(file.name, words[0])
-        wait("the dialog to close", lambda: s.dismissed() and not shown(), rest=0.2)
-        wait("the model that was open before", lambda: not s.showing("Convert progress"))
 
 
 class WayBack(Case):
@@ -186,7 +187,8 @@ class WayBack(Case):
                 if end == "cancelled":
                     s.find("Cancel").queryAction().doAction(0)
                 s.log.wait(end, at)
-                wait("every dialog to close by Escape", s.dismissed, rest=0.2)
+                if end == "failed":
+                    closed_dialog(self, s, file)
                 again = s.log.wait("opened", at, patience=3 * studio.PATIENCE)
                 self.assertEqual((again["hash"], again["strokes"]), (made["hash"], 1))
                 s.hands_off()
