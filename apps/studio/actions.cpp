@@ -55,6 +55,8 @@ void MainWindow::build_actions() {
 
   add("undo", tr("Undo"), QKeySequence::Undo, [this] { bridge_.post(Undo{}); });
   add("redo", tr("Redo"), QKeySequence(Qt::CTRL | Qt::SHIFT | Qt::Key_Z), [this] { bridge_.post(Redo{}); });
+  add("repeat-stroke", tr("Repeat the last stroke"), QKeySequence(Qt::SHIFT | Qt::Key_R),
+      [this] { views_->repeat_stroke(); });
 
   const auto add_refine = [this](const char* id, const QString& title, RefineWhere where) {
     add(QLatin1String(id), title, {}, [this, title, where] { refine_model(title, where); });
@@ -195,6 +197,7 @@ void MainWindow::add_words() {
                                   {"preferences", tr("settings options language shortcuts")},
                                   {"undo", tr("back revert")},
                                   {"redo", tr("again repeat")},
+                                  {"repeat-stroke", tr("once more same again")},
                                   {"refine-saturated", tr("clay ends extend remesh")},
                                   {"refine-all", tr("subdivide detail resolution")},
                                   {"refine-model", tr("remesh rebuild convert")},
@@ -238,9 +241,9 @@ void MainWindow::build_menus() {
   });
   fill(file, {"-", "save", "save-as", "export", "picture", "turntable", "report", "-", "close-model", "quit"});
   QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  fill(edit,
-       {"undo", "redo", "-", "drag-radius", "drag-strength", "radius-less", "radius-more", "symmetry", "pick-colour",
-        "-", "refine-saturated", "refine-all", "refine-model", "stop-refining", "-", "preferences", "-"});
+  fill(edit, {"undo", "redo", "repeat-stroke", "-", "drag-radius", "drag-strength", "radius-less", "radius-more",
+              "symmetry", "pick-colour", "-", "refine-saturated", "refine-all", "refine-model", "stop-refining", "-",
+              "preferences", "-"});
   QMenu* tool = edit->addMenu(tr("&Tools"));
   tool->addActions(tool_group_->actions());
   QMenu* view = menuBar()->addMenu(tr("&View"));

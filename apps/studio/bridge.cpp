@@ -94,7 +94,7 @@ void DocumentBridge::deliver() {
     if (const auto* e = std::get_if<Failed>(&event)) {
       const bool cancelled = e->error.code == Errc::Cancelled;
       if (e->elsewhere) emit notSavedElsewhere(cancelled);
-      if (!e->elsewhere || !cancelled) emit failed(text(e->error.message), e->unsaved);
+      if (!e->elsewhere || !cancelled) emit failed(error_text(e->error), e->unsaved);
     }
   }
 }

@@ -116,7 +116,7 @@ void MainWindow::ask_export() {
 void MainWindow::export_to(const QString& file, std::function<Status(const Progress&)> work) {
   work_aside(tr("Exporting …"), std::move(work), [this, file](const Status& status) {
     if (!status) {
-      show_failure(tr("The model could not be exported"), text(status.error().message), file, false);
+      show_failure(tr("The model could not be exported"), error_text(status.error()), file, false);
       return;
     }
     event_log().write(QStringLiteral("exported"), {{"file", file}});
@@ -190,7 +190,7 @@ void MainWindow::ask_salvage(const QString& file) {
       },
       [this, file, to, lost](const Status& status) {
         if (!status) {
-          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), text(status.error().message),
+          show_failure(tr("Nothing could be saved of %1").arg(QFileInfo(file).fileName()), error_text(status.error()),
                        file, false);
           return;
         }
@@ -219,7 +219,7 @@ void MainWindow::save_picture(const QString& file) {
       },
       [this, file, frame](const Status& status) {
         if (!status) {
-          show_failure(tr("The picture could not be saved"), text(status.error().message), file, false);
+          show_failure(tr("The picture could not be saved"), error_text(status.error()), file, false);
           return;
         }
         event_log().write(QStringLiteral("picture"),

@@ -22,7 +22,7 @@ FileDesk::FileDesk(DocumentBridge& bridge, QObject* parent) : QObject(parent), b
     go_back();
   });
   connect(&job_, &OpenJob::failed, this, [this](const Error& error) {
-    emit failed(tr("%1 could not be opened").arg(QFileInfo(asked_).fileName()), text(error.message), asked_,
+    emit failed(tr("%1 could not be opened").arg(QFileInfo(asked_).fileName()), error_text(error), asked_,
                 error.code == Errc::Corrupt && is_model(asked_));
     go_back();
   });
@@ -99,7 +99,7 @@ void FileDesk::finish(const std::shared_ptr<Opened>& what) {
   const QString file = text(what->file);
   const Status open = bridge_.open(what->file, std::move(*what->model));
   if (!open) {
-    emit failed(tr("%1 could not be opened").arg(title_), text(open.error().message), file, false);
+    emit failed(tr("%1 could not be opened").arg(title_), error_text(open.error()), file, false);
     go_back();
     return;
   }
@@ -123,7 +123,7 @@ bool FileDesk::close(QString& why) {
   if (bridge_.document() == nullptr) return true;
   const Status closed = bridge_.close();
   if (!closed) {
-    why = text(closed.error().message);
+    why = error_text(closed.error());
     return false;
   }
   shelf_.closed();

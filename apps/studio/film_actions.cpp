@@ -106,7 +106,7 @@ void MainWindow::save_report(const QString& file) {
       },
       [this, file](const Status& status) {
         if (!status) {
-          show_failure(tr("The report could not be saved"), text(status.error().message), file, false);
+          show_failure(tr("The report could not be saved"), error_text(status.error()), file, false);
           return;
         }
         event_log().write(QStringLiteral("report"), {{"file", file}});

@@ -23,7 +23,7 @@ namespace {
 
 const QString kNone = QStringLiteral("none"), kMouse = QStringLiteral("mouse"),
               kSimulated = QStringLiteral("simulated");
-const QString kReplay = text(kReplayDevice);
+const QString kOther = QStringLiteral("sim:hand:"), kReplay = text(kReplayDevice);
 
 constexpr int kFrame = 16;                                  // ms between two takings of ticks: 60 a second
 constexpr int kLogEvery = 60;                               // of these: once a second
@@ -92,7 +92,7 @@ std::vector<Hand::Choice> Hand::choices() {
   const std::vector<DeviceListing> known = list_devices();
   // The first one is the simulated hand itself.
   for (std::size_t k = 1; k < known.size(); ++k)
-    all.push_back({text(known[k].name), text(known[k].description), evidence_text(known[k].evidence)});
+    all.push_back({text(known[k].name), title_of(text(known[k].name)), evidence_text(known[k].evidence)});
   return all;
 }
 
@@ -101,8 +101,7 @@ QString Hand::title_of(const QString& id) {
   if (id == kMouse) return tr("Mouse as a force probe");
   if (id == kSimulated) return tr("Simulated hand");
   if (id.startsWith(kReplay)) return tr("Recording %1").arg(QFileInfo(id.mid(kReplay.size())).fileName());
-  for (const DeviceListing& known : list_devices())
-    if (id == text(known.name)) return text(known.description);
+  if (id.startsWith(kOther)) return tr("Simulated hand, %1").arg(id.mid(kOther.size()));
   return id;
 }
 
@@ -229,7 +228,7 @@ void Hand::use_brush() {
   live_->sculpts = tools_.tool().has_value();
 }
 
-void Hand::say(const Error& error) { emit said(text(error.message)); }
+void Hand::say(const Error& error) { emit said(error_text(error)); }
 
 // ---- Its ticks
 
@@ -314,7 +313,9 @@ void Hand::set_force_limit(double newton) {
 
 void Hand::set_force_cap(double share) {
   cap_ = std::clamp(share, 0.0, 1.0);
-  if (live_) set_force_limit(std::min(force_limit(), most_force()));
+  if (!live_) return;
+  set_force_limit(limit_ > 0 ? limit_ : most_force());
+  emit changed();
 }
 
 void Hand::set_scale(double factor) {

@@ -89,6 +89,7 @@ MainWindow::MainWindow(QSettings& settings, const DesktopScheme& desktop)
   connect_files();
   connect_view();
   build_preferences();
+  tools_.take_kept(settings_);
   actions_.at("tool-" + tools_.id())->setChecked(true);
   resize(settings_.value("window/size", QSize(1500, 940)).toSize().boundedTo(screen()->availableGeometry().size()));
   if (settings_.contains("window/state")) restoreState(settings_.value("window/state").toByteArray());
@@ -208,7 +209,8 @@ void MainWindow::refresh() {
   const DocumentStatistics statistics = open ? bridge_.document()->statistics() : DocumentStatistics{};
   actions_.at("undo")->setEnabled(statistics.undo_steps > 0);
   actions_.at("redo")->setEnabled(statistics.redo_steps > 0);
-  for (const char* id : {"save", "save-as", "export", "picture", "turntable", "report", "close-model", "pick-colour"})
+  for (const char* id :
+       {"save", "save-as", "export", "picture", "turntable", "report", "close-model", "pick-colour", "repeat-stroke"})
     actions_.at(id)->setEnabled(open);
   for (const char* id : {"refine-saturated", "refine-all", "refine-model"})
     actions_.at(id)->setEnabled(open && !changing_cage_);
@@ -285,6 +287,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     show_failure(tr("Not everything is saved"), why, text(bridge_.file()), false);
     return;
   }
+  tools_.keep(settings_);
   settings_.setValue("window/size", size());
   settings_.setValue("window/state", saveState());
   event_log().write(QStringLiteral("exit"));

@@ -1,5 +1,6 @@
 // What the window does about preferences: each takes effect as soon as it is chosen.
 #include "desktop_scheme.h"
+#include "hand.h"
 #include "main_window.h"
 #include "navigation_card.h"
 #include "preferences.h"
@@ -60,11 +61,15 @@ void MainWindow::build_preferences() {
   if (const auto curve = curve_of(settings_.value("input/pressure-curve").toString())) tools_.set_pressure(*curve);
   if (const auto drives = pressure_drives_from_name(settings_.value("input/pressure-drives").toString().toStdString()))
     tools_.set_value(QStringLiteral("pressure_drives"), static_cast<double>(*drives));
+  connect(hand_, &Hand::changed, this, [this] {
+    if (chosen(settings_, "forces/sound").toBool() != hand_->sound())
+      settings_.setValue("forces/sound", hand_->sound());
+  });
   keep_look();
   connect(&desktop_, &DesktopScheme::changed, this, [this] { use_preference("look/theme"); });
   keys_.take_over(actions_);
   for (const char* key : {"look/reduced-motion", "input/map", "input/turntable", "input/pressure", "input/single-keys",
-                          "drawing/samples", "folders/unnamed"})
+                          "drawing/samples", "forces/most", "forces/sound", "folders/unnamed"})
     use_preference(key);
   ask_for_navigation();
   if (!keys_.complaint().isEmpty())
@@ -125,6 +130,8 @@ void MainWindow::use_preference(const QString& key) {
     viewport_->set_final_samples(value.toInt());
     viewport_->redraw_everything();
   }
+  if (key == QLatin1String("forces/most")) hand_->set_force_cap(value.toInt() / 100.0);
+  if (key == QLatin1String("forces/sound") && hand_->sound() != value.toBool()) hand_->set_sound(value.toBool());
   if (key == QLatin1String("folders/unnamed")) Shelf::set_unnamed_folder(value.toString());
   if (key == QLatin1String("language")) build_anew();
 }

@@ -20,6 +20,8 @@ const std::vector<Preference>& preferences() {
       {"input/pressure", true},
       {"input/single-keys", true},
       {"drawing/samples", QStringLiteral("16")},
+      {"forces/most", 100},
+      {"forces/sound", false},
       {"folders/pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)},
       {"folders/unnamed", Shelf::preset_unnamed_folder()},
       {"language", QString()},
@@ -41,14 +43,20 @@ QStringList values_of(const QString& key) {
   return {};
 }
 
+std::optional<std::pair<int, int>> percents_of(const QString& key) {
+  if (key == QLatin1String("look/text")) return std::pair(80, 200);
+  if (key == QLatin1String("forces/most")) return std::pair(10, 100);
+  return std::nullopt;
+}
+
 QVariant chosen(const QSettings& settings, const QString& key) {
   const QVariant preset = preset_of(key), kept = settings.value(key, preset);
   if (const QStringList values = values_of(key); !values.isEmpty())
     return values.contains(kept.toString()) ? kept : preset;
-  if (key == QLatin1String("look/text")) {
+  if (const auto range = percents_of(key)) {
     bool number = false;
     const int percent = kept.toInt(&number);
-    return number ? std::clamp(percent, 80, 200) : preset;
+    return number ? std::clamp(percent, range->first, range->second) : preset;
   }
   if (preset.typeId() == QMetaType::Bool) return kept.toBool();
   return kept.toString().isEmpty() ? preset : kept;

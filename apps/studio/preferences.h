@@ -3,6 +3,8 @@
 
 #include <QSettings>
 #include <QStringList>
+#include <optional>
+#include <utility>
 
 namespace relief::studio {
 
@@ -12,7 +14,7 @@ struct Preference {
   QVariant preset;
 };
 
-/// All of them, by page: look, input, drawing, folders, language.
+/// All of them, by page: look, input, drawing, forces, folders, language.
 [[nodiscard]] const std::vector<Preference>& preferences();
 /// Asserts that there is such a preference.
 [[nodiscard]] QVariant preset_of(const QString& key);
@@ -20,5 +22,7 @@ struct Preference {
 [[nodiscard]] QVariant chosen(const QSettings& settings, const QString& key);
 /// The values that a choice among few may have; empty for all others.
 [[nodiscard]] QStringList values_of(const QString& key);
+/// The least and the most of a choice in percent; empty for all others.
+[[nodiscard]] std::optional<std::pair<int, int>> percents_of(const QString& key);
 
 }  // namespace relief::studio

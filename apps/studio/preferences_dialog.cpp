@@ -84,6 +84,7 @@ PreferencesDialog::PreferencesDialog(QSettings& settings, KeyMap& keys, const QS
   add_look();
   add_input();
   add_drawing(drawing);
+  add_forces();
   add_saving();
   add_language();
   add_keys(keys);
@@ -201,19 +202,25 @@ void PreferencesDialog::add_folder(QVBoxLayout& column, const QString& key, cons
   rows_.back().refresh = [this, place, key] { place->setText(chosen(settings_, key).toString()); };
 }
 
+void PreferencesDialog::add_percent(QVBoxLayout& column, const QString& key, const QString& title,
+                                    const QString& help) {
+  auto* bar = new ValueBar(title, this);
+  bar->setObjectName(QString(key).replace(QLatin1Char('/'), QLatin1Char('-')));
+  bar->set_title(QStringLiteral(" "));  // it stands before it
+  bar->setMinimumWidth(scaled(220));
+  const auto [low, high] = percents_of(key).value();
+  bar->set_range(low / 100.0, high / 100.0, ValueBar::Scale::Linear, 0.1);
+  bar->set_format(percent_format());
+  connect(bar, &ValueBar::editFinished, this, [this, bar, key] { keep(key, qRound(100 * bar->real_value())); });
+  add_row(column, key, title, help, bar,
+          [this, bar, key] { bar->set_real_value(chosen(settings_, key).toInt() / 100.0); });
+}
+
 void PreferencesDialog::add_look() {
   QVBoxLayout* page = add_page(QStringLiteral("look"), tr("Look"));
   add_choice(*page, "look/theme", tr("Theme"), tr("“Like the desktop” is dark where the desktop does not say."),
              {tr("Like the desktop"), tr("Dark"), tr("Light")});
-  auto* size = new ValueBar(tr("Text size"), this);
-  size->setObjectName(QStringLiteral("look-text"));
-  size->set_title(QStringLiteral(" "));  // it stands before it
-  size->setMinimumWidth(scaled(220));
-  size->set_range(0.8, 2, ValueBar::Scale::Linear, 0.1);
-  size->set_format(percent_format());
-  connect(size, &ValueBar::editFinished, this, [this, size] { keep("look/text", qRound(100 * size->real_value())); });
-  add_row(*page, "look/text", tr("Text size"), tr("Of all words and of what is around them."), size,
-          [this, size] { size->set_real_value(chosen(settings_, "look/text").toInt() / 100.0); });
+  add_percent(*page, "look/text", tr("Text size"), tr("Of all words and of what is around them."));
   add_switch(*page, "look/reduced-motion", tr("Less motion"), tr("Nothing slides, fades or turns by itself."));
   finish_page(*page);
 }
@@ -243,6 +250,31 @@ void PreferencesDialog::add_drawing(const QString& drawing) {
   add_choice(*page, "drawing/samples", tr("Smooth edges at rest"),
              tr("How often each point is drawn when nothing moves: more is finer, and takes longer."),
              {tr("Off"), tr("4 times"), tr("16 times")});
+  finish_page(*page);
+}
+
+void PreferencesDialog::add_forces() {
+  QVBoxLayout* page = add_page(QStringLiteral("forces"), tr("Forces"));
+  add_percent(*page, "forces/most", tr("Most force"),
+              tr("Of what the device can give. Less is kinder to a hand that is new to it; the device panel sets less "
+                 "still, never more."));
+  add_switch(*page, "forces/sound", tr("Sound of the contact"),
+             tr("Lets people beside you hear what the tool does to the clay."));
+  auto* always =
+      new QLabel(tr("These limits always hold on a real device, for the sake of the hand and of the motors:"), this);
+  always->setWordWrap(true);
+  page->addWidget(always);
+  const std::pair<QString, QString> limits[] = {
+      {tr("A force grows gently"), tr("It may end at once, but never begins with a blow.")},
+      {tr("A late or lost device gets none"), tr("A force that comes late pushes where the hand no longer is.")},
+      {tr("A fast hand is braked"), tr("An arm that was let go does not hit the table.")},
+      {tr("Warm motors get less"), tr("Most devices bear their greatest force for seconds only.")},
+      {tr("Pause, or Escape twice, ends all forces"), tr("They come back only when you ask for them.")}};
+  for (const auto& [title, reason] : limits) {
+    auto* line = new QLabel(QStringLiteral("<b>%1.</b> %2").arg(title.toHtmlEscaped(), reason.toHtmlEscaped()), this);
+    line->setWordWrap(true);
+    page->addWidget(line);
+  }
   finish_page(*page);
 }
 

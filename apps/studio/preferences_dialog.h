@@ -23,7 +23,7 @@ class PreferencesDialog : public QDialog {
  public:
   /// `drawing`: what draws the pictures, in words.
   PreferencesDialog(QSettings& settings, KeyMap& keys, const QString& drawing, QWidget* parent = nullptr);
-  /// Shows the page: "look", "input", "drawing", "saving", "language" or "keys".
+  /// Shows the page: "look", "input", "drawing", "forces", "saving", "language" or "keys".
   void show_page(const QString& page);
 
  signals:
@@ -48,7 +48,9 @@ class PreferencesDialog : public QDialog {
   void add_folder(QVBoxLayout& column, const QString& key, const QString& title, const QString& help);
   void add_look();
   void add_input();
+  void add_percent(QVBoxLayout& column, const QString& key, const QString& title, const QString& help);
   void add_drawing(const QString& drawing);
+  void add_forces();
   void add_saving();
   void add_language();
   void add_keys(KeyMap& keys);

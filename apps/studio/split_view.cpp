@@ -21,6 +21,12 @@ SplitView::SplitView(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
   setObjectName(QStringLiteral("views"));
   setChildrenCollapsible(false);
   addWidget(shaded_);
+  note_strokes(*shaded_);
+  connect(shaded_, &Viewport::sceneChanged, this, [this] { last_stroke_ = {}; });
+}
+
+void SplitView::note_strokes(Viewport& view) {
+  connect(&view, &Viewport::strokeMade, this, [this](const PointerStroke& stroke) { last_stroke_ = stroke; });
 }
 
 void SplitView::show_map(std::optional<Look::Map> map) {
@@ -49,6 +55,7 @@ void SplitView::make() {
   analysis_->setObjectName(QStringLiteral("analysis"));
   analysis_->setAccessibleName(tr("Analysis view"));
   addWidget(analysis_);
+  note_strokes(*analysis_);
   setSizes({width() / 2, width() / 2});
   analysis_->set_final_samples(shaded_->final_frame().samples);
   analysis_->set_up(shaded_->up());

@@ -19,6 +19,8 @@ class SplitView : public QSplitter {
   [[nodiscard]] Viewport* analysis() { return analysis_; }
   /// That of the first view; the second one keeps its map.
   void set_look(const Look& look);
+  /// The newest stroke of the pointer in either view, once more.
+  void repeat_stroke() { shaded_->repeat_stroke(last_stroke_); }
   /// Empty, or Map::None, closes it.
   void show_map(std::optional<Look::Map> map);
 
@@ -28,6 +30,7 @@ class SplitView : public QSplitter {
 
  private:
   void make();
+  void note_strokes(Viewport& view);
   void follow(Viewport& leader, Viewport& follower);
 
   DocumentBridge& bridge_;
@@ -35,6 +38,7 @@ class SplitView : public QSplitter {
   Viewport* shaded_;
   Viewport* analysis_ = nullptr;
   bool following_ = false;
+  PointerStroke last_stroke_;  ///< on the model that is shown
 };
 
 }  // namespace relief::studio

@@ -22,8 +22,7 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
     why = QCoreApplication::translate("StrokeInput", "%1 has no opposite.").arg(ToolState::title(tools_.id()));
     return false;
   }
-  camera_ = camera;
-  size_ = size;
+  making_ = {.kind = kind, .camera = camera, .size = size, .samples = {}};
   hint_ = {};
   if (!hit(sample)) return false;
   open_ = true;
@@ -37,8 +36,8 @@ bool StrokeInput::begin(Kind kind, const PointerSample& sample, const Camera& ca
 }
 
 std::optional<RayHit> StrokeInput::hit(const PointerSample& sample) {
-  const int width = static_cast<int>(size_.width()), height = static_cast<int>(size_.height());
-  return raycast(*surface_, pixel_ray(camera_, width, height, sample.at.x(), sample.at.y()), hint_);
+  const int width = static_cast<int>(making_.size.width()), height = static_cast<int>(making_.size.height());
+  return raycast(*surface_, pixel_ray(making_.camera, width, height, sample.at.x(), sample.at.y()), hint_);
 }
 
 void StrokeInput::add(const PointerSample& sample) {
@@ -49,8 +48,13 @@ void StrokeInput::add(const PointerSample& sample) {
   last_seconds_ = std::max(last_seconds_, sample.seconds);
   const auto found = hit(sample);
   last_hit_ = found ? std::optional(found->point.position) : std::nullopt;
-  if (!found) return;
-  const double pressure = tools_.use_pressure() ? sample.pressure : 1.0;
+  post_point();
+}
+
+void StrokeInput::post_point() {
+  making_.samples.push_back({.at = last_.at, .seconds = last_seconds_, .pressure = last_.pressure});
+  if (!last_hit_) return;
+  const double pressure = tools_.use_pressure() ? last_.pressure : 1.0;
   bridge_.post(MoveStroke{.points = {{last_seconds_ - first_seconds_, *last_hit_, pressure}}});
 }
 
@@ -61,12 +65,20 @@ void StrokeInput::move(const PointerSample& sample) {
 void StrokeInput::hold() {
   if (!open_ || !last_hit_ || since_last_.elapsed() < kRests) return;
   last_seconds_ = std::max(last_seconds_, last_.seconds + 1e-9 * static_cast<double>(since_last_.nsecsElapsed()));
-  const double pressure = tools_.use_pressure() ? last_.pressure : 1.0;
-  bridge_.post(MoveStroke{.points = {{last_seconds_ - first_seconds_, *last_hit_, pressure}}});
+  post_point();
+}
+
+bool StrokeInput::repeat(const PointerStroke& stroke, QString& why) {
+  if (open_ || stroke.samples.empty()) return false;
+  if (!begin(stroke.kind, stroke.samples.front(), stroke.camera, stroke.size, why)) return false;
+  for (std::size_t k = 1; k < stroke.samples.size(); ++k) add(stroke.samples[k]);
+  end();
+  return true;
 }
 
 void StrokeInput::end() {
   if (!std::exchange(open_, false)) return;
+  made_ = std::exchange(making_, {});
   bridge_.post(EndStroke{});
   surface_.reset();
 }

@@ -11,6 +11,7 @@
 #include <QPointF>
 #include <QSizeF>
 #include <optional>
+#include <vector>
 
 namespace relief::studio {
 
@@ -21,13 +22,22 @@ struct PointerSample {
   double pressure = 1;  ///< 0..1
 };
 
+/// A stroke as the pointer made it.
+struct PointerStroke {
+  enum class Kind : std::uint8_t { Own, Inverted, Smoothing };
+  Kind kind = Kind::Own;
+  Camera camera;
+  QSizeF size;                         ///< of the viewport, pixels
+  std::vector<PointerSample> samples;  ///< those of a resting pointer included; empty: there was none
+};
+
 /// One open stroke at most. Each event costs one ray against the surface as it was when the stroke began; the dabs are
 /// made by the document's thread.
 class StrokeInput {
  public:
   StrokeInput(DocumentBridge& bridge, ToolState& tools) : bridge_(bridge), tools_(tools) {}
 
-  enum class Kind : std::uint8_t { Own, Inverted, Smoothing };
+  using Kind = PointerStroke::Kind;
   /// False where the pointer is beside the model, or the tool does nothing; `why` then says what people should know.
   bool begin(Kind kind, const PointerSample& sample, const Camera& camera, QSizeF size, QString& why);
   void move(const PointerSample& sample);
@@ -36,12 +46,19 @@ class StrokeInput {
   void end();
   void cancel();
   [[nodiscard]] bool open() const { return open_; }
+  /// Makes a whole stroke again, where it was on the screen, with the tool in the hand on the surface of now. As
+  /// begin().
+  bool repeat(const PointerStroke& stroke, QString& why);
+  /// The stroke that was ended last; a cancelled one is none.
+  [[nodiscard]] const PointerStroke& made() const { return made_; }
   /// Motion events that the last stroke took, those beside the model included.
   [[nodiscard]] int events() const { return events_; }
 
  private:
   [[nodiscard]] std::optional<RayHit> hit(const PointerSample& sample);
   void add(const PointerSample& sample);
+  /// `last_`, that much time after the stroke began.
+  void post_point();
 
   DocumentBridge& bridge_;
   ToolState& tools_;
@@ -49,8 +66,7 @@ class StrokeInput {
   int events_ = 0;
   SnapshotPtr surface_;
   PickHint hint_;
-  Camera camera_;
-  QSizeF size_;
+  PointerStroke making_, made_;
   PointerSample last_;
   std::optional<Vec3d> last_hit_;
   double last_seconds_ = 0, first_seconds_ = 0;

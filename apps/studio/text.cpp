@@ -1,5 +1,7 @@
 #include "text.h"
 
+#include "languages.h"
+
 #include <QCoreApplication>
 #include <QLocale>
 #include <QRegularExpression>
@@ -64,6 +66,38 @@ QString note_text(const std::string& note) {
     from = match.capturedEnd();
   }
   return result + translated.mid(from);
+}
+
+QString error_text(const Error& error) {
+  if (language() == QLatin1String("en")) return text(error.message);
+  const auto kind = [&] {
+    switch (error.code) {
+      case Errc::InvalidArgument:
+        return Text::tr("What was asked for is not possible.");
+      case Errc::NotFound:
+        return Text::tr("The file or device is not there.");
+      case Errc::Io:
+        return Text::tr("Reading or writing did not work; a full disk or a missing permission does this.");
+      case Errc::Corrupt:
+        return Text::tr("The file is damaged, or it is not what its name says.");
+      case Errc::UnsupportedFormat:
+        return Text::tr("Files of this kind cannot be read.");
+      case Errc::NewerVersion:
+        return Text::tr("The file was made by a newer Relief; install that one.");
+      case Errc::NotManifold:
+        return Text::tr("The surface does not hang together so that it has two sides.");
+      case Errc::Unfoldable:
+        return Text::tr("No slabs can be laid over this surface.");
+      case Errc::DeviceUnavailable:
+        return Text::tr("The device cannot be used now.");
+      case Errc::DeviceLost:
+        return Text::tr("The device no longer answers.");
+      case Errc::Cancelled:
+        return Text::tr("It was cancelled.");
+    }
+    return QString();
+  };
+  return QStringLiteral("%1 (%2)").arg(kind(), text(error.message));
 }
 
 }  // namespace relief::studio

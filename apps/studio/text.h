@@ -1,6 +1,7 @@
 // Between the library's words and numbers and Qt's.
 #pragma once
 
+#include <relief/base/error.h>
 #include <relief/base/unit.h>
 
 #include <QString>
@@ -33,5 +34,8 @@ namespace relief::studio {
 /// A note of a conversion or a file in the user's language. Numbers with their units, places in brackets and names in
 /// quotation marks are kept; what stands around them is looked up. Words that nobody has translated stay as they are.
 [[nodiscard]] QString note_text(const std::string& note);
+/// A failure in the user's language. The library's sentence is English: for people who read another language, what kind
+/// of failure it is stands before it.
+[[nodiscard]] QString error_text(const Error& error);
 
 }  // namespace relief::studio

@@ -4,6 +4,7 @@
 
 #include <QCoreApplication>
 #include <algorithm>
+#include <cmath>
 
 namespace relief::studio {
 
@@ -17,6 +18,12 @@ bool belongs_to_hand(const QString& setting) {
   return setting == QLatin1String("radius") || setting == QLatin1String("symmetry") ||
          setting == QLatin1String("stabiliser") || setting == QLatin1String("pressure_curve") ||
          setting == QLatin1String("pressure_drives");
+}
+
+/// Whether the number of this setting is kept from one session to the next.
+bool is_kept(const SettingInfo& setting) {
+  return setting.kind != SettingInfo::Kind::Colour && setting.kind != SettingInfo::Kind::Curve &&
+         setting.id != "symmetry" && setting.id != "pressure_drives";
 }
 
 /// Of any tool: settings of one id are the same for all.
@@ -38,7 +45,7 @@ ToolState::ToolState(QObject* parent) : QObject(parent) {
     brush.colour = {0.70F, 0.24F, 0.16F};
     brushes_.push_back(brush);
   }
-  set_diagonal(1);
+  hand_.radius = kFirstRadius * diagonal_;
 }
 
 const QStringList& ToolState::ids() {
@@ -142,14 +149,53 @@ void ToolState::set_use_pressure(bool use) {
 void ToolState::set_diagonal(double diagonal) {
   const double scale = diagonal / diagonal_;
   diagonal_ = diagonal;
-  hand_.radius = kFirstRadius * diagonal;
-  hand_.stabiliser = 0;
+  hand_.radius *= scale;
+  hand_.stabiliser *= scale;
   for (Brush& brush : brushes_) {
     brush.resilience *= scale;
     brush.height *= scale;
   }
   emit settingChanged(QStringLiteral("radius"));
   emit settingChanged(QStringLiteral("stabiliser"));
+}
+
+/// Calls `each` with the brush that holds a setting, the setting, and the key under which it is kept.
+template <class State, class Each>
+void ToolState::for_each_kept(State& state, const Each& each) {
+  for (std::size_t k = 0; k < tools().size(); ++k)
+    for (const SettingInfo& setting : tools()[k].settings) {
+      if (!is_kept(setting)) continue;
+      const QString id = text(setting.id);
+      const bool shared = belongs_to_hand(id);
+      each(shared ? state.hand_ : state.brushes_[k], setting,
+           QStringLiteral("tools/") + (shared ? QString() : text(tools()[k].id) + QLatin1Char('/')) + id);
+    }
+}
+
+void ToolState::keep(QSettings& settings) const {
+  settings.setValue(QStringLiteral("tools/in-hand"), id_);
+  for_each_kept(*this, [&](const Brush& brush, const SettingInfo& setting, const QString& key) {
+    const double value = relief::setting(brush, setting.id).value_or(setting.preset);
+    settings.setValue(key, setting.unit == SettingInfo::Unit::Length ? value / diagonal_ : value);
+  });
+}
+
+void ToolState::take_kept(const QSettings& settings) {
+  for_each_kept(*this, [&](Brush& brush, const SettingInfo& setting, const QString& key) {
+    bool number = false;
+    double value = settings.value(key).toDouble(&number);
+    if (!number || !std::isfinite(value)) return;
+    if (setting.kind == SettingInfo::Kind::Choice && (value < 0 || value >= double(setting.choices.size()))) return;
+    if (setting.kind == SettingInfo::Kind::Switch) value = value != 0 ? 1 : 0;
+    if (setting.unit == SettingInfo::Unit::Length) value *= diagonal_;
+    if (setting.kind == SettingInfo::Kind::Value) {
+      const auto [low, high] = range(setting);
+      value = std::clamp(value, low, high);
+    }
+    (void)set(brush, setting.id, value);
+    emit settingChanged(text(setting.id));
+  });
+  choose(settings.value(QStringLiteral("tools/in-hand"), id_).toString());
 }
 
 }  // namespace relief::studio

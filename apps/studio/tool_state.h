@@ -4,6 +4,7 @@
 #include <relief/edit/tools.h>
 
 #include <QObject>
+#include <QSettings>
 #include <QString>
 #include <vector>
 
@@ -44,8 +45,13 @@ class ToolState : public QObject {
   [[nodiscard]] bool use_pressure() const { return use_pressure_; }
   void set_mirror(Vec3d point) { mirror_ = point; }
 
-  /// Lengths are shares of it until somebody sets them: the radius begins at 4 %.
+  /// Lengths keep their share of it: a tool is as large on the next model as on this one.
   void set_diagonal(double diagonal);
+  /// Writes the tool in the hand and all that is set, lengths as shares of the diagonal, below "tools/". Not the
+  /// symmetry, which is the model's, and not the pen's curve, which the preferences keep.
+  void keep(QSettings& settings) const;
+  /// Takes over what keep() has written; what is not there or may not be stays as it is.
+  void take_kept(const QSettings& settings);
   /// What a setting of kind Value may be; lengths follow the model.
   [[nodiscard]] std::pair<double, double> range(const SettingInfo& setting) const;
   [[nodiscard]] double least_radius() const { return 0.001 * diagonal_; }
@@ -57,9 +63,12 @@ class ToolState : public QObject {
   void settingChanged(const QString& setting);
 
  private:
+  template <class State, class Each>
+  static void for_each_kept(State& state, const Each& each);
+
   QString id_ = QStringLiteral("carve");
   std::vector<Brush> brushes_;  ///< by number of the tool
-  Brush hand_;                  ///< what all tools share
+  Brush hand_;                  ///< what all tools share; lengths in model units
   Vec3d mirror_;
   double diagonal_ = 1;
   bool use_pressure_ = true;

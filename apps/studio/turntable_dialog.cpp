@@ -181,7 +181,7 @@ void TurntableDialog::done_with(const Status& status, const Turntable& film) {
     emit finished_film(film.folder, film.frames);
     QDialog::accept();
   } else if (status.error().code != Errc::Cancelled) {
-    emit failed(text(status.error().message));
+    emit failed(error_text(status.error()));
   }
 }
 

@@ -44,7 +44,7 @@ Viewport::Viewport(DocumentBridge& bridge, ToolState& tools, QWidget* parent)
                .failed =
                    [this](const Error& error) {
                      QMetaObject::invokeMethod(
-                         this, [this, words = text(error.message)] { emit said(words); }, Qt::QueuedConnection);
+                         this, [this, words = error_text(error)] { emit said(words); }, Qt::QueuedConnection);
                    },
                .ready =
                    [this](const std::string& name, bool software) {

@@ -67,6 +67,8 @@ class Viewport : public QWidget {
   void update_overlays();
   /// The next click picks the colour under the pointer.
   void pick_colour();
+  /// Makes a stroke of the pointer once more; says why not where that is not possible.
+  void repeat_stroke(const PointerStroke& stroke);
   /// Begins the drag that sets a length or share of the brush: "radius" or "strength".
   void begin_drag(const QString& setting);
 
@@ -99,6 +101,8 @@ class Viewport : public QWidget {
   void settled();
   /// The driver's name, and whether it draws with the CPU.
   void deviceKnown(const QString& name, bool software);
+  /// By the pointer or the keys, and not cancelled.
+  void strokeMade(const relief::studio::PointerStroke& stroke);
   /// The pointer, also while it draws a stroke; the wheel while Touch is pressed: for the force probe.
   void pointed(const relief::Ray3d& ray, bool pressed, double pressure);
   void left();
@@ -143,6 +147,7 @@ class Viewport : public QWidget {
   void look_from(Axis axis);
   void move_ring_by_keys(QKeyEvent* event);
   void dab_at_ring();
+  void end_stroke();
 
   void changed(qint64 input_ns);
   void ask();

@@ -87,7 +87,7 @@ void Viewport::move(const PointerSample& sample) {
 
 void Viewport::release() {
   hold_timer_.stop();
-  if (gesture_ == Gesture::Stroke) stroke_.end();
+  if (gesture_ == Gesture::Stroke) end_stroke();
   if (gesture_ == Gesture::Touch || gesture_ == Gesture::Stroke) emit pointed(ray(pointer_), false, 0);
   gesture_ = Gesture::None;
   button_ = Qt::NoButton;
@@ -312,8 +312,22 @@ void Viewport::dab_at_ring() {
   over_ = true;
   QString why;
   const PointerSample sample{pointer_, 0, 1};
-  if (stroke_.begin(StrokeInput::Kind::Own, sample, camera_, size(), why)) stroke_.end();
+  if (stroke_.begin(StrokeInput::Kind::Own, sample, camera_, size(), why)) end_stroke();
   update_ring();
+}
+
+void Viewport::end_stroke() {
+  if (!stroke_.open()) return;  // it was cancelled
+  stroke_.end();
+  emit strokeMade(stroke_.made());
+}
+
+void Viewport::repeat_stroke(const PointerStroke& stroke) {
+  if (gesture_ != Gesture::None) return;
+  if (stroke.samples.empty()) return emit said(tr("There is no stroke to repeat yet."));
+  QString why;
+  input_ns_ = clock_.nsecsElapsed();
+  if (!stroke_.repeat(stroke, why)) emit said(why.isEmpty() ? tr("The last stroke cannot be repeated here.") : why);
 }
 
 void Viewport::keyReleaseEvent(QKeyEvent* event) {

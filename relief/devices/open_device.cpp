@@ -28,7 +28,7 @@ std::vector<DeviceListing> list_devices() {
   std::vector<DeviceListing> devices;
   const auto list = [&](const std::string& name, const PlantPreset& preset) {
     devices.push_back({.name = name,
-                       .description = "simulated hand on a " + std::string(preset.name) + " device",
+                       .description = "simulated hand, " + std::string(preset.name),
                        .evidence = Evidence::Simulated,
                        .info = preset.info});
   };

@@ -10,6 +10,7 @@
 #include <studio/main_window.h>
 #include <studio/text.h>
 #include <studio/widgets/banner.h>
+#include <studio/widgets/value_bar.h>
 
 #include <QAccessible>
 #include <QAction>
@@ -172,6 +173,31 @@ TEST_F(SafetyTest, ForcesThatAreSwitchedOff) {
   press("Forces on again");
   EXPECT_TRUE(banner().isHidden());
   EXPECT_TRUE(touches());
+}
+
+TEST_F(SafetyTest, TheMostForceOfThePreferencesHoldsAtOnce) {
+  const double devices = hand().most_force();
+  ASSERT_GT(devices, 0);
+  window.findChild<QAction*>("preferences")->trigger();
+  auto* most = window.findChild<ValueBar*>("forces-most");
+  ASSERT_NE(most, nullptr);
+  const auto choose = [&](double share) {
+    most->set_real_value(share);
+    emit most->editFinished();
+  };
+  choose(0.1);
+  EXPECT_DOUBLE_EQ(hand().most_force(), 0.1 * devices);
+  EXPECT_DOUBLE_EQ(hand().force_limit(), 0.1 * devices);
+  const std::uint64_t capped = wire->readings + 2;
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(comes([&] { return wire->readings > capped + std::uint64_t(k); }));
+    EXPECT_LE(wire->force, 0.1 * devices * (1 + 1e-9));
+  }
+  hand().set_force_limit(0.05 * devices);
+  choose(1);
+  EXPECT_DOUBLE_EQ(hand().force_limit(), 0.05 * devices) << "what the panel had set";
+  hand().set_force_limit(devices);
+  EXPECT_DOUBLE_EQ(hand().force_limit(), devices);
 }
 
 TEST_F(SafetyTest, AHandThatIsTooFast) {

@@ -78,6 +78,42 @@ class Carve(OneStudio):
         self.assertEqual(hash_of(self.file), hash_before)
 
 
+class Again(Case):
+    """The last stroke once more, and the next day's first: with the tool of the day before."""
+
+    def test_a_stroke_is_repeated_and_the_tool_is_kept(self):
+        file = model()
+        s = Studio(file)
+        mark = s.log.mark()
+        s.hand.keys("Shift_L+r")
+        self.assertIn("no stroke", s.log.wait("toast", mark)["text"])
+        s.press("Inflate")
+        s.hand.at(*s.pixel(0.5, 0.5))
+        s.hand.keys("bracketright", "bracketright")
+        s.log.wait("setting", mark, lambda e: e["id"] == "radius")
+        first = s.stroke(*ACROSS, samples=0)
+        mark = s.log.mark()
+        s.hand.keys("Shift_L+r")
+        second = s.log.wait("stroke", mark)
+        self.assertNotEqual(second["hash"], first["hash"])
+        # On the surface of now, which has come nearer: the same way on the screen, at the same times.
+        s.log.wait("saved", mark, lambda e: e["stroke"] == 2)
+        a, b = journal(file)
+        self.assertEqual([p[0] for p in a["points"]], [p[0] for p in b["points"]])
+        self.assertNotEqual(a["points"], b["points"])
+        self.assertLess(max(math.dist(p[1:4], q[1:4]) for p, q in zip(a["points"], b["points"])), 2 * a["radius"])
+        self.assertEqual({k: v for k, v in a.items() if k != "points"}, {k: v for k, v in b.items() if k != "points"})
+        radius = number(s.described("Radius"))
+        self.assertTrue(s.close())
+        s = Studio(file, same_tools=True)
+        self.assertTrue(checked(s.find("Inflate")))
+        self.assertAlmostEqual(number(s.described("Radius")), radius, delta=0.01 * radius)
+        self.assertTrue(s.close())
+        s = Studio(file)  # the control: one that is told nothing
+        self.assertTrue(checked(s.find("Carve")))
+        self.assertTrue(s.close())
+
+
 class Tools(OneStudio):
     """Every tool by name and by key; radius and strength in all their ways."""
 

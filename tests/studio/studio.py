@@ -48,6 +48,18 @@ def manager(signal_number):
     os.kill(_desktop.manager.pid, signal_number)
 
 
+def forget_tools():
+    """The next studio has the tools of a fresh installation; all else that is chosen stays."""
+    file = folder() / "config" / "relief" / "studio.conf"
+    kept, inside = [], False
+    for line in file.read_text().splitlines() if file.exists() else ():
+        inside = line == "[tools]" if line.startswith("[") else inside
+        if not inside:
+            kept.append(line)
+    if kept:
+        file.write_text("\n".join((*kept, "")))
+
+
 def settings(*lines):
     """What the next studios find chosen: a window that leaves no picture larger than a test needs, and the lines."""
     file = folder() / "config" / "relief" / "studio.conf"
@@ -245,7 +257,9 @@ def _registry_answers():
 class Studio:
     """A running studio."""
 
-    def __init__(self, *words, name="studio", environment=None, ready=True, wrapper=()):
+    def __init__(self, *words, name="studio", environment=None, ready=True, wrapper=(), same_tools=False):
+        if not same_tools:
+            forget_tools()
         stamp = f"{name}-{time.monotonic_ns()}"
         self.log = Log(folder() / f"{stamp}.jsonl", self.alive)
         self.errors = folder() / f"{stamp}.txt"

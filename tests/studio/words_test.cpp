@@ -28,6 +28,7 @@
 #include <QImage>
 #include <QLabel>
 #include <QListWidget>
+#include <QSet>
 #include <QSettings>
 #include <QTest>
 #include <QToolButton>
@@ -228,6 +229,23 @@ INSTANTIATE_TEST_SUITE_P(, WordsTest,
                                            Dress{true, 150, "xx"}, Dress{false, 200, "xx"}, Dress{true, 200, "xx"},
                                            Dress{true, 200, "de"}),
                          name_of);
+
+TEST(Words, AFailureIsToldInTheUsersLanguage) {
+  const auto all = [] {
+    QStringList sentences;
+    for (auto code = Errc::InvalidArgument; code <= Errc::Cancelled; code = static_cast<Errc>(int(code) + 1))
+      sentences.append(error_text({code, "head.ply: ends in line 7"}));
+    return sentences;
+  };
+  use_language(*qApp, "en");
+  for (const QString& each : all()) EXPECT_EQ(each, "head.ply: ends in line 7");
+  use_language(*qApp, "de");
+  const QStringList german = all();
+  use_language(*qApp, "en");
+  EXPECT_EQ(QSet<QString>(german.begin(), german.end()).size(), german.size());
+  for (const QString& each : german) EXPECT_TRUE(each.endsWith(" (head.ply: ends in line 7)")) << each.toStdString();
+  EXPECT_TRUE(german[int(Errc::Corrupt)].startsWith("Die Datei ist beschädigt"));
+}
 
 TEST(Words, ALabelThatIsTooNarrowIsFound) {
   QWidget root;

@@ -823,6 +823,50 @@
             <numerusform>vor %n Tagen</numerusform>
         </translation>
     </message>
+    <message>
+        <source>What was asked for is not possible.</source>
+        <translation>Was verlangt wurde, ist nicht möglich.</translation>
+    </message>
+    <message>
+        <source>The file or device is not there.</source>
+        <translation>Die Datei oder das Gerät ist nicht da.</translation>
+    </message>
+    <message>
+        <source>Reading or writing did not work; a full disk or a missing permission does this.</source>
+        <translation>Lesen oder Schreiben ging nicht; das kommt von einem vollen Datenträger oder einer fehlenden Erlaubnis.</translation>
+    </message>
+    <message>
+        <source>The file is damaged, or it is not what its name says.</source>
+        <translation>Die Datei ist beschädigt, oder sie ist nicht, was ihr Name sagt.</translation>
+    </message>
+    <message>
+        <source>Files of this kind cannot be read.</source>
+        <translation>Dateien dieser Art können nicht gelesen werden.</translation>
+    </message>
+    <message>
+        <source>The file was made by a newer Relief; install that one.</source>
+        <translation>Die Datei stammt von einem neueren Relief; installieren Sie dieses.</translation>
+    </message>
+    <message>
+        <source>The surface does not hang together so that it has two sides.</source>
+        <translation>Die Fläche hängt nicht so zusammen, dass sie zwei Seiten hat.</translation>
+    </message>
+    <message>
+        <source>No slabs can be laid over this surface.</source>
+        <translation>Über diese Fläche lassen sich keine Platten legen.</translation>
+    </message>
+    <message>
+        <source>The device cannot be used now.</source>
+        <translation>Das Gerät lässt sich gerade nicht benutzen.</translation>
+    </message>
+    <message>
+        <source>The device no longer answers.</source>
+        <translation>Das Gerät antwortet nicht mehr.</translation>
+    </message>
+    <message>
+        <source>It was cancelled.</source>
+        <translation>Es wurde abgebrochen.</translation>
+    </message>
 </context>
 <context>
     <name>Tools</name>
@@ -1331,6 +1375,10 @@ Einen Kreis ziehen oder mit Tab wählen und Pfeiltasten nehmen; Pos1 macht die L
     <message>
         <source>Recorded into %1.</source>
         <translation>Aufgenommen in %1.</translation>
+    </message>
+    <message>
+        <source>Simulated hand, %1</source>
+        <translation>Simulierte Hand, %1</translation>
     </message>
 </context>
 <context>
@@ -2265,6 +2313,14 @@ berühren, um weiterzumachen</translation>
         <source>Layers</source>
         <translation>Ebenen</translation>
     </message>
+    <message>
+        <source>Repeat the last stroke</source>
+        <translation>Letzten Strich wiederholen</translation>
+    </message>
+    <message>
+        <source>once more same again</source>
+        <translation>noch einmal nochmal gleicher wiederholen</translation>
+    </message>
 </context>
 <context>
     <name>relief::studio::NavigationCard</name>
@@ -2501,6 +2557,70 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Keys</source>
         <translation>Tasten</translation>
+    </message>
+    <message>
+        <source>Forces</source>
+        <translation>Kräfte</translation>
+    </message>
+    <message>
+        <source>Most force</source>
+        <translation>Größte Kraft</translation>
+    </message>
+    <message>
+        <source>Of what the device can give. Less is kinder to a hand that is new to it; the device panel sets less still, never more.</source>
+        <translation>Von dem, was das Gerät geben kann. Weniger ist freundlicher zu einer Hand, die es noch nicht kennt; im Geräte-Bereich lässt sich noch weniger einstellen, nie mehr.</translation>
+    </message>
+    <message>
+        <source>Sound of the contact</source>
+        <translation>Klang der Berührung</translation>
+    </message>
+    <message>
+        <source>Lets people beside you hear what the tool does to the clay.</source>
+        <translation>Lässt auch andere hören, was das Werkzeug mit dem Ton macht.</translation>
+    </message>
+    <message>
+        <source>These limits always hold on a real device, for the sake of the hand and of the motors:</source>
+        <translation>Diese Grenzen gelten an einem echten Gerät immer, der Hand und den Motoren zuliebe:</translation>
+    </message>
+    <message>
+        <source>A force grows gently</source>
+        <translation>Eine Kraft wächst sanft</translation>
+    </message>
+    <message>
+        <source>It may end at once, but never begins with a blow.</source>
+        <translation>Sie darf sofort enden, beginnt aber nie mit einem Schlag.</translation>
+    </message>
+    <message>
+        <source>A late or lost device gets none</source>
+        <translation>Ein Gerät, das zu spät oder gar nicht antwortet, bekommt keine</translation>
+    </message>
+    <message>
+        <source>A fast hand is braked</source>
+        <translation>Eine schnelle Hand wird gebremst</translation>
+    </message>
+    <message>
+        <source>Warm motors get less</source>
+        <translation>Warme Motoren bekommen weniger</translation>
+    </message>
+    <message>
+        <source>Most devices bear their greatest force for seconds only.</source>
+        <translation>Die meisten Geräte halten ihre größte Kraft nur Sekunden aus.</translation>
+    </message>
+    <message>
+        <source>Pause, or Escape twice, ends all forces</source>
+        <translation>Pause, oder zweimal Escape, beendet alle Kräfte</translation>
+    </message>
+    <message>
+        <source>They come back only when you ask for them.</source>
+        <translation>Sie kommen erst wieder, wenn Sie es verlangen.</translation>
+    </message>
+    <message>
+        <source>A force that comes late pushes where the hand no longer is.</source>
+        <translation>Eine verspätete Kraft drückt dort, wo die Hand nicht mehr ist.</translation>
+    </message>
+    <message>
+        <source>An arm that was let go does not hit the table.</source>
+        <translation>Ein losgelassener Arm schlägt nicht auf den Tisch.</translation>
     </message>
 </context>
 <context>
@@ -2742,6 +2862,14 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Viewport</source>
         <translation>Ansichtsfenster</translation>
+    </message>
+    <message>
+        <source>There is no stroke to repeat yet.</source>
+        <translation>Es gibt noch keinen Strich zu wiederholen.</translation>
+    </message>
+    <message>
+        <source>The last stroke cannot be repeated here.</source>
+        <translation>Der letzte Strich lässt sich hier nicht wiederholen.</translation>
     </message>
 </context>
 </TS>
