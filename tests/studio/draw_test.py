@@ -9,6 +9,9 @@ import studio
 from studio import Case, Studio, measured, model, relief, wait
 
 
+studio.settings(samples=16)  # what people see
+
+
 class Rectangles(Case):
     """Fifty strokes, each drawn by its rectangle alone. That bounds which are 8 pixels too small would be found out is the control
     of DirtyRectangle.GivesTheBitsOfAFullRedraw (tests/unit/render/frame_test.cpp): no studio can be told to draw such ones."""

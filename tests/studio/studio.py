@@ -60,11 +60,17 @@ def forget_tools():
         file.write_text("\n".join((*kept, "")))
 
 
-def settings(*lines):
-    """What the next studios find chosen: a window that leaves no picture larger than a test needs, and the lines."""
+_final = 4  # samples of a pixel when the picture rests
+
+
+def settings(*lines, samples=4):
+    """What the next studios find chosen: a window that leaves no picture larger than a test needs, a final picture that takes a
+    quarter of the time that people give it, and the lines."""
+    global _final
+    _final = samples
     file = folder() / "config" / "relief" / "studio.conf"
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text("\n".join(("[window]", "size=@Size(1280 820)", *lines, "")))
+    file.write_text("\n".join(("[window]", "size=@Size(1280 820)", "[drawing]", f"samples={samples}", *lines, "")))
 
 
 def wait(what, ask, patience=PATIENCE, rest=0.01):
@@ -422,9 +428,11 @@ class Studio:
         x, y, width, _ = self.viewport()
         self.hand.at(x + width // 2, max(y - 4, 0))
 
-    def settled(self, revision=0, mark=0, samples=16):
-        """Waits for a picture of at least this revision, drawn since the mark, and returns its event. With 16 samples it is the
-        final one, after which nothing more is drawn; with 1 the first that shows the revision whole."""
+    def settled(self, revision=0, mark=0, samples=None):
+        """Waits for a picture of at least this revision, drawn since the mark, and returns its event: the final one, after which
+        nothing more is drawn, or the first of at least so many samples, which with 1 shows the revision whole."""
+        samples = samples or _final
+
         def stands():
             self.alive()
             frame = next((f for f in reversed(self.log.since(mark, "frame"))), None)
@@ -445,7 +453,7 @@ class Studio:
         for key in keys:
             self.hand.release_key(key)
 
-    def stroke(self, *points, samples=16, **how):
+    def stroke(self, *points, samples=None, **how):
         """drag(), and the event of the stroke that it made. If it changed the model, its picture then stands, without the ring:
         see settled(); with 0 samples nobody waits for it."""
         mark = self.log.mark()
@@ -453,7 +461,7 @@ class Studio:
         made = self.log.wait("stroke", mark)
         if made["changed"]:
             self.log.wait("history", mark)
-        if samples:
+        if samples != 0:
             self.hands_off()
             self.settled(made["revision"], mark if made["changed"] else 0, samples)
         return made
