@@ -106,7 +106,7 @@ class Scan(Case):
     def test_02_cancel_in_each_phase(self):
         # All phases in the long form, else about three of them, spread over the way. Two at least must hear it in time: the last
         # ones may be over before the press arrives.
-        s, at = self.dropped()
+        s, at = self.dropped(150000)
         s.log.wait("opened", at, patience=3 * studio.PATIENCE)
         phases = list(dict.fromkeys(e["phase"] for e in s.log.since(at, "convert")))
         self.assertTrue(s.close())
@@ -115,7 +115,7 @@ class Scan(Case):
         cancelled = []
         for phase in phases if SOAK else phases[::max(1, len(phases) // 3)]:
             with self.subTest(phase):
-                s, at = self.dropped()
+                s, at = self.dropped(150000)
                 cancel = s.find("Cancel")
                 s.log.wait("convert", at, lambda e: e["phase"] == phase)
                 pressed = time.monotonic()
