@@ -169,11 +169,17 @@ struct KioskWindow : Exhibits {
         R"({"title": "A bowl", "sentences": ["Of clay."], "tools": ["touch", "carve", "paint"], "timeout_s": 2})");
     before = bytes_of("bowl.relief");
     settings.setValue("kiosk/code", "4711");
-    kiosk = std::make_unique<Kiosk>(*read_exhibits({shown()}), settings, "en");
+    begin();
+  }
+  ~KioskWindow() override { QThreadPool::globalInstance()->waitForDone(); }
+  /// Seconds without visitors go by when the test says so.
+  void begin(const QString& device = {}) {
+    kiosk.reset();
+    kiosk = std::make_unique<Kiosk>(*read_exhibits({shown()}), settings, "en", device);
+    kiosk->watch().set_second(3'600'000);
     kiosk->resize(1200, 800);
     kiosk->show();
   }
-  ~KioskWindow() override { QThreadPool::globalInstance()->waitForDone(); }
   bool wait_for(Kiosk::Page page) {
     return QTest::qWaitFor([&] { return kiosk->page() == page; }, 30'000);
   }
@@ -235,9 +241,7 @@ TEST_F(KioskWindow, ShowsTheCuratorsToolsAndWords) {
 
 TEST_F(KioskWindow, SpeaksTheVisitorsLanguageUntilNobodyIsThere) {
   put("bowl.json", R"({"title": {"en": "A bowl", "de": "Eine Schale"}})");
-  kiosk.reset();
-  kiosk = std::make_unique<Kiosk>(*read_exhibits({shown()}), settings, "en");
-  kiosk->show();
+  begin();
   const auto title = [&] { return find<QAbstractButton>("exhibit-0")->text().toStdString(); };
   EXPECT_EQ(title(), "A bowl");
   find<QAbstractButton>("language-de")->click();
@@ -293,9 +297,7 @@ TEST_F(KioskWindow, ADeviceInTheHandCountsAndOneOnTheTableDoesNot) {
 
 TEST_F(KioskWindow, ForcesAreCappedAndOffWhileModelsTurn) {
   put("bowl.json", R"({"force_cap": 0.25, "timeout_s": 2})");
-  kiosk.reset();
-  kiosk = std::make_unique<Kiosk>(*read_exhibits({shown()}), settings, "en", "mouse");
-  kiosk->show();
+  begin("mouse");
   open();
   Hand& hand = kiosk->hand();
   ASSERT_TRUE(hand.active());
