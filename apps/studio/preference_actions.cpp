@@ -53,6 +53,7 @@ void MainWindow::build_preferences() {
   });
   connect(&tools_, &ToolState::settingChanged, this, [this](const QString& setting) {
     if (setting == QLatin1String("use_pressure")) settings_.setValue("input/pressure", tools_.use_pressure());
+    if (setting == QLatin1String("use_tilt")) settings_.setValue("input/tilt", tools_.use_tilt());
     if (setting == QLatin1String("pressure_curve"))
       settings_.setValue("input/pressure-curve", words_of(tools_.brush().pressure));
     if (setting == QLatin1String("pressure_drives"))
@@ -68,8 +69,8 @@ void MainWindow::build_preferences() {
   keep_look();
   connect(&desktop_, &DesktopScheme::changed, this, [this] { use_preference("look/theme"); });
   keys_.take_over(actions_);
-  for (const char* key : {"look/reduced-motion", "input/map", "input/turntable", "input/pressure", "input/single-keys",
-                          "drawing/samples", "forces/most", "forces/sound", "folders/unnamed"})
+  for (const char* key : {"look/reduced-motion", "input/map", "input/turntable", "input/pressure", "input/tilt",
+                          "input/single-keys", "drawing/samples", "forces/most", "forces/sound", "folders/unnamed"})
     use_preference(key);
   ask_for_navigation();
   if (!keys_.complaint().isEmpty())
@@ -125,6 +126,7 @@ void MainWindow::use_preference(const QString& key) {
   if (key == QLatin1String("input/turntable")) viewport_->set_turntable(value.toBool());
   if (key == QLatin1String("input/pressure") && tools_.use_pressure() != value.toBool())
     tools_.set_use_pressure(value.toBool());
+  if (key == QLatin1String("input/tilt")) tools_.set_use_tilt(value.toBool());
   if (key == QLatin1String("input/single-keys")) keys_.set_single_keys(value.toBool());
   if (key == QLatin1String("drawing/samples")) {
     viewport_->set_final_samples(value.toInt());

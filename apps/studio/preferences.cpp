@@ -18,6 +18,7 @@ const std::vector<Preference>& preferences() {
       {"input/map", QStringLiteral("blender")},
       {"input/turntable", true},
       {"input/pressure", true},
+      {"input/tilt", false},
       {"input/single-keys", true},
       {"drawing/samples", QStringLiteral("16")},
       {"forces/most", 100},

@@ -233,6 +233,8 @@ void PreferencesDialog::add_input() {
              tr("What is up stays up. Without it, the model turns freely in all directions."));
   add_switch(*page, "input/pressure", tr("Use the pressure of the pen"),
              tr("Without it, a pen works like a mouse: always at full pressure."));
+  add_switch(*page, "input/tilt", tr("Tilt lightens"),
+             tr("A pen works with less pressure the flatter it lies: with half of it at 60 degrees."));
   add_switch(*page, "input/single-keys", tr("Single keys choose tools"),
              tr("Off, keys act with Ctrl or Alt only: for people who speak their words, or whose hands tremble."));
   finish_page(*page);
@@ -267,7 +269,7 @@ void PreferencesDialog::add_forces() {
   const std::pair<QString, QString> limits[] = {
       {tr("A force grows gently"), tr("It may end at once, but never begins with a blow.")},
       {tr("A late or lost device gets none"), tr("A force that comes late pushes where the hand no longer is.")},
-      {tr("A fast hand is braked"), tr("An arm that was let go does not hit the table.")},
+      {tr("A fast hand is braked"), tr("A hand that slips off is slowed.")},
       {tr("Warm motors get less"), tr("Most devices bear their greatest force for seconds only.")},
       {tr("Pause, or Escape twice, ends all forces"), tr("They come back only when you ask for them.")}};
   for (const auto& [title, reason] : limits) {

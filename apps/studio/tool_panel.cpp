@@ -139,6 +139,15 @@ void ToolPanel::add_pressure(QVBoxLayout& into) {
   connect(use, &QCheckBox::toggled, &tools_, &ToolState::set_use_pressure);
   refreshers_.emplace_back([this, use] { use->setChecked(tools_.use_pressure()); });
   into.addWidget(use);
+  auto* tilt = new QCheckBox(tr("Tilt lightens"), this);
+  tilt->setObjectName(QStringLiteral("use-tilt"));
+  tilt->setAccessibleDescription(tr("Whether a pen works with less pressure the flatter it lies"));
+  connect(tilt, &QCheckBox::toggled, &tools_, &ToolState::set_use_tilt);
+  refreshers_.emplace_back([this, tilt] {
+    tilt->setChecked(tools_.use_tilt());
+    tilt->setEnabled(tools_.use_pressure());
+  });
+  into.addWidget(tilt);
   curve_ = new CurveEditor(this);
   curve_->setObjectName(QStringLiteral("pressure-curve"));
   connect(curve_, &CurveEditor::curveEdited, &tools_, &ToolState::set_pressure);

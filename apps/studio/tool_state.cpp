@@ -5,6 +5,7 @@
 #include <QCoreApplication>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace relief::studio {
 
@@ -144,6 +145,11 @@ void ToolState::set_pressure(const PressureCurve& curve) {
 void ToolState::set_use_pressure(bool use) {
   use_pressure_ = use;
   emit settingChanged(QStringLiteral("use_pressure"));
+}
+
+void ToolState::set_use_tilt(bool use) {
+  if (use == std::exchange(use_tilt_, use)) return;
+  emit settingChanged(QStringLiteral("use_tilt"));
 }
 
 void ToolState::set_diagonal(double diagonal) {

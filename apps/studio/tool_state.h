@@ -43,6 +43,9 @@ class ToolState : public QObject {
   void set_pressure(const PressureCurve& curve);
   void set_use_pressure(bool use);
   [[nodiscard]] bool use_pressure() const { return use_pressure_; }
+  /// Whether a pen works with less pressure the flatter it lies.
+  void set_use_tilt(bool use);
+  [[nodiscard]] bool use_tilt() const { return use_tilt_; }
   void set_mirror(Vec3d point) { mirror_ = point; }
 
   /// Lengths keep their share of it: a tool is as large on the next model as on this one.
@@ -71,7 +74,7 @@ class ToolState : public QObject {
   Brush hand_;                  ///< what all tools share; lengths in model units
   Vec3d mirror_;
   double diagonal_ = 1;
-  bool use_pressure_ = true;
+  bool use_pressure_ = true, use_tilt_ = false;
 };
 
 }  // namespace relief::studio

@@ -178,14 +178,26 @@ bool Viewport::taps_twice(const PointerSample& sample) {
   return twice;
 }
 
+namespace {
+constexpr double kDegrees = 57.29577951308232;
+
+/// The cosine of the angle between a pen and the normal of its tablet, from its leans along x and y, degrees.
+double uprightness(double x, double y) {
+  const auto slope = [](double degrees) {
+    return std::isfinite(degrees) ? std::tan(std::clamp(degrees, -89.0, 89.0) / kDegrees) : 0.0;
+  };
+  return 1 / std::sqrt(1 + slope(x) * slope(x) + slope(y) * slope(y));
+}
+}  // namespace
+
 /// A pen: never as a mouse, whose events have no pressure.
 bool Viewport::tablet(QTabletEvent* event) {
   event->accept();
-  const double raw = event->pressure();
+  const double raw = event->pressure(), upright = uprightness(event->xTilt(), event->yTilt());
   const PointerSample sample{event->position(), 1e-3 * static_cast<double>(event->timestamp()),
-                             std::isfinite(raw) ? std::clamp(raw, 0.0, 1.0) : 0.0};
+                             std::isfinite(raw) ? std::clamp(raw, 0.0, 1.0) * (tools_.use_tilt() ? upright : 1) : 0.0};
   pen_ = sample.pressure;
-  emit pointerKnown(event->pointingDevice()->name(), sample.pressure, std::hypot(event->xTilt(), event->yTilt()));
+  emit pointerKnown(event->pointingDevice()->name(), sample.pressure, std::acos(upright) * kDegrees);
   const bool eraser = event->pointerType() == QPointingDevice::PointerType::Eraser;
   switch (event->type()) {
     case QEvent::TabletPress:

@@ -237,6 +237,32 @@ TEST_F(PenTest, ItsNamePressureAndTiltAreTold) {
   EXPECT_NEAR(told.first()[2].toDouble(), 13, 0.1);
 }
 
+TEST_F(PenTest, AFlatPenWorksWithLessPressureWhereThatIsWanted) {
+  // Leaning sideways and forwards: the angle whose cosine is 1 / sqrt(1 + tan^2 + tan^2).
+  const QPointF lean{45, 30};
+  const double upright = 1 / std::sqrt(1 + 1 + 1.0 / 3);
+  const auto tap = [&](bool use, QPointF tilt, double share) {
+    tools.set_use_tilt(use);
+    QSignalSpy told(&view, &Viewport::pointerKnown);
+    QSignalSpy finished(&bridge, &DocumentBridge::strokeFinished);
+    send(QEvent::TabletPress, place(0.5), 0.8, tilt);
+    for (int k = 0; k < 20; ++k) send(QEvent::TabletMove, place(0.5), 0.8, tilt);
+    send(QEvent::TabletRelease, place(0.5), 0, tilt);
+    EXPECT_TRUE(QTest::qWaitFor([&] { return !finished.isEmpty(); }, kPatience));
+    const double deep = depth(0.5);
+    bridge.post(Undo{});
+    bridge.document()->settle();
+    view.set_model(bridge.head());
+    EXPECT_NEAR(told.first()[1].toDouble(), 0.8 * share, 0.02);
+    return deep;
+  };
+  const double full = kStrength * kRadius * 0.8;
+  EXPECT_NEAR(tap(false, lean, 1), full, 0.1 * full);
+  EXPECT_NEAR(tap(true, {}, 1), full, 0.1 * full);
+  EXPECT_NEAR(tap(true, lean, upright), upright * full, 0.1 * full);
+  EXPECT_NEAR(tap(true, {90, 0}, 0), 0, 0.1 * full);
+}
+
 /// The map for a pen alone, without keys.
 class PenNavigationTest : public PenTest {
  protected:

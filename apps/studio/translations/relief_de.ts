@@ -2619,8 +2619,16 @@ berühren, um weiterzumachen</translation>
         <translation>Eine verspätete Kraft drückt dort, wo die Hand nicht mehr ist.</translation>
     </message>
     <message>
-        <source>An arm that was let go does not hit the table.</source>
-        <translation>Ein losgelassener Arm schlägt nicht auf den Tisch.</translation>
+        <source>A hand that slips off is slowed.</source>
+        <translation>Eine Hand, die abrutscht, wird langsamer.</translation>
+    </message>
+    <message>
+        <source>Tilt lightens</source>
+        <translation>Neigung macht leichter</translation>
+    </message>
+    <message>
+        <source>A pen works with less pressure the flatter it lies: with half of it at 60 degrees.</source>
+        <translation>Ein Stift arbeitet mit weniger Druck, je flacher er liegt: bei 60 Grad mit der Hälfte.</translation>
     </message>
 </context>
 <context>
@@ -2777,6 +2785,14 @@ berühren, um weiterzumachen</translation>
     <message>
         <source>Mouse: no pressure</source>
         <translation>Maus: kein Druck</translation>
+    </message>
+    <message>
+        <source>Tilt lightens</source>
+        <translation>Neigung macht leichter</translation>
+    </message>
+    <message>
+        <source>Whether a pen works with less pressure the flatter it lies</source>
+        <translation>Ob ein Stift mit weniger Druck arbeitet, je flacher er liegt</translation>
     </message>
 </context>
 <context>
