@@ -194,7 +194,7 @@ void DevicePanel::refresh() {
   for (const Hand::Choice& choice : Hand::choices())
     if (choice.id == hand_.id()) claim = choice.status;
   claim_->setText(claim);
-  claim_->setVisible(!claim.isEmpty());
+  claim_->setVisible(on && !claim.isEmpty());
   live_->setVisible(on);
   if (!on) {
     for (PlotView* plot : {force_, depth_, period_, time_}) plot->clear();
